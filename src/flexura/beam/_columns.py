@@ -1,0 +1,49 @@
+"""Matrices written as coefficients (..., n) times a constant basis (n, rows*cols)."""
+
+from collections.abc import Iterable, Mapping
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+Real: TypeAlias = float | FloatArray
+Pattern: TypeAlias = Mapping[tuple[int, int], float]
+SignedDofs: TypeAlias = tuple[tuple[int, int], ...]
+
+
+def columns(*values: Real) -> FloatArray:
+    """Broadcast n arrays (...) against each other and stack them on a new last axis: (..., n)."""
+    out = np.empty((*np.broadcast(*values).shape, len(values)))
+    for i, value in enumerate(values):
+        out[..., i] = value
+    return out
+
+
+def combine(coefficients: FloatArray, basis: FloatArray, rows: int) -> FloatArray:
+    """Sum coefficients (..., n) times basis (n, rows*cols) in one matrix product: (..., rows, cols)."""
+    flat = coefficients.reshape(-1, len(basis)) @ basis
+    return flat.reshape(*coefficients.shape[:-1], rows, -1)
+
+
+def basis_of(size: int, terms: Iterable[tuple[SignedDofs, Pattern]]) -> FloatArray:
+    """Lay out one row per term: its pattern {(i, j): value}, at the freedoms of i and j, with their signs.
+
+    `terms` holds (freedoms, pattern) pairs; freedoms lists (dof, sign) of the pattern's local indices.
+    Returns (number of terms, size*size), read-only.
+    """
+    rows = []
+    for dofs, pattern in terms:
+        matrix = np.zeros((size, size))
+        for (i, j), value in pattern.items():
+            (row, row_sign), (col, col_sign) = dofs[i], dofs[j]
+            matrix[row, col] = row_sign * col_sign * value
+        rows.append(matrix.ravel())
+    basis = np.array(rows)
+    basis.flags.writeable = False
+    return basis
+
+
+def symmetric(pattern: Pattern) -> Pattern:
+    """Complete a pattern given by its upper triangle."""
+    return {**pattern, **{(j, i): value for (i, j), value in pattern.items()}}

@@ -1,0 +1,282 @@
+"""The uniform spatial beam element: flexibility, stiffness, shape functions and consistent mass.
+
+One formula covers three theories. `shear` = 0, `rotary` = 0 is Euler-Bernoulli, `shear` = 0, `rotary` = 1 the
+Rayleigh beam of the RPR paper (eqs. 12-18), `shear` = 1, `rotary` = 1 Timoshenko. The Timoshenko element is
+exact for end loads: it does not lock and its nodal static displacements are those of the theory.
+
+Arguments shared by the functions below; all broadcast against each other to the element shape (...):
+
+E, G      Young's and shear modulus, Pa
+rho       density, kg/m^3
+section   SectionProperties, SI
+length    L > 0, m
+shear     0 or 1, -: whether shear deforms the element
+rotary    0 or 1, -: whether the bending rotary inertia rho Iy, rho Iz counts
+
+Matrices act on the freedoms (tx ty tz rx ry rz) of i, then of j, in local axes: their entries are N/m, N and
+N m for stiffness; kg, kg m and kg m^2 for mass; m/N, 1/N and 1/(N m) for flexibility. Nothing here raises.
+
+The theory holds for slender straight members, small strains and rotations, doubly symmetric sections that
+warp freely, and frequencies whose wavelength is long against the depth of the section (with shear) or ten
+times the depth (without).
+"""
+
+import numpy as np
+
+from flexura.beam._columns import FloatArray, Real, basis_of, columns, combine, symmetric
+from flexura.beam.frames import rigid_arm
+from flexura.beam.section import SectionProperties
+
+# Freedoms of the one-dimensional parts of the element, as (freedom, sign). A rotation +ry lowers tz along +x,
+# so bending in the xz plane is bending in the xy plane with the rotation reversed.
+_AXIAL = ((0, 1), (6, 1))
+_TORSION = ((3, 1), (9, 1))
+_BENDING_XY = ((1, 1), (5, 1), (7, 1), (11, 1))
+_BENDING_XZ = ((2, 1), (4, -1), (8, 1), (10, -1))
+
+_STRETCH = symmetric({(0, 0): 1, (0, 1): -1, (1, 1): 1})
+_BEND = (  # on (v_i, theta_i, v_j, theta_j)
+    symmetric({(0, 0): 1, (0, 2): -1, (2, 2): 1}),  # 12 EI / L^3
+    symmetric({(0, 1): 1, (0, 3): 1, (1, 2): -1, (2, 3): -1}),  # 6 EI / L^2
+    symmetric({(1, 1): 1, (3, 3): 1}),  # (4 + phi) EI / L
+    symmetric({(1, 3): 1}),  # (2 - phi) EI / L
+)
+STIFFNESS_BASIS = basis_of(
+    12,
+    [
+        (_AXIAL, _STRETCH),
+        (_TORSION, _STRETCH),
+        *((_BENDING_XY, pattern) for pattern in _BEND),
+        *((_BENDING_XZ, pattern) for pattern in _BEND),
+    ],
+)
+
+_LINEAR = symmetric({(0, 0): 1 / 3, (0, 1): 1 / 6, (1, 1): 1 / 3})
+_SWAY = (  # on (v_i, theta_i, v_j, theta_j), in the order of the columns of _MASS_POLYNOMIALS
+    symmetric({(0, 0): 1, (2, 2): 1}),
+    symmetric({(0, 1): 1, (2, 3): -1}),
+    symmetric({(0, 2): 1}),
+    symmetric({(0, 3): 1, (1, 2): -1}),
+    symmetric({(1, 1): 1, (3, 3): 1}),
+    symmetric({(1, 3): 1}),
+)
+MASS_BASIS = basis_of(
+    12,
+    [
+        (_AXIAL, _LINEAR),
+        (_TORSION, _LINEAR),
+        *((_BENDING_XY, pattern) for pattern in _SWAY),
+        *((_BENDING_XZ, pattern) for pattern in _SWAY),
+    ],
+)
+_MASS_POLYNOMIALS = np.array(
+    [  # v_i v_i, v_i theta_i, v_i v_j, v_i theta_j, theta_i theta_i, theta_i theta_j
+        [13 / 35, 11 / 210, 9 / 70, -13 / 420, 1 / 105, -1 / 140],  # rho A L / (1 + phi)^2
+        [7 / 10, 11 / 120, 3 / 10, -3 / 40, 1 / 60, -1 / 60],  # ... phi
+        [1 / 3, 1 / 24, 1 / 6, -1 / 24, 1 / 120, -1 / 120],  # ... phi^2
+        [6 / 5, 1 / 10, -6 / 5, 1 / 10, 2 / 15, -1 / 30],  # rho I / L / (1 + phi)^2
+        [0, -1 / 2, 0, -1 / 2, 1 / 6, -1 / 6],  # ... phi
+        [0, 0, 0, 0, 1 / 3, 1 / 6],  # ... phi^2
+    ]
+)
+
+_END_XY, _END_XZ = _BENDING_XY[:2], _BENDING_XZ[:2]
+_DEFLECT = ({(0, 0): 1}, {(0, 1): 1}, {(1, 0): 1}, {(1, 1): 1})  # v per F, v per M, theta per F, theta per M
+FLEXIBILITY_BASIS = basis_of(
+    6,
+    [
+        (_AXIAL, {(0, 0): 1}),
+        (_TORSION, {(0, 0): 1}),
+        *((_END_XY, pattern) for pattern in _DEFLECT),
+        *((_END_XZ, pattern) for pattern in _DEFLECT),
+    ],
+)
+
+
+def phi(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> tuple[Real, Real]:
+    """Return the shear parameters of the two bending planes.
+
+    phi_y = 12 E Iz / (ky G A L^2) in the xy plane, phi_z = 12 E Iy / (kz G A L^2) in the xz plane, both times
+    `shear` (Przemieniecki 1968, Sec. 5.6).
+
+    Arguments as in the module docstring. Returns (phi_y, phi_z), each (...), -.
+    """
+    factor = 12 * shear * E / (G * section.A * (length * length))
+    return factor * section.Iz / section.ky, factor * section.Iy / section.kz
+
+
+def partial_flexibility(
+    x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
+) -> FloatArray:
+    """Return S(x), the displacement at x per unit load at end j, with end i clamped.
+
+    In the xy plane, v = F [(L x^2/2 - x^3/6)/EIz + x/(ky G A)] + M x^2/2EIz, theta = F (L x - x^2/2)/EIz +
+    M x/EIz; the xz plane alike with the rotation reversed (Timoshenko beam under end loads).
+
+    x: (...) m, from i; other arguments as in the module docstring. Returns (..., 6, 6), row: displacement at
+    x, column: load at j.
+    """
+    A, Iy, Iz, J, ky, kz = section
+    half = x * x / 2
+    force = x * (length - x / 2)  # integral of the lever arm L - x
+    deflection = half * (length - x / 3)  # integral of `force`
+    slide = shear * x / (G * A)
+    by, bz = 1 / (E * Iy), 1 / (E * Iz)
+    coefficients = columns(
+        x / (E * A),
+        x / (G * J),
+        *(deflection * bz + slide / ky, half * bz, force * bz, x * bz),
+        *(deflection * by + slide / kz, half * by, force * by, x * by),
+    )
+    return combine(coefficients, FLEXIBILITY_BASIS, 6)
+
+
+def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+    """Return C, the displacement of end j per unit load there, with end i clamped: k_k^-1 of eq. 18.
+
+    C = S(L) of `partial_flexibility`; in the xy plane [[L^3/3EIz + L/(ky G A), L^2/2EIz], [L^2/2EIz, L/EIz]].
+
+    Arguments as in the module docstring. Returns (..., 6, 6), symmetric.
+    """
+    return partial_flexibility(length, E, G, section, length, shear)
+
+
+def stiffness_coefficients(
+    E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
+) -> FloatArray:
+    """Return the ten numbers of which the stiffness is the linear combination with STIFFNESS_BASIS.
+
+    EA/L, GJ/L, then per bending plane (xy, xz), with B = EI/(1 + phi): 12B/L^3, 6B/L^2, (4 + phi)B/L,
+    (2 - phi)B/L (Przemieniecki 1968, Sec. 5.6).
+
+    Arguments as in the module docstring. Returns (..., 10): N/m, N m, then per plane N/m, N, N m, N m.
+    """
+    A, Iy, Iz, J = section[:4]
+    phi_y, phi_z = phi(E, G, section, length, shear)
+    r = 1 / length
+    Er = E * r
+    by, bz = Er * Iy / (1 + phi_z), Er * Iz / (1 + phi_y)
+    sy, sz = 6 * r * by, 6 * r * bz
+    r2 = 2 * r
+    return columns(
+        Er * A,
+        G * J * r,
+        *(r2 * sz, sz, (4 + phi_y) * bz, (2 - phi_y) * bz),
+        *(r2 * sy, sy, (4 + phi_z) * by, (2 - phi_z) * by),
+    )
+
+
+def stiffness(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+    """Return the element stiffness K in closed form.
+
+    K = `stiffness_coefficients` @ STIFFNESS_BASIS, which is eq. 18 of the RPR paper with the k_k of the beam
+    with (shear = 1) or without shear deformation.
+
+    Arguments as in the module docstring. Returns (..., 12, 12), exactly symmetric, with six rigid motions.
+    """
+    return combine(stiffness_coefficients(E, G, section, length, shear), STIFFNESS_BASIS, 12)
+
+
+def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
+    """Return the element stiffness of a given flexibility, K = [-D, I]^T C^-1 [-D, I] (RPR paper, eq. 18).
+
+    D = rigid_arm((L, 0, 0)). The result has six rigid motions whatever C is.
+
+    C: (..., 6, 6), displacement of j per load at j with i clamped; length: (...) m, the distance from i to j
+    along local x. Returns (..., 12, 12), exactly symmetric. C must be positive definite; a singular one raises
+    numpy.linalg.LinAlgError.
+    """
+    T = _deformation(length)
+    K = np.swapaxes(T, -1, -2) @ (np.linalg.inv(C) @ T)
+    return (K + np.swapaxes(K, -1, -2)) / 2
+
+
+def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatArray:
+    """Return the shape functions of an element from its flexibilities, Nbar = [D(x), 0] + S C^-1 [-D(L), I].
+
+    Eqs. 11 and 13 of the RPR paper, with N(x) = S C^-1 [-D(L), I] in place of the printed polynomials.
+
+    S: (..., 6, 6), displacement at x per load at j; C: (..., 6, 6), the same at j; x, length: (...) m; their
+    shapes broadcast. Returns (..., 6, 12): displacement at x per displacement of (i, j).
+    """
+    N = S @ (np.linalg.inv(C) @ _deformation(length))
+    D = _arm_along_x(x)
+    if N.shape[:-2] != D.shape[:-2]:
+        N = np.broadcast_to(N, (*np.broadcast_shapes(N.shape[:-2], D.shape[:-2]), 6, 12)).copy()
+    N[..., :6] += D
+    return N
+
+
+def shape_functions(
+    x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
+) -> FloatArray:
+    """Return Nbar(x) of the uniform element: linear axial and torsional, cubic bending functions.
+
+    Eqs. 12-13 of the RPR paper, extended to shear; without shear they are the Hermite cubics. (In print the
+    theta_jz entry of row 2 of eq. 12 reads x^3/L^2 - x^2/L^2; it must be x^3/L^2 - x^2/L.)
+
+    x: (...) m, from i; other arguments as in the module docstring. Returns (..., 6, 12): displacement at x per
+    displacement of (i, j).
+    """
+    S = partial_flexibility(x, E, G, section, length, shear)
+    return interpolation(S, flexibility(E, G, section, length, shear), x, length)
+
+
+def mass_coefficients(
+    rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real
+) -> FloatArray:
+    """Return the fourteen numbers of which the mass is the linear combination with MASS_BASIS.
+
+    rho A L and rho (Iy + Iz) L for the axial and torsional parts (the polar second moment, not J), then per
+    bending plane (xy, xz) the entries v_i v_i, v_i theta_i, v_i v_j, v_i theta_j, theta_i theta_i,
+    theta_i theta_j: rho A L and rotary rho I/L over (1 + phi)^2, times quadratics in phi
+    (Przemieniecki 1968, Ch. 11; Friedman & Kosmatka 1993).
+
+    phi_y, phi_z: (...), -, from `phi`; other arguments as in the module docstring. Returns (..., 14): kg,
+    kg m^2, then per plane kg, kg m, kg, kg m, kg m^2, kg m^2.
+    """
+    A, Iy, Iz = section[:3]
+    line = rho * length
+    weights = []
+    for p, I in ((phi_y, Iz), (phi_z, Iy)):  # noqa: E741
+        scale = line / (1 + p) ** 2
+        t, r = scale * A, rotary * scale * I / (length * length)
+        tp, rp = t * p, r * p
+        weights += [t, tp, tp * p, r, rp, rp * p]
+    flat = columns(*weights)
+    bending = flat.reshape(*flat.shape[:-1], 2, 6) @ _MASS_POLYNOMIALS
+    L2 = length * length
+    bending *= columns(1.0, length, 1.0, length, L2, L2)[..., None, :]
+    coefficients = np.empty((*flat.shape[:-1], 14))
+    coefficients[..., 0] = line * A
+    coefficients[..., 1] = line * (Iy + Iz)
+    coefficients[..., 2:] = bending.reshape(flat.shape)
+    return coefficients
+
+
+def mass(
+    rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real
+) -> FloatArray:
+    """Return the consistent element mass M in closed form.
+
+    M = `mass_coefficients` @ MASS_BASIS = int rho A N1^T N1 dx + int N2^T diag(rho (Iy + Iz), rotary rho Iy,
+    rotary rho Iz) N2 dx, N1 and N2 the upper and lower three rows of Nbar (RPR paper, eqs. 14-17; both
+    factors of eq. 15 are N2, and eq. 16 is written for any section).
+
+    phi_y, phi_z: (...), -, from `phi`; other arguments as in the module docstring. Returns (..., 12, 12),
+    exactly symmetric; rigid translations see rho A L exactly.
+    """
+    return combine(mass_coefficients(rho, section, length, phi_y, phi_z, rotary), MASS_BASIS, 12)
+
+
+def _arm_along_x(x: Real) -> FloatArray:
+    return rigid_arm(columns(x, 0.0, 0.0))
+
+
+def _deformation(length: Real) -> FloatArray:
+    """Return [-D(L), I], (..., 6, 12), which takes the rigid motion with node i off the motion of j."""
+    D = _arm_along_x(length)
+    T = np.empty((*D.shape[:-2], 6, 12))
+    T[..., :6] = -D
+    T[..., 6:] = np.eye(6)
+    return T

@@ -1,0 +1,127 @@
+"""The tapered spatial beam element, by the flexibility (force-based) method.
+
+The internal forces of an element loaded at its ends follow from equilibrium alone, whatever its section does,
+so the flexibility is a quadrature of the section's flexibility: no displacement field is assumed and the
+stiffness is exact up to the quadrature (Neuenhofer & Filippou 1997). Arguments as in `flexura.beam.element`.
+
+The theory holds for gentle tapers about a straight axis; see `flexura.beam.contour` for steep notches.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike
+
+from flexura.beam._columns import FloatArray, Real, columns, combine
+from flexura.beam.element import FLEXIBILITY_BASIS, interpolation
+from flexura.beam.section import SectionProperties
+
+
+def gauss_stations(n: int) -> tuple[FloatArray, FloatArray]:
+    """Return the n Gauss-Legendre points and weights of the interval [0, 1].
+
+    int_0^1 f = sum_g w_g f(x_g), exact for polynomials of degree 2n - 1 (Abramowitz & Stegun 1964, 25.4.29).
+
+    n: at least 1. Returns points, increasing, and weights: (n,) each, -. Raises ValueError for n < 1.
+    """
+    points, weights = legendre.leggauss(n)
+    return (1 + points) / 2, weights / 2
+
+
+def integration_matrices(points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return the matrices of the first and second integral of the interpolant through `points` of [0, 1].
+
+    (A1 f)_g = int_0^{x_g} p(s) ds and (A2 f)_g = int_0^{x_g} (x_g - s) p(s) ds, p the polynomial of degree
+    n - 1 through (x_g, f_g) (spectral integration; Greengard 1991). Both are exact when f is p.
+
+    points: (n,), distinct, in [0, 1], -. Returns A1, A2: (n, n), -. Well conditioned for Gauss points; for
+    equidistant ones only up to n of about 10. Repeated points raise numpy.linalg.LinAlgError.
+    """
+    x = 2 * np.asarray(points, dtype=np.float64) - 1  # from [0, 1] to [-1, 1]: lengths double
+    n = len(x)
+    to_legendre = np.linalg.inv(legendre.legvander(x, n - 1))
+    first = legendre.legint(np.eye(n), m=1, lbnd=-1)
+    second = legendre.legint(np.eye(n), m=2, lbnd=-1)
+    A1 = legendre.legvander(x, n) @ first @ to_legendre / 2
+    A2 = legendre.legvander(x, n + 1) @ second @ to_legendre / 4
+    return A1, A2
+
+
+def tapered(
+    E: Real,
+    G: Real,
+    rho: Real,
+    section: SectionProperties,
+    length: Real,
+    shear: Real,
+    rotary: Real,
+    points: FloatArray,
+    weights: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the flexibility and the consistent mass of an element whose section varies along it.
+
+    C = int B^T c B dx, with c = diag(1/EA, shear/(ky G A), shear/(kz G A), 1/GJ, 1/EIy, 1/EIz) and B(x) the
+    internal forces per load at j; Nbar(x) = [D(x), 0] + S(x) C^-1 [-D(L), I] with S(x) the displacement at x
+    per load at j; M = int rho A N1^T N1 + N2^T diag(rho (Iy + Iz), rotary rho Iy, rotary rho Iz) N2 dx (RPR
+    paper, eqs. 13-17, without its assumption of a uniform section).
+
+    E, G, rho, length, shear, rotary: (...) per element, units as in `flexura.beam.element`; section: fields
+    (..., n), the last axis running over the stations at points * length from end i; points, weights: (n,), -,
+    from `gauss_stations`. Returns C (..., 6, 6) of end j with end i clamped, and M (..., 12, 12), for the
+    stiffness see `stiffness_from_flexibility`.
+
+    For n >= 4 a uniform section gives the uniform element to round-off. The error falls with n only as fast as
+    that of polynomials through 1/EI(x): a notch with t/R below 0.2 needs several elements, or n above 20.
+    """
+    E, G, rho, L, shear, rotary = (np.asarray(v)[..., None] for v in (E, G, rho, length, shear, rotary))
+    A, Iy, Iz = section[:3]
+    x = points * L
+    at_stations = _integrals(E, G, section, L, shear, points, *_station_operators(tuple(points)))
+    S = combine(at_stations, FLEXIBILITY_BASIS, 6)
+    ends = _integrals(E, G, section, L, shear, points, weights[:, None], (weights * (1 - points))[:, None])
+    C = combine(ends, FLEXIBILITY_BASIS, 6)  # (..., 1, 6, 6)
+    N = interpolation(S, C, x, L)  # (..., n, 6, 12)
+
+    line = rho * weights * L
+    density = columns(line * A, line * A, line * A, line * (Iy + Iz), rotary * line * Iy, rotary * line * Iz)
+    weighted = N * density[..., None]
+    lead = weighted.shape[:-3]
+    N = np.broadcast_to(N, weighted.shape).reshape(*lead, -1, 12)
+    M = np.swapaxes(weighted.reshape(*lead, -1, 12), -1, -2) @ N
+    return C[..., 0, :, :], (M + np.swapaxes(M, -1, -2)) / 2
+
+
+def _integrals(
+    E: FloatArray,
+    G: FloatArray,
+    section: SectionProperties,
+    L: FloatArray,
+    shear: FloatArray,
+    points: FloatArray,
+    first: FloatArray,
+    second: FloatArray,
+) -> FloatArray:
+    """Return the coefficients of FLEXIBILITY_BASIS at m places, (..., m, 10).
+
+    `first` and `second`, (n, m), take values at the stations to their first and second integral from 0 to the
+    m places, in units of L. Twice integrated curvature is deflection, once integrated is rotation.
+    """
+    A, Iy, Iz, J, ky, kz = section
+    arm = (1 - points) * L
+    by, bz = L / (E * Iy), L / (E * Iz)
+    slide = L * shear / (G * A)
+    once = columns(L / (E * A), L / (G * J), arm * bz, bz, arm * by, by, slide / ky, slide / kz)
+    once = np.swapaxes(np.swapaxes(once, -1, -2) @ first, -1, -2)  # (..., m, 8)
+    twice = columns(arm * bz, bz, arm * by, by) * L[..., None]
+    twice = np.swapaxes(np.swapaxes(twice, -1, -2) @ second, -1, -2)  # (..., m, 4)
+    axial, torsion, fz, mz, fy, my, slide_y, slide_z = np.moveaxis(once, -1, 0)
+    dfz, dmz, dfy, dmy = np.moveaxis(twice, -1, 0)
+    return columns(axial, torsion, dfz + slide_y, dmz, fz, mz, dfy + slide_z, dmy, fy, my)
+
+
+@lru_cache(maxsize=32)
+def _station_operators(points: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return the transposed integration matrices, laid out for `_integrals`."""
+    A1, A2 = integration_matrices(points)
+    return np.ascontiguousarray(A1.T), np.ascontiguousarray(A2.T)

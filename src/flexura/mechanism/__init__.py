@@ -1,0 +1,87 @@
+"""What is described: materials, sections, members, bodies, substructures and how they are put together."""
+
+from flexura.mechanism.body import (
+    Box,
+    Cylinder,
+    DiagonalStiffness,
+    Matrix,
+    Plate,
+    PointMass,
+    RigidBody,
+    Rotation,
+    Spring,
+    Superelement,
+)
+from flexura.mechanism.expression import Expression, parameter
+from flexura.mechanism.material import CATALOGUE, Material
+from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism.parameter import Parameter
+from flexura.mechanism.profile import (
+    CircularContour,
+    CornerFilletedContour,
+    EllipticalContour,
+    HyperbolicContour,
+    Leaf,
+    Notch,
+    ParabolicContour,
+    RoundNotch,
+    StraightContour,
+    TabulatedContour,
+    TwoAxisNotch,
+    VShapedContour,
+)
+from flexura.mechanism.section import Circle, Rectangle, SectionConstants, Tube
+from flexura.mechanism.substructure import (
+    DOF_NAMES,
+    CircularPattern,
+    Instance,
+    LinearPattern,
+    Mechanism,
+    MirrorPattern,
+    Substructure,
+    Support,
+)
+
+__all__ = [
+    "CATALOGUE",
+    "DOF_NAMES",
+    "Box",
+    "Circle",
+    "CircularContour",
+    "CircularPattern",
+    "CornerFilletedContour",
+    "Cylinder",
+    "DiagonalStiffness",
+    "EllipticalContour",
+    "Expression",
+    "Flexure",
+    "HyperbolicContour",
+    "Instance",
+    "Leaf",
+    "LinearPattern",
+    "Link",
+    "Material",
+    "Matrix",
+    "Mechanism",
+    "MirrorPattern",
+    "Notch",
+    "ParabolicContour",
+    "Parameter",
+    "Plate",
+    "PointMass",
+    "Rectangle",
+    "RigidBody",
+    "Rotation",
+    "RoundNotch",
+    "SectionConstants",
+    "Spring",
+    "StraightContour",
+    "Substructure",
+    "Superelement",
+    "Support",
+    "TabulatedContour",
+    "Tube",
+    "TwoAxisNotch",
+    "VShapedContour",
+    "parameter",
+]

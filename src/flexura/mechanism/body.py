@@ -1,0 +1,218 @@
+"""Parts with inertia or stiffness that are not members: rigid bodies, point masses, springs, superelements."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
+
+from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
+from flexura.mechanism.quantity import (
+    Angle,
+    Inertia,
+    NonNegativeMass,
+    PositiveLength,
+    PositiveMass,
+    RotationalStiffness,
+    StiffnessRR,
+    StiffnessTR,
+    StiffnessTT,
+    TranslationalStiffness,
+)
+
+Principal = tuple[Inertia, Inertia, Inertia]
+Tensor = tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia]
+InertiaTensor = Principal | Tensor
+"""(Ixx, Iyy, Izz) or (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) about the centre of mass, kg m^2; Ixy = -integral of x y dm."""
+
+
+def _inertia(raw: Any) -> Any:
+    if isinstance(raw, list | tuple) and len(raw) not in (3, 6):
+        raise refuse("an inertia has 3 entries (Ixx, Iyy, Izz) or 6 (and Ixy, Ixz, Iyz)")
+    return raw
+
+
+class Rotation(Part):
+    """A right-handed rotation about an axis through the origin of the part."""
+
+    axis: Direction
+    angle: Angle
+
+
+class Box(Part):
+    """A solid box with its edges along the axes."""
+
+    shape: Literal["box"] = "box"
+    size: tuple[PositiveLength, PositiveLength, PositiveLength]
+    material: str
+
+
+class Cylinder(Part):
+    """A solid cylinder."""
+
+    shape: Literal["cylinder"] = "cylinder"
+    diameter: PositiveLength
+    length: PositiveLength
+    axis: Direction = (0.0, 0.0, 1.0)
+    material: str
+
+
+class Plate(Part):
+    """A solid rectangular plate: length along x, width along y, thickness along z."""
+
+    shape: Literal["plate"] = "plate"
+    length: PositiveLength
+    width: PositiveLength
+    thickness: PositiveLength
+    material: str
+
+
+Solid = Annotated[Box | Cylinder | Plate, Field(discriminator="shape")]
+
+
+class RigidBody(Part):
+    """A rigid body that carries nodes on rigid arms.
+
+    Its own node, at the centre of mass, goes by the body's name and may be used like any other node.
+    Give `mass` and `inertia`, or a `solid`.
+    """
+
+    centre: Vector = ORIGIN
+    """Centre of mass, m."""
+    carries: tuple[str, ...] = ()
+    """Nodes fixed to the body; `*` matches any run of characters, as in `branch*.top`."""
+    mass: PositiveMass | None = None
+    inertia: Annotated[InertiaTensor, BeforeValidator(_inertia)] | None = None
+    solid: Solid | None = None
+    rotate: Rotation | None = None
+    """Turns the solid, or the axes in which `inertia` is given."""
+
+    @model_validator(mode="after")
+    def _one_inertia(self) -> Self:
+        given = (self.mass is not None) + (self.inertia is not None)
+        if self.solid is not None and given:
+            raise refuse("a rigid body has either a solid or mass and inertia, not both")
+        if self.solid is None and given != 2:
+            raise refuse("a rigid body needs mass and inertia, or a solid", "a point mass has mass alone")
+        return self
+
+
+class PointMass(Part):
+    """A mass at a node, or at `offset` from it on a rigid arm."""
+
+    node: str
+    mass: NonNegativeMass
+    inertia: Annotated[InertiaTensor, BeforeValidator(_inertia)] | None = None
+    offset: Vector = ORIGIN
+
+
+class DiagonalStiffness(Part):
+    """Stiffness along and about the three axes of a spring."""
+
+    tx: TranslationalStiffness = 0.0
+    ty: TranslationalStiffness = 0.0
+    tz: TranslationalStiffness = 0.0
+    rx: RotationalStiffness = 0.0
+    ry: RotationalStiffness = 0.0
+    rz: RotationalStiffness = 0.0
+
+
+_RowT = tuple[StiffnessTT, StiffnessTT, StiffnessTT, StiffnessTR, StiffnessTR, StiffnessTR]
+_RowR = tuple[StiffnessTR, StiffnessTR, StiffnessTR, StiffnessRR, StiffnessRR, StiffnessRR]
+StiffnessMatrix = tuple[_RowT, _RowT, _RowT, _RowR, _RowR, _RowR]
+
+
+class Spring(Part):
+    """A 6-DOF spring from a node to ground, or between two nodes.
+
+    It acts at `at` (default: the node, or midway between the two), to which both nodes reach by rigid arms, so that
+    a rigid motion never strains it.
+    """
+
+    nodes: Annotated[tuple[str, ...], Field(min_length=1, max_length=2)]
+    stiffness: DiagonalStiffness | None = None
+    matrix: StiffnessMatrix | None = None
+    """Full symmetric 6 x 6 stiffness."""
+    at: Vector | None = None
+    rotate: Rotation | None = None
+    """Turns the axes of the spring."""
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if (self.stiffness is None) == (self.matrix is None):
+            raise refuse("a spring has either stiffness (by DOF) or matrix (6 x 6)")
+        return self
+
+
+class Matrix:
+    """An immutable real matrix that compares by value."""
+
+    def __init__(self, values: Any) -> None:
+        self.array = np.array(values, dtype=float)
+        self.array.flags.writeable = False
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Matrix) and np.array_equal(self.array, other.array)
+
+    def __hash__(self) -> int:
+        return hash((self.array.shape, self.array.tobytes()))
+
+    def __repr__(self) -> str:
+        return f"Matrix({'x'.join(map(str, self.array.shape))})"
+
+
+def _matrix(raw: Any) -> Matrix:
+    if isinstance(raw, Matrix):
+        return raw
+    if isinstance(raw, list | tuple) and any(isinstance(x, str) for row in raw if isinstance(row, list) for x in row):
+        raise refuse("entries of a superelement matrix are plain numbers", "`units` says in which unit system")
+    try:
+        matrix = Matrix(raw)
+    except (TypeError, ValueError):
+        raise refuse("a matrix is a list of rows of numbers, all of one length") from None
+    if matrix.array.ndim != 2 or matrix.array.shape[0] != matrix.array.shape[1]:
+        raise refuse("a superelement matrix is square")
+    if not np.isfinite(matrix.array).all():
+        raise refuse("entries of a matrix are finite")
+    return matrix
+
+
+SquareMatrix = Annotated[
+    Matrix,
+    BeforeValidator(_matrix),
+    PlainSerializer(lambda m: m.array.tolist()),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
+                {"type": "object", "properties": {"file": {"type": "string"}}, "required": ["file"]},
+            ],
+            "description": "rows of numbers in SI, or {file: NAME.mtx} (Matrix Market)",
+        }
+    ),
+]
+
+
+class Superelement(Part):
+    """Stiffness and mass matrices of an elastic part over named nodes, from another program.
+
+    The 6 DOFs of each node follow each other in the order of `nodes` (tx ty tz rx ry rz), SI units, in the frame of
+    the substructure.
+    """
+
+    nodes: tuple[str, ...] = Field(min_length=1)
+    stiffness: SquareMatrix
+    mass: SquareMatrix
+
+    @model_validator(mode="after")
+    def _sizes(self) -> Self:
+        n = 6 * len(self.nodes)
+        for name, matrix in (("stiffness", self.stiffness.array), ("mass", self.mass.array)):
+            if matrix.shape != (n, n):
+                raise refuse(f"{name} is {n} x {n}: six DOFs for each of {len(self.nodes)} nodes")
+            if not np.allclose(matrix, matrix.T, rtol=0, atol=1e-6 * abs(matrix).max()):
+                raise refuse(f"{name} of a superelement is symmetric")
+            if np.linalg.eigvalsh((matrix + matrix.T) / 2).min() < -1e-6 * abs(matrix).max():
+                raise refuse(f"{name} of a superelement has no negative eigenvalue")
+        return self

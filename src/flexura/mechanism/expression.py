@@ -1,0 +1,434 @@
+"""Expressions over named parameters: read from text without `eval`, evaluated over a design axis.
+
+Grammar (a number may be followed by a unit name, or by a unit in square brackets):
+
+    sum     = product {("+" | "-") product}
+    product = sign {("*" | "/") sign}
+    sign    = ["+" | "-"] power
+    power   = atom [("^" | "**") sign]
+    atom    = number [unit | "[" unit "]"] | name | function "(" sum {"," sum} ")" | "(" sum ")"
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from flexura.errors import ExpressionError
+from flexura.mechanism.dimension import NUMBER, Dimension
+
+UnitReader = Callable[[str], tuple[float, Dimension]]
+"""Turns the text of a unit into (factor to SI, dimension)."""
+
+Value = Any
+"""A float, or an array whose leading axis counts designs."""
+
+MAX_LENGTH = 1000
+MAX_DEPTH = 60
+MAX_EXPONENT = 16
+
+FUNCTIONS: dict[str, tuple[Callable[..., Value], int]] = {
+    "sqrt": (np.sqrt, 1),
+    "abs": (np.abs, 1),
+    "sin": (np.sin, 1),
+    "cos": (np.cos, 1),
+    "tan": (np.tan, 1),
+    "asin": (np.arcsin, 1),
+    "acos": (np.arccos, 1),
+    "atan": (np.arctan, 1),
+    "atan2": (np.arctan2, 2),
+    "min": (np.minimum, 2),
+    "max": (np.maximum, 2),
+}
+CONSTANTS = {"pi": math.pi}
+
+
+class _Node:
+    """Arithmetic that builds trees; shared by every kind of node."""
+
+    def __add__(self, other: Any) -> Expression:
+        return Expression(Binary("+", _tree(self), _tree(other)))
+
+    def __radd__(self, other: Any) -> Expression:
+        return Expression(Binary("+", _tree(other), _tree(self)))
+
+    def __sub__(self, other: Any) -> Expression:
+        return Expression(Binary("-", _tree(self), _tree(other)))
+
+    def __rsub__(self, other: Any) -> Expression:
+        return Expression(Binary("-", _tree(other), _tree(self)))
+
+    def __mul__(self, other: Any) -> Expression:
+        return Expression(Binary("*", _tree(self), _tree(other)))
+
+    def __rmul__(self, other: Any) -> Expression:
+        return Expression(Binary("*", _tree(other), _tree(self)))
+
+    def __truediv__(self, other: Any) -> Expression:
+        return Expression(Binary("/", _tree(self), _tree(other)))
+
+    def __rtruediv__(self, other: Any) -> Expression:
+        return Expression(Binary("/", _tree(other), _tree(self)))
+
+    def __pow__(self, other: Any) -> Expression:
+        return Expression(Binary("^", _tree(self), _tree(other)))
+
+    def __neg__(self) -> Expression:
+        return Expression(Negative(_tree(self)))
+
+
+@dataclass(frozen=True)
+class Number:
+    """A literal in SI; `dimension` is None for a literal written in Python, where SI is understood."""
+
+    value: float
+    dimension: Dimension | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True)
+class Name:
+    """A reference to a parameter or to a constant such as `pi`."""
+
+    id: str
+
+
+@dataclass(frozen=True)
+class Negative:
+    """Unary minus."""
+
+    operand: Tree
+
+
+@dataclass(frozen=True)
+class Binary:
+    """A sum, difference, product, quotient or power."""
+
+    op: str
+    left: Tree
+    right: Tree
+
+
+@dataclass(frozen=True)
+class Call:
+    """A function of `FUNCTIONS` applied to its arguments."""
+
+    function: str
+    arguments: tuple[Tree, ...]
+
+
+Tree = Number | Name | Negative | Binary | Call
+
+
+@dataclass(frozen=True)
+class Expression(_Node):
+    """A number that depends on parameters. Build it with `parameter("t") / 2` or `Expression.parse("t/2")`."""
+
+    tree: Tree
+
+    @staticmethod
+    def parse(text: str, unit: UnitReader | None = None) -> Expression:
+        """Read an expression; `unit` reads the units of its literals (None: units are refused, numbers are SI).
+
+        Raises ExpressionError with the rule that was broken.
+        """
+        if len(text) > MAX_LENGTH:
+            raise ExpressionError(f"an expression has at most {MAX_LENGTH} characters")
+        return Expression(_Parser(text, unit).parse())
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the parameters it depends on."""
+        return frozenset(_names(self.tree)) - CONSTANTS.keys()
+
+    def evaluate(self, values: Mapping[str, Value]) -> Value:
+        """Value in SI for parameter values that are floats or arrays sharing a design axis.
+
+        Raises ExpressionError when a parameter is missing.
+        """
+        return self.compiled()(values)
+
+    def compiled(self) -> Callable[[Mapping[str, Value]], Value]:
+        """The expression as a function of the parameter values, for repeated evaluation."""
+        return _compile(self.tree)
+
+    def dimension(self, of: Mapping[str, Dimension | None]) -> Dimension | None:
+        """Physical dimension, given those of the parameters; None when only bare Python numbers occur.
+
+        Raises ExpressionError where dimensions clash.
+        """
+        return _dimension(self.tree, of)
+
+    def __str__(self) -> str:
+        return format_tree(self.tree)
+
+
+def parameter(name: str) -> Expression:
+    """Refer to a parameter by name, to be combined with + - * / ** into expressions."""
+    return Expression(Name(name))
+
+
+def _tree(value: Any) -> Tree:
+    if isinstance(value, Expression):
+        return value.tree
+    if isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool):
+        return Number(float(value))
+    raise ExpressionError(f"{value!r} cannot stand in an expression", "use numbers and parameters")
+
+
+def _names(tree: Tree) -> set[str]:
+    match tree:
+        case Name(id):
+            return {id}
+        case Negative(operand):
+            return _names(operand)
+        case Binary(_, left, right):
+            return _names(left) | _names(right)
+        case Call(_, arguments):
+            return set().union(*(_names(a) for a in arguments))
+    return set()
+
+
+def _compile(tree: Tree) -> Callable[[Mapping[str, Value]], Value]:
+    match tree:
+        case Number(value):
+            return lambda _: value
+        case Name(id):
+            if id in CONSTANTS:
+                constant = CONSTANTS[id]
+                return lambda _: constant
+
+            def look_up(values: Mapping[str, Value]) -> Value:
+                try:
+                    return values[id]
+                except KeyError:
+                    raise ExpressionError(f"parameter {id!r} is not defined") from None
+
+            return look_up
+        case Negative(operand):
+            inner = _compile(operand)
+            return lambda values: -inner(values)
+        case Binary(op, left, right):
+            return _compile_binary(op, _compile(left), _compile(right))
+        case Call(function, arguments):
+            call = FUNCTIONS[function][0]
+            compiled = [_compile(a) for a in arguments]
+            return lambda values: call(*(c(values) for c in compiled))
+    raise ExpressionError(f"{tree!r} is not an expression")
+
+
+def _compile_binary(op: str, a: Callable[..., Value], b: Callable[..., Value]) -> Callable[..., Value]:
+    if op == "+":
+        return lambda values: a(values) + b(values)
+    if op == "-":
+        return lambda values: a(values) - b(values)
+    if op == "*":
+        return lambda values: a(values) * b(values)
+    if op == "/":
+        return lambda values: np.divide(a(values), b(values))
+    return lambda values: np.power(a(values), b(values))
+
+
+def _dimension(tree: Tree, of: Mapping[str, Dimension | None]) -> Dimension | None:
+    match tree:
+        case Number(value, dimension):
+            return None if value == 0 else dimension
+        case Name(id):
+            return NUMBER if id in CONSTANTS else of.get(id)
+        case Negative(operand):
+            return _dimension(operand, of)
+        case Call(function, arguments):
+            return _call_dimension(function, [_dimension(a, of) for a in arguments])
+        case Binary(op, left, right):
+            a, b = _dimension(left, of), _dimension(right, of)
+            if op in "+-":
+                return _same_dimension(a, b, "+ and - join quantities of one dimension")
+            if op == "^":
+                return _power_dimension(a, b, right)
+            return (a or NUMBER).times(b or NUMBER, 1 if op == "*" else -1) if (a or b) else None
+    return None
+
+
+def _same_dimension(a: Dimension | None, b: Dimension | None, rule: str) -> Dimension | None:
+    if a is not None and b is not None and a != b:
+        left, right = a.unit() or "a pure number", b.unit() or "a pure number"
+        raise ExpressionError(f"{rule}; these are {left} and {right}", "give every number in the sum its unit")
+    return b if a is None else a
+
+
+def _power_dimension(base: Dimension | None, exponent: Dimension | None, tree: Tree) -> Dimension | None:
+    if exponent not in (None, NUMBER):
+        raise ExpressionError("an exponent is a pure number")
+    if base in (None, NUMBER):
+        return base
+    number = tree.operand if isinstance(tree, Negative) else tree
+    if not isinstance(number, Number):
+        raise ExpressionError("a quantity with a unit is raised to a literal power only")
+    power = Fraction(number.value).limit_denominator(12)
+    return base.power(-power if isinstance(tree, Negative) else power)
+
+
+def _call_dimension(function: str, arguments: list[Dimension | None]) -> Dimension | None:
+    first = arguments[0]
+    if function == "sqrt":
+        return None if first is None else first.power(Fraction(1, 2))
+    if function == "abs":
+        return first
+    if function in ("min", "max", "atan2"):
+        same = _same_dimension(first, arguments[1], f"{function} compares quantities of one dimension")
+        return NUMBER if function == "atan2" else same
+    if first not in (None, NUMBER):
+        raise ExpressionError(f"{function} takes a pure number or an angle")
+    return NUMBER
+
+
+_PRECEDENCE = {"+": 1, "-": 1, "*": 2, "/": 2, "^": 4}
+
+
+def format_tree(tree: Tree, number: Callable[[Number], str] = lambda n: repr(n.value), above: int = 0) -> str:
+    """Text of a tree with the fewest parentheses; `number` writes its literals."""
+    match tree:
+        case Number(value):
+            text, own = number(tree), 5 if value >= 0 else 3
+        case Name(id):
+            text, own = id, 5
+        case Negative(operand):
+            text, own = f"-{format_tree(operand, number, 3)}", 3
+        case Call(function, arguments):
+            text, own = f"{function}({', '.join(format_tree(a, number) for a in arguments)})", 5
+        case Binary(op, left, right):
+            own = _PRECEDENCE[op]
+            lhs = format_tree(left, number, own + (op == "^"))
+            text = f"{lhs} {op} {format_tree(right, number, own + 1)}"
+    return f"({text})" if own < above else text
+
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d]\w*)|(?P<unit>\[[^\[\]]*\])"
+    r"|(?P<op>\*\*|[-+*/^(),]))"
+)
+
+
+class _Parser:
+    """Recursive descent over the tokens of one expression."""
+
+    def __init__(self, text: str, unit: UnitReader | None) -> None:
+        self.tokens = _tokens(text)
+        self.at = 0
+        self.depth = 0
+        self.unit = unit
+
+    def parse(self) -> Tree:
+        tree = self.sum()
+        kind, token = self.peek()
+        if kind != "end":
+            raise ExpressionError(f"{token!r} was not expected here", "operators are + - * / ^ and parentheses")
+        return tree
+
+    def peek(self) -> tuple[str, str]:
+        return self.tokens[self.at]
+
+    def take(self, *ops: str) -> str | None:
+        kind, token = self.peek()
+        if kind == "op" and token in ops:
+            self.at += 1
+            return token
+        return None
+
+    def sum(self) -> Tree:
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise ExpressionError(f"an expression nests at most {MAX_DEPTH} deep")
+        tree = self.product()
+        while op := self.take("+", "-"):
+            tree = Binary(op, tree, self.product())
+        self.depth -= 1
+        return tree
+
+    def product(self) -> Tree:
+        tree = self.sign()
+        while op := self.take("*", "/"):
+            tree = Binary(op, tree, self.sign())
+        return tree
+
+    def sign(self) -> Tree:
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise ExpressionError(f"an expression nests at most {MAX_DEPTH} deep")
+        op = self.take("+", "-")
+        tree = self.sign() if op else self.power()
+        self.depth -= 1
+        return Negative(tree) if op == "-" else tree
+
+    def power(self) -> Tree:
+        base = self.atom()
+        if not self.take("^", "**"):
+            return base
+        exponent = self.sign()
+        if isinstance(exponent, Number) and exponent.value > MAX_EXPONENT:
+            raise ExpressionError(f"an exponent is at most {MAX_EXPONENT}")
+        return Binary("^", base, exponent)
+
+    def atom(self) -> Tree:
+        kind, token = self.peek()
+        self.at += 1
+        if kind == "number":
+            return self.quantity(float(token))
+        if kind == "name":
+            return self.call(token) if self.take("(") else self.reference(token)
+        if token == "(":
+            tree = self.sum()
+            if not self.take(")"):
+                raise ExpressionError("a ( is not closed")
+            return tree
+        raise ExpressionError(
+            "the expression ends too early" if kind == "end" else f"{token!r} was not expected here"
+        )
+
+    def reference(self, token: str) -> Tree:
+        if token in FUNCTIONS:
+            raise ExpressionError(f"{token} is a function", f"write {token}(…)")
+        return Name(token)
+
+    def call(self, function: str) -> Tree:
+        if function not in FUNCTIONS:
+            raise ExpressionError(f"{function!r} is not a function", "known: " + ", ".join(sorted(FUNCTIONS)))
+        arguments = [self.sum()]
+        while self.take(","):
+            arguments.append(self.sum())
+        if not self.take(")"):
+            raise ExpressionError("a ( is not closed")
+        if len(arguments) != FUNCTIONS[function][1]:
+            raise ExpressionError(f"{function} takes {FUNCTIONS[function][1]} argument(s), not {len(arguments)}")
+        return Call(function, tuple(arguments))
+
+    def quantity(self, value: float) -> Tree:
+        if not math.isfinite(value):
+            raise ExpressionError("a number must be finite")
+        kind, token = self.peek()
+        if kind not in ("name", "unit"):
+            return Number(value, NUMBER if self.unit else None)
+        if self.unit is None:
+            raise ExpressionError("numbers are in SI here and carry no unit", "units belong in a model file")
+        self.at += 1
+        factor, dimension = self.unit(token.strip("[]"))
+        return Number(value * factor, dimension)
+
+
+def _tokens(text: str) -> list[tuple[str, str]]:
+    tokens: list[tuple[str, str]] = []
+    position = 0
+    text = text.rstrip()
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise ExpressionError(f"{text[position:].strip()[0]!r} cannot stand in an expression")
+        tokens.append((str(match.lastgroup), match.group(str(match.lastgroup))))
+        position = match.end()
+    tokens.append(("end", ""))
+    return tokens

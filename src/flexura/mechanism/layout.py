@@ -1,0 +1,92 @@
+"""Who is who in a description: prototypes, instances, node references. Names only, no numbers.
+
+The mechanism itself is the prototype with the empty name.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+
+from flexura.mechanism.placement import Step, copies
+from flexura.mechanism.substructure import Mechanism, Substructure
+
+TOP = ""
+
+
+@dataclass(frozen=True)
+class Child:
+    """One placed copy of a prototype inside another."""
+
+    name: str
+    prototype: str
+    steps: tuple[Step, ...]
+
+
+@dataclass
+class Layout:
+    """Prototypes of a mechanism that are in use, children before parents, and what each exposes.
+
+    Raises KeyError when a prototype is not defined and RecursionError when one contains itself; a description that
+    passed its checks does neither.
+    """
+
+    mechanism: Mechanism
+    prototypes: dict[str, Substructure] = field(init=False, default_factory=dict)
+    children: dict[str, list[Child]] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._visit(TOP, ())
+
+    def _visit(self, name: str, above: tuple[str, ...]) -> None:
+        if name in above:
+            raise RecursionError(f"substructure {name} contains itself")
+        if name in self.prototypes:
+            return
+        prototype = self.mechanism if name == TOP else self.mechanism.substructures[name]
+        for instance in prototype.instances.values():
+            self._visit(instance.of, (*above, name))
+        self.children[name] = [
+            Child(copy, instance.of, steps)
+            for key, instance in prototype.instances.items()
+            for copy, steps in copies(key, instance)
+        ]
+        self.prototypes[name] = prototype
+
+    def own_nodes(self, name: str) -> list[str]:
+        """Nodes declared in a prototype, and its bodies, which are nodes too."""
+        prototype = self.prototypes[name]
+        return [*prototype.nodes, *prototype.bodies]
+
+    def exposed(self, name: str) -> list[str]:
+        """Nodes that a prototype's own parts may refer to: its own and the interfaces of its instances."""
+        of_children = [
+            f"{child.name}.{node}" for child in self.children[name] for node in self.interface(child.prototype)
+        ]
+        return self.own_nodes(name) + of_children
+
+    def interface(self, name: str) -> list[str]:
+        """Interface nodes of a prototype, as its parent writes them behind the instance's name."""
+        return list(self.prototypes[name].interface)
+
+    def instances(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Every placed prototype as (path, prototype), parents before children; the mechanism has the empty path."""
+        stack: list[tuple[tuple[str, ...], str]] = [((), TOP)]
+        while stack:
+            path, name = stack.pop()
+            yield path, name
+            stack.extend(((*path, c.name), c.prototype) for c in reversed(self.children[name]))
+
+
+def is_pattern(text: str) -> bool:
+    """True when a node reference holds wildcards."""
+    return re.search(r"[*?]", text) is not None
+
+
+def matching(text: str, names: Iterable[str]) -> list[str]:
+    """Names that a reference stands for, in natural order of appearance."""
+    if not is_pattern(text):
+        return [name for name in names if name == text]
+    return [name for name in names if fnmatchcase(name, text)]

@@ -1,0 +1,80 @@
+"""Isotropic linear-elastic materials, and a small catalogue with sources."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from flexura.mechanism.base import Part, refuse
+from flexura.mechanism.quantity import Density, NonNegativeNumber, Number, PositivePressure
+
+
+class Material(Part):
+    """An isotropic material: E and rho with either nu or G, the other elastic constant follows from E = 2G(1 + nu)."""
+
+    E: PositivePressure
+    """Young's modulus, Pa."""
+    rho: Density
+    """Mass density, kg/m^3."""
+    nu: Number | None = None
+    """Poisson's ratio, -1 < nu <= 0.5."""
+    G: PositivePressure | None = None
+    """Shear modulus, Pa."""
+    loss_factor: NonNegativeNumber | None = None
+    """Structural loss factor eta of the complex modulus E(1 + i eta)."""
+    yield_stress: PositivePressure | None = None
+    """Yield stress (0.2 % proof stress), or the strength of a brittle material, Pa."""
+    source: str = ""
+    """Where the values come from."""
+
+    @model_validator(mode="after")
+    def _one_of_nu_and_G(self) -> Self:
+        if (self.nu is None) == (self.G is None):
+            raise refuse("a material has exactly one of nu and G", "the other follows from E = 2 G (1 + nu)")
+        if isinstance(self.nu, float) and not -1 < self.nu <= 0.5:
+            raise refuse("Poisson's ratio lies in -1 < nu <= 0.5")
+        return self
+
+
+_MMPDS = "room-temperature design values as in MIL-HDBK-5J (2003)"
+
+CATALOGUE: dict[str, Material] = {
+    "Al-7075-T6": Material(
+        E=71.7e9, nu=0.33, rho=2810.0, yield_stress=503e6,
+        source="ASM Aerospace Specification Metals data sheet, aluminium 7075-T6",
+    ),
+    "Al-6061-T6": Material(
+        E=68.9e9, nu=0.33, rho=2700.0, yield_stress=276e6,
+        source="ASM Aerospace Specification Metals data sheet, aluminium 6061-T6",
+    ),
+    "Ti-6Al-4V": Material(
+        E=113.8e9, nu=0.342, rho=4430.0, yield_stress=880e6,
+        source="ASM Aerospace Specification Metals data sheet, Ti-6Al-4V (grade 5), annealed",
+    ),
+    "spring-steel": Material(
+        E=206e9, G=79.5e9, rho=7850.0, yield_stress=1400e6,
+        source="EN 10270-1 moduli for patented drawn spring wire; yield typical of hardened C75S strip",
+    ),
+    "17-4PH": Material(
+        E=196.5e9, G=77.2e9, rho=7810.0, yield_stress=1172e6,
+        source=f"stainless 17-4PH, condition H900; {_MMPDS}",
+    ),
+    "Invar-36": Material(
+        E=141e9, nu=0.29, rho=8050.0, yield_stress=276e6,
+        source="Carpenter Technology data sheet, Invar 36 alloy, annealed",
+    ),
+    "beryllium-copper": Material(
+        E=131e9, nu=0.30, rho=8250.0, yield_stress=1130e6,
+        source="Materion data sheet, Alloy 25 (C17200), AT temper strip",
+    ),
+    "fused-silica": Material(
+        E=72.7e9, nu=0.16, rho=2200.0, yield_stress=54e6,
+        source="Corning HPFS 7980 data sheet; the strength is the modulus of rupture of an abraded surface",
+    ),
+    "silicon": Material(
+        E=169e9, nu=0.064, rho=2329.0,
+        source="Hopcroft, Nix, Kenny, J. MEMS 19 (2010) 229-238: <110> direction in a (100) wafer, taken as isotropic",
+    ),
+}  # fmt: skip
+"""Materials that a description may name without defining them."""

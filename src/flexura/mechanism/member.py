@@ -1,0 +1,53 @@
+"""Members: links and flexures between two nodes, with ends that may sit off their nodes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from flexura.mechanism.base import ORIGIN, Direction, Part, Vector
+from flexura.mechanism.profile import Profile
+from flexura.mechanism.section import Section
+
+Theory = Literal["rayleigh", "timoshenko", "euler_bernoulli"]
+Integration = Literal["stepped", "tapered"]
+ElementCount = Annotated[int, Field(ge=1, le=10_000, strict=True)]
+
+
+class Member(Part):
+    """What links and flexures share.
+
+    The member runs from `nodes[0] + start_offset` to `nodes[1] + end_offset`; the offsets are rigid massless arms
+    (the RPR paper, eqs. 21-24).
+    """
+
+    nodes: tuple[str, str]
+    material: str
+    """A name from `materials`, or of the catalogue."""
+    reference: Direction | None = None
+    """Lies in the plane of the member axis and local z, the direction of the section's thickness."""
+    start_offset: Vector = ORIGIN
+    end_offset: Vector = ORIGIN
+    theory: Theory | None = None
+    """Beam theory; None takes the mechanism's."""
+
+
+class Link(Member):
+    """A uniform beam, cut into `elements` elements."""
+
+    section: Section | str
+    """A section, or the name of one in `sections`."""
+    elements: ElementCount = 3
+
+
+class Flexure(Member):
+    """A flexure, cut into `elements` elements of equal length.
+
+    `stepped` gives every element the uniform section at its middle, as the paper does; `tapered` integrates
+    the varying section inside every element.
+    """
+
+    profile: Profile
+    elements: ElementCount = 10
+    integration: Integration = "stepped"

@@ -1,0 +1,121 @@
+"""Rigid placements: rotations, translations and mirror images, over an optional design axis.
+
+The one rotation convention of flexura: matrices are active and act on column vectors, v' = Q v; a positive angle
+turns right-handed about its axis (Rodrigues 1840).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.mechanism.base import Direction, Vector
+from flexura.mechanism.quantity import Scalar
+from flexura.mechanism.substructure import CircularPattern, Instance, LinearPattern, MirrorPattern, Pattern
+
+Array = NDArray[np.float64]
+
+
+class Turn(NamedTuple):
+    """A rotation by `angle` about `axis` through `centre`."""
+
+    axis: Direction
+    angle: Scalar
+    centre: Vector
+
+
+class Move(NamedTuple):
+    """A translation."""
+
+    by: Vector
+
+
+class Reflect(NamedTuple):
+    """A mirror image in the plane through `point` with the given normal."""
+
+    normal: Direction
+    point: Vector
+
+
+Step = Turn | Move | Reflect
+
+
+def copies(name: str, instance: Instance) -> list[tuple[str, tuple[Step, ...]]]:
+    """Expand the patterns of an instance: the name and the placing steps of every copy, in order."""
+    zero: Vector = (0.0, 0.0, 0.0)
+    own: tuple[Step, ...] = tuple(Turn(r.axis, r.angle, zero) for r in instance.rotate)
+    placed: list[tuple[Step, ...]] = [(*own, Move(instance.at))]
+    for pattern in instance.pattern:
+        placed = [(*steps, *extra) for extra in _pattern_steps(pattern) for steps in placed]
+    if not instance.pattern:
+        return [(name, placed[0])]
+    return [(f"{name}{k}", steps) for k, steps in enumerate(placed, start=1)]
+
+
+def _pattern_steps(pattern: Pattern) -> list[tuple[Step, ...]]:
+    match pattern:
+        case CircularPattern():
+            step: Scalar = 2 * np.pi / pattern.count if pattern.step is None else pattern.step
+            turns = [Turn(pattern.axis, k * step, pattern.centre) for k in range(1, pattern.count)]
+            return [(), *((turn,) for turn in turns)]
+        case LinearPattern():
+            x, y, z = pattern.step
+            return [(), *((Move((k * x, k * y, k * z)),) for k in range(1, pattern.count))]
+        case MirrorPattern():
+            return [(), (Reflect(pattern.normal, pattern.point),)]
+
+
+class Affine(NamedTuple):
+    """x' = Q x + t with Q orthogonal (a mirror image has det Q = -1); leading axes count designs."""
+
+    Q: Array
+    t: Array
+
+    def points(self, x: ArrayLike) -> Array:
+        """Map points (..., n, 3)."""
+        return np.asarray(x) @ np.swapaxes(self.Q, -1, -2) + self.t[..., None, :]
+
+    def then(self, outer: Affine) -> Affine:
+        """This placement followed by `outer`."""
+        return Affine(outer.Q @ self.Q, np.einsum("...ij,...j->...i", outer.Q, self.t) + outer.t)
+
+
+IDENTITY = Affine(np.eye(3), np.zeros(3))
+
+
+def rotation_matrix(axis: ArrayLike, angle: ArrayLike) -> Array:
+    """Active rotation matrix (..., 3, 3) about `axis` (..., 3; any length) by `angle` (...), rad (Rodrigues)."""
+    a = np.asarray(axis, dtype=float)
+    x, y, z = np.moveaxis(a / np.linalg.norm(a, axis=-1, keepdims=True), -1, 0)
+    c, s = _cos_sin(np.asarray(angle, dtype=float))
+    v = 1 - c
+    rows = [
+        [c + x * x * v, x * y * v - z * s, x * z * v + y * s],
+        [x * y * v + z * s, c + y * y * v, y * z * v - x * s],
+        [x * z * v - y * s, y * z * v + x * s, c + z * z * v],
+    ]
+    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
+
+
+def _cos_sin(angle: Array) -> tuple[Array, Array]:
+    """Cosine and sine that are exact at multiples of a quarter turn, so that squared-up mechanisms stay square."""
+    c, s = np.cos(angle), np.sin(angle)
+    c, s = np.where(abs(c) < 1e-15, 0.0, c), np.where(abs(s) < 4e-16 * (1 + abs(angle)), 0.0, s)
+    return np.where(s == 0, np.sign(c), c), np.where(c == 0, np.sign(s), s)
+
+
+def turn(axis: ArrayLike, angle: ArrayLike, centre: ArrayLike) -> Affine:
+    """Rotation about an axis through `centre` (..., 3)."""
+    Q = rotation_matrix(axis, angle)
+    c = np.asarray(centre, dtype=float)
+    return Affine(Q, c - np.einsum("...ij,...j->...i", Q, c))
+
+
+def reflect(normal: ArrayLike, point: ArrayLike) -> Affine:
+    """Mirror image in the plane through `point` (..., 3) with `normal` (..., 3)."""
+    n = np.asarray(normal, dtype=float)
+    n = n / np.linalg.norm(n, axis=-1, keepdims=True)
+    p = np.asarray(point, dtype=float)
+    return Affine(np.eye(3) - 2 * n[..., :, None] * n[..., None, :], 2 * np.sum(n * p, -1)[..., None] * n)

@@ -1,0 +1,102 @@
+"""The number types of a description: floats in SI, or expressions over parameters.
+
+Every type knows its physical dimension and its permitted sign. A reader of text with units is handed in through
+pydantic's validation context (key `CONTEXT_KEY`), so that this room knows nothing of unit names.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import PydanticCustomError, core_schema
+
+from flexura.errors import ExpressionError
+from flexura.mechanism import dimension as dim
+from flexura.mechanism.expression import Expression
+
+CONTEXT_KEY = "read_quantity"
+Scalar = float | Expression
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a number field expects: a physical dimension (None: any), a sign and an example for messages."""
+
+    kind: str
+    dimension: dim.Dimension | None
+    example: str
+    sign: str = "any"  # any | positive | non-negative
+    angle: bool = False
+
+    def admits(self, value: float) -> bool:
+        """True when `value` has the permitted sign."""
+        if self.sign == "positive":
+            return value > 0
+        return value >= 0 or self.sign == "any"
+
+    def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.with_info_plain_validator_function(
+            self._validate, serialization=core_schema.plain_serializer_function_ser_schema(lambda v: v)
+        )
+
+    def __get_pydantic_json_schema__(self, _: Any, __: GetJsonSchemaHandler) -> dict[str, Any]:
+        text = f"{self.kind}, e.g. {self.example!r}; or an expression over parameters"
+        numbers: dict[str, Any] = {"type": "number"} if self.dimension == dim.NUMBER and not self.angle else {"const": 0}
+        return {"anyOf": [{"type": "string"}, numbers], "description": text}
+
+    def _validate(self, raw: Any, info: ValidationInfo) -> Scalar:
+        read: Callable[[Any, Quantity], Scalar] = (info.context or {}).get(CONTEXT_KEY, _read_si)
+        try:
+            value = read(raw, self)
+        except ExpressionError as error:
+            raise PydanticCustomError("quantity", "{rule}", {"rule": error.rule, "hint": error.hint}) from None
+        if isinstance(value, float):
+            if not math.isfinite(value):
+                raise PydanticCustomError("quantity", "{rule}", {"rule": f"a {self.kind} must be finite", "hint": ""})
+            if not self.admits(value):
+                rule = f"a {self.kind} must be {self.sign}"
+                raise PydanticCustomError("quantity", "{rule}", {"rule": rule, "hint": ""})
+        return value
+
+
+def _read_si(raw: Any, quantity: Quantity) -> Scalar:
+    """Accept what Python code writes: an SI number, an Expression, or the text of one."""
+    if isinstance(raw, Expression):
+        return raw
+    if isinstance(raw, str):
+        return Expression.parse(raw)
+    try:
+        return float(raw) if not isinstance(raw, bool | bytes) else math.nan
+    except (TypeError, ValueError):
+        raise ExpressionError(f"a {quantity.kind} is a number in SI or an expression") from None
+
+
+Length = Annotated[Scalar, Quantity("length", dim.LENGTH, "10 mm")]
+PositiveLength = Annotated[Scalar, Quantity("length", dim.LENGTH, "10 mm", "positive")]
+NonNegativeLength = Annotated[Scalar, Quantity("length", dim.LENGTH, "10 mm", "non-negative")]
+Angle = Annotated[Scalar, Quantity("angle", dim.NUMBER, "90 deg", angle=True)]
+PositiveAngle = Annotated[Scalar, Quantity("angle", dim.NUMBER, "30 deg", "positive", angle=True)]
+Number = Annotated[Scalar, Quantity("pure number", dim.NUMBER, "0.5")]
+PositiveNumber = Annotated[Scalar, Quantity("pure number", dim.NUMBER, "0.5", "positive")]
+NonNegativeNumber = Annotated[Scalar, Quantity("pure number", dim.NUMBER, "0.02", "non-negative")]
+PositiveArea = Annotated[Scalar, Quantity("area", dim.AREA, "3 mm^2", "positive")]
+SecondMoment = Annotated[Scalar, Quantity("second moment of area", dim.SECOND_MOMENT, "0.02 mm^4", "positive")]
+PositiveMass = Annotated[Scalar, Quantity("mass", dim.MASS, "0.5 kg", "positive")]
+NonNegativeMass = Annotated[Scalar, Quantity("mass", dim.MASS, "20 g", "non-negative")]
+Inertia = Annotated[Scalar, Quantity("moment of inertia", dim.INERTIA, "1e-4 kg*m^2")]
+Density = Annotated[Scalar, Quantity("density", dim.DENSITY, "2810 kg/m^3", "positive")]
+PositivePressure = Annotated[Scalar, Quantity("modulus", dim.PRESSURE, "71.7 GPa", "positive")]
+TranslationalStiffness = Annotated[
+    Scalar, Quantity("stiffness", dim.TRANSLATIONAL_STIFFNESS, "2 N/um", "non-negative")
+]
+RotationalStiffness = Annotated[
+    Scalar, Quantity("rotational stiffness", dim.ROTATIONAL_STIFFNESS, "3 N*m/rad", "non-negative")
+]
+StiffnessTT = Annotated[Scalar, Quantity("stiffness", dim.TRANSLATIONAL_STIFFNESS, "2 N/um")]
+StiffnessTR = Annotated[Scalar, Quantity("coupling stiffness", dim.FORCE, "5 N/rad")]
+StiffnessRR = Annotated[Scalar, Quantity("rotational stiffness", dim.ROTATIONAL_STIFFNESS, "3 N*m/rad")]
+AnyQuantity = Annotated[Scalar, Quantity("quantity", None, "0.3 mm")]

@@ -1,0 +1,126 @@
+"""Substructures, their placing as instances, and the mechanism that they make up."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Vector, refuse
+from flexura.mechanism.body import PointMass, RigidBody, Rotation, Spring, Superelement
+from flexura.mechanism.material import Material
+from flexura.mechanism.member import Flexure, Link, Theory
+from flexura.mechanism.parameter import Parameter
+from flexura.mechanism.quantity import Angle
+from flexura.mechanism.section import Section
+
+DOF_NAMES = ("tx", "ty", "tz", "rx", "ry", "rz")
+Dof = Literal["tx", "ty", "tz", "rx", "ry", "rz"]
+PatternCount = Annotated[int, Field(ge=1, le=100_000, strict=True)]
+
+
+class CircularPattern(Part):
+    """`count` copies, each turned by `step` (default: a full turn divided by `count`) about an axis."""
+
+    type: Literal["circular"] = "circular"
+    count: PatternCount
+    axis: Direction = (0.0, 0.0, 1.0)
+    centre: Vector = ORIGIN
+    step: Angle | None = None
+
+
+class MirrorPattern(Part):
+    """The instance and its mirror image in a plane."""
+
+    type: Literal["mirror"] = "mirror"
+    normal: Direction
+    point: Vector = ORIGIN
+
+
+class LinearPattern(Part):
+    """`count` copies, each moved on by `step`."""
+
+    type: Literal["linear"] = "linear"
+    count: PatternCount
+    step: Vector
+
+
+Pattern = Annotated[CircularPattern | MirrorPattern | LinearPattern, Field(discriminator="type")]
+
+
+def _one_or_more(raw: Any) -> Any:
+    return (raw,) if isinstance(raw, dict | Rotation | CircularPattern | MirrorPattern | LinearPattern) else raw
+
+
+class Instance(Part):
+    """A substructure set in place: turned by `rotate` (in the order given) about its origin, then moved to `at`.
+
+    A pattern makes copies named NAME1, NAME2, ...; several patterns apply one after the other.
+    """
+
+    of: str
+    at: Vector = ORIGIN
+    rotate: Annotated[tuple[Rotation, ...], BeforeValidator(_one_or_more)] = ()
+    pattern: Annotated[tuple[Pattern, ...], BeforeValidator(_one_or_more)] = ()
+
+
+class Substructure(Part):
+    """Nodes and the parts between them; others see its `interface` nodes only."""
+
+    nodes: dict[Name, Vector] = {}
+    links: dict[Name, Link] = {}
+    flexures: dict[Name, Flexure] = {}
+    springs: dict[Name, Spring] = {}
+    bodies: dict[Name, RigidBody] = {}
+    masses: dict[Name, PointMass] = {}
+    superelements: dict[Name, Superelement] = {}
+    instances: dict[Name, Instance] = {}
+    joints: tuple[tuple[str, str], ...] = ()
+    """Pairs of nodes that are one; nodes of instances are written INSTANCE.NODE."""
+    interface: tuple[str, ...] = ()
+    """Nodes (or bodies) that others may join, carry or clamp."""
+
+
+class Support(Part):
+    """How a node is held: `clamped`, some DOFs `fixed`, or all but some `free`."""
+
+    fixed: tuple[Dof, ...] | None = None
+    free: tuple[Dof, ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _word(cls, raw: Any) -> Any:
+        if raw == "clamped":
+            return {"fixed": DOF_NAMES}
+        if isinstance(raw, str):
+            raise refuse("a support is clamped, {fixed: [DOF, ...]} or {free: [DOF, ...]}")
+        return raw
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.fixed is None) == (self.free is None):
+            raise refuse("a support has either fixed or free")
+        return self
+
+    @property
+    def held(self) -> tuple[bool, ...]:
+        """For each of tx ty tz rx ry rz, whether it is held."""
+        if self.fixed is not None:
+            return tuple(dof in self.fixed for dof in DOF_NAMES)
+        return tuple(dof not in (self.free or ()) for dof in DOF_NAMES)
+
+
+class Mechanism(Substructure):
+    """The whole description: parameters, materials and sections, substructures, what is assembled and what is held."""
+
+    name: str = "mechanism"
+    description: str = ""
+    theory: Theory = "rayleigh"
+    """Beam theory of members that do not name their own; the paper's is `rayleigh`."""
+    parameters: dict[Name, Parameter] = {}
+    materials: dict[Name, Material | str] = {}
+    """Own materials, or other names for those of the catalogue."""
+    sections: dict[Name, Section] = {}
+    substructures: dict[Name, Substructure] = {}
+    ground: dict[str, Support] = {}
+    """Nodes that are held, by name; `*` matches any run of characters."""
