@@ -23,7 +23,7 @@ def columns(*values: Real) -> FloatArray:
 def combine(coefficients: FloatArray, basis: FloatArray, rows: int) -> FloatArray:
     """Sum coefficients (..., n) times basis (n, rows*cols) in one matrix product: (..., rows, cols)."""
     flat = coefficients.reshape(-1, len(basis)) @ basis
-    return flat.reshape(*coefficients.shape[:-1], rows, -1)
+    return flat.reshape(*coefficients.shape[:-1], rows, basis.shape[1] // rows)
 
 
 def basis_of(size: int, terms: Iterable[tuple[SignedDofs, Pattern]]) -> FloatArray:

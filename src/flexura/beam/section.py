@@ -38,9 +38,9 @@ def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionP
 
     width, thickness: (...) m; nu: (...) Poisson's ratio, -. Raises nothing.
 
-    Holds for free warping and an isotropic material. A leaf clamped at close ends is stiffer in torsion than
-    J says, and a wide one in bending. Cowper's coefficient is meant for shear along the longer side or for
-    near-square sections; along the short side of a wide leaf shear is negligible anyway.
+    Holds for free warping and an isotropic material: a short leaf with clamped ends is stiffer in torsion
+    than J says, and a wide one is stiffer in bending. The coefficients ignore the aspect ratio; for shear
+    across a wide leaf, where it hardly matters, they are too high (Hutchinson 2001).
     """
     b, t, nu = _common_shape(width, thickness, nu)
     A = b * t

@@ -15,7 +15,7 @@ from flexura.mechanism.body import (
 from flexura.mechanism.expression import Expression, parameter
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link
-from flexura.mechanism.parameter import Parameter
+from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.profile import (
     CircularContour,
     CornerFilletedContour,

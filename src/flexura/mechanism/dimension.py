@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -33,6 +34,24 @@ class Dimension(NamedTuple):
                 parts.append(f"{symbol}**{_exponent(exponent)}")
         return "*".join(parts)
 
+    @staticmethod
+    def of_unit(text: str) -> Dimension | None:
+        """Dimension of a coherent SI unit such as `kg*m**2*s**(-2)`, `N/m` or `1`; None when it is not one."""
+        dimension, sign = NUMBER, 1
+        for token in re.split(r"((?<![*])[*](?![*])|/(?!\d+\)))", text.replace(" ", "").replace("^", "**")):
+            if token in ("*", "/"):
+                sign = 1 if token == "*" else -1
+                continue
+            match = _FACTOR.fullmatch(token)
+            if match is None or match[1] not in _COHERENT:
+                return None
+            try:
+                exponent = Fraction(match[2] or match[3] or 1)
+            except ZeroDivisionError:
+                return None
+            dimension = dimension.times(_COHERENT[match[1]].power(exponent), sign)
+        return dimension
+
 
 def _reorder(d: Dimension) -> tuple[Fraction, ...]:
     return (d.mass, d.length, d.time, d.current, d.temperature)
@@ -57,3 +76,18 @@ PRESSURE = _dim(length=-1, mass=1, time=-2)
 FORCE = _dim(length=1, mass=1, time=-2)
 TRANSLATIONAL_STIFFNESS = _dim(mass=1, time=-2)
 ROTATIONAL_STIFFNESS = _dim(length=2, mass=1, time=-2)
+_FACTOR = re.compile(r"([A-Za-z]+|1)(?:\*\*(?:(-?\d{1,3})|\((-?\d{1,3}(?:/\d{1,3})?)\)))?")
+_COHERENT = {
+    "1": NUMBER,
+    "rad": NUMBER,
+    "m": LENGTH,
+    "kg": MASS,
+    "s": _dim(time=1),
+    "A": Dimension(current=Fraction(1)),
+    "K": Dimension(temperature=Fraction(1)),
+    "N": FORCE,
+    "Pa": PRESSURE,
+    "J": ROTATIONAL_STIFFNESS,
+    "W": _dim(length=2, mass=1, time=-3),
+    "Hz": _dim(time=-1),
+}

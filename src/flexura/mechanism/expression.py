@@ -23,14 +23,15 @@ import numpy as np
 from flexura.errors import ExpressionError
 from flexura.mechanism.dimension import NUMBER, Dimension
 
-UnitReader = Callable[[str], tuple[float, Dimension]]
-"""Turns the text of a unit into (factor to SI, dimension)."""
+UnitReader = Callable[[str], tuple[Fraction, Dimension]]
+"""Turns the text of a unit into (exact factor to SI, dimension)."""
 
 Value = Any
 """A float, or an array whose leading axis counts designs."""
 
 MAX_LENGTH = 1000
 MAX_DEPTH = 60
+MAX_TREE_DEPTH = 200
 MAX_EXPONENT = 16
 
 FUNCTIONS: dict[str, tuple[Callable[..., Value], int]] = {
@@ -85,10 +86,17 @@ class _Node:
 
 @dataclass(frozen=True)
 class Number:
-    """A literal in SI; `dimension` is None for a literal written in Python, where SI is understood."""
+    """A literal in SI, not negative; `dimension` is None when it was written in Python, where SI is understood.
+
+    Raises ExpressionError when it is negative (that is a Negative of a Number) or not finite.
+    """
 
     value: float
     dimension: Dimension | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.value) or math.copysign(1.0, self.value) < 0:
+            raise ExpressionError("a number in an expression must be finite and not negative")
 
 
 @dataclass(frozen=True)
@@ -139,7 +147,7 @@ class Expression(_Node):
         """
         if len(text) > MAX_LENGTH:
             raise ExpressionError(f"an expression has at most {MAX_LENGTH} characters")
-        return Expression(_Parser(text, unit).parse())
+        return Expression(checked(_Parser(text, unit).parse()))
 
     @property
     def names(self) -> frozenset[str]:
@@ -158,7 +166,7 @@ class Expression(_Node):
         return _compile(self.tree)
 
     def dimension(self, of: Mapping[str, Dimension | None]) -> Dimension | None:
-        """Physical dimension, given those of the parameters; None when only bare Python numbers occur.
+        """Physical dimension, given those of the parameters; None where a bare Python number leaves it open.
 
         Raises ExpressionError where dimensions clash.
         """
@@ -177,8 +185,35 @@ def _tree(value: Any) -> Tree:
     if isinstance(value, Expression):
         return value.tree
     if isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool):
-        return Number(float(value))
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        return Negative(Number(-number)) if math.copysign(1.0, number) < 0 else Number(number)
     raise ExpressionError(f"{value!r} cannot stand in an expression", "use numbers and parameters")
+
+
+def checked(tree: Tree) -> Tree:
+    """The tree itself; ExpressionError when it nests too deep, or uses a name that cannot be written."""
+    pending = [(tree, 1)]
+    while pending:
+        node, depth = pending.pop()
+        if depth > MAX_TREE_DEPTH:
+            raise ExpressionError(
+                f"an expression joins at most {MAX_TREE_DEPTH} operations in a row",
+                "split it over several parameters",
+            )
+        match node:
+            case Name(id):
+                if not id.isidentifier() or id in FUNCTIONS:
+                    raise ExpressionError(f"{id!r} cannot be the name of a parameter")
+            case Negative(operand):
+                pending.append((operand, depth + 1))
+            case Binary(_, left, right):
+                pending += [(left, depth + 1), (right, depth + 1)]
+            case Call(_, arguments):
+                pending += [(argument, depth + 1) for argument in arguments]
+    return tree
 
 
 def _names(tree: Tree) -> set[str]:
@@ -237,7 +272,7 @@ def _compile_binary(op: str, a: Callable[..., Value], b: Callable[..., Value]) -
 def _dimension(tree: Tree, of: Mapping[str, Dimension | None]) -> Dimension | None:
     match tree:
         case Number(value, dimension):
-            return None if value == 0 else dimension
+            return None if value == 0 and dimension == NUMBER else dimension
         case Name(id):
             return NUMBER if id in CONSTANTS else of.get(id)
         case Negative(operand):
@@ -250,7 +285,7 @@ def _dimension(tree: Tree, of: Mapping[str, Dimension | None]) -> Dimension | No
                 return _same_dimension(a, b, "+ and - join quantities of one dimension")
             if op == "^":
                 return _power_dimension(a, b, right)
-            return (a or NUMBER).times(b or NUMBER, 1 if op == "*" else -1) if (a or b) else None
+            return None if a is None or b is None else a.times(b, 1 if op == "*" else -1)
     return None
 
 
@@ -370,7 +405,8 @@ class _Parser:
         if not self.take("^", "**"):
             return base
         exponent = self.sign()
-        if isinstance(exponent, Number) and exponent.value > MAX_EXPONENT:
+        literal = exponent.operand if isinstance(exponent, Negative) else exponent
+        if isinstance(literal, Number) and literal.value > MAX_EXPONENT:
             raise ExpressionError(f"an exponent is at most {MAX_EXPONENT}")
         return Binary("^", base, exponent)
 
@@ -378,7 +414,7 @@ class _Parser:
         kind, token = self.peek()
         self.at += 1
         if kind == "number":
-            return self.quantity(float(token))
+            return self.quantity(token)
         if kind == "name":
             return self.call(token) if self.take("(") else self.reference(token)
         if token == "(":
@@ -407,17 +443,32 @@ class _Parser:
             raise ExpressionError(f"{function} takes {FUNCTIONS[function][1]} argument(s), not {len(arguments)}")
         return Call(function, tuple(arguments))
 
-    def quantity(self, value: float) -> Tree:
-        if not math.isfinite(value):
-            raise ExpressionError("a number must be finite")
+    def quantity(self, number: str) -> Tree:
         kind, token = self.peek()
         if kind not in ("name", "unit"):
-            return Number(value, NUMBER if self.unit else None)
+            return Number(in_si(number, Fraction(1)), NUMBER if self.unit else None)
         if self.unit is None:
             raise ExpressionError("numbers are in SI here and carry no unit", "units belong in a model file")
         self.at += 1
         factor, dimension = self.unit(token.strip("[]"))
-        return Number(value * factor, dimension)
+        return Number(in_si(number, factor), dimension)
+
+
+def in_si(number: str, factor: Fraction) -> float:
+    """The decimal text of a number times the factor of its unit, rounded once.
+
+    So `0.3 mm` is the same float as `0.3e-3`. Raises ExpressionError when it is not finite.
+    """
+    value = float(number)
+    if value == 0:
+        return 0.0
+    try:
+        scaled = float(Fraction(number) * factor) if math.isfinite(value) else math.inf
+    except OverflowError:
+        scaled = math.inf
+    if not math.isfinite(scaled):
+        raise ExpressionError("a number must be finite")
+    return scaled
 
 
 def _tokens(text: str) -> list[tuple[str, str]]:

@@ -11,12 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from flexura.errors import ExpressionError
 from flexura.mechanism import dimension as dim
-from flexura.mechanism.expression import Expression
+from flexura.mechanism.expression import Expression, checked
 
 CONTEXT_KEY = "read_quantity"
 Scalar = float | Expression
@@ -51,7 +52,7 @@ class Quantity:
     def _validate(self, raw: Any, info: ValidationInfo) -> Scalar:
         read: Callable[[Any, Quantity], Scalar] = (info.context or {}).get(CONTEXT_KEY, _read_si)
         try:
-            value = read(raw, self)
+            value = _folded(read(raw, self))
         except ExpressionError as error:
             raise PydanticCustomError("quantity", "{rule}", {"rule": error.rule, "hint": error.hint}) from None
         if isinstance(value, float):
@@ -63,6 +64,16 @@ class Quantity:
         return value
 
 
+def _folded(value: Scalar) -> Scalar:
+    """An expression without parameters is the number it comes to."""
+    if isinstance(value, Expression):
+        checked(value.tree)
+        if not value.names:
+            with np.errstate(all="ignore"):
+                return float(value.evaluate({}))
+    return value
+
+
 def _read_si(raw: Any, quantity: Quantity) -> Scalar:
     """Accept what Python code writes: an SI number, an Expression, or the text of one."""
     if isinstance(raw, Expression):
@@ -71,7 +82,7 @@ def _read_si(raw: Any, quantity: Quantity) -> Scalar:
         return Expression.parse(raw)
     try:
         return float(raw) if not isinstance(raw, bool | bytes) else math.nan
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ExpressionError(f"a {quantity.kind} is a number in SI or an expression") from None
 
 

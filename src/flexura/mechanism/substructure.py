@@ -8,9 +8,9 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Vector, refuse
 from flexura.mechanism.body import PointMass, RigidBody, Rotation, Spring, Superelement
-from flexura.mechanism.material import Material
+from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link, Theory
-from flexura.mechanism.parameter import Parameter
+from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Angle
 from flexura.mechanism.section import Section
 
@@ -124,3 +124,11 @@ class Mechanism(Substructure):
     substructures: dict[Name, Substructure] = {}
     ground: dict[str, Support] = {}
     """Nodes that are held, by name; `*` matches any run of characters."""
+
+    def material(self, name: str) -> Material:
+        """The material of that name: an own one, another name for a catalogue one, or one of the catalogue.
+
+        Raises KeyError when there is none.
+        """
+        own = self.materials.get(name, name)
+        return own if isinstance(own, Material) else CATALOGUE[own]

@@ -1,0 +1,266 @@
+"""The numbers of a description: every scalar with what is expected of it, and parameter values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from difflib import get_close_matches
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from types import NoneType, UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
+from flexura.mechanism.base import Part
+from flexura.mechanism.expression import Expression
+from flexura.mechanism.parameters import Parameter
+from flexura.mechanism.quantity import Quantity, Scalar
+from flexura.mechanism.substructure import Mechanism
+
+Value = float | NDArray[np.float64]
+Found = list[tuple[Path, Quantity, Scalar]]
+Collect = Callable[[Any, Path, Found], None]
+AnyPart = TypeVar("AnyPart", bound=Part)
+
+
+def scalars(part: Part) -> Iterator[tuple[Path, Quantity, Scalar]]:
+    """Every number of a part and of the parts inside it: (path below the part, what is expected, value)."""
+    found: Found = []
+    _collect_part(part, (), found)
+    return iter(found)
+
+
+def _collect_part(part: Part, path: Path, found: Found) -> None:
+    for name, collect in _plan(type(part)):
+        value = getattr(part, name)
+        if value is not None:
+            collect(value, (*path, name), found)
+
+
+@cache
+def _plan(kind: type[Part]) -> tuple[tuple[str, Collect], ...]:
+    plan = []
+    for name, field in kind.model_fields.items():
+        collect = _collector(field.annotation, tuple(field.metadata))
+        if collect is not None:
+            plan.append((name, collect))
+    return tuple(plan)
+
+
+def _collector(annotation: Any, metadata: tuple[Any, ...] = ()) -> Collect | None:
+    """How to find the scalars in a value of this type; None where there cannot be any."""
+    quantity = next((m for m in metadata if isinstance(m, Quantity)), None)
+    if quantity is not None:
+        return lambda value, path, found: found.append((path, quantity, value))
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _collector(arguments[0], arguments[1:])
+    if origin is dict:
+        return _each(_collector(arguments[1]), dict.items)
+    if origin is tuple and arguments[-1] is Ellipsis:
+        return _each(_collector(arguments[0]), enumerate)
+    if origin is tuple:
+        return _entries([_collector(a) for a in arguments])
+    if origin in (Union, UnionType):
+        return _alternatives([a for a in arguments if a is not NoneType])
+    if isinstance(annotation, type) and issubclass(annotation, Part):
+        return _collect_part
+    return None
+
+
+def _each(inner: Collect | None, items: Callable[[Any], Any]) -> Collect | None:
+    if inner is None:
+        return None
+
+    def collect(value: Any, path: Path, found: Found) -> None:
+        for key, entry in items(value):
+            inner(entry, (*path, key), found)
+
+    return collect
+
+
+def _entries(inner: list[Collect | None]) -> Collect | None:
+    if not any(inner):
+        return None
+
+    def collect(value: Any, path: Path, found: Found) -> None:
+        for i, (each, entry) in enumerate(zip(inner, value, strict=True)):
+            if each is not None:
+                each(entry, (*path, i), found)
+
+    return collect
+
+
+def _alternatives(kinds: list[Any]) -> Collect | None:
+    """A union: parts find their own way, and tuples are told apart by their lengths."""
+    tuples = {
+        len(get_args(_bare(kind))): _collector(kind) for kind in kinds if get_origin(_bare(kind)) is tuple
+    }
+    others = [c for c in map(_collector, kinds) if c is not None]
+    if not others:
+        return None
+    first = others[0]
+
+    def collect(value: Any, path: Path, found: Found) -> None:
+        if isinstance(value, Part):
+            _collect_part(value, path, found)
+        elif isinstance(value, tuple):
+            (tuples.get(len(value)) or first)(value, path, found)
+        elif isinstance(value, float | Expression):
+            first(value, path, found)
+
+    return collect
+
+
+def _bare(annotation: Any) -> Any:
+    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+
+
+def evaluated(part: AnyPart, values: Mapping[str, float]) -> AnyPart:
+    """The same part with every expression replaced by its value; nothing is validated anew.
+
+    Raises ExpressionError when `values` lacks a parameter.
+    """
+    with np.errstate(all="ignore"):
+        return _evaluated(part, values)
+
+
+def _evaluated(item: Any, values: Mapping[str, float]) -> Any:
+    if isinstance(item, Expression):
+        return float(item.evaluate(values))
+    if isinstance(item, Part):
+        changed = {
+            name: new for name, old in item.__dict__.items() if (new := _evaluated(old, values)) is not old
+        }
+        return item.model_copy(update=changed) if changed else item
+    if isinstance(item, tuple):
+        entries = tuple(_evaluated(entry, values) for entry in item)
+        return entries if any(a is not b for a, b in zip(entries, item, strict=True)) else item
+    if isinstance(item, dict):
+        mapping = {key: _evaluated(entry, values) for key, entry in item.items()}
+        return mapping if any(mapping[key] is not item[key] for key in item) else item
+    return item
+
+
+def parameter_order(parameters: Mapping[str, Parameter]) -> tuple[list[str], list[list[str]]]:
+    """Parameters with those they depend on first, and the cycles that had to be left out of that order.
+
+    Names that are not defined are passed over.
+    """
+    graph = {
+        name: {n for n in p.value.names if n in parameters} if isinstance(p.value, Expression) else set()
+        for name, p in parameters.items()
+    }
+    cycles: list[list[str]] = []
+    while True:
+        try:
+            return list(TopologicalSorter(graph).static_order()), cycles
+        except CycleError as error:
+            cycle = list(reversed(error.args[1][1:]))
+            cycles.append(cycle)
+            graph = {name: needs.difference(cycle) for name, needs in graph.items() if name not in cycle}
+
+
+def parameter_values(
+    mechanism: Mechanism, overrides: Mapping[str, ArrayLike] | None = None
+) -> dict[str, Value]:
+    """Values of all parameters in SI; an override replaces a value, and what depends on it follows.
+
+    Overrides are floats or arrays (designs,); arrays all have one length, and what depends on one is an array.
+    Raises OptionError for an override that is unknown, not finite or out of bounds, or that drives a
+    dependent parameter there, and ModelError when the parameters themselves cannot be evaluated.
+    """
+    given = _overrides(mechanism, overrides or {})
+    order, cycles = parameter_order(mechanism.parameters)
+    if cycles:
+        raise ModelError(
+            Problem(("parameters", c[0]), " -> ".join([*c, c[0]]), "depends on itself") for c in cycles
+        )
+    values: dict[str, Value] = {}
+    touched = set(given)
+    for name in order:
+        value = mechanism.parameters[name].value
+        if name in given:
+            values[name] = given[name]
+            continue
+        values[name] = _value(name, value, values)
+        if isinstance(value, Expression) and touched & value.names:
+            touched.add(name)
+        if not np.all(np.isfinite(values[name])):
+            if name not in touched:
+                raise ModelError([Problem(("parameters", name), str(value), "has no finite value")])
+            raise OptionError(f"parameter {name} = {value} has no finite value for this {', '.join(given)}")
+    _check_bounds(mechanism, values, touched)
+    return {name: values[name] for name in mechanism.parameters}
+
+
+def _value(name: str, value: Scalar, values: Mapping[str, Value]) -> Value:
+    if not isinstance(value, Expression):
+        return value
+    try:
+        with np.errstate(all="ignore"):
+            return _float_or_array(value.evaluate(values))
+    except ExpressionError as error:
+        raise ModelError([Problem(("parameters", name), str(value), error.rule, error.hint)]) from None
+
+
+def _float_or_array(value: Any) -> Value:
+    array = np.asarray(value, dtype=float)
+    return float(array) if array.ndim == 0 else array
+
+
+def _overrides(mechanism: Mechanism, overrides: Mapping[str, ArrayLike]) -> dict[str, Value]:
+    given: dict[str, Value] = {}
+    lengths: dict[int, str] = {}
+    for name, raw in overrides.items():
+        if name not in mechanism.parameters:
+            raise OptionError(f"{name!r} is not a parameter" + _suggest(name, mechanism.parameters))
+        try:
+            value = _float_or_array(raw)
+        except (TypeError, ValueError, OverflowError):
+            raise OptionError(
+                f"parameter {name}: {raw!r} is not a number in SI, nor an array of them"
+            ) from None
+        if not np.all(np.isfinite(value)):
+            raise OptionError(f"parameter {name}: an override must be finite (found {raw!r})")
+        if isinstance(value, np.ndarray):
+            if value.ndim > 1:
+                raise OptionError(
+                    f"parameter {name}: an override has one axis, the designs; not {value.ndim}"
+                )
+            lengths.setdefault(len(value), name)
+        given[name] = value
+    if len(lengths) > 1:
+        listed = ", ".join(f"{name} has {length}" for length, name in lengths.items())
+        raise OptionError(f"overrides that are arrays all have one length: {listed}")
+    return given
+
+
+def _suggest(name: str, known: Mapping[str, Any]) -> str:
+    close = get_close_matches(name, known, n=1)
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    return f"; known: {', '.join(known)}" if known else "; the mechanism has no parameters"
+
+
+def _check_bounds(mechanism: Mechanism, values: Mapping[str, Value], touched: set[str]) -> None:
+    for name in touched:
+        parameter = mechanism.parameters[name]
+        low, high = bounds(name, parameter, values)
+        value = np.asarray(values[name])
+        for bound, broken in ((low, value < low), (high, value > high)):
+            if np.any(broken):
+                found = float(np.atleast_1d(value)[np.atleast_1d(broken)][0])
+                limit = float(np.broadcast_to(bound, np.shape(broken))[broken].flat[0])
+                side = "below its minimum" if bound is low else "above its maximum"
+                unit = f" {parameter.unit}" if parameter.unit not in ("", "1") else ""
+                raise OptionError(f"parameter {name} = {found:g}{unit} is {side} {limit:g}{unit}")
+
+
+def bounds(name: str, parameter: Parameter, values: Mapping[str, Value]) -> tuple[Value, Value]:
+    """Smallest and largest permitted value of a parameter, infinite where none is given."""
+    low = -np.inf if parameter.minimum is None else _value(name, parameter.minimum, values)
+    high = np.inf if parameter.maximum is None else _value(name, parameter.maximum, values)
+    return low, high

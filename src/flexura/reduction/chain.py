@@ -1,0 +1,118 @@
+"""Constraint modes of serial chains of elements, without factorising the chain's stiffness.
+
+In a chain that is loaded at its ends only, every element carries the same wrench. With all motions written as twists at
+one pole, the flexibilities of the elements simply add up, and eq. 18 of the RPR paper holds for the chain as a whole:
+its stiffness is the inverse of the 6 x 6 sum, and its constraint modes are running sums times that inverse.
+This is what makes reducing a design cheap: no interior matrix is assembled or solved. Other interior nodes, where
+members branch or lumps sit, are left for static condensation (Guyan 1965), which commutes with this step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm
+from flexura.structure.part import Elements, Part
+from flexura.structure.plan import Geometry
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+
+class ChainGroup(NamedTuple):
+    """Chains of equal length: elements (c, e) in walking order, whether each is walked from j to i, and the nodes
+    (c, e + 1) passed."""
+
+    elements: Index
+    reverse: NDArray[np.bool_]
+    nodes: Index
+
+
+@dataclass(frozen=True)
+class ChainKinematics:
+    """Twist-to-end-displacement maps X_i, X_j (..., c, e, 6, 6), the inverse of X_j, and the map B (..., c, 12, 12)
+    from the displacements of the chain's two end nodes to (twist of the first, relative twist)."""
+
+    X: Array
+    Xj_inverse: Array
+    B: Array
+
+
+def find_chains(part: Part) -> list[ChainGroup]:
+    """Split the elements of a part into chains between nodes that are kept, branch or carry lumps."""
+    lumped = {n for nodes, _, _ in part.lump_nodes() for n in nodes}
+    degree = np.bincount(part.connectivity.ravel(), minlength=part.n_nodes)
+    passable = degree == 2
+    passable[part.boundary] = False
+    passable[list(lumped)] = False
+    at_node: list[list[int]] = [[] for _ in range(part.n_nodes)]
+    for e, (i, j) in enumerate(part.connectivity):
+        at_node[i].append(e)
+        at_node[j].append(e)
+    used = np.zeros(len(part.connectivity), dtype=bool)
+    by_length: dict[int, list[tuple[list[int], list[bool], list[int]]]] = {}
+    for node in np.flatnonzero(~passable):
+        for first in at_node[node]:
+            if not used[first]:
+                chain = _walk(part, at_node, passable, used, int(node), first)
+                by_length.setdefault(len(chain[0]), []).append(chain)
+    return [ChainGroup(*(np.array(column) for column in zip(*chains, strict=True))) for chains in by_length.values()]
+
+
+def _walk(
+    part: Part, at_node: list[list[int]], passable: NDArray[np.bool_], used: NDArray[np.bool_], node: int, element: int
+) -> tuple[list[int], list[bool], list[int]]:
+    elements, reverse, nodes = [], [], [node]
+    while True:
+        used[element] = True
+        i, j = part.connectivity[element]
+        elements.append(element)
+        reverse.append(bool(j == node and i != node))
+        node = int(i if reverse[-1] else j)
+        nodes.append(node)
+        onward = [e for e in at_node[node] if not used[e]] if passable[node] else []
+        if not onward:
+            return elements, reverse, nodes
+        element = onward[0]
+
+
+def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinematics:
+    """What depends on the geometry alone; the pole of each chain is its first node."""
+    positions = geometry.parts[part.name].positions
+    T = geometry.T[part.name][..., group.elements, :, :]
+    pole = positions[..., group.nodes[:, :1], :]
+    ends = part.connectivity[group.elements]
+    X = np.zeros((*T.shape[:-2], 12, 6))
+    for end in (0, 1):
+        six = slice(6 * end, 6 * end + 6)
+        X[..., six, :] = T[..., six, six] @ rigid_arm(positions[..., ends[..., end], :] - pole)
+    B = np.zeros((*T.shape[:-3], 12, 12))
+    B[..., :6, :6] = np.eye(6)
+    B[..., 6:, :6] = -np.eye(6)
+    B[..., 6:, 6:] = rigid_arm((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :])
+    return ChainKinematics(X, np.linalg.inv(X[..., 6:, :]), B)
+
+
+def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements) -> tuple[Array, Array]:
+    """Reduced K and M (..., c, 12, 12) of each chain over its two end nodes."""
+    C, M = elements.C[..., group.elements, :, :], elements.M[..., group.elements, :, :]
+    F = kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2)
+    running = np.cumsum(F, axis=-3)
+    k = np.linalg.inv(running[..., -1, :, :])
+    k = (k + np.swapaxes(k, -1, -2)) / 2
+    P = np.zeros((*running.shape[:-3], running.shape[-3] + 1, 6, 6))
+    P[..., 1:, :, :] = running @ k[..., None, :, :]
+    V = np.empty((*P.shape[:-3], running.shape[-3], 12, 12))
+    V[..., :, :6] = kin.X
+    step = np.arange(running.shape[-3])
+    chain = np.arange(len(group.nodes))[:, None]
+    V[..., :6, 6:] = kin.X[..., :6, :] @ P[..., chain, step + group.reverse, :, :]
+    V[..., 6:, 6:] = kin.X[..., 6:, :] @ P[..., chain, step + ~group.reverse, :, :]
+    flat = (*V.shape[:-3], -1, 12)
+    m = np.swapaxes(V.reshape(flat), -1, -2) @ (M @ V).reshape(flat)
+    K = np.swapaxes(kin.B[..., 6:, :], -1, -2) @ k @ kin.B[..., 6:, :]
+    return K, np.swapaxes(kin.B, -1, -2) @ m @ kin.B

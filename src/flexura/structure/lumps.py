@@ -1,0 +1,143 @@
+"""6 x 6 matrices of the parts that are not members: rigid bodies, point masses, springs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import block_rotation, rigid_arm
+from flexura.mechanism import Box, Cylinder, Mechanism, Plate, PointMass, RigidBody, Rotation, Spring
+from flexura.mechanism.placement import rotation_matrix
+from flexura.structure.slots import Index, SlotTable
+
+Array = NDArray[np.float64]
+
+
+def _slots(slots: SlotTable, values: object) -> Index:
+    return np.array([slots.add(v) for v in values], dtype=np.intp)  # type: ignore[attr-defined]
+
+
+@dataclass
+class _Frame:
+    """An optional rotation of a lump's axes."""
+
+    axis: Index | None
+    angle: int = 0
+
+    @staticmethod
+    def of(slots: SlotTable, rotation: Rotation | None) -> _Frame:
+        if rotation is None:
+            return _Frame(None)
+        return _Frame(_slots(slots, rotation.axis), slots.add(rotation.angle))
+
+    def matrix(self, values: Array) -> Array:
+        """Q (..., 3, 3) that carries the lump's axes into the part's."""
+        if self.axis is None:
+            return np.eye(3)
+        return rotation_matrix(values[..., self.axis], values[..., self.angle])
+
+
+def inertia_tensor(entries: Array) -> Array:
+    """Symmetric tensor (..., 3, 3) from (..., 3) principal or (..., 6) entries (xx, yy, zz, xy, xz, yz)."""
+    tensor = np.zeros((*entries.shape[:-1], 3, 3))
+    for k, (i, j) in enumerate([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)][: entries.shape[-1]]):
+        tensor[..., i, j] = tensor[..., j, i] = entries[..., k]
+    return tensor
+
+
+def rigid_mass(mass: Array, inertia: Array) -> Array:
+    """Mass matrix (..., 6, 6) at the centre of mass from mass (...), kg, and inertia (..., 3, 3), kg m^2."""
+    M = np.zeros((*inertia.shape[:-2], 6, 6))
+    for i in range(3):
+        M[..., i, i] = mass
+    M[..., 3:, 3:] = inertia
+    return M
+
+
+class BodyLump:
+    """Mass matrix of a rigid body at its own node."""
+
+    def __init__(self, slots: SlotTable, body: RigidBody, mechanism: Mechanism) -> None:
+        self._frame = _Frame.of(slots, body.rotate)
+        self._solid = body.solid
+        if body.solid is None:
+            assert body.mass is not None and body.inertia is not None
+            self._mass, self._inertia = slots.add(body.mass), _slots(slots, body.inertia)
+            return
+        self._rho = slots.add(mechanism.material(body.solid.material).rho)
+        match body.solid:
+            case Box(size=size):
+                self._size = _slots(slots, size)
+            case Plate(length=a, width=b, thickness=c):
+                self._size = _slots(slots, (a, b, c))
+            case Cylinder(diameter=d, length=length, axis=axis):
+                self._size, self._axis = _slots(slots, (d, length)), _slots(slots, axis)
+
+    def mass_and_inertia(self, values: Array) -> tuple[Array, Array]:
+        """Mass (...), kg, and inertia tensor (..., 3, 3), kg m^2, in the part's axes."""
+        Q = self._frame.matrix(values)
+        if self._solid is None:
+            mass, tensor = values[..., self._mass], inertia_tensor(values[..., self._inertia])
+        elif isinstance(self._solid, Cylinder):
+            d, length = values[..., self._size[0]], values[..., self._size[1]]
+            mass = values[..., self._rho] * np.pi / 4 * d**2 * length
+            axis = values[..., self._axis]
+            axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+            across, along = mass * (d**2 / 16 + length**2 / 12), mass * d**2 / 8
+            outer = axis[..., :, None] * axis[..., None, :]
+            tensor = across[..., None, None] * (np.eye(3) - outer) + along[..., None, None] * outer
+        else:
+            square = values[..., self._size] ** 2
+            mass = values[..., self._rho] * np.prod(values[..., self._size], axis=-1)
+            entries = mass[..., None] / 12 * (square.sum(-1, keepdims=True) - square)
+            tensor = inertia_tensor(entries)
+        return mass, Q @ tensor @ np.swapaxes(Q, -1, -2)
+
+    def matrix(self, values: Array) -> Array:
+        """Mass matrix (..., 6, 6) about the centre of mass, part's axes."""
+        return rigid_mass(*self.mass_and_inertia(values))
+
+
+class PointLump:
+    """Mass matrix of a point mass at its node."""
+
+    def __init__(self, slots: SlotTable, point: PointMass) -> None:
+        self._mass = slots.add(point.mass)
+        self._inertia = _slots(slots, point.inertia or (0.0, 0.0, 0.0))
+        self._offset = _slots(slots, point.offset)
+
+    def matrix(self, values: Array) -> Array:
+        """Mass matrix (..., 6, 6) about the node, part's axes."""
+        M = rigid_mass(values[..., self._mass], inertia_tensor(values[..., self._inertia]))
+        D = rigid_arm(values[..., self._offset])
+        return np.swapaxes(D, -1, -2) @ M @ D
+
+
+class SpringLump:
+    """Stiffness of a spring over its one or two nodes."""
+
+    def __init__(self, slots: SlotTable, spring: Spring, nodes: list[int]) -> None:
+        self.nodes = nodes
+        self._frame = _Frame.of(slots, spring.rotate)
+        self._at = None if spring.at is None else _slots(slots, spring.at)
+        if spring.stiffness is not None:
+            s = spring.stiffness
+            diagonal = _slots(slots, (s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))
+            zero = slots.add(0.0)
+            self._entries = np.full((6, 6), zero, dtype=np.intp)
+            np.fill_diagonal(self._entries, diagonal)
+        else:
+            assert spring.matrix is not None
+            self._entries = np.array([_slots(slots, row) for row in spring.matrix])
+
+    def matrix(self, values: Array, positions: Array) -> Array:
+        """Stiffness (..., 6n, 6n) over the n nodes at `positions` (..., n, 3), part's axes."""
+        K = values[..., self._entries]
+        X = block_rotation(self._frame.matrix(values))
+        K = X @ K @ np.swapaxes(X, -1, -2)
+        at = positions.mean(axis=-2) if self._at is None else values[..., self._at]
+        reach = [rigid_arm(at - positions[..., k, :]) for k in range(len(self.nodes))]
+        B = reach[0] if len(reach) == 1 else np.concatenate([-reach[0], reach[1]], axis=-1)
+        return np.swapaxes(B, -1, -2) @ K @ B

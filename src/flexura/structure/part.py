@@ -1,0 +1,293 @@
+"""One prototype's own part: the nodes and members declared in it, laid out once and evaluated for many designs.
+
+Quantities are in the prototype's own frame. Nodes are numbered: own nodes, bodies, nodes of instances that own parts
+refer to ("foreign" nodes), then the mesh nodes inside members.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import SectionProperties, element, member_frame, rigid_arm
+from flexura.beam.tapered import gauss_stations, tapered
+from flexura.mechanism.layout import TOP, Layout, matching
+from flexura.mechanism.member import Flexure, Link
+from flexura.structure.lumps import BodyLump, PointLump, SpringLump
+from flexura.structure.sections import SectionGroups
+from flexura.structure.slots import Index, SlotTable
+
+Array = NDArray[np.float64]
+
+STATIONS, WEIGHTS = gauss_stations(6)
+"""Gauss rule of a tapered element."""
+
+
+class PartGeometry(NamedTuple):
+    """Where everything is: node positions (..., n, 3), m; member lengths (..., m), m, frames R (..., m, 3, 3)
+    with local axes as rows; end offsets (..., m, 2, 3), m."""
+
+    positions: Array
+    length: Array
+    R: Array
+    offsets: Array
+
+
+class Elements(NamedTuple):
+    """Beam elements in their own axes: K, M (..., e, 12, 12), flexibility C (..., e, 6, 6), length (..., e), and
+    T (..., e, 12, 12) from the nodes' displacements in the part's frame to the ends' in the element's."""
+
+    K: Array
+    M: Array
+    C: Array
+    length: Array
+    T: Array
+
+
+class Lump(NamedTuple):
+    """A dense matrix over some nodes of a part; K and M may be None."""
+
+    nodes: list[int]
+    K: Array | None
+    M: Array | None
+
+
+@dataclass(frozen=True)
+class PartMatrices:
+    """Everything elastic and massive of a part for one design or a stack of them."""
+
+    elements: Elements
+    lumps: list[Lump]
+
+
+class _Nodes:
+    """Numbers the nodes of a part while its members are laid out."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.names = list(names)
+        self.number = {name: k for k, name in enumerate(names)}
+
+    def get(self, name: str) -> int:
+        if name not in self.number:
+            self.number[name] = len(self.names)
+            self.names.append(name)
+        return self.number[name]
+
+
+class Part:
+    """Layout of one prototype's own part."""
+
+    def __init__(self, layout: Layout, name: str, slots: SlotTable) -> None:
+        self.name = name
+        prototype = layout.prototypes[name]
+        mechanism = layout.mechanism
+        nodes = _Nodes(layout.own_nodes(name))
+        self.n_own = len(nodes.names)
+        self.members: dict[str, Link | Flexure] = {**prototype.links, **prototype.flexures}
+        ends = [[nodes.get(end) for end in member.nodes] for member in self.members.values()]
+        self.springs = {
+            key: SpringLump(slots, spring, [nodes.get(n) for n in spring.nodes])
+            for key, spring in prototype.springs.items()
+        }
+        self.points = {
+            key: (nodes.get(point.node), PointLump(slots, point)) for key, point in prototype.masses.items()
+        }
+        self.bodies = {
+            key: (nodes.get(key), BodyLump(slots, body, mechanism)) for key, body in prototype.bodies.items()
+        }
+        self.superelements = {
+            key: ([nodes.get(n) for n in part.nodes], part.stiffness.array, part.mass.array)
+            for key, part in prototype.superelements.items()
+        }
+        exposed = layout.exposed(name)
+        self.carried: dict[int, list[int]] = {
+            nodes.number[key]: [nodes.get(n) for text in body.carries for n in matching(text, exposed)]
+            for key, body in prototype.bodies.items()
+        }
+        self.joints = [(nodes.get(a), nodes.get(b)) for a, b in prototype.joints]
+        self.foreign = nodes.names[self.n_own :]
+        self.n_named = len(nodes.names)
+        own_positions = [*prototype.nodes.values(), *(body.centre for body in prototype.bodies.values())]
+        self._position_slots = np.array([slots.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
+        self._lay_out_members(layout, slots, np.array(ends, dtype=np.intp).reshape(-1, 2))
+        self._mesh(nodes)
+        self.node_names = nodes.names
+        self.boundary = self._boundary(layout, nodes)
+
+    def _lay_out_members(self, layout: Layout, slots: SlotTable, ends: Index) -> None:
+        mechanism = layout.mechanism
+        members = list(self.members.values())
+        self.ends = ends
+        self.counts = np.array([m.elements for m in members], dtype=np.intp)
+        offsets = [[*m.start_offset, *m.end_offset] for m in members]
+        self._offset_slots = np.array([slots.add_all(o) for o in offsets], dtype=np.intp).reshape(-1, 2, 3)
+        self._free_frame = np.array([m.reference is None for m in members], dtype=bool)
+        references = [slots.add_all(m.reference or (0.0, 0.0, 1.0)) for m in members]
+        self._reference_slots = np.array(references, dtype=np.intp).reshape(-1, 3)
+        materials = [mechanism.material(m.material) for m in members]
+        self._E = np.array([slots.add(m.E) for m in materials], dtype=np.intp)
+        self._rho = np.array([slots.add(m.rho) for m in materials], dtype=np.intp)
+        self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
+        elastic = [m.nu if m.nu is not None else m.G for m in materials]
+        self._nu_or_G = np.array([slots.add(v) for v in elastic if v is not None], dtype=np.intp)
+        theories = [m.theory or mechanism.theory for m in members]
+        groups = SectionGroups(slots)
+        for position, member in enumerate(members):
+            own = member.section if isinstance(member, Link) else None
+            groups.add(position, member, mechanism.sections[own] if isinstance(own, str) else own)
+        self.groups = groups.freeze()
+        self._shear = np.array([t == "timoshenko" for t in theories], dtype=float)
+        self._rotary = np.array([t != "euler_bernoulli" for t in theories], dtype=float)
+
+    def _mesh(self, nodes: _Nodes) -> None:
+        """Cut the members: mesh nodes `member[k]`, and the elements in order of members."""
+        connectivity, self.mesh_member, self.mesh_fraction = [], [], []
+        for position, (name, n) in enumerate(zip(self.members, self.counts, strict=True)):
+            inner = [nodes.get(f"{name}[{k}]") for k in range(1, n)]
+            chain = [self.ends[position, 0], *inner, self.ends[position, 1]]
+            connectivity += list(zip(chain[:-1], chain[1:], strict=True))
+            self.mesh_member += [position] * (n - 1)
+            self.mesh_fraction += [k / n for k in range(1, n)]
+        self.connectivity = np.array(connectivity, dtype=np.intp).reshape(-1, 2)
+        self.element_member = np.repeat(np.arange(len(self.counts)), self.counts)
+        self.first = np.concatenate([[0], np.cumsum(self.counts)]).astype(np.intp)
+
+    def _boundary(self, layout: Layout, nodes: _Nodes) -> Index:
+        """Nodes that a reduction keeps: the interface, what bodies carry, bodies, and nodes shared with instances.
+
+        The mechanism itself keeps all its named nodes, unless it declares an interface.
+        """
+        keep = {nodes.number[n] for n in layout.interface(self.name) if n in nodes.number}
+        keep |= set(range(self.n_own, self.n_named))
+        keep |= {node for node, _ in self.bodies.values()} | {n for ns in self.carried.values() for n in ns}
+        keep |= {n for joint in self.joints for n in joint}
+        if self.name == TOP:
+            held = {n for text in layout.mechanism.ground for n in matching(text, list(nodes.number))}
+            keep |= {nodes.number[n] for n in held}
+            if not layout.interface(TOP):
+                keep |= set(range(self.n_named))
+        return np.array(sorted(keep), dtype=np.intp)
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes, mesh nodes included."""
+        return len(self.node_names)
+
+    @property
+    def interior(self) -> Index:
+        """Nodes that a reduction may remove."""
+        return np.setdiff1d(np.arange(self.n_nodes), self.boundary)
+
+    @property
+    def has_matrices(self) -> bool:
+        """True when anything elastic or massive is declared in this prototype itself."""
+        return bool(self.members or self.bodies or self.points or self.springs or self.superelements)
+
+    def lump_nodes(self) -> list[tuple[list[int], bool, bool]]:
+        """Nodes of the lumps in the order of their matrices, and whether they have stiffness and mass."""
+        lumps: list[tuple[list[int], bool, bool]] = [([node], False, True) for node, _ in self.bodies.values()]
+        lumps += [([node], False, True) for node, _ in self.points.values()]
+        lumps += [(spring.nodes, True, False) for spring in self.springs.values()]
+        return lumps + [(nodes, True, True) for nodes, _, _ in self.superelements.values()]
+
+    def geometry_slots(self) -> set[int]:
+        """Slots on which node positions, member lengths and orientations depend."""
+        used = (self._position_slots, self._offset_slots, self._reference_slots)
+        return {int(slot) for slots in used for slot in slots.ravel()}
+
+    def geometry(self, values: Array, foreign: Array) -> PartGeometry:
+        """Geometry for slot values (..., s) and positions of the foreign nodes (..., f, 3)."""
+        own = values[..., self._position_slots]
+        lead = np.broadcast_shapes(own.shape[:-2], foreign.shape[:-2])
+        positions = np.empty((*lead, self.n_nodes, 3))
+        positions[..., : self.n_own, :] = own
+        positions[..., self.n_own : self.n_named, :] = foreign
+        offsets = values[..., self._offset_slots]
+        ends = positions[..., self.ends, :] + offsets
+        axis = ends[..., 1, :] - ends[..., 0, :]
+        length = np.sqrt(np.einsum("...i,...i->...", axis, axis))
+        positions[..., self.n_named :, :] = (
+            ends[..., self.mesh_member, 0, :] + np.array(self.mesh_fraction)[:, None] * axis[..., self.mesh_member, :]
+        )
+        reference = values[..., self._reference_slots]
+        if self._free_frame.any():
+            reference = np.where(self._free_frame[:, None], _least_aligned(axis), reference)
+        return PartGeometry(positions, length, member_frame(axis, reference), offsets)
+
+    def element_transforms(self, geometry: PartGeometry) -> Array:
+        """T (..., e, 12, 12): element-end displacements in element axes from node displacements, eqs. 21-23."""
+        R = geometry.R[..., self.element_member, :, :]
+        T = np.zeros((*R.shape[:-2], 12, 12))
+        for k in range(4):
+            T[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = R
+        for end, at in ((0, self.first[:-1]), (1, self.first[1:] - 1)):
+            D = rigid_arm(geometry.offsets[..., end, :])
+            six = slice(6 * end, 6 * end + 6)
+            T[..., at, six, six] = T[..., at, six, six] @ D
+        return T
+
+    def matrices(self, values: Array, geometry: PartGeometry, T: Array | None = None) -> PartMatrices:
+        """Element and lump matrices for slot values (..., s); `T` may be handed in when geometry has not changed."""
+        T = self.element_transforms(geometry) if T is None else T
+        E, rho, nu, G = self.moduli(values)
+        sections, fields = self.section_properties(values, nu, geometry.length)
+        m = self.element_member
+        length = (geometry.length / self.counts)[..., m]
+        E, rho, G = E[..., m], rho[..., m], G[..., m]
+        shear, rotary = self._shear[m], self._rotary[m]
+        K = element.stiffness(E, G, sections, length, shear)
+        M = element.mass(rho, sections, length, *element.phi(E, G, sections, length, shear), rotary)
+        C = element.flexibility(E, G, sections, length, shear)
+        for at, stations in fields:
+            part = (E[..., at], G[..., at], rho[..., at])
+            C_at, M[..., at, :, :] = tapered(
+                *part, stations, length[..., at], shear[at], rotary[at], STATIONS, WEIGHTS
+            )
+            C[..., at, :, :] = C_at
+            K[..., at, :, :] = element.stiffness_from_flexibility(C_at, length[..., at])
+        return PartMatrices(Elements(K, M, C, length, T), self._lumps(values, geometry))
+
+    def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
+        """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
+        E, rho, other = values[..., self._E], values[..., self._rho], values[..., self._nu_or_G]
+        nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
+        return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
+
+    def section_properties(
+        self, values: Array, nu: Array, length: Array
+    ) -> tuple[SectionProperties, list[tuple[Index, SectionProperties]]]:
+        """Sections (..., e) at the middle of every element, and for tapered ones (..., e', stations) as well."""
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        table = np.empty((6, *lead, len(self.connectivity)))
+        fields = []
+        for group, n, is_tapered in self.groups:
+            at = self.first[group.index][:, None] + np.arange(n)
+            middle = (np.arange(n) + 0.5) / n
+            own = (values, nu[..., group.index], length[..., group.index])
+            for row, value in zip(table, group.properties(*own, middle), strict=True):
+                row[..., at] = value
+            if is_tapered:
+                fractions = ((np.arange(n)[:, None] + STATIONS) / n).ravel()
+                stations = group.properties(*own, fractions)
+                shape = (*lead, at.size, len(STATIONS))
+                full = (np.broadcast_to(v, (*lead, len(group.index), n * len(STATIONS))) for v in stations)
+                fields.append((at.ravel(), SectionProperties(*(v.reshape(shape) for v in full))))
+        return SectionProperties(*table), fields
+
+    def _lumps(self, values: Array, geometry: PartGeometry) -> list[Lump]:
+        lumps = [Lump([node], None, body.matrix(values)) for node, body in self.bodies.values()]
+        lumps += [Lump([node], None, point.matrix(values)) for node, point in self.points.values()]
+        for spring in self.springs.values():
+            K = spring.matrix(values, geometry.positions[..., spring.nodes, :])
+            lumps.append(Lump(spring.nodes, K, None))
+        lumps += [Lump(nodes, K, M) for nodes, K, M in self.superelements.values()]
+        return lumps
+
+
+def _least_aligned(axis: Array) -> Array:
+    """The coordinate direction (..., m, 3) that is least aligned with each axis: a frame for round sections."""
+    return np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
+

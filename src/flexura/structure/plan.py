@@ -1,0 +1,225 @@
+"""The plan of a mechanism: everything that depends on topology alone, ready to be evaluated for many designs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.beam import rigid_arm
+from flexura.errors import ModelError
+from flexura.mechanism.checks import problems
+from flexura.mechanism.evaluation import parameter_values
+from flexura.mechanism.layout import Child, Layout
+from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
+from flexura.mechanism.substructure import Mechanism
+from flexura.structure.part import Part, PartGeometry, PartMatrices
+from flexura.structure.slots import Index, SlotTable
+from flexura.structure.topology import Topology
+
+if TYPE_CHECKING:
+    from flexura.structure.full_order import FullOrderAssembler
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Where everything is, for one design or a stack of them.
+
+    `parts` by prototype, in its own frame, with the element transforms `T`; `Q` (..., i, 3, 3) and `t` (..., i, 3)
+    place instance i in the global frame; `positions` (..., n, 3) of all global nodes, m.
+    """
+
+    parts: dict[str, PartGeometry]
+    T: dict[str, Array]
+    Q: Array
+    t: Array
+    positions: Array
+
+
+class _ChildPlacement:
+    """Slots of one child's placing steps."""
+
+    def __init__(self, child: Child, slots: SlotTable) -> None:
+        self.steps: list[tuple[type, list[Index]]] = []
+        for step in child.steps:
+            fields = [np.array(slots.add_all(f if isinstance(f, tuple) else (f,))) for f in step]
+            self.steps.append((type(step), fields))
+
+    def affine(self, values: Array) -> Affine:
+        """Placement of the child in its parent for slot values (..., s)."""
+        result = IDENTITY
+        for kind, fields in self.steps:
+            numbers = [values[..., f] for f in fields]
+            if kind is Turn:
+                result = result.then(turn(numbers[0], numbers[1][..., 0], numbers[2]))
+            elif kind is Reflect:
+                result = result.then(reflect(*numbers))
+            elif kind is Move:
+                result = Affine(result.Q, result.t + numbers[0])
+        return result
+
+
+class Plan:
+    """A mechanism laid out once: prototypes, instances, numbering; evaluated by pure functions of slot values.
+
+    Raises ModelError with every problem of the description.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        found = problems(mechanism)
+        if found:
+            raise ModelError(found)
+        self.mechanism = mechanism
+        self.layout = Layout(mechanism)
+        self.slots = SlotTable()
+        self.parts = {name: Part(self.layout, name, self.slots) for name in self.layout.prototypes}
+        self._children = {
+            name: [_ChildPlacement(child, self.slots) for child in children]
+            for name, children in self.layout.children.items()
+        }
+        self.topology = Topology(self.layout, self.parts)
+        self._levels = self._group_by_level()
+        self._foreign = {name: self._foreign_sources(name) for name in self.parts}
+        self._remembered: tuple[bytes, Geometry] | None = None
+        self._geometry_slots = self._find_geometry_slots()
+
+    @cached_property
+    def full_order(self) -> FullOrderAssembler:
+        """The prepared assembly of the full-order model."""
+        from flexura.structure.full_order import FullOrderAssembler
+
+        return FullOrderAssembler(self)
+
+    def _find_geometry_slots(self) -> Index:
+        """Slots with expressions on which positions, lengths and orientations depend."""
+        used = {int(s) for children in self._children.values() for c in children for _, f in c.steps for s in np.hstack(f)}
+        for part in self.parts.values():
+            used |= part.geometry_slots()
+        return np.array(sorted(used & set(self.slots.varying().tolist())), dtype=np.intp)
+
+    def _group_by_level(self) -> list[tuple[str, int, Index, Index]]:
+        """Instances grouped as (parent prototype, child position, instances, their parents), parents first."""
+        topology = self.topology
+        prototype_of: dict[int, str] = {n: p.part.name for p in topology.placed.values() for n in p.number}
+        groups: dict[tuple[int, str, int], list[int]] = {}
+        depth = [0] * len(topology.parent)
+        for instance, parent in enumerate(topology.parent):
+            if parent >= 0:
+                depth[instance] = depth[parent] + 1
+                groups.setdefault((depth[instance], prototype_of[parent], topology.child[instance]), []).append(instance)
+        ordered = sorted(groups.items(), key=lambda item: item[0][0])
+        return [
+            (name, child, np.array(instances), np.array([topology.parent[i] for i in instances]))
+            for (_, name, child), instances in ordered
+        ]
+
+    def _foreign_sources(self, name: str) -> list[tuple[list[int], str, str]]:
+        """For each foreign node of a prototype: the chain of child positions, and the prototype and node it ends in."""
+        sources = []
+        for reference in self.parts[name].foreign:
+            *steps, node = reference.split(".")
+            chain, at = [], name
+            for step in steps:
+                position = next(k for k, c in enumerate(self.layout.children[at]) if c.name == step)
+                chain.append(position)
+                at = self.layout.children[at][position].prototype
+            sources.append((chain, at, node))
+        return sources
+
+    def values(self, parameters: Mapping[str, ArrayLike] | None = None) -> Array:
+        """Slot values (s,), or (designs, s) when a parameter is given as an array over designs.
+
+        Raises OptionError for unknown parameters and values outside their bounds.
+        """
+        resolved: dict[str, Any] = parameter_values(self.mechanism, parameters)
+        designs = {np.shape(v)[0] for v in resolved.values() if np.ndim(v) == 1}
+        return self.slots.fill(resolved, designs.pop() if designs else None)
+
+    def geometry(self, values: Array) -> Geometry:
+        """Geometry for slot values; remembered while the numbers that it depends on stay the same.
+
+        When none of them varies along the design axis the result has no design axis.
+        """
+        varying = values[..., self._geometry_slots]
+        if varying.ndim > 1 and (varying == varying[0]).all():
+            values, varying = values[0], varying[0]
+        key = varying.tobytes() + str(varying.shape).encode()
+        if self._remembered is None or self._remembered[0] != key:
+            self._remembered = (key, self._compute_geometry(values))
+        return self._remembered[1]
+
+    def _compute_geometry(self, values: Array) -> Geometry:
+        lead = values.shape[:-1]
+        affines = {name: [c.affine(values) for c in children] for name, children in self._children.items()}
+        parts: dict[str, PartGeometry] = {}
+        for name, part in self.parts.items():
+            foreign = np.empty((*lead, len(part.foreign), 3))
+            for k, (chain, source, node) in enumerate(self._foreign[name]):
+                where = parts[source].positions[..., self.parts[source].node_names.index(node), :][..., None, :]
+                foreign[..., k, :] = self._outward(name, chain, affines, where)[..., 0, :]
+            parts[name] = part.geometry(values, foreign)
+        count = len(self.topology.parent)
+        Q, t = np.empty((*lead, count, 3, 3)), np.empty((*lead, count, 3))
+        Q[..., 0, :, :], t[..., 0, :] = np.eye(3), 0.0
+        for name, child, instances, parents in self._levels:
+            own = affines[name][child]
+            Q[..., instances, :, :] = Q[..., parents, :, :] @ own.Q[..., None, :, :]
+            moved = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], own.t)
+            t[..., instances, :] = moved + t[..., parents, :]
+        positions = np.empty((*lead, self.topology.n_nodes, 3))
+        for name, placed in self.topology.placed.items():
+            x = parts[name].positions[..., None, :, :] @ np.swapaxes(Q[..., placed.number, :, :], -1, -2)
+            x = x + t[..., placed.number, None, :]
+            positions[..., _span(placed.offset, self.parts[name].n_nodes), :] = x
+        T = {name: part.element_transforms(parts[name]) for name, part in self.parts.items()}
+        return Geometry(parts, T, Q, t, positions)
+
+    def _outward(self, name: str, chain: list[int], affines: dict[str, list[Affine]], x: Array) -> Array:
+        """Carry points out of a nested instance into the prototype `name`."""
+        steps = []
+        for position in chain:
+            steps.append(affines[name][position])
+            name = self.layout.children[name][position].prototype
+        for step in reversed(steps):
+            x = step.points(x)
+        return x
+
+    def matrices(self, values: Array, geometry: Geometry) -> dict[str, PartMatrices]:
+        """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
+        return {
+            name: part.matrices(values, geometry.parts[name], geometry.T[name])
+            for name, part in self.parts.items()
+            if part.has_matrices
+        }
+
+    def node_transforms(self, name: str, nodes: Index, geometry: Geometry) -> Array:
+        """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame.
+
+        i counts the placed copies of the prototype. Nodes that are their own root are turned only; others follow
+        the root on a rigid arm (eq. 32). Rotations are axial vectors: mirror images turn them the other way.
+        """
+        placed = self.topology.placed[name]
+        Q = np.swapaxes(geometry.Q[..., placed.number, :, :], -1, -2)
+        axial = np.linalg.det(Q).round()[..., None, None] * Q
+        number = np.array(placed.offset)[:, None] + nodes
+        G = np.zeros((*Q.shape[:-3], *number.shape, 6, 6))
+        G[..., :3, :3] = Q[..., None, :, :]
+        G[..., 3:, 3:] = axial[..., None, :, :]
+        topology = self.topology
+        slaved = topology.is_rigid[number] & (topology.root[number] != number)
+        if slaved.any():
+            at = number[slaved]
+            arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
+            G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(arm)
+        return G
+
+
+def _span(offsets: list[int], n: int) -> Index:
+    """Global numbers (i, n) of the nodes of all copies of a part."""
+    return np.array(offsets, dtype=np.intp)[:, None] + np.arange(n)

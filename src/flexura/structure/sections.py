@@ -1,0 +1,130 @@
+"""From section and profile descriptions to section properties at stations, for groups of members of one kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import SectionProperties, contour, section
+from flexura.mechanism import profile as pr
+from flexura.mechanism import section as sc
+from flexura.mechanism.member import Flexure, Link
+from flexura.structure.slots import Index, SlotTable
+
+Array = NDArray[np.float64]
+Sizes = dict[str, Array]
+"""Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
+
+_CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
+    "circular": lambda x, a, s: contour.circular(x, s["radius"], s["web"]),
+    "elliptical": lambda x, a, s: contour.elliptical(x, a, s["depth"], s["web"]),
+    "parabolic": lambda x, a, s: contour.parabolic(x, a, s["depth"], s["web"]),
+    "hyperbolic": lambda x, a, s: contour.hyperbolic(x, a, s["depth"], s["web"]),
+    "corner_filleted": lambda x, a, s: contour.corner_filleted(x, a, s["fillet_radius"], s["web"]),
+    "v_shaped": lambda x, a, s: contour.v_shaped(x, s["angle"], s["root_radius"], s["web"]),
+    "table": lambda x, a, s: contour.tabulated(x + a, s["positions"], s["thicknesses"]),
+    "straight": lambda x, a, s: s["web"] + 0 * x,
+}
+
+
+@dataclass
+class SectionGroup:
+    """Members whose sections follow one formula.
+
+    `kind` names the formula, `members` are positions in the part's list of members, and `slots` hold the sizes.
+    """
+
+    kind: tuple[str, ...]
+    members: list[int] = field(default_factory=list)
+    slots: dict[str, list[int | list[int]]] = field(default_factory=dict)
+
+    def freeze(self) -> None:
+        """Turn the collected lists into index arrays."""
+        self.index: Index = np.array(self.members, dtype=np.intp)
+        self._slot_arrays = {name: np.array(slots, dtype=np.intp)[:, None] for name, slots in self.slots.items()}
+
+    def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
+        """Section properties (..., members, stations) at `fractions` (stations,) of the members' length.
+
+        `values` are all slots, `nu` and `length` (..., members) belong to this group's members.
+        """
+        sizes = {name: values[..., slots] for name, slots in self._slot_arrays.items()}
+        nu = nu[..., None]
+        match self.kind[0]:
+            case "rectangle" | "leaf":
+                return section.rectangle(sizes["width"], sizes["thickness"], nu)
+            case "circle":
+                return section.circle(sizes["diameter"], nu)
+            case "tube":
+                return section.tube(sizes["outer_diameter"], sizes["inner_diameter"], nu)
+            case "constants":
+                return SectionProperties(*(sizes[name] for name in SectionProperties._fields))
+        L = length[..., None]
+        x = (fractions - 0.5) * L
+        match self.kind:
+            case ("notch", shape):
+                return section.rectangle(sizes["width"], _CONTOURS[shape](x, L / 2, sizes), nu)
+            case ("round", shape):
+                return section.circle(_CONTOURS[shape](x, L / 2, sizes), nu)
+        _, y_shape, z_shape = self.kind
+        shift = sizes["shift"]
+        half = (L - np.abs(shift)) / 2
+        y_sizes = {name[2:]: size for name, size in sizes.items() if name.startswith("y_")}
+        z_sizes = {name[2:]: size for name, size in sizes.items() if name.startswith("z_")}
+        width = _CONTOURS[y_shape](np.clip(x + shift / 2, -half, half), half, y_sizes)
+        thickness = _CONTOURS[z_shape](np.clip(x - shift / 2, -half, half), half, z_sizes)
+        return section.rectangle(width, thickness, nu)
+
+
+class SectionGroups:
+    """Collects members into groups while a part is laid out."""
+
+    def __init__(self, slots: SlotTable) -> None:
+        self._slots = slots
+        self.groups: dict[tuple[object, ...], SectionGroup] = {}
+
+    def add(self, position: int, member: Link | Flexure, own_section: sc.Section | None) -> None:
+        """File a member under its kind; `own_section` is the resolved section of a link."""
+        if isinstance(member, Flexure):
+            kind, sizes = _profile_sizes(member.profile)
+            integration = member.integration
+        else:
+            assert own_section is not None
+            kind, sizes = (own_section.shape,), _fields(own_section)
+            integration = "stepped"
+        tables = tuple(len(value) for value in sizes.values() if isinstance(value, tuple))
+        key = (kind, tables, member.elements, integration)
+        group = self.groups.setdefault(key, SectionGroup(kind))
+        group.members.append(position)
+        for name, value in sizes.items():
+            slot = self._slots.add_all(value) if isinstance(value, tuple) else self._slots.add(value)
+            group.slots.setdefault(name, []).append(slot)
+
+    def freeze(self) -> list[tuple[SectionGroup, int, bool]]:
+        """The groups with their number of elements per member and whether they are integrated as tapered."""
+        for group in self.groups.values():
+            group.freeze()
+        return [(group, int(key[2]), key[3] == "tapered") for key, group in self.groups.items()]  # type: ignore[call-overload]
+
+
+def _fields(part: sc.Part | pr.Part) -> dict[str, object]:
+    return {name: getattr(part, name) for name in type(part).model_fields if name not in ("shape", "type")}
+
+
+def _profile_sizes(profile: pr.Profile) -> tuple[tuple[str, ...], dict[str, object]]:
+    match profile:
+        case pr.Leaf():
+            return ("leaf",), _fields(profile)
+        case pr.Notch():
+            return ("notch", profile.contour.shape), {"width": profile.width, **_fields(profile.contour)}
+        case pr.RoundNotch():
+            return ("round", profile.contour.shape), _fields(profile.contour)
+        case pr.TwoAxisNotch():
+            y, z = profile.y_contour, profile.z_contour
+            sizes: dict[str, object] = {"shift": profile.shift}
+            sizes |= {f"y_{name}": value for name, value in _fields(y).items()}
+            sizes |= {f"z_{name}": value for name, value in _fields(z).items()}
+            return ("two_axis", y.shape, z.shape), sizes

@@ -1,0 +1,188 @@
+"""How the placed parts hang together: joined nodes, rigid clusters, what is held, and the numbering of DOFs.
+
+Nodes that are joined or carried by one body move as one rigid cluster; the cluster's root has the DOFs and all others
+follow on rigid arms (the RPR paper, eq. 32).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import ModelError, Problem
+from flexura.mechanism.layout import TOP, Layout, matching
+from flexura.mechanism.substructure import DOF_NAMES
+from flexura.structure.part import Part
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+
+class UnionFind:
+    """Disjoint sets over 0..n-1 with path halving."""
+
+    def __init__(self, n: int) -> None:
+        self._parent = list(range(n))
+        self.touched: set[int] = set()
+        """Members of the sets that were merged."""
+
+    def find(self, k: int) -> int:
+        """Representative of k's set."""
+        parent = self._parent
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    def union(self, a: int, b: int) -> None:
+        """Merge two sets."""
+        self.touched |= {a, b}
+        a, b = self.find(a), self.find(b)
+        if a != b:
+            self._parent[max(a, b)] = min(a, b)
+
+
+@dataclass
+class Placed:
+    """All placed copies of one prototype.
+
+    `paths` name them; `number` is their position among all instances; `offset` is the global number of each copy's
+    node 0; nodes of a copy are numbered on from there.
+    """
+
+    part: Part
+    paths: list[tuple[str, ...]] = field(default_factory=list)
+    number: list[int] = field(default_factory=list)
+    offset: list[int] = field(default_factory=list)
+
+
+class Topology:
+    """Instances, rigid clusters and DOF numbering of a mechanism.
+
+    Global nodes are the nodes of all placed parts. `root` (n,) is the node that each follows, itself when it is free;
+    `dof` (n, 6) numbers the DOFs of roots, -1 where held and for nodes that are not roots.
+    """
+
+    def __init__(self, layout: Layout, parts: dict[str, Part]) -> None:
+        self.layout = layout
+        self.placed = {name: Placed(part) for name, part in parts.items()}
+        self.parent: list[int] = []
+        self.child: list[int] = []
+        self._where: dict[tuple[str, ...], tuple[str, int]] = {}
+        self.n_nodes = 0
+        self._enumerate(layout, parts)
+        self._join(parts)
+        self._number_dofs()
+
+    def _enumerate(self, layout: Layout, parts: dict[str, Part]) -> None:
+        index: dict[tuple[str, ...], int] = {}
+        child_index = {
+            name: {child.name: k for k, child in enumerate(children)} for name, children in layout.children.items()
+        }
+        for number, (path, name) in enumerate(layout.instances()):
+            placed = self.placed[name]
+            placed.paths.append(path)
+            placed.number.append(number)
+            placed.offset.append(self.n_nodes)
+            self._where[path] = (name, self.n_nodes)
+            self.n_nodes += parts[name].n_nodes
+            index[path] = number
+            self.parent.append(index[path[:-1]] if path else -1)
+            parent_prototype = self._where[path[:-1]][0] if path else TOP
+            self.child.append(child_index[parent_prototype][path[-1]] if path else -1)
+
+    def node(self, path: tuple[str, ...], reference: str) -> int:
+        """Global number of a node written as `INSTANCE.NODE` or `NODE` inside the instance at `path`."""
+        *steps, node = reference.split(".")
+        name, offset = self._where[(*path, *steps)]
+        return offset + self._local(name, node)
+
+    def _local(self, name: str, node: str) -> int:
+        part = self.placed[name].part
+        if not hasattr(self, "_numbers"):
+            self._numbers: dict[str, dict[str, int]] = {}
+        numbers = self._numbers.setdefault(name, {n: k for k, n in enumerate(part.node_names)})
+        return numbers[node]
+
+    def _join(self, parts: dict[str, Part]) -> None:
+        sets = UnionFind(self.n_nodes)
+        bodies: list[int] = []
+        for name, placed in self.placed.items():
+            part = parts[name]
+            for path, offset in zip(placed.paths, placed.offset, strict=True):
+                for k, foreign in enumerate(part.foreign):
+                    sets.union(offset + part.n_own + k, self.node(path, foreign))
+                for a, b in part.joints:
+                    sets.union(offset + a, offset + b)
+                for body, carried in part.carried.items():
+                    bodies.append(offset + body)
+                    for node in carried:
+                        sets.union(offset + body, offset + node)
+        cluster = np.arange(self.n_nodes)
+        for k in sets.touched:
+            cluster[k] = sets.find(k)
+        held = self._held(cluster)
+        representative = np.arange(self.n_nodes)
+        for body in reversed(bodies):
+            representative[cluster[body]] = body
+        for node, mask in held.items():
+            if not all(mask):
+                representative[cluster[node]] = node
+        self.root = representative[cluster]
+        self.is_rigid = np.zeros(self.n_nodes, dtype=bool)
+        """Nodes that belong to a cluster with a rigid body, so that their arms to the root matter."""
+        if bodies:
+            self.is_rigid = np.isin(self.root, self.root[bodies])
+        self.held = np.zeros((self.n_nodes, 6), dtype=bool)
+        for node, mask in held.items():
+            self.held[self.root[node]] = mask
+
+    def _held(self, cluster: Index) -> dict[int, tuple[bool, ...]]:
+        """Held DOFs by node, at most one node in a cluster; a clamped one outdoes others."""
+        ground = self.layout.mechanism.ground
+        exposed = self.layout.exposed(TOP)
+        found: dict[int, tuple[int, tuple[bool, ...]]] = {}
+        for text, support in ground.items():
+            for name in matching(text, exposed):
+                node = self.node((), name)
+                before = found.get(cluster[node])
+                if before is None or all(support.held):
+                    found[cluster[node]] = (node, support.held)
+                elif not all(before[1]):
+                    raise ModelError([_two_supports(text)])
+        return dict(found.values())
+
+    def _number_dofs(self) -> None:
+        free = ~self.held
+        free[self.root != np.arange(self.n_nodes)] = False
+        self.dof = np.full((self.n_nodes, 6), -1, dtype=np.intp)
+        self.n_dof = int(free.sum())
+        self.dof[free] = np.arange(self.n_dof)
+
+    @property
+    def node_names(self) -> list[str]:
+        """Names of all global nodes, e.g. `branch1.ring.c3` or `branch1.hinge[2]`."""
+        names = [""] * self.n_nodes
+        for placed in self.placed.values():
+            for path, offset in zip(placed.paths, placed.offset, strict=True):
+                prefix = ".".join(path) + "." if path else ""
+                for k, name in enumerate(placed.part.node_names):
+                    names[offset + k] = prefix + name
+        return names
+
+    def dof_names(self) -> list[str]:
+        """Names of the free DOFs in order, e.g. `platform.rz`."""
+        names = self.node_names
+        nodes, components = np.nonzero(self.dof >= 0)
+        return [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
+
+
+def _two_supports(text: str) -> Problem:
+    return Problem(
+        path=("ground", text),
+        value="",
+        rule="two partly held nodes move as one rigid body, which cannot be held in two places",
+        hint="hold one of them and tie the other to ground with a stiff spring, or clamp one",
+    )
