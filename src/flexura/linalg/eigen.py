@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 Matrix = Any
 """A dense array or a SciPy sparse matrix."""
 
+SINGULAR_PIVOT = 1e-13
+"""A pivot of the diagonally scaled stiffness below this counts as zero."""
+
 DENSE_LIMIT = 240
 """Up to this order dense routines are as fast as sparse ones."""
 
@@ -35,20 +38,51 @@ class Eigenpairs:
     vectors: Array
 
 
-def lowest(K: Matrix, M: Matrix, count: int, shift: float = 0.0, complete: bool = True) -> Eigenpairs:
-    """The `count` lowest eigenpairs of symmetric K and symmetric positive semidefinite M, both (n, n).
+def lowest(K: Matrix, M: Matrix, count: int) -> Eigenpairs:
+    """The `count` lowest eigenpairs of symmetric positive semidefinite K and M, both (n, n); K + M positive definite.
 
-    `shift` is zero for positive definite K and negative for semidefinite K, so that K - shift M is positive definite.
-    `complete` asks for proof by inertia count that none is missing. Raises SolverError when K - shift M is
-    singular or the search does not converge.
+    When K is singular a negative shift is used, and eigenvalues that are zero to working accuracy come out as exactly
+    zero. Raises SolverError when the search does not converge or K + M is singular.
     """
     n = K.shape[0]
     count = min(count, n)
     if count <= 0:
         return Eigenpairs(np.empty(0), np.empty((n, 0)))
+    if is_definite(K):
+        return _lowest(K, M, count, 0.0)
+    stiffness, mass = K.diagonal(), M.diagonal()
+    coarse = 1e-9 * float(np.max(stiffness[mass > 0] / mass[mass > 0], initial=1.0))
+    values = _lowest(K, M, min(n, max(count, 6) + 1), -coarse).values
+    elastic = values[values > 1e-7 * coarse]
+    first = float(elastic[0]) if len(elastic) else coarse
+    pairs = _lowest(K, M, count, -first)
+    return Eigenpairs(np.where(abs(pairs.values) < 1e-7 * first, 0.0, pairs.values), pairs.vectors)
+
+
+def is_definite(K: Matrix) -> bool:
+    """True when symmetric positive semidefinite K (n, n) is definite to working accuracy, judged by its pivots."""
+    d = K.diagonal()
+    if not (d > 0).all():
+        return False
+    d = 1 / np.sqrt(d)
+    if K.shape[0] <= DENSE_LIMIT:
+        try:
+            pivots = np.diagonal(np.linalg.cholesky(_toarray(K) * d[:, None] * d)) ** 2
+        except np.linalg.LinAlgError:
+            return False
+    else:
+        try:
+            pivots = factorise((sp.diags(d) @ sp.csc_matrix(K) @ sp.diags(d)).tocsc()).U.diagonal()
+        except SolverError:
+            return False
+    return bool(pivots.min() > SINGULAR_PIVOT)
+
+
+def _lowest(K: Matrix, M: Matrix, count: int, shift: float) -> Eigenpairs:
+    n = K.shape[0]
     if n <= DENSE_LIMIT or count > n // 3:
         return _dense(_toarray(K), _toarray(M), count, shift)
-    return _sparse(sp.csc_matrix(K), sp.csc_matrix(M), count, shift, complete)
+    return _sparse(sp.csc_matrix(K), sp.csc_matrix(M), count, shift)
 
 
 def _toarray(A: Matrix) -> Array:
@@ -81,13 +115,14 @@ def factorise(A: sp.csc_matrix) -> spla.SuperLU:
         raise SolverError("the stiffness matrix is singular: something can move freely") from None
 
 
-def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float, complete: bool) -> Eigenpairs:
+def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eigenpairs:
     scale = sp.diags(1 / np.sqrt(K.diagonal() - shift * M.diagonal()))
     Ks, Ms = (scale @ K @ scale).tocsc(), (scale @ M @ scale).tocsc()
     solve = factorise((Ks - shift * Ms).tocsc()).solve
     found = _lanczos(Ks, Ms, solve, count, shift, np.empty((K.shape[0], 0)))
-    while complete:
-        below = _gap_above(found.values, count)
+    while True:
+        below = float(found.values[:count].max())
+        below += 1e-6 * abs(below) + 1e-3 * abs(shift)
         missing = count_below(Ks, Ms, below) - int((found.values < below).sum())
         if missing <= 0:
             break
@@ -98,12 +133,6 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float, comple
             np.hstack([found.vectors, more.vectors])[:, order],
         )
     return Eigenpairs(found.values[:count], scale @ found.vectors[:, :count])
-
-
-def _gap_above(values: Array, count: int) -> float:
-    """A value just above the last wanted eigenvalue."""
-    last = float(values[: max(count, 1)].max())
-    return last + 1e-6 * abs(last) if last else 1e-30
 
 
 def _lanczos(Ks: Any, Ms: Any, solve: Any, count: int, shift: float, known: Array) -> Eigenpairs:
@@ -126,10 +155,7 @@ def _lanczos(Ks: Any, Ms: Any, solve: Any, count: int, shift: float, known: Arra
     except spla.ArpackError as error:
         raise SolverError(f"the eigenvalue search did not converge: {error}") from None
     order = np.argsort(values)
-    vectors = _orthonormalise(vectors[:, order], Ms)
-    return Eigenpairs(np.einsum("ik,ik->k", vectors, Ks @ vectors), vectors) if shift == 0 else Eigenpairs(
-        values[order], vectors
-    )
+    return Eigenpairs(values[order], _orthonormalise(vectors[:, order], Ms))
 
 
 def _orthonormalise(vectors: Array, M: Any) -> Array:

@@ -1,0 +1,76 @@
+"""Where the energy of a motion sits: strain and kinetic energy by placed part, member and kind of deformation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import block_rotation, rigid_arm
+from flexura.structure import FullOrderModel
+from flexura.structure.part import Elements, Lump, Part
+
+Array = NDArray[np.float64]
+
+KINDS = ("stretch", "twist", "thickness bending", "width bending", "springs")
+"""Kinds of deformation: thickness bending is about local y, width bending about local z; springs are all others."""
+
+
+@dataclass(frozen=True)
+class PartEnergy:
+    """Energies of one placed part for k motions: strain (kinds, k), kinetic (k,) per unit angular frequency squared,
+    and strain by member (members, k), J."""
+
+    path: str
+    prototype: str
+    strain: Array
+    kinetic: Array
+    by_member: dict[str, Array]
+
+
+def energies(model: FullOrderModel, displacements: Array) -> list[PartEnergy]:
+    """Energies of every placed part for displacements (n_nodes, 6, k) of all nodes, global frame, m and rad."""
+    return list(_energies(model, displacements))
+
+
+def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnergy]:
+    plan = model.plan
+    for name, matrices in model.matrices.items():
+        placed, part = plan.topology.placed[name], plan.parts[name]
+        for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
+            Q = model.geometry.Q[instance].T
+            turned = block_rotation(Q)
+            turned[3:, 3:] *= round(float(np.linalg.det(Q)))
+            u = np.einsum("ij,njk->nik", turned, displacements[offset : offset + part.n_nodes])
+            strain, kinetic = _elements(part, matrices.elements, u)
+            by_member = {
+                member: strain[:, first : first + n].sum(axis=(0, 1))
+                for member, first, n in zip(part.members, part.first, part.counts, strict=False)
+            }
+            strain, kinetic = strain.sum(axis=1), kinetic.sum(axis=0)
+            for lump in matrices.lumps:
+                strain[4] += _quadratic(lump.K, lump, u)
+                kinetic += _quadratic(lump.M, lump, u)
+            yield PartEnergy(".".join(path) or "mechanism", name, strain, kinetic, by_member)
+
+
+def _elements(part: Part, elements: Elements, u: Array) -> tuple[Array, Array]:
+    """Strain (kinds, e, k) and kinetic energy (e, k) of the elements for node displacements u (n, 6, k)."""
+    ends = u[part.connectivity].reshape(len(part.connectivity), 12, u.shape[-1])
+    v = elements.T @ ends
+    arm = np.zeros((len(v), 3))
+    arm[:, 0] = elements.length
+    d = v[:, 6:] - rigid_arm(arm) @ v[:, :6]
+    work = d * np.linalg.solve(elements.C, d) / 2
+    springs = np.zeros_like(work[:, 0])
+    strain = np.stack([work[:, 0], work[:, 3], work[:, 2] + work[:, 4], work[:, 1] + work[:, 5], springs])
+    return strain, np.einsum("eik,eij,ejk->ek", v, elements.M, v) / 2
+
+
+def _quadratic(matrix: Array | None, lump: Lump, u: Array) -> Array | float:
+    if matrix is None:
+        return 0.0
+    v = u[lump.nodes].reshape(6 * len(lump.nodes), u.shape[-1])
+    return np.einsum("ik,ij,jk->k", v, matrix, v) / 2

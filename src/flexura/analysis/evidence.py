@@ -1,0 +1,146 @@
+"""The evidence that comes with every modal result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm
+from flexura.linalg import Eigenpairs
+from flexura.reduction.low_order import low_order
+from flexura.structure import FullOrderModel
+from flexura.structure.lumps import rigid_mass
+from flexura.structure.part import Part, PartGeometry, PartMatrices
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MissedMode:
+    """A full-order mode in the reported range that the low-order model does not have."""
+
+    frequency_hz: float
+    summary: str
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """Mass, kg; centre of mass (3,), m; inertia tensor (3, 3) about it, kg m^2."""
+
+    mass: float
+    centre: tuple[float, float, float]
+    inertia: tuple[tuple[float, float, float], ...]
+
+    @staticmethod
+    def of(M: Array) -> MassProperties:
+        """Read off a 6 x 6 rigid-body mass matrix about the origin."""
+        mass = float(M[0, 0] + M[1, 1] + M[2, 2]) / 3
+        S = M[3:, :3] / mass if mass else np.zeros((3, 3))
+        c = np.array([S[2, 1] - S[1, 2], S[0, 2] - S[2, 0], S[1, 0] - S[0, 1]]) / 2
+        D = rigid_arm(-c)
+        inertia = (D.T @ M @ D)[3:, 3:]
+        x, y, z = (float(v) for v in c)
+        return MassProperties(mass, (x, y, z), tuple((float(a), float(b), float(d)) for a, b, d in inertia))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Why the numbers of a modal result can be believed, or not.
+
+    `model_mass` comes from the mass matrices by rigid motions, `described_mass` from density times volume;
+    `mass_error` and `inertia_error` are their relative differences. `rigid_body_residual` is the largest
+    |K r| / (|K| |r|) over six rigid motions of every unrestrained part. `full_residual` and `low_residual` are the
+    largest |K x - lambda M x| / |lambda M x| over the reported modes, stiffness scaled to a unit diagonal.
+    `sturm_count` full-order eigenvalues lie at or below `sturm_below_hz`, just above the highest frequency reported;
+    `missed` lists those among them without a counterpart.
+    """
+
+    model_mass: MassProperties
+    described_mass: MassProperties
+    mass_error: float
+    inertia_error: float
+    rigid_body_residual: float
+    rigid_body_modes: int
+    full_residual: float
+    low_residual: float | None
+    sturm_below_hz: float
+    sturm_count: int
+    reported_below: int
+    missed: tuple[MissedMode, ...]
+    more_missed: int = 0
+
+    @property
+    def complete(self) -> bool:
+        """True when no full-order mode in the reported range lacks a counterpart."""
+        return not self.missed and not self.more_missed
+
+
+def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
+    """Masses of model and description, their differences, and the rigid-body residual, as fields of Evidence."""
+    own, described, worst = np.zeros((6, 6)), np.zeros((6, 6)), 0.0
+    reducers = low_order(model.plan).reducers
+    for name, matrices in model.matrices.items():
+        part, geometry = model.plan.parts[name], model.geometry.parts[name]
+        K, M = reducers[name].assembled(matrices)
+        R = rigid_arm(geometry.positions).reshape(-1, 6)
+        worst = max(worst, _rigid_residual(part, matrices, K, R))
+        masses = (R.T @ (M @ R), _described(part, model.values, geometry))
+        for instance in model.plan.topology.placed[name].number:
+            Q, t = model.geometry.Q[instance], model.geometry.t[instance]
+            X = np.zeros((6, 6))
+            X[:3, :3], X[3:, 3:] = Q.T, np.linalg.det(Q).round() * Q.T
+            X = X @ rigid_arm(t)
+            own, described = own + X.T @ masses[0] @ X, described + X.T @ masses[1] @ X
+    a, b = MassProperties.of(own), MassProperties.of(described)
+    scale = np.abs(b.inertia).max()
+    return {
+        "model_mass": a,
+        "described_mass": b,
+        "mass_error": abs(a.mass / b.mass - 1) if b.mass else 0.0,
+        "inertia_error": float(np.abs(np.subtract(a.inertia, b.inertia)).max() / scale) if scale else 0.0,
+        "rigid_body_residual": worst,
+    }
+
+
+def _rigid_residual(part: Part, matrices: PartMatrices, K: Any, R: Array) -> float:
+    """Largest |K r| / (|K| |r|) over rigid motions R (6n, 6) and DOFs, springs to ground left out."""
+    forces = K @ R
+    for lump in matrices.lumps:
+        if lump.K is not None and len(lump.nodes) == 1:
+            rows = slice(6 * lump.nodes[0], 6 * lump.nodes[0] + 6)
+            forces[rows] -= lump.K @ R[rows]
+    size = np.abs(K) @ np.abs(R)
+    return float(np.max(np.abs(forces[size > 0]) / size[size > 0], initial=0.0))
+
+
+def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
+    """Rigid-body mass matrix (6, 6) about the part's origin from density, volume and the parallel-axis theorem.
+
+    Every element is a prism with the section at its middle (at its stations when tapered).
+    """
+    total = np.zeros((6, 6))
+    if part.members:
+        for mass, inertia, centre in part.prisms(values, geometry):
+            D = rigid_arm(centre)
+            total += np.einsum("eji,ejk,ekl->il", D, rigid_mass(mass, inertia), D)
+    for node, lump in [*part.bodies.values(), *part.points.values()]:
+        D = rigid_arm(geometry.positions[node])
+        total += D.T @ lump.matrix(values) @ D
+    for nodes, _, M in part.superelements.values():
+        R = rigid_arm(geometry.positions[nodes]).reshape(-1, 6)
+        total += R.T @ M @ R
+    return total
+
+
+def residual(K: Any, M: Any, pairs: Eigenpairs) -> float:
+    """Largest relative residual |K x - lambda M x| / |lambda M x| of elastic eigenpairs, K scaled to unit diagonal."""
+    elastic = pairs.values > 0
+    if not elastic.any():
+        return 0.0
+    d = (1 / np.sqrt(K.diagonal()))[:, None]
+    x, values = pairs.vectors[:, elastic], pairs.values[elastic]
+    inertia = d * (M @ x) * values
+    return float((np.linalg.norm(d * (K @ x) - inertia, axis=0) / np.linalg.norm(inertia, axis=0)).max())

@@ -1,0 +1,228 @@
+"""Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
+
+from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence, residual
+from flexura.analysis.motion import Motion, motions
+from flexura.errors import OptionError
+from flexura.linalg import Eigenpairs, count_below, lowest
+from flexura.mechanism.substructure import Mechanism
+from flexura.reduction.low_order import LowOrderModel, reduce
+from flexura.structure import FullOrderModel, Plan, assemble
+
+Array = NDArray[np.float64]
+
+EXTRA = 60
+"""At most so many full-order modes beyond the reported ones are computed to name what a reduction misses."""
+
+SAME_MODE = 0.5
+"""Least modal assurance criterion at which a low-order mode counts as the counterpart of a full-order one."""
+
+REPEATED = 1e-5
+"""Frequencies closer than this, relative, are taken as repeated when modes are paired."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode.
+
+    `relative_error` is the low-order frequency over the full-order one, less one; `mac` the mass-weighted modal
+    assurance criterion of the pair. All three are None when the low-order mode has no counterpart.
+    """
+
+    number: int
+    frequency_hz: float
+    angular_frequency: float
+    full_frequency_hz: float | None
+    relative_error: float | None
+    mac: float | None
+    motion: Motion
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The lowest natural modes of a mechanism.
+
+    `order` is that of the model solved, `full_order` that of the full model. `shapes` (n_nodes, 6, n), M-orthonormal,
+    are displacements of all nodes, global frame, m and rad; nodes follow `node_names`.
+    """
+
+    name: str
+    order: int
+    full_order: int
+    modes: tuple[Mode, ...]
+    evidence: Evidence
+    shapes: Array
+    node_names: tuple[str, ...]
+    parameters: dict[str, float]
+    model: FullOrderModel
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Natural frequencies (n,), Hz."""
+        return np.array([mode.frequency_hz for mode in self.modes])
+
+    @property
+    def angular_frequency(self) -> Array:
+        """Natural frequencies (n,), rad/s."""
+        return np.array([mode.angular_frequency for mode in self.modes])
+
+    @property
+    def full_frequency_hz(self) -> Array:
+        """Full-order frequencies (n,) of the counterparts, Hz; nan where there is none."""
+        return np.array([np.nan if m.full_frequency_hz is None else m.full_frequency_hz for m in self.modes])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the shapes, as plain data for JSON."""
+        return {
+            "mechanism": self.name,
+            "order": self.order,
+            "full_order": self.full_order,
+            "parameters": self.parameters,
+            "modes": [asdict(mode) for mode in self.modes],
+            "evidence": {**asdict(self.evidence), "complete": self.evidence.complete},
+        }
+
+
+def modes(
+    mechanism: Mechanism | Plan,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    n: int = 6,
+    order: Literal["low", "full"] = "low",
+    keep: int | Mapping[str, int] = 0,
+    keep_below: float = 0.0,
+) -> Modes:
+    """The `n` lowest modes of the low-order model beside their full-order counterparts, or of the full model alone.
+
+    `parameters` replace default values; `keep` and `keep_below` (Hz) as in `reduce`. Raises ModelError, OptionError
+    and SolverError.
+    """
+    if n < 1:
+        raise OptionError(f"the number of modes is at least 1, not {n}")
+    if order not in ("low", "full"):
+        raise OptionError(f"order is low or full, not {order!r}")
+    plan = mechanism if isinstance(mechanism, Plan) else Plan(mechanism)
+    single = _one_design(parameters)
+    full = assemble(plan, single)
+    if full.order == 0:
+        raise OptionError("nothing in this mechanism can move: every node is held")
+    if order == "full":
+        return _full_modes(full, min(n, full.order), single)
+    low = reduce(plan, single, keep=keep, keep_below=keep_below)
+    return _low_modes(full, low, min(n, low.order), single)
+
+
+def _one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
+    for name, value in (parameters or {}).items():
+        if np.ndim(value):
+            raise OptionError(f"modes takes one design; parameter {name} has {np.size(value)} values")
+    return {name: float(np.asarray(value)) for name, value in (parameters or {}).items()}
+
+
+def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> Modes:
+    pairs = _finite(lowest(full.K, full.M, n))
+    u = full.node_displacements(pairs.vectors)
+    hz = np.sqrt(np.maximum(pairs.values, 0)) / (2 * np.pi)
+    found = tuple(
+        Mode(k + 1, float(f), float(2 * np.pi * f), float(f), 0.0, 1.0, motion)
+        for k, (f, motion) in enumerate(zip(hz, motions(full, u), strict=True))
+    )
+    below, count = _sturm(full, pairs.values)
+    evidence = Evidence(
+        **mass_evidence(full),
+        rigid_body_modes=int((pairs.values == 0).sum()),
+        full_residual=residual(full.K, full.M, pairs),
+        low_residual=None,
+        sturm_below_hz=below,
+        sturm_count=count,
+        reported_below=len(found),
+        missed=(),
+        more_missed=count - len(found),
+    )
+    return _result(full, full.order, found, evidence, u, parameters)
+
+
+def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dict[str, float]) -> Modes:
+    pairs = _finite(lowest(low.K, low.M, n))
+    below, count = _sturm(full, pairs.values)
+    reference = _finite(lowest(full.K, full.M, min(max(count, len(pairs.values)), n + EXTRA)))
+    shapes = low.recover(pairs.vectors)
+    partner, mac = _pair(full, shapes, pairs.values, reference)
+    u = full.node_displacements(shapes)
+    hz, full_hz = (np.sqrt(np.maximum(values, 0)) / (2 * np.pi) for values in (pairs.values, reference.values))
+    found = []
+    for k, motion in enumerate(motions(full, u)):
+        beside = float(full_hz[partner[k]]) if partner[k] >= 0 else None
+        error = None if beside is None else (float(hz[k] / beside - 1) if beside else 0.0)
+        f = float(hz[k])
+        found.append(Mode(k + 1, f, 2 * np.pi * f, beside, error, None if beside is None else mac[k], motion))
+    lost = np.setdiff1d(np.flatnonzero(full_hz <= below), partner)
+    lost_motions = motions(full, full.node_displacements(reference.vectors[:, lost]))
+    evidence = Evidence(
+        **mass_evidence(full),
+        rigid_body_modes=int((reference.values == 0).sum()),
+        full_residual=residual(full.K, full.M, reference),
+        low_residual=residual(low.K, low.M, pairs),
+        sturm_below_hz=below,
+        sturm_count=count,
+        reported_below=len(found),
+        missed=tuple(
+            MissedMode(float(full_hz[i]), motion.summary) for i, motion in zip(lost, lost_motions, strict=True)
+        ),
+        more_missed=max(count - len(reference.values), 0),
+    )
+    return _result(full, low.order, tuple(found), evidence, u, parameters)
+
+
+def _finite(pairs: Eigenpairs) -> Eigenpairs:
+    """Leave out infinite eigenvalues, which belong to DOFs without mass."""
+    finite = np.isfinite(pairs.values)
+    if not finite.any():
+        raise OptionError("the mechanism has no mass")
+    return Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
+
+
+def _sturm(full: FullOrderModel, values: Array) -> tuple[float, int]:
+    """A frequency, Hz, just above the highest of `values`, and the number of full-order eigenvalues below it."""
+    top = float(values.max())
+    limit = top * (1 + 2 * REPEATED)
+    if top == 0.0:
+        d = full.K.diagonal()
+        limit = 1e-12 * float((d.sum() / full.M.diagonal().sum()))
+    return float(np.sqrt(limit) / (2 * np.pi)), count_below(full.K, full.M, limit)
+
+
+def _pair(full: FullOrderModel, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[Array, list[float]]:
+    """For each low-order mode the full-order one that it stands for (-1: none), and their MAC.
+
+    Modes of a repeated frequency are compared as a space: any rotation within it is the same motion.
+    """
+    overlap = (reference.vectors.T @ (full.M @ shapes)) ** 2 / np.einsum("ik,ik->k", shapes, full.M @ shapes)
+    close = np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values)
+    close &= np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values[:, None])
+    space = np.minimum(close @ overlap, 1.0)
+    distance = np.abs(np.sqrt(np.abs(reference.values))[:, None] - np.sqrt(np.abs(values)))
+    cost = -space + 1e-6 * distance / max(float(distance.max()), np.finfo(float).tiny)
+    rows, columns = linear_sum_assignment(cost)
+    partner = np.full(len(values), -1)
+    for row, column in zip(rows, columns, strict=True):
+        if space[row, column] >= SAME_MODE:
+            partner[column] = row
+    return partner, [float(space[partner[k], k]) for k in range(len(values))]
+
+
+def _result(
+    full: FullOrderModel, order: int, found: tuple[Mode, ...], evidence: Evidence, u: Array, parameters: dict[str, float]
+) -> Modes:
+    names = tuple(full.plan.topology.node_names)
+    name = full.plan.mechanism.name
+    return Modes(name, order, full.order, found, evidence, u, names, parameters, full)

@@ -1,0 +1,135 @@
+"""What moves in a mode: rigid bodies, and the parts whose deformation lets them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.energy import KINDS, PartEnergy, energies
+from flexura.structure import FullOrderModel
+
+Array = NDArray[np.float64]
+
+STILL = 0.05
+"""A body with a smaller share of the kinetic energy is said to stand still."""
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """How a rigid body takes part in a mode.
+
+    `kind` is `translation` or `rotation`, whichever holds more kinetic energy; `direction` (3,) is its unit vector in
+    the global frame; `kinetic_share` the body's part of the mode's kinetic energy.
+    """
+
+    body: str
+    kind: str
+    direction: tuple[float, float, float]
+    kinetic_share: float
+
+    def __str__(self) -> str:
+        verb = "moves along" if self.kind == "translation" else "turns about"
+        return f"{self.body} {verb} {_direction_name(self.direction)}"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What moves in one mode.
+
+    Shares add up to one; `strain_share` and `kinetic_share` are by placed part, `strain_by_substructure` and
+    `deformation` by prototype and by kind of deformation.
+    """
+
+    bodies: tuple[BodyMotion, ...]
+    strain_share: dict[str, float]
+    kinetic_share: dict[str, float]
+    strain_by_substructure: dict[str, float]
+    deformation: dict[str, float]
+    summary: str
+
+
+def motions(model: FullOrderModel, displacements: Array) -> list[Motion]:
+    """Describe motions given by displacements (n_nodes, 6, k) of all nodes, global frame."""
+    parts = energies(model, displacements)
+    bodies = _body_motions(model, displacements, sum(part.kinetic for part in parts))
+    return [_describe(parts, bodies[k], k) for k in range(displacements.shape[2])]
+
+
+def _body_motions(model: FullOrderModel, u: Array, kinetic: Array | int) -> list[tuple[BodyMotion, ...]]:
+    topology = model.plan.topology
+    found: list[list[BodyMotion]] = [[] for _ in range(u.shape[2])]
+    for name, part in model.plan.parts.items():
+        placed = topology.placed[name]
+        for key, (node, lump) in part.bodies.items():
+            mass, inertia = lump.mass_and_inertia(model.values)
+            for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
+                Q = model.geometry.Q[instance]
+                own = u[offset + node]
+                moving = mass * (own[:3] ** 2).sum(axis=0) / 2
+                turning = np.einsum("ik,ij,jk->k", own[3:], Q @ inertia @ Q.T, own[3:]) / 2
+                for k, motion in enumerate(found):
+                    kind, vector = ("translation", own[:3, k]) if moving[k] >= turning[k] else ("rotation", own[3:, k])
+                    share = float((moving[k] + turning[k]) / np.asarray(kinetic)[k])
+                    motion.append(BodyMotion(".".join((*path, key)), kind, _unit(vector), share))
+    return [tuple(sorted(motion, key=lambda m: -m.kinetic_share)) for motion in found]
+
+
+def _unit(vector: Array) -> tuple[float, float, float]:
+    length = float(np.linalg.norm(vector))
+    unit = vector / length if length else vector
+    if unit[np.argmax(abs(unit))] < 0:
+        unit = -unit
+    x, y, z = (float(c) for c in unit)
+    return x, y, z
+
+
+def _direction_name(direction: tuple[float, float, float]) -> str:
+    main = int(np.argmax(np.abs(direction)))
+    if abs(direction[main]) > 0.97:
+        return "xyz"[main]
+    return "(" + ", ".join(f"{c:.2f}" for c in direction) + ")"
+
+
+def _describe(parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], k: int) -> Motion:
+    strain = np.array([part.strain[:, k].sum() for part in parts])
+    kinetic = np.array([part.kinetic[k] for part in parts])
+    elastic = bool(strain.sum() > 1e-12 * kinetic.sum())
+    total = strain.sum() if elastic else 1.0
+    by_prototype: dict[str, float] = {}
+    by_kind: dict[str, Array] = {}
+    for part, share in zip(parts, strain / total, strict=True):
+        label = part.prototype or "mechanism"
+        by_prototype[label] = by_prototype.get(label, 0.0) + float(share) * elastic
+        by_kind[label] = by_kind.get(label, np.zeros(len(KINDS))) + part.strain[:, k] / total
+    deformation = {
+        f"{label}: {kind}": float(v)
+        for label, kinds in by_kind.items()
+        for kind, v in zip(KINDS, kinds, strict=True)
+        if elastic and v > 1e-3
+    }
+    deformation = dict(sorted(deformation.items(), key=lambda item: -item[1]))
+    return Motion(
+        bodies=bodies,
+        strain_share={p.path: float(s) * elastic for p, s in zip(parts, strain / total, strict=True)},
+        kinetic_share={p.path: float(s) for p, s in zip(parts, kinetic / kinetic.sum(), strict=True)},
+        strain_by_substructure=by_prototype,
+        deformation=deformation,
+        summary=_summary(parts, bodies, kinetic / kinetic.sum(), deformation),
+    )
+
+
+def _summary(
+    parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], kinetic: Array, deformation: dict[str, float]
+) -> str:
+    moving = [body for body in bodies if body.kinetic_share > STILL]
+    if moving:
+        shown = [str(body) for body in moving[:2]]
+        text = "; ".join(shown) + (f" and {len(moving) - 2} more" if len(moving) > 2 else "")
+    else:
+        order = np.argsort(-kinetic)
+        busy = [parts[i].path for i in order if kinetic[i] > STILL][:4]
+        text = ("bodies still; " if bodies else "") + ", ".join(busy) + (" vibrates" if len(busy) == 1 else " vibrate")
+    causes = [f"{cause} {share:.0%}" for cause, share in list(deformation.items())[:2] if share >= 0.1]
+    return text + (f" ({', '.join(causes)})" if causes else "")
