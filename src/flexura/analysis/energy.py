@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from flexura.beam import block_rotation, rigid_arm
 from flexura.structure import FullOrderModel
-from flexura.structure.part import Elements, Lump, Part
+from flexura.structure.part import Lump, Part, PartMatrices
 
 Array = NDArray[np.float64]
 
-KINDS = ("stretch", "twist", "thickness bending", "width bending", "springs")
-"""Kinds of deformation: thickness bending is about local y, width bending about local z; springs are all others."""
+KINDS = ("stretch", "twist", "bending", "thickness bending", "width bending", "springs")
+"""Kinds of deformation: thickness bending is about local y, width bending about local z, and bending that of round
+members, where the two are alike; springs stands for all that are not members."""
 
 
 @dataclass(frozen=True)
@@ -44,28 +45,33 @@ def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnerg
             turned = block_rotation(Q)
             turned[3:, 3:] *= round(float(np.linalg.det(Q)))
             u = np.einsum("ij,njk->nik", turned, displacements[offset : offset + part.n_nodes])
-            strain, kinetic = _elements(part, matrices.elements, u)
+            strain, kinetic = _elements(part, matrices, u)
             by_member = {
                 member: strain[:, first : first + n].sum(axis=(0, 1))
                 for member, first, n in zip(part.members, part.first, part.counts, strict=False)
             }
             strain, kinetic = strain.sum(axis=1), kinetic.sum(axis=0)
             for lump in matrices.lumps:
-                strain[4] += _quadratic(lump.K, lump, u)
+                strain[5] += _quadratic(lump.K, lump, u)
                 kinetic += _quadratic(lump.M, lump, u)
             yield PartEnergy(".".join(path) or "mechanism", name, strain, kinetic, by_member)
 
 
-def _elements(part: Part, elements: Elements, u: Array) -> tuple[Array, Array]:
+def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Array]:
     """Strain (kinds, e, k) and kinetic energy (e, k) of the elements for node displacements u (n, 6, k)."""
     ends = u[part.connectivity].reshape(len(part.connectivity), 12, u.shape[-1])
-    v = elements.T @ ends
+    elements = matrices.elements
+    v = matrices.T @ ends
     arm = np.zeros((len(v), 3))
     arm[:, 0] = elements.length
     d = v[:, 6:] - rigid_arm(arm) @ v[:, :6]
     work = d * np.linalg.solve(elements.C, d) / 2
-    springs = np.zeros_like(work[:, 0])
-    strain = np.stack([work[:, 0], work[:, 3], work[:, 2] + work[:, 4], work[:, 1] + work[:, 5], springs])
+    none = np.zeros_like(work[:, 0])
+    across_thickness, across_width = work[:, 2] + work[:, 4], work[:, 1] + work[:, 5]
+    is_round = part.table.is_round[part.table.element_member][:, None]
+    either = np.where(is_round, across_thickness + across_width, 0.0)
+    thickness, width = (np.where(is_round, 0.0, w) for w in (across_thickness, across_width))
+    strain = np.stack([work[:, 0], work[:, 3], either, thickness, width, none])
     return strain, np.einsum("eik,eij,ejk->ek", v, elements.M, v) / 2
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.linalg import Eigenpairs
 from flexura.reduction.low_order import low_order
 from flexura.structure import FullOrderModel
 from flexura.structure.lumps import rigid_mass
@@ -53,7 +52,8 @@ class Evidence:
     `model_mass` comes from the mass matrices by rigid motions, `described_mass` from density times volume;
     `mass_error` and `inertia_error` are their relative differences. `rigid_body_residual` is the largest
     |K r| / (|K| |r|) over six rigid motions of every unrestrained part. `full_residual` and `low_residual` are the
-    largest |K x - lambda M x| / |lambda M x| over the reported modes, stiffness scaled to a unit diagonal.
+    largest residuals of the reported modes of either model, in the norm that bounds the relative error of the
+    eigenvalue (`flexura.linalg.residuals`).
     `sturm_count` full-order eigenvalues lie at or below `sturm_below_hz`, just above the highest frequency reported;
     `missed` lists those among them without a counterpart.
     """
@@ -134,13 +134,3 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
         total += R.T @ M @ R
     return total
 
-
-def residual(K: Any, M: Any, pairs: Eigenpairs) -> float:
-    """Largest relative residual |K x - lambda M x| / |lambda M x| of elastic eigenpairs, K scaled to unit diagonal."""
-    elastic = pairs.values > 0
-    if not elastic.any():
-        return 0.0
-    d = (1 / np.sqrt(K.diagonal()))[:, None]
-    x, values = pairs.vectors[:, elastic], pairs.values[elastic]
-    inertia = d * (M @ x) * values
-    return float((np.linalg.norm(d * (K @ x) - inertia, axis=0) / np.linalg.norm(inertia, axis=0)).max())

@@ -8,12 +8,11 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linear_sum_assignment
 
-from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence, residual
+from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.motion import Motion, motions
 from flexura.errors import OptionError
-from flexura.linalg import Eigenpairs, count_below, lowest
+from flexura.linalg import Eigenpairs, count_below, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.low_order import LowOrderModel, reduce
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -140,7 +139,7 @@ def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> M
     evidence = Evidence(
         **mass_evidence(full),
         rigid_body_modes=int((pairs.values == 0).sum()),
-        full_residual=residual(full.K, full.M, pairs),
+        full_residual=float(residuals(full.K, full.M, pairs).max()),
         low_residual=None,
         sturm_below_hz=below,
         sturm_count=count,
@@ -170,8 +169,8 @@ def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dic
     evidence = Evidence(
         **mass_evidence(full),
         rigid_body_modes=int((reference.values == 0).sum()),
-        full_residual=residual(full.K, full.M, reference),
-        low_residual=residual(low.K, low.M, pairs),
+        full_residual=float(residuals(full.K, full.M, reference).max()),
+        low_residual=float(residuals(low.K, low.M, pairs).max()),
         sturm_below_hz=below,
         sturm_count=count,
         reported_below=len(found),
@@ -206,6 +205,8 @@ def _pair(full: FullOrderModel, shapes: Array, values: Array, reference: Eigenpa
 
     Modes of a repeated frequency are compared as a space: any rotation within it is the same motion.
     """
+    from scipy.optimize import linear_sum_assignment
+
     overlap = (reference.vectors.T @ (full.M @ shapes)) ** 2 / np.einsum("ik,ik->k", shapes, full.M @ shapes)
     close = np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values)
     close &= np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values[:, None])

@@ -85,6 +85,26 @@ def _lowest(K: Matrix, M: Matrix, count: int, shift: float) -> Eigenpairs:
     return _sparse(sp.csc_matrix(K), sp.csc_matrix(M), count, shift)
 
 
+def residuals(K: Matrix, M: Matrix, pairs: Eigenpairs) -> Array:
+    """Relative residuals (k,) of eigenpairs of K x = lambda M x in the norm that bounds the eigenvalue.
+
+    r = (lambda - s) (K - s M)^-1 M x - x, in the M-norm relative to x: some exact eigenvalue mu has
+    |(lambda - s) / (mu - s) - 1| <= |r| (Krylov and Weinstein, Parlett 1980, sec. 4.5). s is zero for definite K, else
+    minus the lowest nonzero eigenvalue of the pairs (minus one when all are zero).
+    """
+    shift = 0.0
+    if not is_definite(K):
+        elastic = pairs.values[pairs.values > 0]
+        shift = -float(elastic[0]) if len(elastic) else -1.0
+    A = sp.csc_matrix(K - shift * M) if shift else sp.csc_matrix(K)
+    d = sp.diags(1 / np.sqrt(A.diagonal()))
+    Mx = M @ pairs.vectors
+    y = d @ factorise((d @ A @ d).tocsc()).solve(np.ascontiguousarray(d @ Mx))
+    r = (pairs.values - shift) * y - pairs.vectors
+    size = np.einsum("ik,ik->k", pairs.vectors, Mx)
+    return np.sqrt(np.abs(np.einsum("ik,ik->k", r, M @ r)) / size)
+
+
 def _toarray(A: Matrix) -> Array:
     return A.toarray() if sp.issparse(A) else np.asarray(A)
 

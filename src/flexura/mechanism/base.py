@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
-from flexura.errors import ModelError, Problem
+from flexura.errors import ModelError, Path, Problem
+from flexura.mechanism.expression import Expression
 from flexura.mechanism.quantity import Length, Number, Scalar
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ else:
             try:
                 return super().__call__(*args, **kwargs)
             except ValidationError as error:
-                raise ModelError(problem_of(details) for details in error.errors(include_url=False)) from None
+                raise ModelError(problems_of(error, kwargs)) from None
 
 
 class Part(BaseModel, metaclass=_Meta):
@@ -33,14 +34,37 @@ class Part(BaseModel, metaclass=_Meta):
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, use_attribute_docstrings=True)
 
 
-def problem_of(details: ErrorDetails) -> Problem:
-    """Translate one pydantic error into a Problem, in the words of a model file."""
-    path = tuple(key for key in details["loc"] if not (isinstance(key, str) and key.startswith(_TAGS)))
+def problems_of(error: ValidationError, data: Any) -> list[Problem]:
+    """Translate pydantic's errors about `data` into Problems, without the noise of unions and repetitions."""
+    errors = error.errors(include_url=False)
+    locations = {details["loc"] for details in errors}
+    problems: dict[Problem, None] = {}
+    missing: dict[Path, int] = {}
+    for details in errors:
+        where, kind = details["loc"], details["type"]
+        in_union = any(isinstance(key, str) and key.startswith("tuple[") for key in where)
+        if kind == "string_type" and where[-1:] == ("str",):
+            if any(other[: len(where) - 1] == where[:-1] and other != where for other in locations):
+                continue
+        elif in_union and (kind == "too_long" or (kind == "missing" and isinstance(where[-1], int))):
+            continue
+        elif kind == "missing" and isinstance(where[-1], int):
+            missing[where[:-1]] = max(where[-1] + 1, missing.get(where[:-1], 0))
+            continue
+        problems[problem_of(details, data)] = None
+    for where, count in missing.items():
+        problems[Problem(path_in(data, where), "", f"a list of {count} entries is expected here")] = None
+    return list(problems)
+
+
+def problem_of(details: ErrorDetails, data: Any) -> Problem:
+    """Translate one of pydantic's errors about `data`."""
+    path = path_in(data, details["loc"], missing=details["type"] == "missing")
     kind, context = details["type"], details.get("ctx", {})
     value = "" if kind == "missing" else _shorten(details["input"])
     rule, hint = details["msg"], str(context.get("hint", ""))
     if kind == "extra_forbidden":
-        rule, value = "unknown key", ""
+        rule, value = UNKNOWN_KEY, ""
     elif kind == "missing":
         rule = "required, but missing"
     elif kind == "union_tag_not_found":
@@ -51,14 +75,44 @@ def problem_of(details: ErrorDetails) -> Problem:
         rule = "a mapping of keys to values is expected here"
     elif kind in ("tuple_type", "list_type"):
         rule = "a list is expected here"
+    elif kind == "too_long":
+        rule = f"a list of {context.get('max_length')} entries is expected here"
+    elif kind == "too_short":
+        rule = f"a list of at least {context.get('min_length')} entries is expected here"
+    elif kind in _PLAIN:
+        rule = _PLAIN[kind]
+    elif kind == "literal_error":
+        rule = f"one of {context.get('expected')} is expected here"
     return Problem(path=path, value=value, rule=rule, hint=hint)
 
 
-_TAGS = ("tag:", "function-", "tuple[", "nullable", "union[", "lax-or-strict")
+UNKNOWN_KEY = "unknown key"
+_PLAIN = {
+    "string_type": "text is expected here",
+    "int_type": "a whole number is expected here",
+    "int_from_float": "a whole number is expected here",
+}
+
+
+def path_in(data: Any, location: Path, missing: bool = False) -> Path:
+    """The keys of pydantic's location that occur in the data: it also names the kinds of a union.
+
+    With `missing`, the last key is one that the data lack.
+    """
+    path: list[str | int] = []
+    for key in location[:-1] if missing else location:
+        if isinstance(data, str):
+            continue
+        try:
+            data = getattr(data, str(key)) if isinstance(data, Part) else data[key]
+        except (KeyError, IndexError, TypeError, AttributeError):
+            continue
+        path.append(key)
+    return (*path, location[-1]) if missing else tuple(path)
 
 
 def _shorten(value: Any) -> str:
-    text = repr(value)
+    text = str(value) if isinstance(value, Expression) else repr(value)
     return text if len(text) <= 80 else text[:77] + "..."
 
 

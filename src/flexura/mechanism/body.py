@@ -168,6 +168,8 @@ def _matrix(raw: Any) -> Matrix:
     if isinstance(raw, list | tuple) and any(isinstance(x, str) for row in raw if isinstance(row, list) for x in row):
         raise refuse("entries of a superelement matrix are plain numbers", "`units` says in which unit system")
     try:
+        if isinstance(raw, np.ndarray) and np.iscomplexobj(raw):
+            raise refuse("entries of a superelement matrix are real")
         matrix = Matrix(raw)
     except (TypeError, ValueError):
         raise refuse("a matrix is a list of rows of numbers, all of one length") from None
@@ -211,8 +213,9 @@ class Superelement(Part):
         for name, matrix in (("stiffness", self.stiffness.array), ("mass", self.mass.array)):
             if matrix.shape != (n, n):
                 raise refuse(f"{name} is {n} x {n}: six DOFs for each of {len(self.nodes)} nodes")
-            if not np.allclose(matrix, matrix.T, rtol=0, atol=1e-6 * abs(matrix).max()):
+            scaled = matrix / (abs(matrix).max() or 1.0)
+            if not np.allclose(scaled, scaled.T, rtol=0, atol=1e-6):
                 raise refuse(f"{name} of a superelement is symmetric")
-            if np.linalg.eigvalsh((matrix + matrix.T) / 2).min() < -1e-6 * abs(matrix).max():
+            if np.linalg.eigvalsh((scaled + scaled.T) / 2).min() < -1e-6:
                 raise refuse(f"{name} of a superelement has no negative eigenvalue")
         return self

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
 from flexura.mechanism.base import Part
+from flexura.mechanism.dimension import Dimension
 from flexura.mechanism.expression import Expression
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Quantity, Scalar
@@ -149,18 +151,40 @@ def parameter_order(parameters: Mapping[str, Parameter]) -> tuple[list[str], lis
 
     Names that are not defined are passed over.
     """
-    graph = {
-        name: {n for n in p.value.names if n in parameters} if isinstance(p.value, Expression) else set()
-        for name, p in parameters.items()
-    }
+    return dependency_order(
+        {
+            name: {n for n in p.value.names if n in parameters} if isinstance(p.value, Expression) else set()
+            for name, p in parameters.items()
+        }
+    )
+
+
+def dependency_order(graph: Mapping[str, set[str]]) -> tuple[list[str], list[list[str]]]:
+    """Names with those they need first, and the cycles that had to be left out of that order."""
     cycles: list[list[str]] = []
     while True:
         try:
             return list(TopologicalSorter(graph).static_order()), cycles
         except CycleError as error:
-            cycle = list(reversed(error.args[1][1:]))
+            cycle = _rotated(list(reversed(error.args[1][1:])))
             cycles.append(cycle)
             graph = {name: needs.difference(cycle) for name, needs in graph.items() if name not in cycle}
+
+
+def _rotated(cycle: list[str]) -> list[str]:
+    first = cycle.index(min(cycle))
+    return cycle[first:] + cycle[:first]
+
+
+def parameter_dimensions(parameters: Mapping[str, Parameter]) -> dict[str, Dimension | None]:
+    """Dimension of every parameter: by its unit, or derived from those it depends on; None where unknown."""
+    dimensions: dict[str, Dimension | None] = {name: p.dimension for name, p in parameters.items()}
+    for name in parameter_order(parameters)[0]:
+        value = parameters[name].value
+        if dimensions[name] is None and isinstance(value, Expression):
+            with suppress(ExpressionError):
+                dimensions[name] = value.dimension(dimensions)
+    return dimensions
 
 
 def parameter_values(

@@ -23,8 +23,8 @@ import numpy as np
 from flexura.errors import ExpressionError
 from flexura.mechanism.dimension import NUMBER, Dimension
 
-UnitReader = Callable[[str], tuple[Fraction, Dimension]]
-"""Turns the text of a unit into (exact factor to SI, dimension)."""
+UnitReader = Callable[[str, str], tuple[float, Dimension]]
+"""Turns the text of a number and of its unit into (value in SI, dimension)."""
 
 Value = Any
 """A float, or an array whose leading axis counts designs."""
@@ -446,29 +446,11 @@ class _Parser:
     def quantity(self, number: str) -> Tree:
         kind, token = self.peek()
         if kind not in ("name", "unit"):
-            return Number(in_si(number, Fraction(1)), NUMBER if self.unit else None)
+            return Number(float(number), NUMBER if self.unit else None)
         if self.unit is None:
             raise ExpressionError("numbers are in SI here and carry no unit", "units belong in a model file")
         self.at += 1
-        factor, dimension = self.unit(token.strip("[]"))
-        return Number(in_si(number, factor), dimension)
-
-
-def in_si(number: str, factor: Fraction) -> float:
-    """The decimal text of a number times the factor of its unit, rounded once.
-
-    So `0.3 mm` is the same float as `0.3e-3`. Raises ExpressionError when it is not finite.
-    """
-    value = float(number)
-    if value == 0:
-        return 0.0
-    try:
-        scaled = float(Fraction(number) * factor) if math.isfinite(value) else math.inf
-    except OverflowError:
-        scaled = math.inf
-    if not math.isfinite(scaled):
-        raise ExpressionError("a number must be finite")
-    return scaled
+        return Number(*self.unit(number, token.strip("[]")))
 
 
 def _tokens(text: str) -> list[tuple[str, str]]:

@@ -38,16 +38,17 @@ class Layout:
     children: dict[str, list[Child]] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._visit(TOP, ())
+        self.include(TOP)
 
-    def _visit(self, name: str, above: tuple[str, ...]) -> None:
+    def include(self, name: str, above: tuple[str, ...] = ()) -> None:
+        """Add a prototype and those inside it, whether or not the mechanism uses it."""
         if name in above:
             raise RecursionError(f"substructure {name} contains itself")
         if name in self.prototypes:
             return
         prototype = self.mechanism if name == TOP else self.mechanism.substructures[name]
         for instance in prototype.instances.values():
-            self._visit(instance.of, (*above, name))
+            self.include(instance.of, (*above, name))
         self.children[name] = [
             Child(copy, instance.of, steps)
             for key, instance in prototype.instances.items()

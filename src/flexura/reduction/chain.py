@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.structure.part import Elements, Part
+from flexura.structure.members import Elements, ElementSlice
+from flexura.structure.part import Part
 from flexura.structure.plan import Geometry
 from flexura.structure.slots import Index
 
@@ -97,22 +98,34 @@ def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinema
     return ChainKinematics(X, np.linalg.inv(X[..., 6:, :]), B)
 
 
-def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements) -> tuple[Array, Array]:
+def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
     """Reduced K and M (..., c, 12, 12) of each chain over its two end nodes."""
-    C, M = elements.C[..., group.elements, :, :], elements.M[..., group.elements, :, :]
+    C, M = _take(elements.C, group.elements), _take(elements.M, group.elements)
     F = kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2)
     running = np.cumsum(F, axis=-3)
     k = np.linalg.inv(running[..., -1, :, :])
     k = (k + np.swapaxes(k, -1, -2)) / 2
     P = np.zeros((*running.shape[:-3], running.shape[-3] + 1, 6, 6))
     P[..., 1:, :, :] = running @ k[..., None, :, :]
-    V = np.empty((*P.shape[:-3], running.shape[-3], 12, 12))
-    V[..., :, :6] = kin.X
-    step = np.arange(running.shape[-3])
-    chain = np.arange(len(group.nodes))[:, None]
-    V[..., :6, 6:] = kin.X[..., :6, :] @ P[..., chain, step + group.reverse, :, :]
-    V[..., 6:, 6:] = kin.X[..., 6:, :] @ P[..., chain, step + ~group.reverse, :, :]
-    flat = (*V.shape[:-3], -1, 12)
+    at_i, at_j = P[..., :-1, :, :], P[..., 1:, :, :]
+    if group.reverse.any():
+        turned = group.reverse[:, :, None, None]
+        at_i, at_j = np.where(turned, at_j, at_i), np.where(turned, at_i, at_j)
+    # displacements of the elements' ends for unit twists of the first node (V_r) and unit relative twists (V_d)
+    V = np.empty((*at_i.shape[:-2], 12, 12))
+    V[..., :6] = kin.X
+    V[..., :6, 6:] = kin.X[..., :6, :] @ at_i
+    V[..., 6:, 6:] = kin.X[..., 6:, :] @ at_j
+    flat = (*V.shape[:-3], V.shape[-3] * 12, 12)
     m = np.swapaxes(V.reshape(flat), -1, -2) @ (M @ V).reshape(flat)
     K = np.swapaxes(kin.B[..., 6:, :], -1, -2) @ k @ kin.B[..., 6:, :]
     return K, np.swapaxes(kin.B, -1, -2) @ m @ kin.B
+
+
+def _take(matrices: Array, index: Index) -> Array:
+    """Matrices (..., c, e, i, j) of the elements `index` (c, e); a view where they lie one behind the other."""
+    flat = index.ravel()
+    if np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat))):
+        run = matrices[..., flat[0] : flat[0] + len(flat), :, :]
+        return run.reshape(*run.shape[:-3], *index.shape, *run.shape[-2:])
+    return matrices[..., index, :, :]

@@ -67,7 +67,7 @@ class FullOrderAssembler:
     @staticmethod
     def _place(connectivity: Index, part: PartMatrices, G: Array, K: list[Array], M: list[Array]) -> None:
         elements = part.elements
-        T = elements.T @ block_diagonal(G[:, connectivity])
+        T = part.T @ block_diagonal(G[:, connectivity])
         Tt = np.swapaxes(T, -1, -2)
         for out, own in ((K, elements.K), (M, elements.M)):
             out.append((Tt @ own @ T).reshape(-1, 12, 12))

@@ -12,18 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import SectionProperties, element, member_frame, rigid_arm
-from flexura.beam.tapered import gauss_stations, tapered
+from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.member import Flexure, Link
 from flexura.structure.lumps import BodyLump, PointLump, SpringLump
-from flexura.structure.sections import SectionGroups
+from flexura.structure.members import STATIONS, WEIGHTS, Elements, ElementSlice, Members
 from flexura.structure.slots import Index, SlotTable
 
 Array = NDArray[np.float64]
-
-STATIONS, WEIGHTS = gauss_stations(6)
-"""Gauss rule of a tapered element."""
 
 
 class PartGeometry(NamedTuple):
@@ -36,17 +32,6 @@ class PartGeometry(NamedTuple):
     offsets: Array
 
 
-class Elements(NamedTuple):
-    """Beam elements in their own axes: K, M (..., e, 12, 12), flexibility C (..., e, 6, 6), length (..., e), and
-    T (..., e, 12, 12) from the nodes' displacements in the part's frame to the ends' in the element's."""
-
-    K: Array
-    M: Array
-    C: Array
-    length: Array
-    T: Array
-
-
 class Lump(NamedTuple):
     """A dense matrix over some nodes of a part; K and M may be None."""
 
@@ -57,9 +42,14 @@ class Lump(NamedTuple):
 
 @dataclass(frozen=True)
 class PartMatrices:
-    """Everything elastic and massive of a part for one design or a stack of them."""
+    """Everything elastic and massive of a part for one design or a stack of them.
 
-    elements: Elements
+    `T` (..., e, 12, 12) leads from the nodes' displacements in the part's frame to those of the elements' ends in
+    element axes.
+    """
+
+    elements: Elements | ElementSlice
+    T: Array
     lumps: list[Lump]
 
 
@@ -121,26 +111,12 @@ class Part:
         mechanism = layout.mechanism
         members = list(self.members.values())
         self.ends = ends
-        self.counts = np.array([m.elements for m in members], dtype=np.intp)
         offsets = [[*m.start_offset, *m.end_offset] for m in members]
         self._offset_slots = np.array([slots.add_all(o) for o in offsets], dtype=np.intp).reshape(-1, 2, 3)
         self._free_frame = np.array([m.reference is None for m in members], dtype=bool)
         references = [slots.add_all(m.reference or (0.0, 0.0, 1.0)) for m in members]
         self._reference_slots = np.array(references, dtype=np.intp).reshape(-1, 3)
-        materials = [mechanism.material(m.material) for m in members]
-        self._E = np.array([slots.add(m.E) for m in materials], dtype=np.intp)
-        self._rho = np.array([slots.add(m.rho) for m in materials], dtype=np.intp)
-        self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
-        elastic = [m.nu if m.nu is not None else m.G for m in materials]
-        self._nu_or_G = np.array([slots.add(v) for v in elastic if v is not None], dtype=np.intp)
-        theories = [m.theory or mechanism.theory for m in members]
-        groups = SectionGroups(slots)
-        for position, member in enumerate(members):
-            own = member.section if isinstance(member, Link) else None
-            groups.add(position, member, mechanism.sections[own] if isinstance(own, str) else own)
-        self.groups = groups.freeze()
-        self._shear = np.array([t == "timoshenko" for t in theories], dtype=float)
-        self._rotary = np.array([t != "euler_bernoulli" for t in theories], dtype=float)
+        self.table = Members(members, mechanism, slots)
 
     def _mesh(self, nodes: _Nodes) -> None:
         """Cut the members: mesh nodes `member[k]`, and the elements in order of members."""
@@ -152,8 +128,6 @@ class Part:
             self.mesh_member += [position] * (n - 1)
             self.mesh_fraction += [k / n for k in range(1, n)]
         self.connectivity = np.array(connectivity, dtype=np.intp).reshape(-1, 2)
-        self.element_member = np.repeat(np.arange(len(self.counts)), self.counts)
-        self.first = np.concatenate([[0], np.cumsum(self.counts)]).astype(np.intp)
 
     def _boundary(self, layout: Layout, nodes: _Nodes) -> Index:
         """Nodes that a reduction keeps: the interface, what bodies carry, bodies, and nodes shared with instances.
@@ -185,6 +159,16 @@ class Part:
     def has_matrices(self) -> bool:
         """True when anything elastic or massive is declared in this prototype itself."""
         return bool(self.members or self.bodies or self.points or self.springs or self.superelements)
+
+    @property
+    def counts(self) -> Index:
+        """Elements of every member (m,)."""
+        return self.table.counts
+
+    @property
+    def first(self) -> Index:
+        """First element of every member, and the number of all elements (m + 1,)."""
+        return self.table.first
 
     def lump_nodes(self) -> list[tuple[list[int], bool, bool]]:
         """Nodes of the lumps in the order of their matrices, and whether they have stiffness and mass."""
@@ -219,7 +203,7 @@ class Part:
 
     def element_transforms(self, geometry: PartGeometry) -> Array:
         """T (..., e, 12, 12): element-end displacements in element axes from node displacements, eqs. 21-23."""
-        R = geometry.R[..., self.element_member, :, :]
+        R = geometry.R[..., self.table.element_member, :, :]
         T = np.zeros((*R.shape[:-2], 12, 12))
         for k in range(4):
             T[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = R
@@ -229,53 +213,11 @@ class Part:
             T[..., at, six, six] = T[..., at, six, six] @ D
         return T
 
-    def matrices(self, values: Array, geometry: PartGeometry, T: Array | None = None) -> PartMatrices:
-        """Element and lump matrices for slot values (..., s); `T` may be handed in when geometry has not changed."""
-        T = self.element_transforms(geometry) if T is None else T
-        E, rho, nu, G = self.moduli(values)
-        sections, fields = self.section_properties(values, nu, geometry.length)
-        m = self.element_member
-        length = (geometry.length / self.counts)[..., m]
-        E, rho, G = E[..., m], rho[..., m], G[..., m]
-        shear, rotary = self._shear[m], self._rotary[m]
-        K = element.stiffness(E, G, sections, length, shear)
-        M = element.mass(rho, sections, length, *element.phi(E, G, sections, length, shear), rotary)
-        C = element.flexibility(E, G, sections, length, shear)
-        for at, stations in fields:
-            part = (E[..., at], G[..., at], rho[..., at])
-            C_at, M[..., at, :, :] = tapered(
-                *part, stations, length[..., at], shear[at], rotary[at], STATIONS, WEIGHTS
-            )
-            C[..., at, :, :] = C_at
-            K[..., at, :, :] = element.stiffness_from_flexibility(C_at, length[..., at])
-        return PartMatrices(Elements(K, M, C, length, T), self._lumps(values, geometry))
-
-    def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
-        """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
-        E, rho, other = values[..., self._E], values[..., self._rho], values[..., self._nu_or_G]
-        nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
-        return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
-
-    def section_properties(
-        self, values: Array, nu: Array, length: Array
-    ) -> tuple[SectionProperties, list[tuple[Index, SectionProperties]]]:
-        """Sections (..., e) at the middle of every element, and for tapered ones (..., e', stations) as well."""
-        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        table = np.empty((6, *lead, len(self.connectivity)))
-        fields = []
-        for group, n, is_tapered in self.groups:
-            at = self.first[group.index][:, None] + np.arange(n)
-            middle = (np.arange(n) + 0.5) / n
-            own = (values, nu[..., group.index], length[..., group.index])
-            for row, value in zip(table, group.properties(*own, middle), strict=True):
-                row[..., at] = value
-            if is_tapered:
-                fractions = ((np.arange(n)[:, None] + STATIONS) / n).ravel()
-                stations = group.properties(*own, fractions)
-                shape = (*lead, at.size, len(STATIONS))
-                full = (np.broadcast_to(v, (*lead, len(group.index), n * len(STATIONS))) for v in stations)
-                fields.append((at.ravel(), SectionProperties(*(v.reshape(shape) for v in full))))
-        return SectionProperties(*table), fields
+    def matrices(
+        self, values: Array, geometry: PartGeometry, T: Array, elements: Elements | ElementSlice
+    ) -> PartMatrices:
+        """Element and lump matrices for slot values (..., s)."""
+        return PartMatrices(elements, T, self._lumps(values, geometry))
 
     def prisms(self, values: Array, geometry: PartGeometry) -> list[tuple[Array, Array, Array]]:
         """Members as prisms: mass (e,), kg, inertia about the centre (e, 3, 3), kg m^2, and centre (e, 3), m.
@@ -283,8 +225,8 @@ class Part:
         Part's frame; one design. Tapered elements give a slice for every station. Straight from density and sections,
         without the element mass matrices, for checking those.
         """
-        _, rho, nu, _ = self.moduli(values)
-        sections, tapered_fields = self.section_properties(values, nu, geometry.length)
+        _, rho, nu, _ = self.table.moduli(values)
+        sections, tapered_fields = self.table.section_properties(values, nu, geometry.length)
         every = np.arange(len(self.connectivity))
         uniform = np.setdiff1d(every, np.concatenate([at for at, _ in tapered_fields]) if tapered_fields else [])
         own = SectionProperties(*(field[uniform] for field in sections))
@@ -298,13 +240,13 @@ class Part:
     def _prism(
         self, at: Index, x: float, share: float, section: SectionProperties, rho: Array, geometry: PartGeometry
     ) -> tuple[Array, Array, Array]:
-        m = self.element_member[at]
+        m = self.table.element_member[at]
         start = geometry.positions[self.ends[m, 0]] + geometry.offsets[m, 0]
         L, R = geometry.length[m] / self.counts[m], geometry.R[m]
         centre = start + ((at - self.first[m] + x) * L)[:, None] * R[:, 0]
         mass = rho[m] * section.A * L * share
         slender = mass * L**2 / 12 * (share == 1.0)
-        rotary = rho[m] * L * share * self._rotary[m]
+        rotary = rho[m] * L * share * self.table.rotary[m]
         polar = rho[m] * L * share * (section.Iy + section.Iz)
         local = np.stack([polar, slender + rotary * section.Iy, slender + rotary * section.Iz], axis=-1)
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre

@@ -17,6 +17,7 @@ from flexura.mechanism.evaluation import parameter_values
 from flexura.mechanism.layout import Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
 from flexura.mechanism.substructure import Mechanism
+from flexura.structure.members import ElementSlice, Members
 from flexura.structure.part import Part, PartGeometry, PartMatrices
 from flexura.structure.slots import Index, SlotTable
 from flexura.structure.topology import Topology
@@ -79,6 +80,7 @@ class Plan:
         self.layout = Layout(mechanism)
         self.slots = SlotTable()
         self.parts = {name: Part(self.layout, name, self.slots) for name in self.layout.prototypes}
+        self._members = Members([m for part in self.parts.values() for m in part.members.values()], mechanism, self.slots)
         self._children = {
             name: [_ChildPlacement(child, self.slots) for child in children]
             for name, children in self.layout.children.items()
@@ -192,11 +194,16 @@ class Plan:
 
     def matrices(self, values: Array, geometry: Geometry) -> dict[str, PartMatrices]:
         """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
-        return {
-            name: part.matrices(values, geometry.parts[name], geometry.T[name])
-            for name, part in self.parts.items()
-            if part.has_matrices
-        }
+        lengths = np.concatenate([g.length for g in geometry.parts.values()], axis=-1)
+        elements = self._members.elements(values, lengths)
+        found, start = {}, 0
+        for name, part in self.parts.items():
+            stop = start + len(part.connectivity)
+            if part.has_matrices:
+                own = ElementSlice(elements, start, stop)
+                found[name] = part.matrices(values, geometry.parts[name], geometry.T[name], own)
+            start = stop
+        return found
 
     def node_transforms(self, name: str, nodes: Index, geometry: Geometry) -> Array:
         """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 class Scatter:
-    """A fixed pattern of small square matrices at given DOFs; DOF -1 is dropped.
+    """A fixed pattern of small square symmetric matrices at given DOFs; DOF -1 is dropped.
 
     `dofs` lists index arrays, each (k, m): k matrices of m rows.
     """
@@ -25,37 +26,52 @@ class Scatter:
         columns = [np.tile(d, (1, d.shape[1])).ravel() for d in dofs]
         row = np.concatenate([np.empty(0, dtype=np.intp), *rows])
         column = np.concatenate([np.empty(0, dtype=np.intp), *columns])
-        self._take = np.flatnonzero((row >= 0) & (column >= 0))
-        self._all_taken = len(self._take) == len(row)
-        key = column[self._take] * n + row[self._take]
+        taken = (row >= 0) & (column >= 0)
+        self._take = None if taken.all() else np.flatnonzero(taken)
+        key = (column * n + row)[taken]
         unique, self._inverse = np.unique(key, return_inverse=True)
         self._unique = unique
         self._indices = (unique % n).astype(np.int32)
         self._indptr = np.searchsorted(unique, np.arange(n + 1) * n).astype(np.int32)
+        whole = len(key) == n * n and self._take is None
+        self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
+        self._length = len(row)
         self._sum: sp.csr_matrix | None = None
 
     def sparse(self, matrices: Sequence[Array]) -> sp.csc_matrix:
         """Sum matrices, one array (k, m, m) per entry of `dofs`, into a sparse (n, n)."""
-        data = self._gather(matrices, ())
-        summed = np.bincount(self._inverse, weights=data, minlength=len(self._unique))
+        summed = np.bincount(self._inverse, weights=self._gather(matrices), minlength=len(self._unique))
         return sp.csc_matrix((summed, self._indices, self._indptr), shape=(self.n, self.n))
 
     def dense(self, matrices: Sequence[Array], lead: tuple[int, ...] = ()) -> Array:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""
-        data = self._gather(matrices, lead)
-        out = np.zeros((*lead, self.n * self.n))
+        n = self.n
+        if self._is_identity:
+            return np.broadcast_to(matrices[0][..., 0, :, :], (*lead, n, n))
         if not lead:
-            out[self._unique] = np.bincount(self._inverse, weights=data, minlength=len(self._unique))
-        else:
-            if self._sum is None:
-                ones = np.ones(len(self._inverse))
-                where = (self._inverse, np.arange(len(self._inverse)))
-                self._sum = sp.csr_matrix((ones, where), shape=(len(self._unique), len(ones)))
-            flat = np.ascontiguousarray(data.reshape(-1, data.shape[-1]).T)
-            out.reshape(-1, self.n * self.n)[:, self._unique] = (self._sum @ flat).T
-        return np.swapaxes(out.reshape(*lead, self.n, self.n), -1, -2)
+            out = np.zeros(n * n)
+            out[self._unique] = np.bincount(
+                self._inverse, weights=self._gather(matrices), minlength=len(self._unique)
+            )
+            return out.reshape(n, n)
+        # designs last, so that every sum runs over contiguous designs
+        designs = math.prod(lead)
+        data = np.empty((self._length, designs))
+        at = 0
+        for m in matrices:
+            size = math.prod(m.shape[-3:])
+            data[at : at + size] = np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, size).T
+            at += size
+        return np.ascontiguousarray((self._summation() @ data).T).reshape(*lead, n, n)
 
-    def _gather(self, matrices: Sequence[Array], lead: tuple[int, ...]) -> Array:
-        flat = [np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(*lead, -1) for m in matrices]
-        data = np.concatenate(flat, axis=-1) if flat else np.zeros((*lead, 0))
-        return data if self._all_taken else data[..., self._take]
+    def _summation(self) -> sp.csr_matrix:
+        """The 0/1 matrix (n^2, entries) that sums entries into places."""
+        if self._sum is None:
+            columns = np.arange(self._length) if self._take is None else self._take
+            where = (self._unique[self._inverse], columns)
+            self._sum = sp.csr_matrix((np.ones(len(columns)), where), shape=(self.n**2, self._length))
+        return self._sum
+
+    def _gather(self, matrices: Sequence[Array]) -> Array:
+        data = np.concatenate([m.ravel() for m in matrices]) if matrices else np.zeros(0)
+        return data if self._take is None else data[self._take]

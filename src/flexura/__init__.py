@@ -1,0 +1,117 @@
+"""flexura: low-order dynamic models of flexure-based compliant mechanisms, with evidence for every number.
+
+    import flexura
+
+    mechanism = flexura.load("examples/rpr/rpr.yaml")
+    result = flexura.modes(mechanism, n=6)
+    print(result.frequency_hz, result.evidence.complete)
+
+Names are imported on first use, so that `import flexura` stays quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from flexura._version import __version__
+
+if TYPE_CHECKING:
+    from flexura.analysis import CheckReport as CheckReport
+    from flexura.analysis import Doubt as Doubt
+    from flexura.analysis import Evidence as Evidence
+    from flexura.analysis import Mode as Mode
+    from flexura.analysis import Modes as Modes
+    from flexura.analysis import check as check
+    from flexura.analysis import modes as modes
+    from flexura.errors import ExpressionError as ExpressionError
+    from flexura.errors import FlexuraError as FlexuraError
+    from flexura.errors import ModelError as ModelError
+    from flexura.errors import OptionError as OptionError
+    from flexura.errors import Problem as Problem
+    from flexura.errors import SolverError as SolverError
+    from flexura.mechanism import CATALOGUE as CATALOGUE
+    from flexura.mechanism import DOF_NAMES as DOF_NAMES
+    from flexura.mechanism import Box as Box
+    from flexura.mechanism import Circle as Circle
+    from flexura.mechanism import CircularContour as CircularContour
+    from flexura.mechanism import CircularPattern as CircularPattern
+    from flexura.mechanism import CornerFilletedContour as CornerFilletedContour
+    from flexura.mechanism import Cylinder as Cylinder
+    from flexura.mechanism import DiagonalStiffness as DiagonalStiffness
+    from flexura.mechanism import EllipticalContour as EllipticalContour
+    from flexura.mechanism import Expression as Expression
+    from flexura.mechanism import Flexure as Flexure
+    from flexura.mechanism import HyperbolicContour as HyperbolicContour
+    from flexura.mechanism import Instance as Instance
+    from flexura.mechanism import Leaf as Leaf
+    from flexura.mechanism import LinearPattern as LinearPattern
+    from flexura.mechanism import Link as Link
+    from flexura.mechanism import Material as Material
+    from flexura.mechanism import Matrix as Matrix
+    from flexura.mechanism import Mechanism as Mechanism
+    from flexura.mechanism import MirrorPattern as MirrorPattern
+    from flexura.mechanism import Notch as Notch
+    from flexura.mechanism import ParabolicContour as ParabolicContour
+    from flexura.mechanism import Parameter as Parameter
+    from flexura.mechanism import Plate as Plate
+    from flexura.mechanism import PointMass as PointMass
+    from flexura.mechanism import Rectangle as Rectangle
+    from flexura.mechanism import RigidBody as RigidBody
+    from flexura.mechanism import Rotation as Rotation
+    from flexura.mechanism import RoundNotch as RoundNotch
+    from flexura.mechanism import SectionConstants as SectionConstants
+    from flexura.mechanism import Spring as Spring
+    from flexura.mechanism import StraightContour as StraightContour
+    from flexura.mechanism import Substructure as Substructure
+    from flexura.mechanism import Superelement as Superelement
+    from flexura.mechanism import Support as Support
+    from flexura.mechanism import TabulatedContour as TabulatedContour
+    from flexura.mechanism import Tube as Tube
+    from flexura.mechanism import TwoAxisNotch as TwoAxisNotch
+    from flexura.mechanism import VShapedContour as VShapedContour
+    from flexura.mechanism import parameter as parameter
+    from flexura.modelfile import dumps as dumps
+    from flexura.modelfile import load as load
+    from flexura.modelfile import loads as loads
+    from flexura.modelfile import save as save
+    from flexura.modelfile import schema as schema
+    from flexura.reduction import LowOrderModel as LowOrderModel
+    from flexura.reduction import natural_frequencies as natural_frequencies
+    from flexura.reduction import reduce as reduce
+    from flexura.structure import FullOrderModel as FullOrderModel
+    from flexura.structure import Plan as Plan
+    from flexura.structure import assemble as assemble
+    from flexura.view import draw_mechanism as draw_mechanism
+    from flexura.view import draw_mode as draw_mode
+    from flexura.view import save_pictures as save_pictures
+
+_EXPORTS = {
+    "flexura.analysis": ("CheckReport", "Doubt", "Evidence", "Mode", "Modes", "check", "modes"),
+    "flexura.errors": ("ExpressionError", "FlexuraError", "ModelError", "OptionError", "Problem", "SolverError"),
+    "flexura.mechanism": (
+        *("CATALOGUE", "DOF_NAMES", "Box", "Circle", "CircularContour", "CircularPattern", "CornerFilletedContour"),
+        *("Cylinder", "DiagonalStiffness", "EllipticalContour", "Expression", "Flexure", "HyperbolicContour"),
+        *("Instance", "Leaf", "LinearPattern", "Link", "Material", "Matrix", "Mechanism", "MirrorPattern", "Notch"),
+        *("ParabolicContour", "Parameter", "Plate", "PointMass", "Rectangle", "RigidBody", "Rotation", "RoundNotch"),
+        *("SectionConstants", "Spring", "StraightContour", "Substructure", "Superelement", "Support"),
+        *("TabulatedContour", "Tube", "TwoAxisNotch", "VShapedContour", "parameter"),
+    ),
+    "flexura.modelfile": ("dumps", "load", "loads", "save", "schema"),
+    "flexura.reduction": ("LowOrderModel", "natural_frequencies", "reduce"),
+    "flexura.structure": ("FullOrderModel", "Plan", "assemble"),
+    "flexura.view": ("draw_mechanism", "draw_mode", "save_pictures"),
+}
+_MODULE_OF = {name: module for module, names in _EXPORTS.items() for name in names}
+
+__all__ = ["__version__", *_MODULE_OF]  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'flexura' has no attribute {name!r}")
+    return getattr(import_module(_MODULE_OF[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

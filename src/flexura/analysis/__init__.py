@@ -1,0 +1,7 @@
+"""What is asked of a model: natural modes with evidence, and a check of what was understood."""
+
+from flexura.analysis.check import CheckReport, Doubt, check
+from flexura.analysis.evidence import Evidence, MissedMode
+from flexura.analysis.modes import Mode, Modes, modes
+
+__all__ = ["CheckReport", "Doubt", "Evidence", "MissedMode", "Mode", "Modes", "check", "modes"]

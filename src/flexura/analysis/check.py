@@ -1,0 +1,219 @@
+"""What was understood of a mechanism, and every doubt about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.evidence import MassProperties, mass_evidence
+from flexura.linalg import is_definite, lowest
+from flexura.mechanism.layout import TOP
+from flexura.mechanism.substructure import DOF_NAMES, Mechanism
+from flexura.reduction.low_order import low_order
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.part import Part, PartGeometry
+
+Array = NDArray[np.float64]
+
+STUBBY = 5.0
+"""Length over depth below which a member bends as a solid rather than as a beam."""
+
+STUBBY_SHEAR = 10.0
+"""Length over depth below which shear, which Rayleigh and Euler-Bernoulli beams leave out, passes a few per cent."""
+
+SLENDER = 500.0
+"""Length over depth above which a member buckles or vibrates by itself long before it guides anything."""
+
+WIDE = 5.0
+"""Width over thickness above which a leaf bends as a plate."""
+
+NEAR_MECHANISM = 1e-9
+"""Stiffness ratio below which a motion counts as all but free."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Something that is allowed but may not be meant, or that the beam theory does not cover."""
+
+    kind: str
+    place: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}"
+
+
+@dataclass(frozen=True)
+class SubstructureSummary:
+    """One prototype: how often it is placed, its elements, nodes and DOFs, its interface, and its mass, kg, each."""
+
+    name: str
+    copies: int
+    members: int
+    elements: int
+    nodes: int
+    interior_dofs: int
+    interface: tuple[str, ...]
+    mass: float
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """What `check` understood: orders of both models, substructures, masses, what is held, and all doubts."""
+
+    name: str
+    full_order: int
+    low_order: int
+    mass: MassProperties
+    substructures: tuple[SubstructureSummary, ...]
+    held: dict[str, tuple[str, ...]]
+    rigid_bodies: dict[str, float]
+    parameters: dict[str, float]
+    doubts: tuple[Doubt, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return asdict(self)
+
+
+def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> CheckReport:
+    """Report what was understood of a mechanism and every doubt about it.
+
+    Raises ModelError when the description cannot be used at all.
+    """
+    plan = mechanism if isinstance(mechanism, Plan) else Plan(mechanism)
+    full = assemble(plan, parameters)
+    assembler = low_order(plan)
+    bodies = {
+        ".".join((*path, key)): float(lump.mass_and_inertia(full.values)[0])
+        for name, part in plan.parts.items()
+        for key, (_, lump) in part.bodies.items()
+        for path in plan.topology.placed[name].paths
+    }
+    used = {**{k: p.value for k, p in plan.mechanism.parameters.items()}, **(parameters or {})}
+    return CheckReport(
+        name=plan.mechanism.name,
+        full_order=full.order,
+        low_order=len(assembler.physical),
+        mass=mass_evidence(full)["model_mass"],
+        substructures=tuple(_summary(full, name) for name in plan.parts if plan.parts[name].has_matrices),
+        held=_held(full),
+        rigid_bodies=bodies,
+        parameters={k: float(v) for k, v in used.items() if isinstance(v, int | float)},
+        doubts=tuple([*_near_mechanisms(full), *_member_doubts(full), *_overlapping(full)]),
+    )
+
+
+def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
+    part, placed = full.plan.parts[name], full.plan.topology.placed[name]
+    _, M = low_order(full.plan).reducers[name].assembled(full.matrices[name])
+    x = np.zeros(6 * part.n_nodes)
+    x[::6] = 1.0
+    return SubstructureSummary(
+        name=name or "mechanism",
+        copies=len(placed.paths),
+        members=len(part.members),
+        elements=len(part.connectivity),
+        nodes=part.n_nodes,
+        interior_dofs=6 * len(part.interior),
+        interface=tuple(part.node_names[k] for k in part.boundary),
+        mass=float(x @ (M @ x)),
+    )
+
+
+def _held(full: FullOrderModel) -> dict[str, tuple[str, ...]]:
+    topology = full.plan.topology
+    names = topology.node_names
+    return {
+        names[node]: tuple(d for d, held in zip(DOF_NAMES, topology.held[node], strict=True) if held)
+        for node in np.flatnonzero(topology.held.any(axis=1))
+    }
+
+
+def _near_mechanisms(full: FullOrderModel) -> list[Doubt]:
+    """Motions that are all but free, named by the DOF that moves most."""
+    if not full.order:
+        return [Doubt("held", "mechanism", "every node is held: nothing can move")]
+    pairs = lowest(full.K, full.M, min(8, full.order))
+    finite = pairs.values[np.isfinite(pairs.values)]
+    stiff = finite > 0
+    doubts = []
+    ungrounded = not full.plan.topology.held.any() and not is_definite(full.K)
+    zero = np.flatnonzero(~stiff)
+    if ungrounded and len(zero) == 6:
+        return [Doubt("ungrounded", "mechanism", "not held anywhere: six rigid-body modes at zero frequency")]
+    reference = np.median(finite[stiff]) if stiff.any() else 1.0
+    suspicious = [*zero, *np.flatnonzero(stiff & (finite < NEAR_MECHANISM * reference))]
+    for k in suspicious:
+        shape = np.abs(pairs.vectors[:, k] * np.sqrt(full.M.diagonal()))
+        where = full.dof_names[int(np.argmax(shape))]
+        text = "free to move" if k in zero else f"all but free to move ({np.sqrt(finite[k]) / 2 / np.pi:.2g} Hz)"
+        doubts.append(Doubt("mechanism", where, f"{text}; a joint, a support or a stiffness may be missing"))
+    return doubts
+
+
+def _member_doubts(full: FullOrderModel) -> list[Doubt]:
+    doubts = []
+    for name, part in full.plan.parts.items():
+        if part.members:
+            doubts += _part_doubts(full, name, part, full.geometry.parts[name])
+    return doubts
+
+
+def _part_doubts(full: FullOrderModel, name: str, part: Part, geometry: PartGeometry) -> list[Doubt]:
+    _, _, nu, _ = part.table.moduli(full.values)
+    sections, _ = part.table.section_properties(full.values, nu, geometry.length)
+    # the sizes of the rectangle with the same area and second moments
+    thickness, width = np.sqrt(12 * sections.Iy / sections.A), np.sqrt(12 * sections.Iz / sections.A)
+    doubts = []
+    for k, (member, n) in enumerate(zip(part.members, part.counts, strict=True)):
+        own = slice(part.first[k], part.first[k] + n)
+        place = f"{name}.{member}" if name != TOP else member
+        shear = not part.table.shear[k]
+        doubts += _slenderness(place, float(geometry.length[k]), thickness[own], width[own], shear)
+        small, large = sorted((float(thickness[own].min()), float(width[own].min())))
+        if large > WIDE * small and n > 0:
+            ratio = f"{large / small:.0f} times as wide as thick"
+            text = f"{ratio}: a plate rather than a beam; bending is stiffer by up to 1/(1 - nu^2), torsion by more"
+            doubts.append(Doubt("wide", place, text))
+    return doubts
+
+
+def _slenderness(place: str, length: float, thickness: Array, width: Array, shearless: bool) -> list[Doubt]:
+    """Doubts about a member's length over its depth; the depth is the mean of each direction over the member."""
+    least, most = (f(float(thickness.mean()), float(width.mean())) for f in (min, max))
+    if length < STUBBY * least:
+        text = f"stubby: {length / least:.1f} times as long as thick; beam theory is off by tens of per cent"
+        return [Doubt("stubby", place, text)]
+    if length < STUBBY_SHEAR * least and shearless:
+        text = f"{length / least:.1f} times as long as thick and without shear; consider theory: timoshenko"
+        return [Doubt("stubby", place, text)]
+    if length > SLENDER * most:
+        return [Doubt("slender", place, f"slender: {length / most:.0f} times as long as wide")]
+    return []
+
+
+def _overlapping(full: FullOrderModel) -> list[Doubt]:
+    """Named nodes of different rigid clusters at one place: perhaps a joint was forgotten."""
+    topology = full.plan.topology
+    named = np.concatenate(
+        [
+            (np.array(placed.offset, dtype=np.intp)[:, None] + np.arange(placed.part.n_named)).ravel()
+            for placed in topology.placed.values()
+        ]
+    )
+    x = full.geometry.positions[named]
+    size = float(np.ptp(full.geometry.positions, axis=0).max()) or 1.0
+    cell = np.round(x / (1e-6 * size)).astype(np.int64)
+    order = np.lexsort(cell.T)
+    same = (cell[order][1:] == cell[order][:-1]).all(axis=1)
+    names, doubts = topology.node_names, []
+    for a, b in zip(named[order][:-1][same], named[order][1:][same], strict=True):
+        if topology.root[a] != topology.root[b]:
+            text = f"at the same place as {names[b]}, but not joined to it"
+            doubts.append(Doubt("overlap", names[a], text))
+    return doubts

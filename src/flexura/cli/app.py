@@ -1,0 +1,157 @@
+"""The commands: read arguments, call a verb, print its result; exit status 2 for bad input."""
+
+from __future__ import annotations
+
+import json
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from flexura._version import __version__
+from flexura.errors import ExpressionError, FlexuraError, ModelError, OptionError
+
+app = typer.Typer(
+    name="flexura",
+    help="Low-order dynamic models of flexure-based compliant mechanisms, with evidence for every number.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Replace a parameter, e.g. --set 'web=0.4 mm'. May be repeated."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+
+
+class Order(StrEnum):
+    """Which model to solve."""
+
+    low = "low"
+    full = "full"
+
+
+def _version(value: bool) -> None:
+    if value:
+        typer.echo(f"flexura {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    del version
+
+
+@app.command("modes")
+def modes_command(
+    file: File,
+    n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
+    order: Annotated[Order, typer.Option(help="Low-order model beside the full one, or the full one alone.")] = Order.low,
+    keep: Annotated[int, typer.Option(min=0, help="Fixed-interface normal modes kept in each substructure.")] = 0,
+    keep_below: Annotated[
+        float, typer.Option(metavar="HZ", min=0.0, help="Keep all fixed-interface normal modes below this frequency.")
+    ] = 0.0,
+    set: Settings = None,
+    as_json: Json = False,
+    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures of the modes here.")] = None,
+) -> None:
+    """Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
+    from flexura.analysis import modes
+    from flexura.cli import tables
+
+    mechanism, parameters = _read(file, set)
+    if order is Order.full and (keep or keep_below):
+        raise OptionError("--keep and --keep-below belong to --order low")
+    result = modes(mechanism, parameters, n=n, order=order.value, keep=keep, keep_below=keep_below)
+    pictures: list[Path] = []
+    if plot is not None:
+        pictures = _plot(result, plot)
+    if as_json:
+        _print_json(result.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
+    else:
+        tables.print_modes(result, pictures)
+
+
+@app.command("check")
+def check_command(file: File, set: Settings = None, as_json: Json = False) -> None:
+    """What was understood of a mechanism file, and every doubt about it."""
+    from flexura.analysis import check
+    from flexura.cli import tables
+
+    mechanism, parameters = _read(file, set)
+    report = check(mechanism, parameters)
+    if as_json:
+        _print_json(report.to_dict())
+    else:
+        tables.print_check(report)
+
+
+@app.command("schema")
+def schema_command() -> None:
+    """Print the JSON Schema of mechanism files, for completion in editors."""
+    from flexura.modelfile import schema
+
+    _print_json(schema())
+
+
+@app.command("view")
+def view_command(
+    file: File,
+    plot: Annotated[Path, typer.Option("--plot", metavar="DIR", help="Write the picture here.")] = Path(),
+    set: Settings = None,
+) -> None:
+    """Draw the undeformed mechanism."""
+    from flexura.structure import assemble
+    from flexura.view import save_pictures
+
+    mechanism, parameters = _read(file, set)
+    for path in save_pictures(assemble(mechanism, parameters), None, [], [], plot):
+        typer.echo(str(path))
+
+
+def _read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]:
+    from flexura.modelfile import load, parse_override
+
+    mechanism = load(file)
+    return mechanism, dict(parse_override(mechanism, text) for text in settings or [])
+
+
+def _plot(result: Any, folder: Path) -> list[Path]:
+    from flexura.view import save_pictures
+
+    titles = [f"mode {mode.number}: {mode.frequency_hz:.4g} Hz" for mode in result.modes]
+    return save_pictures(result.model, result.shapes, titles, [mode.motion.summary for mode in result.modes], folder)
+
+
+def _print_json(data: Any) -> None:
+    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+
+
+def _fail(text: str, status: int) -> NoReturn:
+    sys.stderr.write(text.rstrip() + "\n")
+    raise SystemExit(status)
+
+
+def main() -> None:
+    """Run the command line; errors go to stderr, bad input exits with status 2, others with 1."""
+    try:
+        app()
+    except ModelError as error:
+        _fail("\n".join(map(str, error.problems)) + f"\n{len(error.problems)} error(s)", 2)
+    except (OptionError, ExpressionError) as error:
+        _fail(f"flexura: {error}", 2)
+    except FlexuraError as error:
+        _fail(f"flexura: {error}", 1)
+    except BrokenPipeError:
+        sys.stderr.close()
+        raise SystemExit(1) from None

@@ -1,0 +1,105 @@
+"""Results as tables on a terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from flexura.analysis import CheckReport, Modes
+from flexura.analysis.evidence import Evidence
+
+
+def _console() -> Console:
+    console = Console(highlight=False, soft_wrap=False)
+    # a pipe has no width; wide tables are easier to read there than wrapped ones
+    return console if console.is_terminal else Console(highlight=False, width=140)
+
+
+def print_modes(result: Modes, pictures: list[Path]) -> None:
+    """Print frequencies of both models, what moves, and the evidence."""
+    console = _console()
+    full_only = result.evidence.low_residual is None
+    title = f"{result.name}: {'full model' if full_only else 'low-order model'}, order {result.order}"
+    console.print(title + ("" if full_only else f" (full model {result.full_order})"), style="bold", markup=False)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("mode", justify="right")
+    table.add_column("Hz", justify="right")
+    table.add_column("rad/s", justify="right")
+    if not full_only:
+        table.add_column("full Hz", justify="right")
+        table.add_column("difference", justify="right")
+    table.add_column("what moves", overflow="fold")
+    for mode in result.modes:
+        row = [str(mode.number), f"{mode.frequency_hz:.5g}", f"{mode.angular_frequency:.5g}"]
+        if not full_only:
+            row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
+            row += ["" if mode.relative_error is None else _percent(mode.relative_error)]
+        table.add_row(*row, mode.motion.summary)
+    console.print(table)
+    _print_evidence(console, result.evidence)
+    for path in pictures:
+        console.print(f"wrote {path}", markup=False)
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:+.2g} %"
+
+
+def _print_evidence(console: Console, evidence: Evidence) -> None:
+    e = evidence
+    lines = [
+        f"mass {e.model_mass.mass:.6g} kg, as described to {e.mass_error:.1g}; inertia to {e.inertia_error:.1g}",
+        f"rigid-body motions strain nothing: residual {e.rigid_body_residual:.1g}"
+        + (f"; {e.rigid_body_modes} rigid-body modes" if e.rigid_body_modes else ""),
+        f"eigen-residuals: full {e.full_residual:.1g}"
+        + ("" if e.low_residual is None else f", low-order {e.low_residual:.1g}"),
+        f"Sturm count: {e.sturm_count} full-order modes below {e.sturm_below_hz:.5g} Hz, {e.reported_below} reported",
+    ]
+    console.print("evidence", style="bold")
+    for line in lines:
+        console.print("  " + line, markup=False)
+    if e.complete:
+        console.print("  no mode is missing in this range", style="green")
+        return
+    console.print(f"  {len(e.missed) + e.more_missed} modes in this range are MISSING from the low-order model:", style="red")
+    for missed in e.missed[:12]:
+        console.print(f"    {missed.frequency_hz:.5g} Hz: {missed.summary}", markup=False)
+    rest = len(e.missed) - 12 + e.more_missed
+    if rest > 0:
+        console.print(f"    and {rest} more", markup=False)
+    console.print("  keep fixed-interface normal modes to see them: --keep 2, or --keep-below HZ", markup=False)
+
+
+def print_check(report: CheckReport) -> None:
+    """Print what was understood of a mechanism, and the doubts."""
+    console = _console()
+    console.print(report.name, style="bold", markup=False)
+    console.print(f"full order {report.full_order}, low order {report.low_order}", markup=False)
+    x, y, z = (1e3 * c for c in report.mass.centre)
+    console.print(f"mass {report.mass.mass:.6g} kg, centre of mass ({x:.4g}, {y:.4g}, {z:.4g}) mm", markup=False)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("substructure", "copies", "members", "elements", "nodes", "interior DOFs", "mass kg", "interface"):
+        table.add_column(heading, justify="left" if heading in ("substructure", "interface") else "right")
+    for s in report.substructures:
+        numbers = (s.copies, s.members, s.elements, s.nodes, s.interior_dofs)
+        table.add_row(s.name, *map(str, numbers), f"{s.mass:.5g}", _shorten(s.interface))
+    console.print(table)
+    for body, mass in list(report.rigid_bodies.items())[:10]:
+        console.print(f"rigid body {body}: {mass:.6g} kg", markup=False)
+    for node, dofs in list(report.held.items())[:20]:
+        console.print(f"held: {node} {'clamped' if len(dofs) == 6 else ' '.join(dofs)}", markup=False)
+    if len(report.held) > 20:
+        console.print(f"held: and {len(report.held) - 20} more nodes", markup=False)
+    if not report.doubts:
+        console.print("no doubts", style="green")
+        return
+    console.print(f"{len(report.doubts)} doubt{'s' if len(report.doubts) > 1 else ''}", style="yellow")
+    for doubt in report.doubts:
+        console.print(f"  {doubt}", markup=False)
+
+
+def _shorten(names: tuple[str, ...]) -> str:
+    shown = ", ".join(names[:4])
+    return shown + (f", ... ({len(names)})" if len(names) > 4 else "")

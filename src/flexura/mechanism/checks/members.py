@@ -1,0 +1,125 @@
+"""Checks of the geometry of links and flexures at the default parameters."""
+
+from __future__ import annotations
+
+import math
+
+from flexura.errors import Path
+from flexura.mechanism.checks.survey import Survey, prefix, shown
+from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism.placement import Point
+from flexura.mechanism.profile import (
+    CircularContour,
+    Contour,
+    CornerFilletedContour,
+    Leaf,
+    RoundNotch,
+    TabulatedContour,
+    TwoAxisNotch,
+    VShapedContour,
+)
+from flexura.mechanism.section import ROUND_SECTIONS
+
+RELATIVE = 1e-9
+PARALLEL = 1e-6
+"""Sine of the angle below which two directions count as parallel."""
+
+
+def check_members(survey: Survey) -> None:
+    """Report members without length, without orientation, or with a profile that does not fit."""
+    for name, prototype in survey.layout.prototypes.items():
+        positions = survey.positions[name]
+        for kind in ("links", "flexures"):
+            for key, member in getattr(prototype, kind).items():
+                _member(survey, (*prefix(name), kind, key), member, positions)
+
+
+def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[str, Point]) -> None:
+    if not _is_round(survey, member) and member.reference is None:
+        hint = "reference: a direction across the member, in the plane of its axis and its thickness"
+        survey.report((*path, "reference"), "", "required for a section that is not round, but missing", hint)
+    if member.nodes[0] == member.nodes[1] or not all(node in positions for node in member.nodes):
+        return
+    start = _sum(positions[member.nodes[0]], member.start_offset)
+    end = _sum(positions[member.nodes[1]], member.end_offset)
+    axis = [b - a for a, b in zip(start, end, strict=True)]
+    length = math.hypot(*axis)
+    if not math.isfinite(length):
+        return
+    if length <= 1e-12 + RELATIVE * survey.size:
+        survey.report((*path, "nodes"), ", ".join(member.nodes), "the member has no length", _NO_LENGTH)
+        return
+    if member.reference is not None:
+        _reference(survey, path, member, axis)
+    if isinstance(member, Flexure):
+        _profile(survey, path, member, length)
+
+
+_NO_LENGTH = "its ends are at one place; see the positions of its nodes and its offsets"
+
+
+def _sum(position: Point, offset: tuple) -> Point:
+    return (position[0] + offset[0], position[1] + offset[1], position[2] + offset[2])
+
+
+def _is_round(survey: Survey, member: Link | Flexure) -> bool:
+    if isinstance(member, Flexure):
+        return isinstance(member.profile, RoundNotch)
+    section = member.section
+    if isinstance(section, str):
+        section = survey.layout.mechanism.sections.get(section)
+    return section is None or isinstance(section, ROUND_SECTIONS)
+
+
+def _reference(survey: Survey, path: Path, member: Link | Flexure, axis: list[float]) -> None:
+    x, y, z = (float(c) for c in member.reference or ())  # type: ignore[arg-type]
+    a, b, c = axis
+    across = math.hypot(b * z - c * y, c * x - a * z, a * y - b * x)
+    if across < PARALLEL * math.hypot(a, b, c) * math.hypot(x, y, z):
+        rule = "the reference is parallel to the axis of the member"
+        survey.report(
+            (*path, "reference"), f"{x:g}, {y:g}, {z:g}", rule, "choose a direction across the member"
+        )
+
+
+def _profile(survey: Survey, path: Path, member: Flexure, length: float) -> None:
+    profile = member.profile
+    path = (*path, "profile")
+    if isinstance(profile, Leaf):
+        return
+    if isinstance(profile, TwoAxisNotch):
+        shift = float(profile.shift)  # type: ignore[arg-type]
+        if abs(shift) >= length:
+            rule = f"the shift of the two notches is less than the member's length {_mm(length)}"
+            survey.report((*path, "shift"), _mm(shift), rule)
+            return
+        length -= abs(shift)
+        _contour(survey, (*path, "y_contour"), profile.y_contour, length)
+        _contour(survey, (*path, "z_contour"), profile.z_contour, length)
+    else:
+        _contour(survey, (*path, "contour"), profile.contour, length)
+
+
+def _contour(survey: Survey, path: Path, contour: Contour, length: float) -> None:
+    """`length` is that of the notch."""
+    half = length / 2
+    match contour:
+        case CircularContour() if float(contour.radius) < half * (1 - RELATIVE):  # type: ignore[arg-type]
+            rule = f"the radius is at least half the length of the notch, {_mm(half)}"
+            hint = "split the member, or use a corner_filleted contour"
+            survey.report((*path, "radius"), _mm(contour.radius), rule, hint)
+        case CornerFilletedContour() if float(contour.fillet_radius) > half * (1 + RELATIVE):  # type: ignore[arg-type]
+            rule = f"two fillets fit into the notch when their radius is at most half its length, {_mm(half)}"
+            survey.report((*path, "fillet_radius"), _mm(contour.fillet_radius), rule)
+        case VShapedContour() if float(contour.angle) >= math.pi / 2:  # type: ignore[arg-type]
+            rule = "the flanks make an angle of less than 90 deg with the member axis"
+            survey.report((*path, "angle"), f"{math.degrees(contour.angle):g} deg", rule)  # type: ignore[arg-type]
+        case TabulatedContour():
+            first, last = contour.positions[0], contour.positions[-1]
+            if abs(first) > RELATIVE * length or abs(last - length) > RELATIVE * length:  # type: ignore[operator]
+                rule = f"the positions of a table run from 0 to the length of the notch, {_mm(length)}"
+                survey.report((*path, "positions"), f"{_mm(first)} to {_mm(last)}", rule)
+
+
+def _mm(value: object) -> str:
+    return f"{shown(float(value) * 1e3)} mm"  # type: ignore[arg-type]

@@ -1,0 +1,229 @@
+"""Checks of names: every reference leads somewhere, and no name means two things."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from fnmatch import translate
+
+from flexura.errors import Path
+from flexura.mechanism.body import RigidBody
+from flexura.mechanism.checks.assembly import number_of_copies
+from flexura.mechanism.checks.survey import Survey, Use, prefix, suggestion
+from flexura.mechanism.layout import TOP, is_pattern
+from flexura.mechanism.material import CATALOGUE
+from flexura.mechanism.substructure import Substructure
+
+
+def check_references(survey: Survey) -> None:
+    """Report unknown and ambiguous names, and note which nodes every part uses."""
+    _aliases(survey)
+    for name in survey.layout.prototypes:
+        _materials_and_sections(survey, name)
+        _names_used_twice(survey, name)
+        nodes = _Nodes(survey, name)
+        survey.uses[name] = [*_between_nodes(survey, name, nodes), *_bodies(survey, name, nodes)]
+        _interface(survey, name, nodes)
+    survey.uses[TOP] += _ground(survey)
+
+
+class _Nodes:
+    """Resolves the node references of one prototype, reporting those that lead nowhere."""
+
+    def __init__(self, survey: Survey, prototype: str) -> None:
+        self.survey, self.prototype = survey, prototype
+        self.exposed = dict.fromkeys(survey.layout.exposed(prototype))
+        self.children = {child.name: child.prototype for child in survey.layout.children[prototype]}
+
+    def find(self, path: Path, text: str, wild: bool = False) -> list[str]:
+        """Nodes that a reference stands for; none when there are none, or none that can be known."""
+        if text in self.exposed:
+            return [text]
+        if wild and is_pattern(text):
+            matches = re.compile(translate(text)).match
+            found = [name for name in self.exposed if matches(name)]
+            if not found and not self.survey.partial and not self.survey.lost[self.prototype]:
+                self.survey.report(path, text, "no node matches this pattern", self._hint(text))
+            return found
+        if not self._excused(text):
+            self.survey.report(path, text, "there is no such node here", self._hint(text))
+        return []
+
+    def _excused(self, text: str) -> bool:
+        """True when the node is missing because of something that was reported before."""
+        head, _, rest = text.partition(".")
+        lost, ignored = self.survey.lost[self.prototype], self.survey.ignored
+        heads = {head, head.rstrip("0123456789")}
+        below = {rest, *rest.split(".")} if rest else set()
+        return bool(heads & lost or text in ignored or any(name in ignored for name in heads | below))
+
+    def _hint(self, text: str) -> str:
+        head, _, node = text.partition(".")
+        if is_pattern(text):
+            return suggestion(text.replace("*", ""), self.exposed, "nodes")
+        prototypes = self.survey.layout.prototypes
+        if node and head in self.children and node in self.survey.layout.exposed(self.children[head]):
+            return f"add {node} to the interface of substructure {self.children[head]}"
+        instance = prototypes[self.prototype].instances.get(head)
+        if instance is not None and instance.pattern:
+            return f"the copies of {head} are {head}1, {head}2, ...: write {head}1.{node or 'NODE'}"
+        if instance is not None and not node:
+            return f"{head} is an instance; its nodes: {', '.join(f'{head}.{n}' for n in self._below(head))}"
+        return suggestion(text, self.exposed, "nodes")
+
+    def _below(self, instance: str) -> list[str]:
+        return self.survey.layout.interface(self.children[instance])[:12]
+
+
+def _aliases(survey: Survey) -> None:
+    for name, material in survey.layout.mechanism.materials.items():
+        if isinstance(material, str) and material not in CATALOGUE:
+            hint = suggestion(material, CATALOGUE, "materials of the catalogue")
+            survey.report(("materials", name), material, "the catalogue has no such material", hint)
+
+
+def _materials_and_sections(survey: Survey, name: str) -> None:
+    mechanism, prototype = survey.layout.mechanism, survey.layout.prototypes[name]
+    materials = {*CATALOGUE, *mechanism.materials}
+    named: list[tuple[Path, str]] = [
+        ((kind, key, "material"), member.material)
+        for kind in ("links", "flexures")
+        for key, member in getattr(prototype, kind).items()
+    ]
+    named += [
+        (("bodies", key, "solid", "material"), body.solid.material)
+        for key, body in prototype.bodies.items()
+        if body.solid is not None
+    ]
+    for path, material in named:
+        if material not in materials and material not in survey.ignored:
+            hint = suggestion(material, [*mechanism.materials, *CATALOGUE], "materials")
+            survey.report((*prefix(name), *path), material, "there is no such material", hint)
+    for key, link in prototype.links.items():
+        section = link.section
+        if isinstance(section, str) and section not in mechanism.sections and section not in survey.ignored:
+            hint = suggestion(section, mechanism.sections, "sections")
+            path = (*prefix(name), "links", key, "section")
+            survey.report(path, section, "there is no such section", hint)
+
+
+def _names_used_twice(survey: Survey, name: str) -> None:
+    prototype = survey.layout.prototypes[name]
+    owners: dict[str, str] = dict.fromkeys(prototype.nodes, "a node")
+    for body in prototype.bodies:
+        if body in owners:
+            rule = f"the name {body} is taken by {owners[body]}"
+            survey.report(
+                (*prefix(name), "bodies", body), "", rule, "a body is a node too: choose another name"
+            )
+        owners[body] = "a body"
+    for key, instance in prototype.instances.items():
+        copies = [f"{key}{k + 1}" for k in range(number_of_copies(instance))] if instance.pattern else [key]
+        taken = [copy for copy in copies if copy in owners]
+        if taken:
+            what = f"the name of its copy {taken[0]}" if instance.pattern else f"the name {key}"
+            path = (*prefix(name), "instances", key)
+            survey.report(path, "", f"{what} is taken by {owners[taken[0]]}", "choose another name")
+        owners |= dict.fromkeys(copies, "an instance")
+
+
+def _between_nodes(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
+    """Members, springs, superelements, masses and joints."""
+    prototype = survey.layout.prototypes[name]
+    for kind in ("links", "flexures", "springs", "superelements"):
+        for key, part in getattr(prototype, kind).items():
+            path = (*prefix(name), kind, key)
+            found = [n for i, text in enumerate(part.nodes) for n in nodes.find((*path, "nodes", i), text)]
+            if len(set(part.nodes)) < len(part.nodes):
+                twice = next(n for n in part.nodes if part.nodes.count(n) > 1)
+                survey.report((*path, "nodes"), ", ".join(part.nodes), f"the node {twice} is named twice")
+            yield Use(path, found, joins=True)
+    for key, mass in prototype.masses.items():
+        path = (*prefix(name), "masses", key)
+        yield Use(path, nodes.find((*path, "node"), mass.node), joins=False)
+    for i, pair in enumerate(prototype.joints):
+        path = (*prefix(name), "joints", i)
+        if pair[0] == pair[1]:
+            survey.report(path, ", ".join(pair), "a joint ties two different nodes together")
+        yield Use(path, [n for k, text in enumerate(pair) for n in nodes.find((*path, k), text)], joins=True)
+
+
+def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
+    carrier: dict[str, str] = {}
+    for key, body in survey.layout.prototypes[name].bodies.items():
+        path = (*prefix(name), "bodies", key)
+        carried: list[str] = []
+        for i, text in enumerate(body.carries):
+            for node in nodes.find((*path, "carries", i), text, wild=True):
+                if node == key:
+                    survey.report(
+                        (*path, "carries", i), text, f"the body carries its own node {key}", _OWN_NODE
+                    )
+                elif node in carrier:
+                    again = "this body" if carrier[node] == key else f"body {carrier[node]}"
+                    survey.report(
+                        (*path, "carries", i), text, f"the node {node} is already carried by {again}"
+                    )
+                else:
+                    carrier[node] = key
+                    carried.append(node)
+        yield Use(path, [key, *carried], joins=True)
+    _carried_in_a_circle(survey, name, carrier, survey.layout.prototypes[name].bodies)
+
+
+_OWN_NODE = "the node at its centre belongs to the body anyway; name the others"
+
+
+def _carried_in_a_circle(
+    survey: Survey, name: str, carrier: dict[str, str], bodies: dict[str, RigidBody]
+) -> None:
+    done: set[str] = set()
+    for start in bodies:
+        chain = [start]
+        while chain[-1] in carrier and chain[-1] not in done:
+            done.add(chain[-1])
+            chain.append(carrier[chain[-1]])
+            if chain[-1] == start:
+                text = " -> ".join(chain)
+                survey.report(
+                    (*prefix(name), "bodies", start, "carries"), text, "bodies carry each other in a circle"
+                )
+                break
+
+
+def _interface(survey: Survey, name: str, nodes: _Nodes) -> None:
+    interface = survey.layout.prototypes[name].interface
+    for i, text in enumerate(interface):
+        path = (*prefix(name), "interface", i)
+        nodes.find(path, text)
+        if text in interface[:i]:
+            survey.report(path, text, "this node is already in the interface")
+
+
+def _ground(survey: Survey) -> Iterator[Use]:
+    nodes = _Nodes(survey, TOP)
+    holder: dict[str, str] = {}
+    for text in survey.layout.mechanism.ground:
+        path = ("ground", text)
+        found = nodes.find(path, text, wild=True)
+        for node in found:
+            if node in holder:
+                survey.report(path, text, f"the node {node} is already held by {holder[node]}", _ONE_SUPPORT)
+            holder.setdefault(node, text)
+        yield Use(path, found, joins=False)
+
+
+_ONE_SUPPORT = "give one support with all the DOFs it holds"
+
+
+def check_not_empty(survey: Survey) -> None:
+    """Report a mechanism in which nothing has stiffness or inertia."""
+    kinds = ("links", "flexures", "springs", "superelements", "bodies")
+    used = {TOP} if _has(survey.layout.prototypes[TOP], kinds) else {n for _, n in survey.layout.instances()}
+    if not any(_has(survey.layout.prototypes[name], kinds) for name in used):
+        hint = "describe at least one link, flexure, spring, superelement or body"
+        survey.report((), "", "there is nothing here that can move", hint)
+
+
+def _has(prototype: Substructure, kinds: tuple[str, ...]) -> bool:
+    return any(getattr(prototype, kind) for kind in kinds)

@@ -1,0 +1,222 @@
+"""YAML text to a tree of plain data in which everything knows its line.
+
+Only what a description needs is accepted: one document, no tags, text keys, bounded size. Scalars follow the core
+schema of YAML 1.2, and nothing in the text can make an object or run code.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from flexura.errors import ModelError, Path, Problem
+
+MAX_CHARACTERS = 5_000_000
+MAX_NODES = 500_000
+MAX_DEPTH = 30
+
+
+@dataclass
+class Node:
+    """A scalar, list or mapping of a document; `size` counts the nodes in it, aliases written out."""
+
+    line: int
+    value: Any = None
+    size: int = 1
+    key_lines: dict[str, int] = field(default_factory=dict)
+
+    def plain(self) -> Any:
+        """The data as dicts, lists and scalars; nothing is shared between two places."""
+        if isinstance(self.value, dict):
+            return {key: node.plain() for key, node in self.value.items()}
+        if isinstance(self.value, list):
+            return [node.plain() for node in self.value]
+        return self.value
+
+    def locate(self, path: Path) -> tuple[Path, int]:
+        """The part of a path that the document has, and the line of its end.
+
+        One key more is kept where a mapping lacks it; positions are dropped where one entry stands for a list of one.
+        """
+        node, line = self, self.line
+        found: list[str | int] = []
+        for key in path:
+            if isinstance(node.value, dict):
+                if key in node.value:
+                    node, line = node.value[key], node.key_lines[str(key)]
+                elif isinstance(key, int):
+                    continue
+                else:
+                    return (*found, key), line
+            elif isinstance(node.value, list) and isinstance(key, int) and key < len(node.value):
+                node = node.value[key]
+                line = node.line
+            else:
+                break
+            found.append(key)
+        return tuple(found), line
+
+
+def parse(text: str, name: str) -> Node:
+    """Read one YAML document whose top level is a mapping.
+
+    Raises ModelError, with `name` and the line, for anything else.
+    """
+    if len(text) > MAX_CHARACTERS:
+        raise _error(name, 1, f"a model file has at most {MAX_CHARACTERS // 1_000_000} million characters")
+    try:
+        root = _Builder(text, name).document()
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        rule = " ".join(f"not valid YAML: {error.problem or error.context}".split())
+        raise _error(name, mark.line + 1 if mark else 1, rule, _syntax_hint(rule)) from None
+    except (YAMLError, ValueError, OverflowError, IndexError, TypeError, AttributeError) as error:
+        rule = " ".join(str(error).split())[:200]
+        raise _error(name, 1, f"not valid YAML: {rule or type(error).__name__}") from None
+    if not isinstance(root.value, dict):
+        raise _error(name, root.line, "the top level of a model file is a mapping of keys to values", _TOP_HINT)
+    return root
+
+
+_TOP_HINT = "e.g. nodes: {base: [0, 0, 0]}"
+
+
+def _syntax_hint(rule: str) -> str:
+    if "\\t" in rule or "tab" in rule:
+        return "indent with spaces, not tabs"
+    return "put text that holds : # or brackets in quotes" if "mapping values" in rule else ""
+
+
+def _error(name: str, line: int, rule: str, hint: str = "", path: Path = (), value: str = "") -> ModelError:
+    return ModelError([Problem(path, value, rule, hint, f"{name}:{line}")])
+
+
+class _Builder:
+    """Builds nodes from the parser's events, checking every bound on the way."""
+
+    def __init__(self, text: str, name: str) -> None:
+        self.name = name
+        self.events: Iterator[Any] = iter(YAML(typ="safe", pure=True).parse(text))
+        self.anchors: dict[str, Node | None] = {}
+        self.count = 0
+
+    def document(self) -> Node:
+        event = self.next()
+        while type(event).__name__ != "DocumentStartEvent":
+            if type(event).__name__ == "StreamEndEvent":
+                raise _error(self.name, 1, "the file is empty", _TOP_HINT)
+            event = self.next()
+        first = self.next()
+        root = self.node(first, ())
+        self.next()
+        after = self.next()
+        if type(after).__name__ != "StreamEndEvent":
+            line = after.start_mark.line + 1
+            raise _error(self.name, line, "a model file holds one document", "remove the line ---")
+        if root.value is None:
+            raise _error(self.name, 1, "the file is empty", _TOP_HINT)
+        return root
+
+    def next(self) -> Any:
+        return next(self.events)
+
+    def fail(self, event: Any, path: Path, rule: str, hint: str = "", value: str = "") -> ModelError:
+        return _error(self.name, event.start_mark.line + 1, rule, hint, path, value)
+
+    def node(self, event: Any, path: Path) -> Node:
+        kind = type(event).__name__
+        if kind == "AliasEvent":
+            return self.alias(event, path)
+        if event.tag is not None:
+            tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")
+            raise self.fail(event, path, "tags are not accepted", "remove the tag", tag)
+        if len(path) > MAX_DEPTH:
+            raise self.fail(event, path[:3], f"a description nests at most {MAX_DEPTH} deep")
+        if event.anchor is not None:
+            self.anchors[event.anchor] = None
+        node = Node(event.start_mark.line + 1)
+        self.grow(event, path, 1)
+        if kind == "ScalarEvent":
+            node.value = resolve(event.value) if event.implicit[0] else self.text(event, path)
+        elif kind == "SequenceStartEvent":
+            node.value = []
+            while type(item := self.next()).__name__ != "SequenceEndEvent":
+                child = self.node(item, (*path, len(node.value)))
+                node.value.append(child)
+                node.size += child.size
+        else:
+            self.mapping(node, path)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = node
+        return node
+
+    def text(self, event: Any, path: Path) -> str:
+        if any("\ud800" <= c <= "\udfff" for c in event.value):
+            raise self.fail(event, path, "text holds half of a surrogate pair", "write the character itself")
+        return event.value
+
+    def mapping(self, node: Node, path: Path) -> None:
+        node.value = {}
+        while type(event := self.next()).__name__ != "MappingEndEvent":
+            if type(event).__name__ != "ScalarEvent" or event.tag is not None:
+                raise self.fail(event, path, "a key is plain text", "e.g. base: [0, 0, 0]")
+            key, line = self.text(event, path), event.start_mark.line + 1
+            if key in node.value:
+                hint = f"it is already on line {node.key_lines[key]}"
+                raise self.fail(event, (*path, key), "the same key twice in one mapping", hint)
+            child = self.node(self.next(), (*path, key))
+            node.value[key] = child
+            node.key_lines[key] = line
+            node.size += child.size
+
+    def alias(self, event: Any, path: Path) -> Node:
+        if event.anchor not in self.anchors:
+            raise self.fail(event, path, f"the anchor &{event.anchor} does not exist")
+        node = self.anchors[event.anchor]
+        if node is None:
+            raise self.fail(event, path, f"the alias *{event.anchor} lies inside its own anchor")
+        if len(path) + _height(node) > MAX_DEPTH:
+            raise self.fail(event, path[:3], f"a description nests at most {MAX_DEPTH} deep")
+        self.grow(event, path, node.size)
+        return node
+
+    def grow(self, event: Any, path: Path, count: int) -> None:
+        self.count += count
+        if self.count > MAX_NODES:
+            hint = "aliases count as often as they are used"
+            raise self.fail(event, path[:3], f"a model file holds at most {MAX_NODES} values", hint)
+
+
+def _height(node: Node) -> int:
+    children = node.value.values() if isinstance(node.value, dict) else node.value
+    return 1 + max(map(_height, children), default=0) if isinstance(node.value, dict | list) else 0
+
+
+_NULL = re.compile(r"null|Null|NULL|~|")
+_BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_RADIX = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_SPECIAL = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
+_LONGEST_INTEGER = 300
+
+
+def resolve(text: str) -> Any:
+    """Value of a plain scalar by the core schema of YAML 1.2."""
+    if _NULL.fullmatch(text):
+        return None
+    if _BOOL.fullmatch(text):
+        return text.lower() == "true"
+    if len(text) <= _LONGEST_INTEGER:
+        if _INTEGER.fullmatch(text):
+            return int(text)
+        if _RADIX.fullmatch(text):
+            return int(text, 0)
+    if _SPECIAL.fullmatch(text):
+        return float(text.replace(".", "", 1))
+    return float(text) if _FLOAT.fullmatch(text) else text

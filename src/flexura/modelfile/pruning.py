@@ -1,0 +1,81 @@
+"""Taking what is wrong out of the data, so that the rest can be checked too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexura.errors import Path
+
+_NAMED = frozenset(
+    "nodes links flexures springs bodies masses superelements instances joints interface ground "
+    "parameters materials sections substructures".split()  # noqa: SIM905
+)
+
+
+class Pruned:
+    """Data of a model file with entries removed, and what was removed.
+
+    `names` are those of removed entries; `whole_kinds` tells that a whole mapping such as `nodes` went, and
+    `everything` that nothing is left to check.
+    """
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self.data = data
+        self.names: set[str] = set()
+        self.anything = False
+        self.whole_kinds = False
+        self.everything = False
+        self._origin: dict[Path, list[int]] = {}
+
+    def original(self, path: Path) -> Path:
+        """The path in the file of a path in what is left: entries of lists have moved up."""
+        restored = list(path)
+        for i, key in enumerate(path):
+            origin = self._origin.get(path[:i])
+            if origin is not None and isinstance(key, int) and key < len(origin):
+                restored[i] = origin[key]
+        return tuple(restored)
+
+    def remove_all(self, places: list[tuple[Path, bool]]) -> None:
+        """Remove unknown keys (True) themselves, and of other places the smallest named entry around them."""
+        paths = {path if unknown else entry_of(path) for path, unknown in places}
+        for path in sorted(paths, key=_last_first, reverse=True):
+            unknown = (path, True) in places
+            if not path:
+                self.everything = True
+            elif unknown:
+                self.remove(path)
+            else:
+                self.remove_entry(path)
+
+    def remove_entry(self, path: Path) -> None:
+        """Remove a named entry, or a whole kind of them, and remember the name."""
+        self.anything = True
+        if isinstance(path[-1], str):
+            self.names.add(path[-1])
+        if len(path) % 2 == 1 and path[-1] in _NAMED:
+            self.whole_kinds = True
+        self.remove(path)
+
+    def remove(self, path: Path) -> None:
+        """Remove what is at a path, if it is still there."""
+        holder: Any = self.data
+        try:
+            for key in path[:-1]:
+                holder = holder[key]
+            if isinstance(holder, list):
+                self._origin.setdefault(path[:-1], list(range(len(holder)))).pop(int(path[-1]))
+            del holder[path[-1]]
+        except (KeyError, IndexError, TypeError):
+            return
+
+
+def entry_of(path: Path) -> Path:
+    """The smallest named entry around a place: a member, a node, a material; or the key at the top level."""
+    start = 2 if path[:1] == ("substructures",) and len(path) > 2 else 0
+    inside = path[start:]
+    return path[: start + (2 if len(inside) > 1 and inside[0] in _NAMED else 1)]
+
+
+def _last_first(path: Path) -> tuple[tuple[bool, int, str], ...]:
+    return tuple((isinstance(key, int), key if isinstance(key, int) else 0, str(key)) for key in path)

@@ -1,0 +1,155 @@
+"""Numbers with units in a model file: the reader that the description is validated with."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from flexura.errors import ExpressionError
+from flexura.mechanism.dimension import NUMBER, Dimension
+from flexura.mechanism.expression import CONSTANTS, FUNCTIONS, Expression
+from flexura.mechanism.quantity import Quantity, Scalar
+from flexura.units import parse_quantity, parse_unit
+
+_LITERAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
+_FACTOR = r"[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*(?:-?\d+|\(-?\d+(?:/\d+)?\)))?"
+_PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/]\s*(?:{_FACTOR}|\({_FACTOR}(?:\s*[*/]\s*{_FACTOR})*\)))*")
+_BRACKETED = re.compile(r"\[[^\[\]]*\]")
+_IDENTIFIER = re.compile(r"[^\W\d]\w*")
+
+
+class QuantityReader:
+    """Reads `0.3 mm`, `2*t + 1 mm` or the name of a parameter where a quantity is due.
+
+    `dimensions` holds the declared parameters, with None for a dimension that is not known.
+    """
+
+    def __init__(self, dimensions: Mapping[str, Dimension | None]) -> None:
+        self.dimensions = dimensions
+
+    def __call__(self, raw: Any, quantity: Quantity) -> Scalar:
+        """Read one value and check a literal's dimension; raises ExpressionError."""
+        if isinstance(raw, Expression):
+            return raw
+        if isinstance(raw, str):
+            return self.text(raw, quantity)
+        if isinstance(raw, bool) or not isinstance(raw, int | float):
+            raise ExpressionError(f"a {quantity.kind} is expected here", f"write it like {quantity.example}")
+        return self.bare(raw, quantity)
+
+    def bare(self, raw: float, quantity: Quantity) -> float:
+        """A number without a unit, which only pure numbers are; zero is zero in every unit."""
+        try:
+            value = float(raw)
+        except OverflowError:
+            value = math.inf
+        if not math.isfinite(value):
+            raise ExpressionError(f"a {quantity.kind} must be finite")
+        if value != 0 and (quantity.angle or quantity.dimension not in (None, NUMBER)):
+            unit = quantity.example.partition(" ")[2]
+            raise ExpressionError(f"a {quantity.kind} carries a unit", f"write {value:g} {unit}")
+        return value
+
+    def text(self, raw: str, quantity: Quantity) -> Scalar:
+        """A literal, or an expression over parameters."""
+        literal = self.literal(raw)
+        if literal is None:
+            return self.expression(raw, quantity)
+        value, dimension = literal
+        if dimension == NUMBER and _is_bare(raw):
+            return self.bare(value, quantity)
+        if quantity.dimension not in (None, dimension):
+            found = dimension.unit() or "a pure number"
+            rule = f"a {quantity.kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            raise ExpressionError(rule, f"e.g. {quantity.example}")
+        return value
+
+    def literal(self, raw: str) -> tuple[float, Dimension] | None:
+        """Value and dimension of a number followed by a unit; None when the text is not that.
+
+        Raises ExpressionError when it looks like one, but the unit does not exist.
+        """
+        match = _LITERAL.fullmatch(raw.strip())
+        if match is None:
+            return None
+        unit = match[2]
+        if unit and not _BRACKETED.fullmatch(unit):
+            names = _IDENTIFIER.findall(unit)
+            if not _PRODUCT.fullmatch(unit) or self.declared(names[1:]):
+                return None
+            self.explain(names[0] if names else unit)
+        value, exponents = parse_quantity(raw)
+        return value, Dimension(*exponents)
+
+    def declared(self, names: list[str]) -> list[str]:
+        """Those of the names that mean something in an expression."""
+        return [n for n in names if n in self.dimensions or n in CONSTANTS or n in FUNCTIONS]
+
+    def explain(self, name: str) -> None:
+        """Say more about a parameter or a constant that stands where a unit should."""
+        if name in CONSTANTS:
+            raise ExpressionError(f"{name} is a number, not a unit", f"join it with an operator, e.g. 2*{name}")
+        if name in self.dimensions:
+            try:
+                parse_unit(name)
+            except ExpressionError:
+                rule = f"{name} is a parameter, not a unit"
+                raise ExpressionError(rule, f"join it with an operator, e.g. 2*{name}") from None
+
+    def expression(self, raw: str, quantity: Quantity) -> Scalar:
+        """An expression whose literals carry units."""
+        units: list[str] = []
+
+        def unit(number: str, text: str) -> tuple[float, Dimension]:
+            units.append(text)
+            self.explain(text)
+            value, exponents = parse_quantity(f"{number} [{text}]")
+            return value, Dimension(*exponents)
+
+        expression = Expression.parse(raw, unit)
+        self.ambiguous(raw, expression, quantity)
+        if quantity.angle and not units and not _IDENTIFIER.search(raw):
+            raise ExpressionError("an angle carries a unit", f"write it like {quantity.example}")
+        if not expression.names:
+            self.same_dimension(expression, quantity)
+        return expression
+
+    def same_dimension(self, expression: Expression, quantity: Quantity) -> None:
+        """Check the dimension of an expression without parameters, which is about to become a number."""
+        dimension = expression.dimension({})
+        if quantity.dimension is not None and dimension not in (None, quantity.dimension):
+            found = dimension.unit() or "a pure number"
+            rule = f"a {quantity.kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            raise ExpressionError(rule, f"e.g. {quantity.example}")
+
+    def ambiguous(self, raw: str, expression: Expression, quantity: Quantity) -> None:
+        """Refuse `2810 kg/m^3` where m is a parameter and only the unit makes sense."""
+        match = _LITERAL.fullmatch(raw.strip())
+        if match is None or not match[2] or quantity.dimension is None:
+            return
+        try:
+            _, exponents = parse_quantity(raw)
+        except ExpressionError:
+            return
+        fits = Dimension(*exponents) == quantity.dimension
+        with suppress(ExpressionError):
+            if expression.dimension(self.dimensions) in (None, quantity.dimension):
+                return
+        if fits:
+            shared = [n for n in _IDENTIFIER.findall(match[2]) if n in self.dimensions]
+            rule = f"{' and '.join(shared)} is also a parameter, so that this reads as an expression"
+            raise ExpressionError(rule, f"write {match[1]} [{match[2]}]")
+
+
+def _is_bare(raw: str) -> bool:
+    match = _LITERAL.fullmatch(raw.strip())
+    return match is not None and not match[2]
+
+
+def _expected(quantity: Quantity) -> str:
+    if quantity.angle:
+        return "deg or rad"
+    return (quantity.dimension.unit() if quantity.dimension else "") or "1 (a pure number)"

@@ -1,0 +1,160 @@
+"""Reading a model file into a Mechanism, with everything that is wrong with it at once."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import ValidationError
+
+from flexura.errors import ModelError, Path, Problem
+from flexura.mechanism import Mechanism
+from flexura.mechanism.base import UNKNOWN_KEY, problems_of
+from flexura.mechanism.checks import problems as problems_of_whole
+from flexura.mechanism.quantity import CONTEXT_KEY
+from flexura.modelfile.document import MAX_CHARACTERS, Node, parse
+from flexura.modelfile.keys import unknown_key_hint
+from flexura.modelfile.parameters import prepare_parameters
+from flexura.modelfile.pruning import Pruned
+from flexura.modelfile.quantities import QuantityReader
+from flexura.modelfile.superelements import prepare_superelement
+
+VERSION = 1
+MAX_ROUNDS = 10
+
+
+def load(path: str | FilePath) -> Mechanism:
+    """Read a model file.
+
+    Raises ModelError listing every problem with its file and line.
+    """
+    file = FilePath(path)
+    return _read(_text_of(file), str(path), file.parent)
+
+
+def loads(text: str, name: str = "<text>") -> Mechanism:
+    """Read a model from text; `name` stands for the file in messages, and files are sought in the working directory.
+
+    Raises ModelError listing every problem with its line.
+    """
+    return _read(text, name, FilePath())
+
+
+def _text_of(file: FilePath) -> str:
+    def refused(rule: str, hint: str = "") -> ModelError:
+        return ModelError([Problem((), "", rule, hint, str(file))])
+
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(4 * MAX_CHARACTERS + 1)
+    except FileNotFoundError:
+        nearby = [p.name for p in file.parent.glob("*") if p.is_file()] if file.parent.is_dir() else []
+        close = get_close_matches(file.name, nearby, n=1)
+        hint = f"did you mean {close[0]}?" if close else ""
+        raise refused("the file does not exist", hint) from None
+    except IsADirectoryError:
+        raise refused("this is a directory, not a model file") from None
+    except (OSError, ValueError) as error:
+        raise refused(f"the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ModelError([Problem((), "", "a model file is text in UTF-8", "", f"{file}:{line}")]) from None
+
+
+def _read(text: str, name: str, directory: FilePath) -> Mechanism:
+    root = parse(text, name)
+    data = root.plain()
+    pruned = Pruned(data)
+    found = [*_version(data, pruned), *_superelements(data, pruned, directory)]
+    dimensions, more = prepare_parameters(data["parameters"]) if _has_parameters(data) else ({}, [])
+    found += more
+    mechanism, more = _validated(data, pruned, QuantityReader(dimensions))
+    found += more
+    if mechanism is not None:
+        whole = problems_of_whole(mechanism, ignore_missing=_missing(pruned), partial=pruned.anything)
+        found += [replace(problem, path=pruned.original(problem.path)) for problem in whole]
+    if found or mechanism is None:
+        raise ModelError(_located(found, root, name))
+    return mechanism
+
+
+def _has_parameters(data: dict[str, Any]) -> bool:
+    return isinstance(data.get("parameters"), dict)
+
+
+def _version(data: dict[str, Any], pruned: Pruned) -> Iterator[Problem]:
+    version = data.get("flexura", VERSION)
+    if version is not True and version == VERSION and isinstance(version, int):
+        data.pop("flexura", None)
+        return
+    rule = f"this is version {VERSION} of the format"
+    yield Problem(("flexura",), repr(version), rule, f"write flexura: {VERSION}")
+    pruned.remove(("flexura",))
+
+
+def _superelements(data: dict[str, Any], pruned: Pruned, directory: FilePath) -> list[Problem]:
+    substructures = data.get("substructures")
+    holders: list[tuple[Path, Any]] = [((), data)]
+    if isinstance(substructures, dict):
+        holders += [(("substructures", name), holder) for name, holder in substructures.items()]
+    found = []
+    for path, holder in holders:
+        entries = holder.get("superelements") if isinstance(holder, dict) else None
+        for name, entry in list(entries.items()) if isinstance(entries, dict) else ():
+            problem = prepare_superelement(entry, directory) if isinstance(entry, dict) else None
+            if problem is not None:
+                here = (*path, "superelements", name)
+                found.append(replace(problem, path=(*here, *problem.path)))
+                pruned.remove_entry(here)
+    return found
+
+
+def _validated(
+    data: dict[str, Any], pruned: Pruned, reader: QuantityReader
+) -> tuple[Mechanism | None, list[Problem]]:
+    """Validate the parts; what they refuse is removed and reported until the rest is valid, None if nothing is."""
+    found: list[Problem] = []
+    for _ in range(MAX_ROUNDS):
+        try:
+            return Mechanism.model_validate(data, context={CONTEXT_KEY: reader}), found
+        except ValidationError as error:
+            problems = problems_of(error, data)
+        for problem in problems:
+            unknown = problem.rule == UNKNOWN_KEY
+            hint = unknown_key_hint(problem.path, data) if unknown else problem.hint
+            found.append(replace(problem, path=pruned.original(problem.path), hint=hint))
+        pruned.remove_all([(p.path, p.rule == UNKNOWN_KEY) for p in problems])
+        if pruned.everything:
+            break
+    return None, found
+
+
+class _All(Collection[str]):
+    """Holds every name."""
+
+    def __contains__(self, _: object) -> bool:
+        return True
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(())
+
+    def __len__(self) -> int:
+        return 0
+
+
+def _missing(pruned: Pruned) -> Collection[str]:
+    return _All() if pruned.whole_kinds else pruned.names
+
+
+def _located(problems: list[Problem], root: Node, name: str) -> list[Problem]:
+    """Problems at their places and lines in the file, in that order and each once."""
+    located: dict[Problem, int] = {}
+    for problem in problems:
+        path, line = root.locate(problem.path)
+        located[replace(problem, path=path, where=f"{name}:{line}")] = line
+    return sorted(located, key=lambda problem: located[problem])

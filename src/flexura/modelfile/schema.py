@@ -1,0 +1,51 @@
+"""The JSON Schema of model files, for editors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexura.mechanism import Mechanism
+from flexura.modelfile.reader import VERSION
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_AXIS = {"enum": ["x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"]}
+_DIRECTIONS = {
+    "Rotation": ("axis",),
+    "CircularPattern": ("axis",),
+    "MirrorPattern": ("normal",),
+    "Cylinder": ("axis",),
+    "Link": ("reference",),
+    "Flexure": ("reference",),
+}
+_SHORTHAND = {"anyOf": [{"type": "string"}, {"type": "number"}]}
+
+
+def schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a model file: the description, and the shorthand that files allow."""
+    result = Mechanism.model_json_schema()
+    parts = result["$defs"]
+    for part, keys in _DIRECTIONS.items():
+        for key in keys:
+            _also(parts[part]["properties"], key, _AXIS)
+    for key in ("rotate", "pattern"):
+        _also(parts["Instance"]["properties"], key, parts["Instance"]["properties"][key]["items"])
+    superelement = parts["Superelement"]["properties"]
+    superelement["units"] = {
+        "type": "object",
+        "properties": {key: {"type": "string"} for key in ("length", "mass", "time")},
+        "additionalProperties": False,
+        "description": "units in which the matrices are given; SI where left out",
+    }
+    del parts["Parameter"]["properties"]["unit"]
+    parts["Support"] = {"anyOf": [{"const": "clamped"}, parts["Support"]]}
+    parameters = result["properties"]["parameters"]
+    parameters["additionalProperties"] = {"anyOf": [*_SHORTHAND["anyOf"], parameters["additionalProperties"]]}
+    result["properties"]["flexura"] = {"const": VERSION, "description": "version of the file format"}
+    return {"$schema": _DIALECT, **result, "title": "flexura model file"}
+
+
+def _also(properties: dict[str, Any], key: str, alternative: dict[str, Any]) -> None:
+    """Let a property have another form as well."""
+    old = properties[key]
+    about = {name: old.pop(name) for name in ("default", "description", "title") if name in old}
+    properties[key] = {"anyOf": [alternative, *old.pop("anyOf", [old])], **about}

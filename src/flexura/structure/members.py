@@ -1,0 +1,167 @@
+"""The members of one part or of several in one table: materials, sections and element matrices without Python loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import SectionProperties, element
+from flexura.beam.tapered import gauss_stations, tapered
+from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism.substructure import Mechanism
+from flexura.structure.sections import SectionGroups
+from flexura.structure.slots import Index, SlotTable
+
+Array = NDArray[np.float64]
+Stations = list[tuple[Index, SectionProperties]]
+"""Tapered elements and their sections (..., e', stations)."""
+
+STATIONS, WEIGHTS = gauss_stations(6)
+"""Gauss rule of a tapered element."""
+
+
+class Elements:
+    """Matrices of beam elements in their own axes, each worked out when first asked for.
+
+    K, M: (..., e, 12, 12); flexibility C: (..., e, 6, 6), end j loaded with end i clamped; length: (..., e), m.
+    """
+
+    def __init__(
+        self,
+        moduli: tuple[Array, Array, Array],
+        sections: SectionProperties,
+        stations: Stations,
+        length: Array,
+        flags: tuple[Array, Array],
+    ) -> None:
+        self._E, self._G, self._rho = moduli
+        self._sections, self._stations = sections, stations
+        self.length = length
+        self._shear, self._rotary = flags
+
+    @cached_property
+    def _tapered(self) -> list[tuple[Index, Array, Array]]:
+        """Flexibility and mass of the tapered elements."""
+        found = []
+        for at, sections in self._stations:
+            moduli = (self._E[..., at], self._G[..., at], self._rho[..., at])
+            flags = (self._shear[at], self._rotary[at])
+            found.append((at, *tapered(*moduli, sections, self.length[..., at], *flags, STATIONS, WEIGHTS)))
+        return found
+
+    @cached_property
+    def K(self) -> Array:
+        """Stiffness (..., e, 12, 12)."""
+        K = element.stiffness(self._E, self._G, self._sections, self.length, self._shear)
+        for at, C, _ in self._tapered:
+            K[..., at, :, :] = element.stiffness_from_flexibility(C, self.length[..., at])
+        return K
+
+    @cached_property
+    def M(self) -> Array:
+        """Mass (..., e, 12, 12)."""
+        phi = element.phi(self._E, self._G, self._sections, self.length, self._shear)
+        M = element.mass(self._rho, self._sections, self.length, *phi, self._rotary)
+        for at, _, own in self._tapered:
+            M[..., at, :, :] = own
+        return M
+
+    @cached_property
+    def C(self) -> Array:
+        """Flexibility (..., e, 6, 6)."""
+        C = element.flexibility(self._E, self._G, self._sections, self.length, self._shear)
+        for at, own, _ in self._tapered:
+            C[..., at, :, :] = own
+        return C
+
+
+class ElementSlice:
+    """A run of consecutive elements of a larger table."""
+
+    def __init__(self, whole: Elements, start: int, stop: int) -> None:
+        self._whole, self._own = whole, slice(start, stop)
+
+    @property
+    def K(self) -> Array:
+        """Stiffness (..., e, 12, 12)."""
+        return self._whole.K[..., self._own, :, :]
+
+    @property
+    def M(self) -> Array:
+        """Mass (..., e, 12, 12)."""
+        return self._whole.M[..., self._own, :, :]
+
+    @property
+    def C(self) -> Array:
+        """Flexibility (..., e, 6, 6)."""
+        return self._whole.C[..., self._own, :, :]
+
+    @property
+    def length(self) -> Array:
+        """Lengths (..., e), m."""
+        return self._whole.length[..., self._own]
+
+
+class Members:
+    """Slots and groups of a list of members; elements are numbered member by member."""
+
+    def __init__(self, members: Sequence[Link | Flexure], mechanism: Mechanism, slots: SlotTable) -> None:
+        self.counts = np.array([m.elements for m in members], dtype=np.intp)
+        self.first = np.concatenate([[0], np.cumsum(self.counts)]).astype(np.intp)
+        self.element_member = np.repeat(np.arange(len(self.counts)), self.counts)
+        materials = [mechanism.material(m.material) for m in members]
+        self._E = np.array([slots.add(m.E) for m in materials], dtype=np.intp)
+        self._rho = np.array([slots.add(m.rho) for m in materials], dtype=np.intp)
+        self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
+        elastic = [m.nu if m.nu is not None else m.G for m in materials]
+        self._nu_or_G = np.array([slots.add(v) for v in elastic if v is not None], dtype=np.intp)
+        groups = SectionGroups(slots)
+        for position, member in enumerate(members):
+            own = member.section if isinstance(member, Link) else None
+            groups.add(position, member, mechanism.sections[own] if isinstance(own, str) else own)
+        self.groups = groups.freeze()
+        self._at = [self.first[group.index][:, None] + np.arange(n) for group, n, _ in self.groups]
+        self._middle = [(np.arange(n) + 0.5) / n for _, n, _ in self.groups]
+        self.is_round = np.zeros(len(self.counts), dtype=bool)
+        for group, _, _ in self.groups:
+            self.is_round[group.index] = group.kind[0] in ("round", "circle", "tube")
+        theories = [m.theory or mechanism.theory for m in members]
+        self.shear = np.array([t == "timoshenko" for t in theories], dtype=float)
+        self.rotary = np.array([t != "euler_bernoulli" for t in theories], dtype=float)
+        self._flags = (self.shear[self.element_member], self.rotary[self.element_member])
+
+    def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
+        """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
+        E, rho, other = values[..., self._E], values[..., self._rho], values[..., self._nu_or_G]
+        if self._has_nu.all():
+            return E, rho, other, E / (2 * (1 + other))
+        nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
+        return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
+
+    def section_properties(self, values: Array, nu: Array, length: Array) -> tuple[SectionProperties, Stations]:
+        """Sections (..., e) at the middle of every element, and of tapered ones at all their stations as well."""
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        table = np.empty((6, *lead, self.first[-1]))
+        stations: Stations = []
+        for (group, n, is_tapered), at, middle in zip(self.groups, self._at, self._middle, strict=True):
+            own = (values, nu[..., group.index], length[..., group.index])
+            for row, value in zip(table, group.properties(*own, middle), strict=True):
+                row[..., at] = value
+            if is_tapered:
+                fractions = ((np.arange(n)[:, None] + STATIONS) / n).ravel()
+                fields = group.properties(*own, fractions)
+                shape, every = (*lead, at.size, len(STATIONS)), (*lead, len(group.index), fractions.size)
+                at_stations = SectionProperties(*(np.broadcast_to(f, every).reshape(shape) for f in fields))
+                stations.append((at.ravel(), at_stations))
+        return SectionProperties(*table), stations
+
+    def elements(self, values: Array, length: Array) -> Elements:
+        """Elements for slot values (..., s) and member lengths (..., m), m."""
+        E, rho, nu, G = self.moduli(values)
+        sections, stations = self.section_properties(values, nu, length)
+        m = self.element_member
+        moduli = (E[..., m], G[..., m], rho[..., m])
+        return Elements(moduli, sections, stations, (length / self.counts)[..., m], self._flags)

@@ -1,0 +1,88 @@
+"""Writing SI floats as text with units that reads back to exactly the same float."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cache
+
+from flexura.units.parse import Exponents, parse_unit, to_si
+
+_PRETTY = (
+    ("mm", "m", "um", "km", "nm"),
+    ("mm^2", "m^2"),
+    ("mm^3", "m^3"),
+    ("mm^4", "m^4"),
+    ("kg", "g", "mg"),
+    ("kg*m^2", "g*mm^2", "kg*mm^2"),
+    ("kg/m^3",),
+    ("GPa", "MPa", "kPa", "Pa"),
+    ("N", "mN", "kN", "uN"),
+    ("N/m", "N/um", "N/mm"),
+    ("N*m/rad", "N*mm/rad"),
+    ("s", "ms", "us"),
+    ("Hz", "kHz"),
+    ("m/s",),
+    ("m/s^2",),
+    ("W",),
+    ("K",),
+    ("A",),
+)
+"""Units to choose from, by dimension; the first is preferred."""
+_ANGLES = ("deg", "rad")
+
+
+def format_number(value: float) -> str:
+    """The shortest decimal text of a float that reads back to it, without a trailing `.0`."""
+    return repr(float(value)).removesuffix(".0")
+
+
+def format_quantity(value: float, exponents: Exponents, *, angle: bool = False) -> str:
+    """Write an SI value with a unit, e.g. `0.3 mm`, `71.7 GPa`, `90 deg`; pure numbers carry none.
+
+    Of the customary units of the dimension, takes the one with the fewest digits that reads back to exactly
+    the same float, and the coherent SI unit when there is none.
+    """
+    if angle:
+        units: tuple[str, ...] = _ANGLES
+    elif not any(exponents):
+        return format_number(value)
+    else:
+        units = _customary().get(exponents, ())
+    written = [text for unit in units if (text := _exact(value, unit)) is not None]
+    if not written:
+        return f"{format_number(value)} {_base_unit(exponents)}"
+    return min(written, key=_clumsiness)
+
+
+@cache
+def _customary() -> dict[Exponents, tuple[str, ...]]:
+    return {parse_unit(units[0])[1]: units for units in _PRETTY}
+
+
+def _exact(value: float, unit: str) -> str | None:
+    """`value` in the unit when that text reads back to exactly `value`."""
+    factor, _ = parse_unit(unit)
+    scaled = float(Fraction(value) / factor)
+    for digits in (6, 9, 12, 15):
+        rounded = float(f"{scaled:.{digits}g}")
+        if to_si(repr(rounded), factor) == value:
+            return f"{format_number(rounded)} {unit}"
+    return f"{format_number(scaled)} {unit}" if to_si(repr(scaled), factor) == value else None
+
+
+def _clumsiness(text: str) -> tuple[bool, int, int]:
+    """Texts with an exponent, or with many digits, are the harder to read."""
+    number = text.partition(" ")[0].lstrip("-")
+    return "e" in number, len(number.replace(".", "").lstrip("0")), len(text)
+
+
+def _base_unit(exponents: Exponents) -> str:
+    length, mass, time, current, temperature = exponents
+    powers = {"kg": mass, "m": length, "s": time, "A": current, "K": temperature}
+    parts = []
+    for symbol, power in powers.items():
+        if power == 1:
+            parts.append(symbol)
+        elif power:
+            parts.append(f"{symbol}^{power}" if power.denominator == 1 else f"{symbol}^({power})")
+    return "*".join(parts) or "rad"

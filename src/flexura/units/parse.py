@@ -1,0 +1,195 @@
+"""Reading the text of units.
+
+Only the plain name of a unit goes to the unit library, each distinct one once; it never sees a number.
+Dimensions are exponents of (length, mass, time, current, temperature).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from difflib import get_close_matches
+from fractions import Fraction
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any
+
+from flexura.errors import ExpressionError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+Exponents = tuple[Fraction, Fraction, Fraction, Fraction, Fraction]
+"""Exponents of length, mass, time, electric current and temperature."""
+
+NO_DIMENSION: Exponents = (Fraction(0), Fraction(0), Fraction(0), Fraction(0), Fraction(0))
+MAX_LENGTH = 60
+MAX_QUANTITY_LENGTH = 1000
+MAX_EXPONENT = 12
+_RATIONAL = 10**40
+"""Factors with larger denominators hold digits of pi, and are rounded: 60 deg is math.radians(60)."""
+
+_BASE = ("[length]", "[mass]", "[time]", "[current]", "[temperature]")
+_ALLOWED = re.compile(r"[A-Za-z0-9µμ°%*/^(). \-]+")
+_TOKEN = re.compile(r"\s*(?:([A-Za-zµμ°%]+)|(-?\d{1,2}(?:/\d{1,2})?)|(\*\*|[*/^()]))", re.ASCII)
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_FAMILIAR = (
+    *("m", "mm", "um", "nm", "cm", "km", "in", "g", "kg", "mg", "t", "s", "ms", "us", "Hz", "kHz"),
+    *("N", "mN", "kN", "uN", "Pa", "kPa", "MPa", "GPa", "rad", "mrad", "urad", "deg", "K", "A"),
+    *("N/m", "N/mm", "N/um", "kg/m^3", "g/cm^3", "kg*m^2", "g*mm^2", "mm^2", "mm^4"),
+    *("N*m", "N*mm", "N*m/rad", "N*mm/rad", "N/rad"),
+)
+
+
+@lru_cache(maxsize=1024)
+def parse_unit(text: str) -> tuple[Fraction, Exponents]:
+    """Read a unit such as `mm`, `N*m/rad`, `kg/m^3`, `kg/(m*s^2)` or `deg`.
+
+    Returns the factor to the coherent SI unit, and the exponents of its dimension; angles are pure numbers.
+    Raises ExpressionError when the text is no unit, or one with an offset (degC) or a logarithm (dB).
+    """
+    if len(text) > MAX_LENGTH or not _ALLOWED.fullmatch(text):
+        raise _not_a_unit(text)
+    return _Reader(text).read()
+
+
+def parse_quantity(text: str) -> tuple[float, Exponents]:
+    """Read a number followed by a unit, such as `0.3 mm`: value in SI, rounded once, and dimension.
+
+    Raises ExpressionError when the text is not that.
+    """
+    stripped = text.strip()
+    match = _NUMBER.match(stripped) if len(stripped) <= MAX_QUANTITY_LENGTH else None
+    if match is None:
+        raise ExpressionError(f"{text[:40]!r} is not a number with a unit", "write it like 0.3 mm")
+    unit = stripped[match.end() :].strip()
+    if unit[:1] == "[" and unit[-1:] == "]":
+        unit = unit[1:-1]
+    factor, exponents = parse_unit(unit) if unit else (Fraction(1), NO_DIMENSION)
+    return to_si(match[0], factor), exponents
+
+
+def to_si(number: str, factor: Fraction) -> float:
+    """The decimal text of a number times the factor of its unit, rounded once: 0.3 mm is the float 0.3e-3.
+
+    Raises ExpressionError when it is not finite.
+    """
+    value = float(number)
+    if value and math.isfinite(value):
+        try:
+            value = float(Fraction(number) * factor)
+        except OverflowError:
+            value = math.inf
+    if not math.isfinite(value):
+        raise ExpressionError("a number must be finite")
+    return value
+
+
+class _Reader:
+    """Recursive descent over a product of factors: a name with a power, 1, or a product in parentheses."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.tokens: list[tuple[str, str, str]] = []
+        position = 0
+        while position < len(text.rstrip()):
+            match = _TOKEN.match(text, position)
+            if match is None:
+                raise _not_a_unit(text)
+            self.tokens.append((match[1] or "", match[2] or "", match[3] or ""))
+            position = match.end()
+        self.tokens.append(("", "", ""))
+        self.at = 0
+
+    def read(self) -> tuple[Fraction, Exponents]:
+        result = self.product()
+        if self.at != len(self.tokens) - 1:
+            raise _not_a_unit(self.text)
+        return result
+
+    def take(self, *operators: str) -> str:
+        operator = self.tokens[self.at][2]
+        if operator and operator in operators:
+            self.at += 1
+            return operator
+        return ""
+
+    def product(self) -> tuple[Fraction, Exponents]:
+        factor, exponents = self.factor()
+        while operator := self.take("*", "/"):
+            other, more = self.factor()
+            sign = 1 if operator == "*" else -1
+            factor *= other**sign
+            exponents = _sum(exponents, more, Fraction(sign))
+        return factor, exponents
+
+    def factor(self) -> tuple[Fraction, Exponents]:
+        name, number, _ = self.tokens[self.at]
+        if self.take("("):
+            factor, exponents = self.product()
+            if not self.take(")"):
+                raise _not_a_unit(self.text)
+        elif name or number == "1":
+            self.at += 1
+            factor, exponents = _unit(name) if name else (Fraction(1), NO_DIMENSION)
+        else:
+            raise _not_a_unit(self.text)
+        return self.power(factor, exponents) if name and self.take("^", "**") else (factor, exponents)
+
+    def power(self, factor: Fraction, exponents: Exponents) -> tuple[Fraction, Exponents]:
+        parenthesis = self.take("(")
+        number = self.tokens[self.at][1]
+        self.at += 1
+        if not number or number.endswith("/0") or (parenthesis and not self.take(")")):
+            raise _not_a_unit(self.text)
+        if "/" in number and not parenthesis:
+            raise _not_a_unit(self.text)
+        power = Fraction(number)
+        if abs(power) > MAX_EXPONENT:
+            raise ExpressionError(f"an exponent of a unit is at most {MAX_EXPONENT}")
+        raised = factor**power if power.denominator == 1 else Fraction(float(factor) ** float(power))
+        return Fraction(raised), _sum(NO_DIMENSION, exponents, power)
+
+
+def _sum(a: Exponents, b: Exponents, times: Fraction) -> Exponents:
+    length, mass, time, current, temperature = (x + times * y for x, y in zip(a, b, strict=True))
+    return length, mass, time, current, temperature
+
+
+@cache
+def _registry() -> UnitRegistry:
+    from pint import UnitRegistry
+
+    exact: Any = Fraction
+    return UnitRegistry(non_int_type=exact, cache_folder=None)
+
+
+@lru_cache(maxsize=1024)
+def _unit(name: str) -> tuple[Fraction, Exponents]:
+    """Exact factor and dimension of one unit, prefix included."""
+    registry: Any = _registry()
+    try:
+        unit = registry.parse_units(name)
+        factor = Fraction(registry.get_base_units(unit)[0])
+        dimensionality = dict(registry.get_dimensionality(unit))
+        at_zero = registry.Quantity(Fraction(0), unit).to_base_units().magnitude
+    except Exception as error:  # the unit library raises many kinds for text that is no unit
+        raise _not_a_unit(name) from error
+    if at_zero != 0:
+        raise ExpressionError(f"{name} has an offset or a logarithm in it", "use K for temperatures")
+    if not dimensionality.keys() <= set(_BASE):
+        raise ExpressionError(f"{name} is not a unit of mechanics", _FORMS)
+    if factor.denominator > _RATIONAL:
+        factor = Fraction(float(factor))
+    length, mass, time, current, temperature = (Fraction(dimensionality.get(base, 0)) for base in _BASE)
+    return factor, (length, mass, time, current, temperature)
+
+
+def _not_a_unit(text: str) -> ExpressionError:
+    shown = text if len(text) <= 40 else text[:37] + "..."
+    lowered = {unit.lower(): unit for unit in reversed(_FAMILIAR)}
+    close = get_close_matches(text.strip().lower()[:40], lowered, n=3)
+    hint = f"did you mean {' or '.join(lowered[c] for c in close)}?" if close else _FORMS
+    return ExpressionError(f"{shown!r} is not a unit", hint)
+
+
+_FORMS = "units are written like mm, N*m/rad, kg/m^3, deg"

@@ -1,0 +1,115 @@
+"""What a viewer far away sees of solids: faces turned away left out, the others shaded, outlines found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.view.meshes import Array, Index, normals
+from flexura.view.raster import Triangles, of_faces, of_lines
+
+_SHARP = np.cos(np.deg2rad(40))
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A direction of view: elevation above the xy plane and azimuth from the x axis, both in degrees."""
+
+    elev: float
+    azim: float
+
+    @property
+    def axes(self) -> Array:
+        """Unit vectors (3, 3) as rows: to the right of the picture, up in it, and towards the viewer."""
+        e, a = np.deg2rad([self.elev, self.azim])
+        right = np.array([-np.sin(a), np.cos(a), 0.0])
+        towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        return np.stack([right, np.cross(towards, right), towards])
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a camera's image lies in a picture: `scale`, pixels per metre, and `origin` (2,), pixels, the image of
+    the global origin, from the lower left corner."""
+
+    camera: Camera
+    scale: float
+    origin: Array
+
+    def pixels(self, points: Array) -> Array:
+        """Image of points (..., 3), m: x to the right, y up, z towards the viewer, pixels."""
+        image = points @ self.camera.axes.T * self.scale
+        image[..., :2] += self.origin
+        return image
+
+    @staticmethod
+    def fitting(camera: Camera, points: Array, low: Array, high: Array) -> View:
+        """The view in which points (n, 3), m, fill the area between two corners (2,), pixels."""
+        image = points @ camera.axes[:2].T
+        first, last = image.min(axis=0), image.max(axis=0)
+        scale = float(((high - low) / np.maximum(last - first, 1e-12)).min())
+        return View(camera, scale, (low + high) / 2 - scale * (first + last) / 2)
+
+
+def painted(
+    view: View, points: Array, faces: Index, colours: Array, outline: float, ambient: float, fill: bool = True
+) -> Triangles:
+    """Visible faces of closed surfaces, shaded, and their outlines.
+
+    points: (v, 3), m; faces: (f, 4); colours: (f, 4, 3), RGB at the corners; outline: width of outlines, pixels, 0
+    for none; ambient: brightness of faces that get no light.
+    """
+    area = normals(points, faces)
+    length = np.linalg.norm(area, axis=1)
+    unit = area / np.where(length > 0, length, 1.0)[:, None]
+    front = unit @ view.camera.axes[2] > 1e-9
+    shade = (ambient + (1 - ambient) * _lit(unit, view.camera))[:, None, None]
+    image = view.pixels(points)
+    parts = [of_faces(image[faces[front]], (colours * shade)[front])] if fill else []
+    if outline:
+        ends, pair, sharp = outlines(faces, unit, front)
+        seen = np.where(front[pair[:, 0]], pair[:, 0], pair[:, 1])
+        width = np.where(sharp, outline, 1.2 * outline)
+        parts.append(of_lines(image[ends], 0.45 * colours[seen].mean(axis=1), width, lift=3 * outline))
+    return Triangles.joined(parts)
+
+
+def outlines(faces: Index, unit: Array, front: NDArray[np.bool_]) -> tuple[Index, Index, NDArray[np.bool_]]:
+    """Edges to draw: sharp ones next to a visible face, and the silhouette.
+
+    unit: normals (f, 3); front: (f,), whether a face is turned to the viewer. Returns end points (k, 2), the two
+    faces of each (k, 2), and whether it is sharp (k,).
+    """
+    a, b = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    owner = np.repeat(np.arange(len(faces)), 4)
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    proper = low < high
+    low, high, owner = low[proper], high[proper], owner[proper]
+    order = np.lexsort((high, low))
+    low, high, owner = low[order], high[order], owner[order]
+    twice = np.flatnonzero((low[:-1] == low[1:]) & (high[:-1] == high[1:]))
+    pair = np.stack([owner[twice], owner[twice + 1]], axis=-1)
+    one, other = front[pair].T
+    sharp = np.einsum("ij,ij->i", unit[pair[:, 0]], unit[pair[:, 1]]) < _SHARP
+    drawn = (sharp & (one | other)) | (one != other)
+    return np.stack([low[twice], high[twice]], axis=-1)[drawn], pair[drawn], sharp[drawn]
+
+
+def _lit(unit: Array, camera: Camera) -> Array:
+    """Share of light (f,) on faces with normals (f, 3); it comes from the upper left behind the viewer."""
+    light = np.array([-0.45, 0.75, 0.8]) @ camera.axes
+    return np.maximum(unit @ (light / np.linalg.norm(light)), 0.0)
+
+
+def default_camera(low: Array, high: Array) -> Camera:
+    """A view from the front right, steeper on flat mechanisms, for a bounding box (3,), m."""
+    extent = high - low
+    flat = extent / max(float(extent.max()), 1e-300) < 0.2
+    if flat[2] and not flat[:2].any():
+        return Camera(48.0, -60.0)
+    if flat[1] and not flat[[0, 2]].any():
+        return Camera(22.0, -65.0)
+    if flat[0] and not flat[1:].any():
+        return Camera(22.0, -25.0)
+    return Camera(26.0, -56.0)

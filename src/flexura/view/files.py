@@ -1,0 +1,86 @@
+"""Pictures as PNG files, each written whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexura.errors import OptionError
+from flexura.structure import FullOrderModel
+from flexura.view.pictures import DPI, draw_mechanism, draw_mode, draw_sheet
+from flexura.view.solids import node_motions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def save_pictures(
+    model: FullOrderModel, shapes: ArrayLike, titles: list[str], subtitles: list[str], folder: Path | str
+) -> list[Path]:
+    """Write `mechanism.png`, `mode_01.png` and so on, and `modes.png` with the first six modes on one sheet.
+
+    shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles:
+    k each. The folder is made when it is missing. All pictures are drawn before any is written, and every file
+    appears complete or not at all; files of the same names are replaced. Returns the paths in the order above; no
+    sheet without modes. Raises OptionError when the folder cannot be written to, or when shapes, titles and
+    subtitles do not fit together.
+    """
+    u = np.asarray(shapes, dtype=float)
+    if u.ndim != 3 or not u.shape[2] == len(titles) == len(subtitles):
+        raise OptionError(
+            "shapes have shape (nodes, 6, modes), with a title and a subtitle for each mode; "
+            f"found {u.shape}, {len(titles)} titles and {len(subtitles)} subtitles"
+        )
+    for k in range(u.shape[2]):
+        node_motions(model, u[:, :, k])
+    target = _folder(Path(folder))
+    pictures = {"mechanism.png": _png(draw_mechanism(model))}
+    for k, (title, subtitle) in enumerate(zip(titles, subtitles, strict=True)):
+        pictures[f"mode_{k + 1:02d}.png"] = _png(draw_mode(model, u[:, :, k], title=title, subtitle=subtitle))
+    if titles:
+        pictures["modes.png"] = _png(draw_sheet(model, u, titles, subtitles))
+    return write_files(pictures, target)
+
+
+def write_files(contents: dict[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder by way of temporary ones, so that each appears complete or not at all.
+
+    Temporary files are removed when anything goes wrong. Raises OptionError when the folder cannot be written to.
+    """
+    staged: list[tuple[str, Path]] = []
+    try:
+        with tempfile.TemporaryDirectory(prefix=".flexura-", dir=folder) as scratch:
+            for name, content in contents.items():
+                path = Path(scratch) / name
+                path.write_bytes(content)
+                staged.append((str(path), folder / name))
+            for source, path in staged:
+                os.replace(source, path)
+    except OSError as error:
+        raise OptionError(f"cannot write pictures to {folder}: {error.strerror or error}") from None
+    return [path for _, path in staged]
+
+
+def _folder(folder: Path) -> Path:
+    """The folder, made when it is missing."""
+    if folder.exists() and not folder.is_dir():
+        raise OptionError(f"pictures go to a folder, but {folder} is a file")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OptionError(f"cannot make the folder {folder}: {error.strerror or error}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OptionError(f"cannot write pictures to {folder}: permission denied")
+    return folder
+
+
+def _png(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    return buffer.getvalue()

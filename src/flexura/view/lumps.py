@@ -1,0 +1,241 @@
+"""Rigid bodies, point masses, springs and superelements as solids and lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexura.mechanism import Box, Cylinder, Plate, PointMass, RigidBody, Rotation, Spring
+from flexura.mechanism.evaluation import evaluated, parameter_values
+from flexura.mechanism.placement import rotation_matrix
+from flexura.structure import FullOrderModel
+from flexura.structure.lumps import inertia_tensor
+from flexura.structure.part import Part
+from flexura.view.meshes import Array, Mesh, box, cylinder, sphere
+from flexura.view.scene import Collector, Kind
+
+_STEEL = 7850.0
+_SPRING_LENGTH = 0.09
+"""Drawn length of a spring that has none of its own, relative to the mechanism."""
+
+
+@dataclass(frozen=True)
+class _Copy:
+    """One placed copy of a part: Q (3, 3) into the global frame, node positions x (n, 3), m, and displacements
+    u (n, 6), global frame."""
+
+    Q: Array
+    x: Array
+    u: Array
+
+    def attached(self, node: int, points: Array) -> Array:
+        """Motions (p, 3) of points (p, 3), global frame, fixed to a node."""
+        return self.u[node, :3] + np.cross(self.u[node, 3:], points - self.x[node])
+
+
+def add_lumps(collector: Collector, model: FullOrderModel, u: Array) -> None:
+    """Add the parts of a mechanism that are not members; u (n_nodes, 6) are the displacements of its nodes."""
+    plan, geometry = model.plan, model.geometry
+    values = parameter_values(plan.mechanism, model.parameters)
+    size = collector.size
+    bodies = sum(len(plan.topology.placed[name].paths) * len(part.bodies) for name, part in plan.parts.items())
+    cell = size / (20 if bodies <= 20 else 8)
+    for name, part in plan.parts.items():
+        placed = plan.topology.placed[name]
+        prototype = plan.layout.prototypes[name]
+        drawn = _Drawn(
+            part,
+            {key: evaluated(body, values) for key, body in prototype.bodies.items()},
+            {key: evaluated(mass, values) for key, mass in prototype.masses.items()},
+            {key: evaluated(spring, values) for key, spring in prototype.springs.items()},
+            _member_arms(part, geometry.parts[name].offsets),
+        )
+        for number, offset in zip(placed.number, placed.offset, strict=True):
+            span = slice(offset, offset + part.n_nodes)
+            copy = _Copy(geometry.Q[number], geometry.positions[span], u[span])
+            drawn.add(collector, copy, geometry.t[number], size, cell)
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """The lumps of a part with all numbers resolved."""
+
+    part: Part
+    bodies: Mapping[str, RigidBody]
+    masses: Mapping[str, PointMass]
+    springs: Mapping[str, Spring]
+    arms: list[tuple[int, Array]]
+    """Nodes of members and the arms, m, to where the members begin or end."""
+
+    def add(self, collector: Collector, copy: _Copy, origin: Array, size: float, cell: float) -> None:
+        for key, body in self.bodies.items():
+            _add_body(collector, copy, body, self.part.bodies[key][0], self.part, cell)
+        for key, mass in self.masses.items():
+            _add_mass(collector, copy, mass, self.part.points[key][0], size)
+        for key, spring in self.springs.items():
+            at = None if spring.at is None else copy.Q @ _vector(spring.at) + origin
+            _add_spring(collector, copy, spring, self.part.springs[key].nodes, at, size)
+        for nodes, _, _ in self.part.superelements.values():
+            _add_star(collector, copy, nodes)
+        for node, arm in self.arms:
+            _add_arm(collector, copy, node, copy.x[node] + copy.Q @ arm)
+
+
+def _member_arms(part: Part, offsets: Array) -> list[tuple[int, Array]]:
+    """Offsets (m, 2, 3), m, that are not zero, with their nodes."""
+    return [(int(part.ends[m, end]), offsets[m, end]) for m, end in np.argwhere(np.any(offsets, axis=-1))]
+
+
+def _vector(values: object) -> Array:
+    return np.array(values, dtype=float)
+
+
+def _turned(rotation: Rotation | None) -> Array:
+    return np.eye(3) if rotation is None else rotation_matrix(_vector(rotation.axis), float(rotation.angle))
+
+
+def body_mesh(body: RigidBody, cell: float) -> tuple[Mesh, Kind]:
+    """A body as a mesh about its centre of mass, in the part's axes; numbers of `body` are resolved.
+
+    A body given by mass and inertia becomes the solid box that has them.
+    """
+    kind = Kind.BODY
+    match body.solid:
+        case Box(size=size):
+            mesh = box(_vector(size), cell)
+        case Plate(length=a, width=b, thickness=c):
+            mesh = box(_vector((a, b, c)), cell)
+        case Cylinder(diameter=d, length=length, axis=axis):
+            mesh = cylinder(float(d), float(length), _vector(axis), cell)
+        case _:
+            kind = Kind.EQUIVALENT_BODY
+            size, axes = equivalent_box(float(body.mass or 0.0), inertia_tensor(_vector(body.inertia)))
+            mesh = box(size, cell)
+            mesh = Mesh(mesh.points @ axes.T, mesh.faces)
+    return Mesh(mesh.points @ _turned(body.rotate).T, mesh.faces), kind
+
+
+def equivalent_box(mass: float, inertia: Array) -> tuple[Array, Array]:
+    """Edges (3,), m, and axes (3, 3), columns, of the uniform box with this mass, kg, and inertia (3, 3), kg m^2.
+
+    Where no box has the inertia (one principal moment exceeds the sum of the others) an edge is nearly zero.
+    """
+    diagonal = np.diagonal(inertia)
+    moments, axes = diagonal.copy(), np.eye(3)
+    if abs(inertia - np.diag(diagonal)).max() > 1e-9 * abs(diagonal).max():
+        moments, axes = np.linalg.eigh(inertia)
+        if np.linalg.det(axes) < 0:
+            axes[:, 0] *= -1
+    square = 6 / mass * (moments.sum() - 2 * moments) if mass > 0 else np.zeros(3)
+    largest = max(float(square.max()), 0.0)
+    return np.sqrt(np.maximum(square, 1e-4 * largest)), axes
+
+
+def _add_body(collector: Collector, copy: _Copy, body: RigidBody, node: int, part: Part, cell: float) -> None:
+    mesh, kind = body_mesh(body, cell)
+    centre = copy.x[node]
+    points = mesh.points @ copy.Q.T + centre
+    faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces
+    if np.ptp(mesh.points, axis=0).max() > 0:
+        collector.mesh(Mesh(points, faces), copy.attached(node, points), kind)
+    if kind is Kind.EQUIVALENT_BODY:
+        collector.dot(centre, copy.u[node, :3], Kind.CENTRE)
+    for carried in part.carried.get(node, []):
+        _add_arm(collector, copy, node, copy.x[carried])
+
+
+def _add_arm(collector: Collector, copy: _Copy, node: int, end: Array) -> None:
+    """A rigid arm from a node to a point, cut up so that it is hidden where it runs inside a solid."""
+    if np.linalg.norm(end - copy.x[node]) > 1e-9 * (1e-3 + abs(end).max()):
+        points = copy.x[node] + np.linspace(0, 1, 9)[:, None] * (end - copy.x[node])
+        collector.path(points, copy.attached(node, points), Kind.ARM)
+
+
+def _add_mass(collector: Collector, copy: _Copy, mass: PointMass, node: int, size: float) -> None:
+    """A ball of steel of that mass, within limits that keep it visible."""
+    radius = (3 * float(mass.mass) / (4 * np.pi * _STEEL)) ** (1 / 3)
+    ball = sphere(float(np.clip(radius, 0.012 * size, 0.04 * size)))
+    at = copy.x[node] + copy.Q @ _vector(mass.offset)
+    points = ball.points + at
+    collector.mesh(Mesh(points, ball.faces), copy.attached(node, points), Kind.MASS)
+    _add_arm(collector, copy, node, at)
+
+
+def _add_star(collector: Collector, copy: _Copy, nodes: list[int]) -> None:
+    """Lines from the middle of a superelement's nodes to each of them."""
+    middle, motion = copy.x[nodes].mean(axis=0), copy.u[nodes, :3].mean(axis=0)
+    s = np.linspace(0, 1, 9)[:, None]
+    for node in nodes:
+        if len(nodes) > 1:
+            path = middle + s * (copy.x[node] - middle)
+            collector.path(path, motion + s * (copy.u[node, :3] - motion), Kind.SUPERELEMENT)
+    collector.dot(middle, motion, Kind.SUPERELEMENT)
+
+
+def _add_spring(
+    collector: Collector, copy: _Copy, spring: Spring, nodes: list[int], at: Array | None, size: float
+) -> None:
+    """A zigzag between two nodes, or from a node along the stiffest direction to ground."""
+    length = _SPRING_LENGTH * size
+    a = nodes[0]
+    if len(nodes) == 1:
+        start = copy.x[a] if at is None else at
+        _add_arm(collector, copy, a, start)
+        way = _stiffest(spring, copy) * length
+        motion = copy.attached(a, start[None])[0]
+        _add_zigzag(collector, (start, start + way), (motion, np.zeros(3)), size, end_plate=True)
+        return
+    b = nodes[1]
+    span = copy.x[b] - copy.x[a]
+    if at is None and np.linalg.norm(span) > 0.2 * length:
+        _add_zigzag(collector, (copy.x[a], copy.x[b]), (copy.u[a, :3], copy.u[b, :3]), size)
+        return
+    middle = copy.x[[a, b]].mean(axis=0) if at is None else at
+    distance = np.linalg.norm(span)
+    way = span / distance if distance > 0.01 * length else _stiffest(spring, copy)
+    ends = (middle - way * length / 2, middle + way * length / 2)
+    motions = (copy.attached(a, ends[0][None])[0], copy.attached(b, ends[1][None])[0])
+    for node, end in zip((a, b), ends, strict=True):
+        _add_arm(collector, copy, node, end)
+    _add_zigzag(collector, ends, motions, size)
+
+
+def _stiffest(spring: Spring, copy: _Copy) -> Array:
+    """Direction (3,), global frame, in which a spring resists most; its rotations count when no translation does."""
+    if spring.matrix is not None:
+        K = _vector(spring.matrix)
+    else:
+        s = spring.stiffness
+        K = np.diag(_vector((s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))) if s is not None else np.zeros((6, 6))
+    block = K[:3, :3] if abs(K[:3, :3]).max() > 0 else K[3:, 3:]
+    direction = np.linalg.eigh(block)[1][:, -1]
+    direction = direction * (-1.0 if direction.sum() > 0 else 1.0)
+    return copy.Q @ _turned(spring.rotate) @ direction
+
+
+def _add_zigzag(
+    collector: Collector, ends: tuple[Array, Array], motions: tuple[Array, Array], size: float, end_plate: bool = False
+) -> None:
+    along = ends[1] - ends[0]
+    length = float(np.linalg.norm(along))
+    if length == 0:
+        return
+    x = along / length
+    side = np.cross(x, np.eye(3)[np.argmin(abs(x))])
+    side /= np.linalg.norm(side)
+    other = np.cross(x, side)
+    width = min(0.02 * size, 0.2 * length)
+    turns = np.arange(49) / 48
+    s = 0.15 + 0.7 * turns
+    angle = 2 * np.pi * 6 * turns
+    coil = np.outer(np.cos(angle), side) + np.outer(np.sin(angle), other)
+    s = np.concatenate([[0, 0.15], s, [0.85, 1.0]])
+    swing = np.concatenate([np.zeros((2, 3)), width * coil, np.zeros((2, 3))])
+    path = ends[0] + s[:, None] * along + swing
+    motion = motions[0] + s[:, None] * (motions[1] - motions[0])
+    collector.path(path, motion, Kind.SPRING)
+    if end_plate:
+        cross = 1.4 * width * np.stack([side, other, -side, -other, side])
+        collector.path(ends[1] + cross, np.zeros((5, 3)) + motions[1], Kind.SPRING)

@@ -1,0 +1,179 @@
+"""Members as solids: their true sections along the length, bent with the shape functions of their elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import SectionProperties, shape_functions
+from flexura.structure.part import Part, PartGeometry
+from flexura.structure.sections import SectionGroup
+from flexura.view.meshes import Array, Index, loft_faces, polygon, square
+
+_ROUND = ("circle", "round", "tube", "constants")
+_VARYING = ("notch", "round", "two_axis")
+
+
+@dataclass(frozen=True)
+class Detail:
+    """How finely members are drawn: segments of uniform and of varying members, sides of round ones.
+
+    `lines` draws axes only.
+    """
+
+    uniform: int
+    varying: int
+    sides: int
+    across: int = 1
+    lines: bool = False
+
+    def segments(self, group: SectionGroup, elements: int) -> int:
+        """Segments along a member of the group."""
+        if self.lines:
+            return self.uniform
+        if group.kind[0] in _VARYING:
+            return max(self.varying, min(elements, 2 * self.varying))
+        return int(np.clip(3 * elements, self.uniform // 2, 2 * self.uniform))
+
+    def faces(self, group: SectionGroup, elements: int) -> int:
+        """Most faces of one member of the group."""
+        if self.lines:
+            return self.uniform
+        around = self.sides * (1 + (group.kind[0] == "tube")) if group.kind[0] in _ROUND else 2 + 2 * self.across
+        return (self.segments(group, elements) + 2) * around
+
+
+LEVELS = (
+    Detail(16, 36, 24, across=2),
+    Detail(10, 20, 14),
+    Detail(5, 12, 8),
+    Detail(2, 6, 6),
+    Detail(4, 4, 0, lines=True),
+)
+
+
+class Surfaces(NamedTuple):
+    """Members of one group in all copies of a part, global frame.
+
+    points, motions: (c, m, p, 3), m, and the motion of each point for the displacements given; faces: (f, 4) over
+    the p points, or lines (l, 2) when members are drawn as lines; is_flexure: (m,).
+    """
+
+    points: Array
+    motions: Array
+    faces: Index
+    is_flexure: NDArray[np.bool_]
+
+
+class Placing(NamedTuple):
+    """Copies of a part: Q (c, 3, 3) and t (c, 3) place it in the global frame; u (c, n, 6) are the displacements
+    of its nodes, global frame."""
+
+    Q: Array
+    t: Array
+    u: Array
+
+    def end_displacements(self, T: Array, connectivity: Index) -> Array:
+        """Displacements (c, e, 12) of the element ends in the elements' axes; rotations are axial vectors."""
+        handed = np.linalg.det(self.Q).round()[:, None, None]
+        own = np.concatenate([self.u[..., :3] @ self.Q, handed * (self.u[..., 3:] @ self.Q)], axis=-1)
+        ends = own[:, connectivity].reshape(len(own), len(connectivity), 12)
+        return np.einsum("eij,cej->cei", T, ends)
+
+
+def member_surfaces(
+    part: Part, values: Array, geometry: PartGeometry, T: Array, placing: Placing, detail: Detail
+) -> Iterator[Surfaces]:
+    """Surfaces of all members of a part, group by group.
+
+    values: (s,) slot values; geometry and T (e, 12, 12) in the part's frame.
+    """
+    if not part.members:
+        return
+    d = placing.end_displacements(T, part.connectivity)
+    _, _, nu, _ = part.table.moduli(values)
+    is_flexure = np.array([hasattr(member, "profile") for member in part.members.values()])
+    start = geometry.positions[part.ends[:, 0]] + geometry.offsets[:, 0]
+    for group, n, _ in part.table.groups:
+        at = group.index
+        L = geometry.length[at]
+        fractions = station_fractions(group, detail.segments(group, n))
+        section = group.properties(values, nu[at], L, fractions)
+        rings = _rings(group, section, L, fractions, detail)
+        along, motion = _stations(part, at, n, L, fractions, d)
+        u, turn = motion[:, :, rings.station, None, :3], motion[:, :, rings.station, None, 3:]
+        local = np.zeros((*rings.across.shape[:-1], 3))
+        local[..., 1:] = rings.across
+        moved = u + np.cross(turn, local)
+        local[..., 0] = along[:, rings.station, None]
+        flat = (len(at), -1, 3)
+        R = geometry.R[at]
+        points = local.reshape(flat) @ R + start[at, None]
+        moved = moved.reshape(len(d), *flat) @ R
+        Qt = np.swapaxes(placing.Q, -1, -2)[:, None]
+        yield Surfaces(points @ Qt + placing.t[:, None, None], moved @ Qt, rings.faces, is_flexure[at])
+
+
+def station_fractions(group: SectionGroup, segments: int) -> Array:
+    """Where along a member (0 to 1) its section is drawn; closer towards the ends of notches, which are steep there."""
+    even = np.linspace(0, 1, segments + 1)
+    if group.kind[0] not in _VARYING:
+        return even
+    steep = (1 - np.cos(np.pi * even)) / 2
+    return steep if group.kind[0] != "two_axis" else (steep + even) / 2
+
+
+class _Rings(NamedTuple):
+    """Rings of points around a member: the station of each (r,), offsets (m, r, sides, 2), m, in local y and z, and
+    the faces between them."""
+
+    station: Index
+    across: Array
+    faces: Index
+
+
+def _rings(group: SectionGroup, section: SectionProperties, L: Array, fractions: Array, detail: Detail) -> _Rings:
+    S = len(fractions)
+    station = np.arange(S)
+    A, Iy, Iz = (np.broadcast_to(value, (len(L), S)) for value in section[:3])
+    if detail.lines:
+        faces = np.stack([station[:-1], station[1:]], axis=-1)
+        return _Rings(station, np.zeros((len(L), S, 1, 2)), faces)
+    if group.kind[0] == "tube":
+        outer = np.sqrt(2 * Iy / A + A / (2 * np.pi))
+        inner = np.sqrt(np.maximum(outer**2 - A / np.pi, 0.0))
+        both = np.concatenate([outer, inner[:, ::-1]], axis=1)
+        across = both[..., None, None] * polygon(detail.sides)
+        return _Rings(np.concatenate([station, station[::-1]]), across, loft_faces(2 * S, detail.sides, cyclic=True))
+    station = np.concatenate([[0], station, [S - 1]])
+    if group.kind[0] in _ROUND:
+        half = np.repeat(np.sqrt(A / np.pi)[..., None], 2, axis=-1)
+        outline = polygon(detail.sides)
+    else:
+        half = np.stack([np.sqrt(3 * Iz / A), np.sqrt(3 * Iy / A)], axis=-1)
+        ratio = 2 * half.mean(axis=1) / (L[:, None] / (S - 1))
+        ny, nz = np.clip(np.median(ratio, axis=0).round(), 1, detail.across).astype(int)
+        outline = square(ny, nz)
+    across = half[:, station, None, :] * outline
+    across[:, [0, -1]] = 0.0
+    return _Rings(station, across, loft_faces(S + 2, len(outline)))
+
+
+def _stations(part: Part, at: Index, n: int, L: Array, fractions: Array, d: Array) -> tuple[Array, Array]:
+    """Positions (m, s), m, of stations along the members and the motion (c, m, s, 6) there, member axes.
+
+    Inside an element the motion follows the shape functions without shear, whatever its section (eq. 12 of the RPR
+    paper): it is exact at the nodes.
+    """
+    k = np.minimum((fractions * n).astype(np.intp), n - 1)
+    one = np.ones(())
+    section = SectionProperties(one, one, one, one, one, one)
+    length = (L / n)[:, None]
+    x = (fractions * n - k) * length
+    N = shape_functions(x, 1.0, 1.0, section, np.broadcast_to(length, x.shape), 0.0)
+    ends = d[:, part.first[at][:, None] + k]
+    return fractions * L[:, None], np.einsum("msij,cmsj->cmsi", N, ends)

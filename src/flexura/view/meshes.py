@@ -1,0 +1,110 @@
+"""Surfaces as quadrilaterals: lofts through rings, boxes, cylinders, spheres.
+
+Seen from outside, the corners of a face run anticlockwise; a triangle repeats a corner.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Mesh(NamedTuple):
+    """Points (v, 3), m, and faces (f, 4) that index them."""
+
+    points: Array
+    faces: Index
+
+
+def loft_faces(rings: int, sides: int, cyclic: bool = False) -> Index:
+    """Faces (f, 4) between consecutive rings of `sides` points; `cyclic` joins the last ring to the first.
+
+    Points are numbered ring by ring. They run about the loft's direction, right-handed.
+    """
+    k = np.arange(rings if cyclic else rings - 1)[:, None]
+    i = np.arange(sides)
+    here, there = k * sides, (k + 1) % rings * sides
+    j = (i + 1) % sides
+    return np.stack([here + i, here + j, there + j, there + i], axis=-1).reshape(-1, 4).astype(np.intp)
+
+
+def polygon(sides: int) -> Array:
+    """Unit circle as points (sides, 2), right-handed, with a flat at the first axis."""
+    angle = 2 * np.pi * (np.arange(sides) + 0.5) / sides
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def square(ny: int = 1, nz: int = 1) -> Array:
+    """Outline of the square from (-1, -1) to (1, 1), right-handed, sides cut into ny and nz parts: (2 ny + 2 nz, 2)."""
+    y, z = np.linspace(-1, 1, ny + 1)[:-1], np.linspace(-1, 1, nz + 1)[:-1]
+    sides = [(np.ones(nz), z), (-y, np.ones(ny)), (-np.ones(nz), -z), (y, -np.ones(ny))]
+    return np.concatenate([np.stack(side, axis=-1) for side in sides])
+
+
+def box(size: Array, cell: float) -> Mesh:
+    """Box about the origin with edges `size` (3,), m, along the axes, cut into faces of about `cell`, m."""
+    counts = np.clip(np.ceil(size / cell), 1, 14).astype(int)
+    corners: list[Array] = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        a, b = np.meshgrid(np.arange(counts[u]), np.arange(counts[v]), indexing="ij")
+        a, b = a.ravel(), b.ravel()
+        for end, turns in ((0, [(0, 0), (0, 1), (1, 1), (1, 0)]), (counts[axis], [(0, 0), (1, 0), (1, 1), (0, 1)])):
+            quad = np.empty((len(a), 4, 3))
+            quad[..., axis] = end
+            for k, (da, db) in enumerate(turns):
+                quad[:, k, u], quad[:, k, v] = a + da, b + db
+            corners.append(quad)
+    lattice, number = np.unique(np.concatenate(corners).reshape(-1, 3), axis=0, return_inverse=True)
+    return Mesh((lattice / counts - 0.5) * size, number.reshape(-1, 4).astype(np.intp))
+
+
+def cylinder(diameter: float, length: float, axis: Array, cell: float, sides: int = 28) -> Mesh:
+    """Cylinder about the origin with its axis along `axis` (3,), cut into faces of about `cell`, m."""
+    n = int(np.clip(np.ceil(diameter / 2 / cell), 1, 5))
+    m = int(np.clip(np.ceil(length / cell), 1, 12))
+    radii = np.concatenate([np.arange(n) / n, np.ones(m + 1), np.arange(n)[::-1] / n]) * diameter / 2
+    along = np.concatenate([np.zeros(n), np.arange(m + 1) / m, np.ones(n)]) * length - length / 2
+    return revolved(along, radii, axis, sides)
+
+
+def sphere(radius: float, sides: int = 12) -> Mesh:
+    """Sphere about the origin, radius in m."""
+    angle = np.linspace(0, np.pi, sides // 2 + 1)
+    return revolved(-radius * np.cos(angle), radius * np.sin(angle), np.array([0.0, 0.0, 1.0]), sides)
+
+
+def cone(radius: float, height: float, axis: Array, sides: int = 4) -> Mesh:
+    """Pyramid with its tip at the origin, opening along `axis` (3,); radius and height in m."""
+    along = np.array([0.0, height, height])
+    return revolved(along, np.array([0.0, radius, 0.0]), axis, sides)
+
+
+def revolved(along: Array, radii: Array, axis: Array, sides: int) -> Mesh:
+    """Body of revolution with `radii` (r,), m, at distances `along` (r,), m, on `axis` (3,)."""
+    frame = frame_along(axis)
+    ring = polygon(sides)
+    local = np.empty((len(along), sides, 3))
+    local[..., 0] = along[:, None]
+    local[..., 1:] = radii[:, None, None] * ring
+    return Mesh(local.reshape(-1, 3) @ frame, loft_faces(len(along), sides))
+
+
+def frame_along(axis: Array) -> Array:
+    """Right-handed frame (3, 3) with its axes as rows, the first along `axis` (3,)."""
+    x = axis / np.linalg.norm(axis)
+    z = np.eye(3)[np.argmin(np.abs(x).round(6))]
+    y = np.cross(z, x)
+    y /= np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)])
+
+
+def normals(points: Array, faces: Index) -> Array:
+    """Area vectors (f, 3), m^2, of faces (f, 4): outward, as long as twice the area."""
+    p = points[faces]
+    return np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])

@@ -1,0 +1,198 @@
+"""Pictures of mechanisms and their modes with matplotlib, which is imported when the first one is drawn."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexura.errors import OptionError
+from flexura.structure import FullOrderModel
+from flexura.view.camera import Camera, View, default_camera, painted
+from flexura.view.furniture import Box, colour_bar, dot_style, frame, heading, legend, triad
+from flexura.view.meshes import Array
+from flexura.view.palette import COLOURS, GHOST, INK, WIDTHS, displacement_colours
+from flexura.view.raster import Triangles, of_lines, render
+from flexura.view.scene import Kind, Solids
+from flexura.view.solids import solids
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE = (8.0, 6.0)
+"""Width and height of a picture, inches."""
+DPI = 150
+MODE_SIZE = 0.12
+"""Largest drawn displacement of a mode, relative to the longest side of the mechanism."""
+
+
+def draw_mechanism(
+    model: FullOrderModel, *, title: str | None = None, elev: float | None = None, azim: float | None = None
+) -> Figure:
+    """Draw the undeformed mechanism: flexures, links, bodies and supports by colour, axes with their unit, a legend.
+
+    title: the mechanism's name when left out; elev, azim: direction of view, degrees, chosen to suit the mechanism
+    when left out. Returns a matplotlib Figure of 1200 x 900 pixels on an Agg canvas; pyplot is not involved. Faces
+    turned away are left out, so the view is fixed. Raises OptionError for a model that holds a stack of designs or
+    nothing that could be drawn.
+    """
+    parts = solids(model)
+    camera = _camera(parts, elev, azim)
+    figure = _new_figure(SIZE)
+    view = frame(figure, camera, parts.bounds(), (0.075, 0.15, 0.85, 0.74))
+    colours = np.array([COLOURS[kind] for kind in Kind])
+    faces = np.repeat(colours[parts.face_kinds][:, None], 4, axis=1)
+    axes, depth = _paint(figure, *_triangles(parts, parts.points, view, faces, colours[parts.line_kinds]))
+    _add_dots(axes, parts, view, depth)
+    heading(figure, title if title is not None else model.plan.mechanism.name, "")
+    legend(figure, parts)
+    return figure
+
+
+def draw_mode(
+    model: FullOrderModel,
+    displacements: ArrayLike,
+    *,
+    title: str,
+    subtitle: str = "",
+    scale: float | None = None,
+    elev: float | None = None,
+    azim: float | None = None,
+) -> Figure:
+    """Draw a mode shape, coloured by displacement, over a ghost of the mechanism at rest.
+
+    displacements: (n_nodes, 6), m and rad in any common scale, global frame (`FullOrderModel.node_displacements`).
+    scale: factor on the displacements; when left out the largest becomes 12 % of the mechanism's longest side.
+    title and subtitle stand above the picture; elev, azim as in `draw_mechanism`. Rotations are drawn to first
+    order. Returns a matplotlib Figure of 1200 x 900 pixels. Raises OptionError for displacements that are not
+    finite or of another shape.
+    """
+    parts = solids(model, displacements)
+    camera = _camera(parts, elev, azim)
+    figure = _new_figure(SIZE)
+    factor = _scale(parts, scale)
+    view = _mode_view(figure, parts, camera, factor, (0.05, 0.06, 0.80, 0.78))
+    _paint(figure, *_mode_triangles(parts, view, factor))
+    heading(figure, title, subtitle)
+    triad(figure, camera, (0.015, 0.02, 0.10, 0.13))
+    colour_bar(figure, (0.915, 0.2, 0.017, 0.5))
+    return figure
+
+
+def draw_sheet(model: FullOrderModel, shapes: Array, titles: list[str], subtitles: list[str]) -> Figure:
+    """Draw up to six modes on one sheet, three in a row.
+
+    shapes: (n_nodes, 6, k), titles and subtitles: k each. Returns a matplotlib Figure of 1800 x 1200 pixels, or
+    1800 x 660 for one row. Raises OptionError as `draw_mode` does.
+    """
+    count = min(shapes.shape[2], 6)
+    rows = 2 if count > 3 else 1
+    figure = _new_figure((12.0, 8.0 if rows == 2 else 4.4))
+    camera = None
+    painting: list[tuple[Triangles, Triangles]] = []
+    for k in range(count):
+        parts = solids(model, shapes[:, :, k])
+        camera = camera or _camera(parts, None, None)
+        left, bottom = 0.04 + 0.30 * (k % 3), 1 - (k // 3 + 1) / rows
+        scale = _scale(parts, None)
+        view = _mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 / rows, 0.28, 0.77 / rows))
+        painting.append(_mode_triangles(parts, view, scale))
+        top = bottom + (1 - 0.04) / rows
+        figure.text(left + 0.15, top, titles[k], ha="center", va="top", size=12, weight="bold", color=INK)
+        text = "\n".join(textwrap.wrap(subtitles[k], 58)[:2])
+        figure.text(left + 0.15, top - 0.065 / rows, text, ha="center", va="top", size=8.5, color="0.35")
+    if camera is not None:
+        _paint(figure, *(Triangles.joined(list(part)) for part in zip(*painting, strict=True)))
+        triad(figure, camera, (0.002, 0.008, 0.05, 0.05 * figure.bbox.width / figure.bbox.height))
+    colour_bar(figure, (0.957, 0.25, 0.009, 0.5))
+    return figure
+
+
+def _triangles(
+    parts: Solids, points: Array, view: View, face_colours: Array, line_colours: Array, ghost: bool = False
+) -> tuple[Triangles, Triangles]:
+    """Opaque and see-through triangles of a scene with its points at `points` (v, 3).
+
+    face_colours: (f, 4, 3); line_colours: (l, 3), RGB.
+    """
+    ambient, outline = (0.9, 0.9) if ghost else (0.6, 1.0)
+    clear = parts.face_kinds == Kind.EQUIVALENT_BODY
+    opaque = painted(view, points, parts.faces[~clear], face_colours[~clear], outline, ambient)
+    glass = painted(view, points, parts.faces[clear], face_colours[clear], 0.0, ambient)
+    edges = painted(view, points, parts.faces[clear], face_colours[clear], outline, ambient, fill=False)
+    width = np.array([WIDTHS.get(kind, 1.0) for kind in Kind])[parts.line_kinds] * DPI / 72
+    lines = of_lines(view.pixels(points)[parts.lines], line_colours, width)
+    return Triangles.joined([opaque, edges, lines]), glass
+
+
+def _mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles, Triangles]:
+    """A deformed mechanism, coloured by displacement, in front of its ghost at rest."""
+    largest = parts.largest_motion() or 1.0
+    colours = displacement_colours(np.linalg.norm(parts.motions, axis=1) / largest)
+    own = np.array([COLOURS[kind] for kind in Kind])
+    faces = colours[parts.faces]
+    still = parts.face_kinds == Kind.CLAMP
+    faces[still] = own[Kind.CLAMP]
+    moved = parts.points + scale * parts.motions
+    solid, glass = _triangles(parts, moved, view, faces, colours[parts.lines].mean(axis=1))
+    grey = np.array(GHOST)
+    rest = np.broadcast_to(grey, (*parts.faces.shape, 3)), np.broadcast_to(grey, (len(parts.lines), 3))
+    behind = Triangles.joined(list(_triangles(parts, parts.points, view, *rest, ghost=True)))
+    behind.corners[..., 2] -= 1e6
+    return Triangles.joined([behind, solid]), glass
+
+
+def _camera(parts: Solids, elev: float | None, azim: float | None) -> Camera:
+    if not len(parts.points):
+        raise OptionError("there is nothing to draw: the mechanism has no nodes")
+    chosen = default_camera(*parts.bounds())
+    return Camera(chosen.elev if elev is None else elev, chosen.azim if azim is None else azim)
+
+
+def _scale(parts: Solids, scale: float | None) -> float:
+    if scale is not None:
+        if not np.isfinite(scale):
+            raise OptionError(f"scale is a finite number (found {scale})")
+        return scale
+    largest = parts.largest_motion()
+    return MODE_SIZE * parts.size() / largest if largest > 0 else 0.0
+
+
+def _new_figure(size: tuple[float, float]) -> Figure:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _mode_view(figure: Figure, parts: Solids, camera: Camera, scale: float, area: Box) -> View:
+    size = np.array([figure.bbox.width, figure.bbox.height])
+    low = np.array(area[:2]) * size
+    points = np.concatenate([parts.points, parts.points + scale * parts.motions])
+    return View.fitting(camera, points, low, low + np.array(area[2:]) * size)
+
+
+def _paint(figure: Figure, solid: Triangles, glass: Triangles) -> tuple[Axes, Array]:
+    """Lay the image of the triangles over the whole figure; axes in pixels and the depth (height, width)."""
+    width, height = int(figure.bbox.width), int(figure.bbox.height)
+    image, depth = render(solid, glass, width, height)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=5)
+    axes.set_axis_off()
+    axes.imshow(image, origin="lower", extent=(0, width, 0, height), aspect="auto", interpolation="antialiased")
+    axes.set(xlim=(0, width), ylim=(0, height))
+    return axes, depth
+
+
+def _add_dots(axes: Axes, parts: Solids, view: View, depth: Array) -> None:
+    """Dots for nodes, but not for those far behind what hides them."""
+    deepest = 0.15 * parts.size() * view.scale
+    for kind in (Kind.NODE, Kind.CENTRE):
+        x = view.pixels(parts.points[parts.dots[parts.dot_kinds == kind]])
+        column, row = (x[:, k].astype(int).clip(0, n - 1) for k, n in ((0, depth.shape[1]), (1, depth.shape[0])))
+        shown = depth[row, column] - x[:, 2] < deepest
+        axes.plot(x[shown, 0], x[shown, 1], linestyle="", marker="o", **dot_style(kind))

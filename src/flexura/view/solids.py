@@ -1,0 +1,76 @@
+"""The solids of a mechanism, as points that move with its nodes: geometry only, no drawing."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexura.errors import OptionError
+from flexura.structure import FullOrderModel
+from flexura.view.lumps import add_lumps
+from flexura.view.marks import add_marks
+from flexura.view.members import LEVELS, Detail, Placing, member_surfaces
+from flexura.view.meshes import Array
+from flexura.view.scene import Collector, Kind, Solids
+
+FACE_BUDGET = 20_000
+"""Members are drawn in less detail, in the end as lines, to stay below this many faces."""
+
+
+def solids(model: FullOrderModel, displacements: ArrayLike | None = None) -> Solids:
+    """The solids of a mechanism, moving with its nodes.
+
+    displacements: (n_nodes, 6), m and rad, global frame, as `FullOrderModel.node_displacements` gives them for one
+    vector; none for a mechanism at rest. Motions are linear in them. Members carry their real sections; the number
+    of faces stays near FACE_BUDGET, and members of very large mechanisms become lines. Raises OptionError when the
+    displacements are not finite or have another shape, or when the model holds a stack of designs.
+    """
+    u = node_motions(model, displacements)
+    collector = Collector()
+    _add_members(collector, model, u, _detail(model))
+    collector.include(model.geometry.positions)
+    add_lumps(collector, model, u)
+    add_marks(collector, model, u)
+    return collector.solids()
+
+
+def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Array:
+    """Displacements (n_nodes, 6) of all nodes; zero when none are given. Raises OptionError as `solids` does."""
+    n = model.plan.topology.n_nodes
+    if model.geometry.positions.ndim != 2 or model.values.ndim != 1:
+        raise OptionError("a picture shows one design; this model holds a stack of them")
+    if displacements is None:
+        return np.zeros((n, 6))
+    u = np.asarray(displacements, dtype=float)
+    if u.shape != (n, 6):
+        raise OptionError(f"displacements have shape ({n}, 6), one row for each node; found {u.shape}")
+    if not np.isfinite(u).all():
+        raise OptionError("displacements must be finite")
+    return u
+
+
+def _detail(model: FullOrderModel) -> Detail:
+    """The finest level of detail that keeps to the budget of faces."""
+    plan = model.plan
+    for level in LEVELS[:-1]:
+        total = sum(
+            len(plan.topology.placed[name].paths) * len(group.index) * level.faces(group, elements)
+            for name, part in plan.parts.items()
+            for group, elements, _ in part.table.groups
+        )
+        if total <= FACE_BUDGET:
+            return level
+    return LEVELS[-1]
+
+
+def _add_members(collector: Collector, model: FullOrderModel, u: Array, detail: Detail) -> None:
+    geometry = model.geometry
+    for name, part in model.plan.parts.items():
+        placed = model.plan.topology.placed[name]
+        nodes = np.array(placed.offset)[:, None] + np.arange(part.n_nodes)
+        placing = Placing(geometry.Q[placed.number], geometry.t[placed.number], u[nodes])
+        mirrored = np.linalg.det(placing.Q) < 0
+        own, T = geometry.parts[name], geometry.T[name]
+        for surface in member_surfaces(part, model.values, own, T, placing, detail):
+            kinds = np.where(surface.is_flexure, Kind.FLEXURE, Kind.LINK).astype(np.intp)
+            collector.grid(surface.points, surface.motions, surface.faces, kinds, mirrored)

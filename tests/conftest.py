@@ -1,0 +1,109 @@
+"""The `verify` fixture: compare a number with its reference, record it, and hold `docs/verification.md` to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+import verification_report as page
+
+HERE = Path(__file__).parent
+PAGE = HERE.parent / "docs" / "verification.md"
+FOLDERS = (HERE / "literature", HERE / "opensees")
+OPTION = "--verification-page"
+
+Verify = Callable[..., None]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that writes the page."""
+    parser.addoption(OPTION, metavar="FILE", help="write what the verification tests measure to FILE")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Start an empty record."""
+    config.pluginmanager.register(Record(config), "verification")
+
+
+@pytest.fixture
+def verify(pytestconfig: pytest.Config) -> Verify:
+    """Return `verify(case, quantity, computed, reference, tolerance, unit="Hz")`.
+
+    Numbers may be sequences, which become numbered rows. Every row must lie within its relative tolerance and, unless
+    the page is being written, stand in the page.
+    """
+    return pytestconfig.pluginmanager.get_plugin("verification").verify
+
+
+class Record:
+    """What the tests of a session measured, and whether that was everything."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.target = config.getoption(OPTION)
+        self.printed = {} if self.target else page.read(PAGE)
+        self.measured: dict[tuple[str, str], page.Measurement] = {}
+        self.messages: list[str] = []
+        self.complete = True
+
+    def verify(
+        self,
+        case: page.Case,
+        quantity: str,
+        computed: float | Sequence[float],
+        reference: float | Sequence[float],
+        tolerance: float | Sequence[float],
+        unit: str = "Hz",
+    ) -> None:
+        """Record and check measurements."""
+        rows = page.measurements(case, quantity, computed, reference, tolerance, unit)
+        for row in rows:
+            assert row.key not in self.measured, f"{row.key} was measured twice"
+            self.measured[row.key] = row
+        for row in rows:
+            row.check()
+        if not self.target:
+            stale = [
+                r.quantity for r in rows if r.key not in self.printed or self.printed[r.key].differs_from(r)
+            ]
+            assert not stale, f"{PAGE.name}, {case.name}: {stale} not as measured; run `make verification`"
+
+    def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
+        """Tests were left out."""
+        self.complete = False
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """A file that is skipped or fails leaves the record incomplete."""
+        self.pytest_runtest_logreport(report)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport | pytest.CollectReport) -> None:
+        """So does a test."""
+        if not report.passed and any(
+            folder.name in Path(report.nodeid.split("::")[0]).parts for folder in FOLDERS
+        ):
+            self.complete = False
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Write the page, or look for rows of it that nothing measures any more; after a complete run only."""
+        ran = {item.path for item in session.items}
+        files = {path for folder in FOLDERS for path in folder.glob("test_*.py")}
+        complete = self.complete and files <= ran and not any("::" in text for text in session.config.args)
+        surplus = sorted(set(self.printed) - set(self.measured))
+        if self.target and complete:
+            page.write(Path(self.target), self.measured.values())
+            self.messages.append(f"verification page written to {self.target}")
+        elif self.target:
+            self._fail(session, "verification page not written: a test failed, was skipped or was left out")
+        elif complete and surplus:
+            self._fail(
+                session, f"{PAGE.name} has rows that nothing measures, run `make verification`: {surplus}"
+            )
+
+    def _fail(self, session: pytest.Session, message: str) -> None:
+        self.messages.append(message)
+        session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Say what became of the page."""
+        for message in self.messages:
+            terminalreporter.line(message)
