@@ -57,7 +57,7 @@ def test_uniform_beam(verify, ends):
     k = roots(equation, 1.0, 0.3, 5)
     np.testing.assert_allclose(k[:3], PRINTED[ends], rtol=1e-8)
     exact = (k / LENGTH) ** 2 * np.sqrt(E * I / (RHO * A)) / (2 * np.pi)
-    beam = straight(BAR, STEEL, LENGTH, 48, ground)
+    beam = straight(BAR, STEEL, LENGTH, 64, ground)
     f = in_plane(beam, 5, BENDING, rigid=2 if not ground else 0)
     verify(case, f"{ends}, mode", f, exact, 1e-5)
     frequencies(beam, 6, rigid=6 if not ground else 0)

@@ -14,21 +14,20 @@ from flexura.structure.part import Lump, Part, PartMatrices
 
 Array = NDArray[np.float64]
 
-KINDS = ("stretch", "twist", "bending", "thickness bending", "width bending", "springs")
+KINDS = ("stretch", "twist", "bending", "thickness bending", "width bending", "spring")
 """Kinds of deformation: thickness bending is about local y, width bending about local z, and bending that of round
-members, where the two are alike; springs stands for all that are not members."""
+members, where the two are alike; spring stands for springs and superelements."""
 
 
 @dataclass(frozen=True)
 class PartEnergy:
-    """Energies of one placed part for k motions: strain (kinds, k), kinetic (k,) per unit angular frequency squared,
-    and strain by member (members, k), J."""
+    """Energies of one placed part for k motions: kinetic (k,) per unit angular frequency squared, and strain
+    (kinds, k) of every member, spring and superelement, J."""
 
     path: str
     prototype: str
-    strain: Array
     kinetic: Array
-    by_member: dict[str, Array]
+    strain: dict[str, Array]
 
 
 def energies(model: FullOrderModel, displacements: Array) -> list[PartEnergy]:
@@ -46,15 +45,17 @@ def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnerg
             turned[3:, 3:] *= round(float(np.linalg.det(Q)))
             u = np.einsum("ij,njk->nik", turned, displacements[offset : offset + part.n_nodes])
             strain, kinetic = _elements(part, matrices, u)
-            by_member = {
-                member: strain[:, first : first + n].sum(axis=(0, 1))
+            by_name = {
+                member: strain[:, first : first + n].sum(axis=1)
                 for member, first, n in zip(part.members, part.first, part.counts, strict=False)
             }
-            strain, kinetic = strain.sum(axis=1), kinetic.sum(axis=0)
+            kinetic = kinetic.sum(axis=0)
             for lump in matrices.lumps:
-                strain[5] += _quadratic(lump.K, lump, u)
                 kinetic += _quadratic(lump.M, lump, u)
-            yield PartEnergy(".".join(path) or "mechanism", name, strain, kinetic, by_member)
+                if lump.K is not None:
+                    by_name[lump.name] = np.zeros((len(KINDS), u.shape[-1]))
+                    by_name[lump.name][-1] = _quadratic(lump.K, lump, u)
+            yield PartEnergy(".".join(path) or "mechanism", name, kinetic, by_name)
 
 
 def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Array]:
@@ -66,12 +67,12 @@ def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Arra
     arm[:, 0] = elements.length
     d = v[:, 6:] - rigid_arm(arm) @ v[:, :6]
     work = d * np.linalg.solve(elements.C, d) / 2
-    none = np.zeros_like(work[:, 0])
+    spring = np.zeros_like(work[:, 0])
     across_thickness, across_width = work[:, 2] + work[:, 4], work[:, 1] + work[:, 5]
     is_round = part.table.is_round[part.table.element_member][:, None]
     either = np.where(is_round, across_thickness + across_width, 0.0)
     thickness, width = (np.where(is_round, 0.0, w) for w in (across_thickness, across_width))
-    strain = np.stack([work[:, 0], work[:, 3], either, thickness, width, none])
+    strain = np.stack([work[:, 0], work[:, 3], either, thickness, width, spring])
     return strain, np.einsum("eik,eij,ejk->ek", v, elements.M, v) / 2
 
 

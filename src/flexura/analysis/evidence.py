@@ -86,7 +86,7 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
         part, geometry = model.plan.parts[name], model.geometry.parts[name]
         K, M = reducers[name].assembled(matrices)
         R = rigid_arm(geometry.positions).reshape(-1, 6)
-        worst = max(worst, _rigid_residual(part, matrices, K, R))
+        worst = max(worst, _rigid_residual(matrices, K, R))
         masses = (R.T @ (M @ R), _described(part, model.values, geometry))
         for instance in model.plan.topology.placed[name].number:
             Q, t = model.geometry.Q[instance], model.geometry.t[instance]
@@ -105,7 +105,7 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
     }
 
 
-def _rigid_residual(part: Part, matrices: PartMatrices, K: Any, R: Array) -> float:
+def _rigid_residual(matrices: PartMatrices, K: Any, R: Array) -> float:
     """Largest |K r| / (|K| |r|) over rigid motions R (6n, 6) and DOFs, springs to ground left out."""
     forces = K @ R
     for lump in matrices.lumps:

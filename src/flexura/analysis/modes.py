@@ -196,7 +196,7 @@ def _sturm(full: FullOrderModel, values: Array) -> tuple[float, int]:
     limit = top * (1 + 2 * REPEATED)
     if top == 0.0:
         d = full.K.diagonal()
-        limit = 1e-12 * float((d.sum() / full.M.diagonal().sum()))
+        limit = 1e-12 * float(d.sum() / full.M.diagonal().sum())
     return float(np.sqrt(limit) / (2 * np.pi)), count_below(full.K, full.M, limit)
 
 
@@ -222,7 +222,12 @@ def _pair(full: FullOrderModel, shapes: Array, values: Array, reference: Eigenpa
 
 
 def _result(
-    full: FullOrderModel, order: int, found: tuple[Mode, ...], evidence: Evidence, u: Array, parameters: dict[str, float]
+    full: FullOrderModel,
+    order: int,
+    found: tuple[Mode, ...],
+    evidence: Evidence,
+    u: Array,
+    parameters: dict[str, float],
 ) -> Modes:
     names = tuple(full.plan.topology.node_names)
     name = full.plan.mechanism.name

@@ -15,23 +15,33 @@ Array = NDArray[np.float64]
 STILL = 0.05
 """A body with a smaller share of the kinetic energy is said to stand still."""
 
+SECONDARY = 0.1
+"""Share of a body's kinetic energy from which the smaller of its translation and rotation is named as well."""
+
 
 @dataclass(frozen=True)
 class BodyMotion:
     """How a rigid body takes part in a mode.
 
-    `kind` is `translation` or `rotation`, whichever holds more kinetic energy; `direction` (3,) is its unit vector in
-    the global frame; `kinetic_share` the body's part of the mode's kinetic energy.
+    `translation` and `rotation` (3,) are unit vectors of the motion of its centre of mass and of its turning, global
+    frame; `kind` names whichever holds more kinetic energy, and `rotation_share` is that of the turning.
+    `kinetic_share` is the body's part of the mode's kinetic energy.
     """
 
     body: str
     kind: str
-    direction: tuple[float, float, float]
+    translation: tuple[float, float, float]
+    rotation: tuple[float, float, float]
+    rotation_share: float
     kinetic_share: float
 
     def __str__(self) -> str:
-        verb = "moves along" if self.kind == "translation" else "turns about"
-        return f"{self.body} {verb} {_direction_name(self.direction)}"
+        moves = f"moves along {_direction_name(self.translation)}"
+        turns = f"turns about {_direction_name(self.rotation)}"
+        said = [moves] if self.rotation_share < 0.5 else [turns]
+        if SECONDARY <= self.rotation_share <= 1 - SECONDARY:
+            said = [moves, turns] if self.rotation_share < 0.5 else [turns, moves]
+        return f"{self.body} {' and '.join(said)}"
 
 
 @dataclass(frozen=True)
@@ -39,7 +49,7 @@ class Motion:
     """What moves in one mode.
 
     Shares add up to one; `strain_share` and `kinetic_share` are by placed part, `strain_by_substructure` and
-    `deformation` by prototype and by kind of deformation.
+    `deformation` by kind of deformation in each prototype (in each member or spring of the mechanism itself).
     """
 
     bodies: tuple[BodyMotion, ...]
@@ -70,9 +80,18 @@ def _body_motions(model: FullOrderModel, u: Array, kinetic: Array | int) -> list
                 moving = mass * (own[:3] ** 2).sum(axis=0) / 2
                 turning = np.einsum("ik,ij,jk->k", own[3:], Q @ inertia @ Q.T, own[3:]) / 2
                 for k, motion in enumerate(found):
-                    kind, vector = ("translation", own[:3, k]) if moving[k] >= turning[k] else ("rotation", own[3:, k])
-                    share = float((moving[k] + turning[k]) / np.asarray(kinetic)[k])
-                    motion.append(BodyMotion(".".join((*path, key)), kind, _unit(vector), share))
+                    own_energy = float(moving[k] + turning[k])
+                    rotation_share = float(turning[k]) / own_energy if own_energy else 0.0
+                    motion.append(
+                        BodyMotion(
+                            body=".".join((*path, key)),
+                            kind="rotation" if rotation_share > 0.5 else "translation",
+                            translation=_unit(own[:3, k]),
+                            rotation=_unit(own[3:, k]),
+                            rotation_share=rotation_share,
+                            kinetic_share=own_energy / float(np.asarray(kinetic)[k]),
+                        )
+                    )
     return [tuple(sorted(motion, key=lambda m: -m.kinetic_share)) for motion in found]
 
 
@@ -89,33 +108,34 @@ def _direction_name(direction: tuple[float, float, float]) -> str:
     main = int(np.argmax(np.abs(direction)))
     if abs(direction[main]) > 0.97:
         return "xyz"[main]
-    return "(" + ", ".join(f"{c:.2f}" for c in direction) + ")"
+    return "(" + ", ".join(f"{round(c, 2) + 0.0:g}" for c in direction) + ")"
 
 
 def _describe(parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], k: int) -> Motion:
-    strain = np.array([part.strain[:, k].sum() for part in parts])
+    strain = np.array([sum(kinds[:, k].sum() for kinds in part.strain.values()) for part in parts])
     kinetic = np.array([part.kinetic[k] for part in parts])
     elastic = bool(strain.sum() > 1e-12 * kinetic.sum())
-    total = strain.sum() if elastic else 1.0
+    total = float(strain.sum()) if elastic else np.inf
     by_prototype: dict[str, float] = {}
     by_kind: dict[str, Array] = {}
-    for part, share in zip(parts, strain / total, strict=True):
+    for part, energy in zip(parts, strain, strict=True):
         label = part.prototype or "mechanism"
-        by_prototype[label] = by_prototype.get(label, 0.0) + float(share) * elastic
-        by_kind[label] = by_kind.get(label, np.zeros(len(KINDS))) + part.strain[:, k] / total
+        by_prototype[label] = by_prototype.get(label, 0.0) + float(energy) / total
+        for name, kinds in part.strain.items():
+            at = part.prototype or name
+            by_kind[at] = by_kind.get(at, np.zeros(len(KINDS))) + kinds[:, k] / total
     deformation = {
-        f"{label}: {kind}": float(v)
-        for label, kinds in by_kind.items()
+        f"{at}: {kind}" if kind != "spring" else at: float(v)
+        for at, kinds in by_kind.items()
         for kind, v in zip(KINDS, kinds, strict=True)
-        if elastic and v > 1e-3
+        if v > 1e-3
     }
-    deformation = dict(sorted(deformation.items(), key=lambda item: -item[1]))
     return Motion(
         bodies=bodies,
-        strain_share={p.path: float(s) * elastic for p, s in zip(parts, strain / total, strict=True)},
+        strain_share={part.path: float(energy) / total for part, energy in zip(parts, strain, strict=True)},
         kinetic_share={p.path: float(s) for p, s in zip(parts, kinetic / kinetic.sum(), strict=True)},
         strain_by_substructure=by_prototype,
-        deformation=deformation,
+        deformation=dict(sorted(deformation.items(), key=lambda item: -item[1])),
         summary=_summary(parts, bodies, kinetic / kinetic.sum(), deformation),
     )
 
@@ -131,5 +151,6 @@ def _summary(
         order = np.argsort(-kinetic)
         busy = [parts[i].path for i in order if kinetic[i] > STILL][:4]
         text = ("bodies still; " if bodies else "") + ", ".join(busy) + (" vibrates" if len(busy) == 1 else " vibrate")
-    causes = [f"{cause} {share:.0%}" for cause, share in list(deformation.items())[:2] if share >= 0.1]
+    largest = sorted(deformation.items(), key=lambda item: -item[1])
+    causes = [f"{cause} {share:.0%}" for cause, share in largest[:2] if share >= 0.1]
     return text + (f" ({', '.join(causes)})" if causes else "")

@@ -56,7 +56,7 @@ def _root(
 def modes_command(
     file: File,
     n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
-    order: Annotated[Order, typer.Option(help="Low-order model beside the full one, or the full one alone.")] = Order.low,
+    order: Annotated[Order, typer.Option(help="Low-order beside full, or the full model alone.")] = Order.low,
     keep: Annotated[int, typer.Option(min=0, help="Fixed-interface normal modes kept in each substructure.")] = 0,
     keep_below: Annotated[
         float, typer.Option(metavar="HZ", min=0.0, help="Keep all fixed-interface normal modes below this frequency.")

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from flexura.analysis import CheckReport, Modes
+from flexura.analysis import CheckReport, Mode, Modes
 from flexura.analysis.evidence import Evidence
 
 
@@ -35,7 +35,7 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         row = [str(mode.number), f"{mode.frequency_hz:.5g}", f"{mode.angular_frequency:.5g}"]
         if not full_only:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
-            row += ["" if mode.relative_error is None else _percent(mode.relative_error)]
+            row += [_difference(mode)]
         table.add_row(*row, mode.motion.summary)
     console.print(table)
     _print_evidence(console, result.evidence)
@@ -43,8 +43,11 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         console.print(f"wrote {path}", markup=False)
 
 
-def _percent(value: float) -> str:
-    return f"{100 * value:+.2g} %"
+def _difference(mode: Mode) -> str:
+    """Relative difference of the pair, with its MAC where the two shapes differ visibly."""
+    if mode.relative_error is None or mode.mac is None:
+        return ""
+    return f"{100 * mode.relative_error:+.2g} %" + (f" (MAC {mode.mac:.2f})" if mode.mac < 0.98 else "")
 
 
 def _print_evidence(console: Console, evidence: Evidence) -> None:
@@ -63,7 +66,8 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
     if e.complete:
         console.print("  no mode is missing in this range", style="green")
         return
-    console.print(f"  {len(e.missed) + e.more_missed} modes in this range are MISSING from the low-order model:", style="red")
+    count = len(e.missed) + e.more_missed
+    console.print(f"  {count} modes in this range are MISSING from the low-order model:", style="red")
     for missed in e.missed[:12]:
         console.print(f"    {missed.frequency_hz:.5g} Hz: {missed.summary}", markup=False)
     rest = len(e.missed) - 12 + e.more_missed
@@ -77,8 +81,8 @@ def print_check(report: CheckReport) -> None:
     console = _console()
     console.print(report.name, style="bold", markup=False)
     console.print(f"full order {report.full_order}, low order {report.low_order}", markup=False)
-    x, y, z = (1e3 * c for c in report.mass.centre)
-    console.print(f"mass {report.mass.mass:.6g} kg, centre of mass ({x:.4g}, {y:.4g}, {z:.4g}) mm", markup=False)
+    x, y, z = (round(1e3 * c, 6) + 0.0 for c in report.mass.centre)
+    console.print(f"mass {report.mass.mass:.6g} kg, centre of mass ({x:.5g}, {y:.5g}, {z:.5g}) mm", markup=False)
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in ("substructure", "copies", "members", "elements", "nodes", "interior DOFs", "mass kg", "interface"):
         table.add_column(heading, justify="left" if heading in ("substructure", "interface") else "right")

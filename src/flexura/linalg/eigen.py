@@ -106,7 +106,7 @@ def residuals(K: Matrix, M: Matrix, pairs: Eigenpairs) -> Array:
 
 
 def _toarray(A: Matrix) -> Array:
-    return A.toarray() if sp.issparse(A) else np.asarray(A)
+    return np.asarray(A.toarray()) if hasattr(A, "toarray") else np.asarray(A)
 
 
 def _dense(K: Array, M: Array, count: int, shift: float) -> Eigenpairs:
@@ -152,7 +152,7 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eig
             np.concatenate([found.values, more.values])[order],
             np.hstack([found.vectors, more.vectors])[:, order],
         )
-    return Eigenpairs(found.values[:count], scale @ found.vectors[:, :count])
+    return Eigenpairs(found.values[:count], np.asarray(scale @ found.vectors[:, :count]))
 
 
 def _lanczos(Ks: Any, Ms: Any, solve: Any, count: int, shift: float, known: Array) -> Eigenpairs:

@@ -25,7 +25,7 @@ def count_below(K: Any, M: Any, value: float) -> int:
     would be unstable the value is moved by parts in a thousand million, and at last a dense Bunch-Kaufman
     factorisation is used. Raises SolverError when even that is out of reach.
     """
-    if not sp.issparse(K):
+    if isinstance(K, np.ndarray):
         return _dense_count(np.asarray(K) - value * np.asarray(M))
     for nudge in _NUDGES:
         count = _sparse_count((K - value * (1 + nudge) * M).tocsc())

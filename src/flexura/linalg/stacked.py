@@ -41,7 +41,7 @@ def lowest_values(K: Array, M: Array, count: int) -> Array:
 
 
 def _iterate(K: Array, M: Array, start: Array, X: Array, count: int) -> tuple[Array, Array]:
-    """Subspace iteration from the pairs (start, X) of one design: values (designs, count), estimated errors (designs,)."""
+    """Subspace iteration from the pairs (start, X) of one design: values (designs, count), errors (designs,)."""
     MX = M @ X
     values = np.broadcast_to(start[:count], (len(M), count))
     change, error = np.ones(len(M)), np.full(len(M), np.inf)

@@ -59,39 +59,38 @@ def problems_of(error: ValidationError, data: Any) -> list[Problem]:
 
 def problem_of(details: ErrorDetails, data: Any) -> Problem:
     """Translate one of pydantic's errors about `data`."""
-    path = path_in(data, details["loc"], missing=details["type"] == "missing")
     kind, context = details["type"], details.get("ctx", {})
-    value = "" if kind == "missing" else _shorten(details["input"])
-    rule, hint = details["msg"], str(context.get("hint", ""))
-    if kind == "extra_forbidden":
-        rule, value = UNKNOWN_KEY, ""
-    elif kind == "missing":
-        rule = "required, but missing"
-    elif kind == "union_tag_not_found":
-        rule, hint = f"needs a key {context.get('discriminator')} that says which kind it is", ""
-    elif kind == "union_tag_invalid":
-        rule = f"{context.get('discriminator')} is one of {context.get('expected_tags')}"
-    elif kind in ("model_type", "model_attributes_type", "dict_type"):
-        rule = "a mapping of keys to values is expected here"
-    elif kind in ("tuple_type", "list_type"):
-        rule = "a list is expected here"
-    elif kind == "too_long":
-        rule = f"a list of {context.get('max_length')} entries is expected here"
-    elif kind == "too_short":
-        rule = f"a list of at least {context.get('min_length')} entries is expected here"
-    elif kind in _PLAIN:
-        rule = _PLAIN[kind]
-    elif kind == "literal_error":
-        rule = f"one of {context.get('expected')} is expected here"
-    return Problem(path=path, value=value, rule=rule, hint=hint)
+    path = path_in(data, details["loc"], missing=kind == "missing")
+    value = "" if kind in ("missing", "extra_forbidden") else _shorten(context.get("tag", details["input"]))
+    template = _RULES.get(kind)
+    fields = {**context, "discriminator": str(context.get("discriminator", "")).strip("'")}
+    rule = details["msg"] if template is None else template.format_map(fields)
+    return Problem(path=path, value=value, rule=rule, hint=str(context.get("hint", "")))
 
 
 UNKNOWN_KEY = "unknown key"
-_PLAIN = {
+_RULES = {
+    "rule": "{rule}",
+    "quantity": "{rule}",
+    "extra_forbidden": UNKNOWN_KEY,
+    "missing": "required, but missing",
+    "union_tag_not_found": "needs a key {discriminator} that says which kind it is",
+    "union_tag_invalid": "{discriminator} is one of {expected_tags}",
+    "model_type": "a mapping of keys to values is expected here",
+    "model_attributes_type": "a mapping of keys to values is expected here",
+    "dict_type": "a mapping of keys to values is expected here",
+    "tuple_type": "a list is expected here",
+    "list_type": "a list is expected here",
+    "too_long": "a list of at most {max_length} entries is expected here",
+    "too_short": "a list of at least {min_length} entries is expected here",
     "string_type": "text is expected here",
     "int_type": "a whole number is expected here",
     "int_from_float": "a whole number is expected here",
+    "greater_than_equal": "at least {ge} is expected here",
+    "less_than_equal": "at most {le} is expected here",
+    "literal_error": "one of {expected} is expected here",
 }
+"""What to say of pydantic's errors, with the fields of their context."""
 
 
 def path_in(data: Any, location: Path, missing: bool = False) -> Path:
@@ -112,6 +111,8 @@ def path_in(data: Any, location: Path, missing: bool = False) -> Path:
 
 
 def _shorten(value: Any) -> str:
+    if isinstance(value, dict):
+        return ""
     text = str(value) if isinstance(value, Expression) else repr(value)
     return text if len(text) <= 80 else text[:77] + "..."
 

@@ -57,19 +57,20 @@ def _collector(annotation: Any, metadata: tuple[Any, ...] = ()) -> Collect | Non
     if quantity is not None:
         return lambda value, path, found: found.append((path, quantity, value))
     origin, arguments = get_origin(annotation), get_args(annotation)
+    result: Collect | None = None
     if origin is Annotated:
-        return _collector(arguments[0], arguments[1:])
-    if origin is dict:
-        return _each(_collector(arguments[1]), dict.items)
-    if origin is tuple and arguments[-1] is Ellipsis:
-        return _each(_collector(arguments[0]), enumerate)
-    if origin is tuple:
-        return _entries([_collector(a) for a in arguments])
-    if origin in (Union, UnionType):
-        return _alternatives([a for a in arguments if a is not NoneType])
-    if isinstance(annotation, type) and issubclass(annotation, Part):
-        return _collect_part
-    return None
+        result = _collector(arguments[0], arguments[1:])
+    elif origin is dict:
+        result = _each(_collector(arguments[1]), dict.items)
+    elif origin is tuple and arguments[-1] is Ellipsis:
+        result = _each(_collector(arguments[0]), enumerate)
+    elif origin is tuple:
+        result = _entries([_collector(a) for a in arguments])
+    elif origin in (Union, UnionType):
+        result = _alternatives([a for a in arguments if a is not NoneType])
+    elif isinstance(annotation, type) and issubclass(annotation, Part):
+        result = _collect_part
+    return result
 
 
 def _each(inner: Collect | None, items: Callable[[Any], Any]) -> Collect | None:
@@ -97,9 +98,7 @@ def _entries(inner: list[Collect | None]) -> Collect | None:
 
 def _alternatives(kinds: list[Any]) -> Collect | None:
     """A union: parts find their own way, and tuples are told apart by their lengths."""
-    tuples = {
-        len(get_args(_bare(kind))): _collector(kind) for kind in kinds if get_origin(_bare(kind)) is tuple
-    }
+    tuples = {len(get_args(_bare(kind))): _collector(kind) for kind in kinds if get_origin(_bare(kind)) is tuple}
     others = [c for c in map(_collector, kinds) if c is not None]
     if not others:
         return None
@@ -133,9 +132,7 @@ def _evaluated(item: Any, values: Mapping[str, float]) -> Any:
     if isinstance(item, Expression):
         return float(item.evaluate(values))
     if isinstance(item, Part):
-        changed = {
-            name: new for name, old in item.__dict__.items() if (new := _evaluated(old, values)) is not old
-        }
+        changed = {name: new for name, old in item.__dict__.items() if (new := _evaluated(old, values)) is not old}
         return item.model_copy(update=changed) if changed else item
     if isinstance(item, tuple):
         entries = tuple(_evaluated(entry, values) for entry in item)
@@ -187,9 +184,7 @@ def parameter_dimensions(parameters: Mapping[str, Parameter]) -> dict[str, Dimen
     return dimensions
 
 
-def parameter_values(
-    mechanism: Mechanism, overrides: Mapping[str, ArrayLike] | None = None
-) -> dict[str, Value]:
+def parameter_values(mechanism: Mechanism, overrides: Mapping[str, ArrayLike] | None = None) -> dict[str, Value]:
     """Values of all parameters in SI; an override replaces a value, and what depends on it follows.
 
     Overrides are floats or arrays (designs,); arrays all have one length, and what depends on one is an array.
@@ -199,9 +194,7 @@ def parameter_values(
     given = _overrides(mechanism, overrides or {})
     order, cycles = parameter_order(mechanism.parameters)
     if cycles:
-        raise ModelError(
-            Problem(("parameters", c[0]), " -> ".join([*c, c[0]]), "depends on itself") for c in cycles
-        )
+        raise ModelError(Problem(("parameters", c[0]), " -> ".join([*c, c[0]]), "depends on itself") for c in cycles)
     values: dict[str, Value] = {}
     touched = set(given)
     for name in order:
@@ -244,16 +237,12 @@ def _overrides(mechanism: Mechanism, overrides: Mapping[str, ArrayLike]) -> dict
         try:
             value = _float_or_array(raw)
         except (TypeError, ValueError, OverflowError):
-            raise OptionError(
-                f"parameter {name}: {raw!r} is not a number in SI, nor an array of them"
-            ) from None
+            raise OptionError(f"parameter {name}: {raw!r} is not a number in SI, nor an array of them") from None
         if not np.all(np.isfinite(value)):
             raise OptionError(f"parameter {name}: an override must be finite (found {raw!r})")
         if isinstance(value, np.ndarray):
             if value.ndim > 1:
-                raise OptionError(
-                    f"parameter {name}: an override has one axis, the designs; not {value.ndim}"
-                )
+                raise OptionError(f"parameter {name}: an override has one axis, the designs; not {value.ndim}")
             lengths.setdefault(len(value), name)
         given[name] = value
     if len(lengths) > 1:

@@ -29,7 +29,8 @@ UnitReader = Callable[[str, str], tuple[float, Dimension]]
 Value = Any
 """A float, or an array whose leading axis counts designs."""
 
-MAX_LENGTH = 1000
+MAX_LENGTH = 20_000
+MAX_OPERANDS = 300
 MAX_DEPTH = 60
 MAX_TREE_DEPTH = 200
 MAX_EXPONENT = 16
@@ -205,7 +206,7 @@ def checked(tree: Tree) -> Tree:
             )
         match node:
             case Name(id):
-                if not id.isidentifier() or id in FUNCTIONS:
+                if not _NAME.fullmatch(id) or id in FUNCTIONS:
                     raise ExpressionError(f"{id!r} cannot be the name of a parameter")
             case Negative(operand):
                 pending.append((operand, depth + 1))
@@ -270,23 +271,25 @@ def _compile_binary(op: str, a: Callable[..., Value], b: Callable[..., Value]) -
 
 
 def _dimension(tree: Tree, of: Mapping[str, Dimension | None]) -> Dimension | None:
+    result: Dimension | None = None
     match tree:
         case Number(value, dimension):
-            return None if value == 0 and dimension == NUMBER else dimension
+            result = None if value == 0 and dimension == NUMBER else dimension
         case Name(id):
-            return NUMBER if id in CONSTANTS else of.get(id)
+            result = NUMBER if id in CONSTANTS else of.get(id)
         case Negative(operand):
-            return _dimension(operand, of)
+            result = _dimension(operand, of)
         case Call(function, arguments):
-            return _call_dimension(function, [_dimension(a, of) for a in arguments])
+            result = _call_dimension(function, [_dimension(a, of) for a in arguments])
         case Binary(op, left, right):
             a, b = _dimension(left, of), _dimension(right, of)
             if op in "+-":
-                return _same_dimension(a, b, "+ and - join quantities of one dimension")
-            if op == "^":
-                return _power_dimension(a, b, right)
-            return None if a is None or b is None else a.times(b, 1 if op == "*" else -1)
-    return None
+                result = _same_dimension(a, b, "+ and - join quantities of one dimension")
+            elif op == "^":
+                result = _power_dimension(a, b, right)
+            elif a is not None and b is not None:
+                result = a.times(b, 1 if op == "*" else -1)
+    return result
 
 
 def _same_dimension(a: Dimension | None, b: Dimension | None, rule: str) -> Dimension | None:
@@ -325,7 +328,11 @@ def _call_dimension(function: str, arguments: list[Dimension | None]) -> Dimensi
 _PRECEDENCE = {"+": 1, "-": 1, "*": 2, "/": 2, "^": 4}
 
 
-def format_tree(tree: Tree, number: Callable[[Number], str] = lambda n: repr(n.value), above: int = 0) -> str:
+def _si_literal(number: Number) -> str:
+    return repr(number.value).removesuffix(".0")
+
+
+def format_tree(tree: Tree, number: Callable[[Number], str] = _si_literal, above: int = 0) -> str:
     """Text of a tree with the fewest parentheses; `number` writes its literals."""
     match tree:
         case Number(value):
@@ -343,6 +350,7 @@ def format_tree(tree: Tree, number: Callable[[Number], str] = lambda n: repr(n.v
     return f"({text})" if own < above else text
 
 
+_NAME = re.compile(r"[^\W\d]\w*")
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d]\w*)|(?P<unit>\[[^\[\]]*\])"
     r"|(?P<op>\*\*|[-+*/^(),]))"
@@ -422,9 +430,7 @@ class _Parser:
             if not self.take(")"):
                 raise ExpressionError("a ( is not closed")
             return tree
-        raise ExpressionError(
-            "the expression ends too early" if kind == "end" else f"{token!r} was not expected here"
-        )
+        raise ExpressionError("the expression ends too early" if kind == "end" else f"{token!r} was not expected here")
 
     def reference(self, token: str) -> Tree:
         if token in FUNCTIONS:
@@ -463,5 +469,9 @@ def _tokens(text: str) -> list[tuple[str, str]]:
             raise ExpressionError(f"{text[position:].strip()[0]!r} cannot stand in an expression")
         tokens.append((str(match.lastgroup), match.group(str(match.lastgroup))))
         position = match.end()
+    if sum(kind in ("name", "number") for kind, _ in tokens) > MAX_OPERANDS:
+        raise ExpressionError(
+            f"an expression has at most {MAX_OPERANDS} numbers and names", "split it over several parameters"
+        )
     tokens.append(("end", ""))
     return tokens

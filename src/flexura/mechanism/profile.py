@@ -5,6 +5,7 @@ A contour gives the thickness h(xi) of a notch that spans the member, xi measure
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -74,7 +75,7 @@ class TabulatedContour(Part):
         if len(self.positions) != len(self.thicknesses):
             raise refuse("a table has as many thicknesses as positions")
         known = [p for p in self.positions if isinstance(p, float)]
-        if len(known) == len(self.positions) and any(b <= a for a, b in zip(known, known[1:], strict=False)):
+        if len(known) == len(self.positions) and any(b <= a for a, b in pairwise(known)):
             raise refuse("positions of a table increase")
         return self
 

@@ -33,6 +33,11 @@ class Quantity:
     sign: str = "any"  # any | positive | non-negative
     angle: bool = False
 
+    @property
+    def a_kind(self) -> str:
+        """The kind with its article."""
+        return f"an {self.kind}" if self.kind[0] in "aeiou" else f"a {self.kind}"
+
     def admits(self, value: float) -> bool:
         """True when `value` has the permitted sign."""
         if self.sign == "positive":
@@ -46,7 +51,9 @@ class Quantity:
 
     def __get_pydantic_json_schema__(self, _: Any, __: GetJsonSchemaHandler) -> dict[str, Any]:
         text = f"{self.kind}, e.g. {self.example!r}; or an expression over parameters"
-        numbers: dict[str, Any] = {"type": "number"} if self.dimension == dim.NUMBER and not self.angle else {"const": 0}
+        numbers: dict[str, Any] = (
+            {"type": "number"} if self.dimension == dim.NUMBER and not self.angle else {"const": 0}
+        )
         return {"anyOf": [{"type": "string"}, numbers], "description": text}
 
     def _validate(self, raw: Any, info: ValidationInfo) -> Scalar:
@@ -57,9 +64,9 @@ class Quantity:
             raise PydanticCustomError("quantity", "{rule}", {"rule": error.rule, "hint": error.hint}) from None
         if isinstance(value, float):
             if not math.isfinite(value):
-                raise PydanticCustomError("quantity", "{rule}", {"rule": f"a {self.kind} must be finite", "hint": ""})
+                raise PydanticCustomError("quantity", "{rule}", {"rule": f"{self.a_kind} must be finite", "hint": ""})
             if not self.admits(value):
-                rule = f"a {self.kind} must be {self.sign}"
+                rule = f"{self.a_kind} must be {self.sign}"
                 raise PydanticCustomError("quantity", "{rule}", {"rule": rule, "hint": ""})
         return value
 
@@ -77,13 +84,15 @@ def _folded(value: Scalar) -> Scalar:
 def _read_si(raw: Any, quantity: Quantity) -> Scalar:
     """Accept what Python code writes: an SI number, an Expression, or the text of one."""
     if isinstance(raw, Expression):
+        checked(raw.tree)
+        Expression.parse(str(raw))  # as large as can be written, and read again
         return raw
     if isinstance(raw, str):
         return Expression.parse(raw)
     try:
         return float(raw) if not isinstance(raw, bool | bytes) else math.nan
     except (TypeError, ValueError, OverflowError):
-        raise ExpressionError(f"a {quantity.kind} is a number in SI or an expression") from None
+        raise ExpressionError(f"{quantity.a_kind} is a number in SI or an expression") from None
 
 
 Length = Annotated[Scalar, Quantity("length", dim.LENGTH, "10 mm")]
@@ -101,9 +110,7 @@ NonNegativeMass = Annotated[Scalar, Quantity("mass", dim.MASS, "20 g", "non-nega
 Inertia = Annotated[Scalar, Quantity("moment of inertia", dim.INERTIA, "1e-4 kg*m^2")]
 Density = Annotated[Scalar, Quantity("density", dim.DENSITY, "2810 kg/m^3", "positive")]
 PositivePressure = Annotated[Scalar, Quantity("modulus", dim.PRESSURE, "71.7 GPa", "positive")]
-TranslationalStiffness = Annotated[
-    Scalar, Quantity("stiffness", dim.TRANSLATIONAL_STIFFNESS, "2 N/um", "non-negative")
-]
+TranslationalStiffness = Annotated[Scalar, Quantity("stiffness", dim.TRANSLATIONAL_STIFFNESS, "2 N/um", "non-negative")]
 RotationalStiffness = Annotated[
     Scalar, Quantity("rotational stiffness", dim.ROTATIONAL_STIFFNESS, "3 N*m/rad", "non-negative")
 ]

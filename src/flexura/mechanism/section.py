@@ -7,7 +7,13 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from flexura.mechanism.base import Part, refuse
-from flexura.mechanism.quantity import NonNegativeLength, PositiveArea, PositiveLength, PositiveNumber, SecondMoment
+from flexura.mechanism.quantity import (
+    NonNegativeLength,
+    PositiveArea,
+    PositiveLength,
+    PositiveNumber,
+    SecondMoment,
+)
 
 
 class Rectangle(Part):

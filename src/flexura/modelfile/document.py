@@ -1,7 +1,7 @@
 """YAML text to a tree of plain data in which everything knows its line.
 
-Only what a description needs is accepted: one document, no tags, text keys, bounded size. Scalars follow the core
-schema of YAML 1.2, and nothing in the text can make an object or run code.
+Only what a description needs is accepted: one document, no tags, text keys, bounded size. Scalars follow the
+core schema of YAML 1.2, and nothing in the text can make an object or run code.
 """
 
 from __future__ import annotations
@@ -38,10 +38,17 @@ class Node:
             return [node.plain() for node in self.value]
         return self.value
 
+    def at(self, path: Path) -> Node:
+        """The node at the part of a path that the document has."""
+        node = self
+        for key in self.locate(path)[0]:
+            node = node.value[key]
+        return node
+
     def locate(self, path: Path) -> tuple[Path, int]:
         """The part of a path that the document has, and the line of its end.
 
-        One key more is kept where a mapping lacks it; positions are dropped where one entry stands for a list of one.
+        One key more is kept where a mapping lacks it; positions are dropped where there is no list.
         """
         node, line = self, self.line
         found: list[str | int] = []
@@ -89,7 +96,8 @@ _TOP_HINT = "e.g. nodes: {base: [0, 0, 0]}"
 def _syntax_hint(rule: str) -> str:
     if "\\t" in rule or "tab" in rule:
         return "indent with spaces, not tabs"
-    return "put text that holds : # or brackets in quotes" if "mapping values" in rule else ""
+    quoting = "mapping values" in rule or "expected ','" in rule
+    return "put text that holds : # or brackets in quotes" if quoting else ""
 
 
 def _error(name: str, line: int, rule: str, hint: str = "", path: Path = (), value: str = "") -> ModelError:

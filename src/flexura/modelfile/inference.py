@@ -41,7 +41,7 @@ class Inference:
             self.annotated(tree, expected)
 
     def annotated(self, tree: Tree, expected: MaybeDimension) -> Tree:
-        """The same tree with a dimension for every literal, given that of the whole; learns names on the way."""
+        """The same tree with dimensions for its literals, given that of the whole; learns those of names."""
         match tree:
             case Number(value, dimension):
                 return tree if dimension is not None else Number(value, expected)

@@ -12,8 +12,8 @@ from flexura.mechanism.checks.survey import suggestion
 from flexura.mechanism.parameters import Parameter
 
 _KINDS = ("type", "shape")
-FILE_ONLY = {Mechanism: ("flexura",), Superelement: ("units",)}
-_NOT_IN_FILES = {Parameter: ("unit",)}
+FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura",), Superelement: ("units",)}
+_NOT_IN_FILES: dict[type[Part], tuple[str, ...]] = {Parameter: ("unit",)}
 
 
 def unknown_key_hint(path: Path, data: Any) -> str:

@@ -16,7 +16,8 @@ from flexura.units import format_quantity
 def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
     """Read `name=0.3 mm`: the name of a parameter and a value in SI of its dimension.
 
-    Raises OptionError when the parameter does not exist, the value cannot be read, or its dimension is another.
+    Raises OptionError when the parameter does not exist, or the value cannot be read or has another
+    dimension.
     """
     name, equals, written = (part.strip() for part in text.partition("="))
     if not equals or not written:

@@ -19,15 +19,14 @@ ANY = Quantity("quantity", None, "0.3 mm")
 def prepare_parameters(raw: dict[str, Any]) -> tuple[dict[str, Dimension | None], list[Problem]]:
     """Write parameters out in full, in place: `t: 0.3 mm` is `t: {value: 0.3 mm}`, and note their units.
 
-    Returns the dimension of every parameter that is declared (None where it cannot be told), and problems that
-    would not show once units are gone. What cannot be read is left for validation to report.
+    Returns the dimension of every parameter that is declared (None where it cannot be told), and problems
+    that would not show once units are gone. What cannot be read is left for validation to report.
     """
     reader = QuantityReader(dict.fromkeys(raw))
     problems: list[Problem] = []
     known: dict[str, Parameter] = {}
+    raw.update({name: {"value": entry} for name, entry in raw.items() if not isinstance(entry, dict)})
     for name, entry in raw.items():
-        if not isinstance(entry, dict):
-            raw[name] = entry = {"value": entry}
         if "unit" in entry:
             del entry["unit"]
             hint = "write value: 0.3 mm"
@@ -59,9 +58,7 @@ def measure(reader: QuantityReader, raw: Any) -> tuple[Scalar, Dimension | None]
     return value, NUMBER
 
 
-def _bounds(
-    name: str, entry: dict[str, Any], dimension: Dimension, reader: QuantityReader
-) -> list[Problem]:
+def _bounds(name: str, entry: dict[str, Any], dimension: Dimension, reader: QuantityReader) -> list[Problem]:
     problems = []
     for key in ("minimum", "maximum"):
         with suppress(ExpressionError):

@@ -7,8 +7,23 @@ from typing import Any
 from flexura.errors import Path
 
 _NAMED = frozenset(
-    "nodes links flexures springs bodies masses superelements instances joints interface ground "
-    "parameters materials sections substructures".split()  # noqa: SIM905
+    [
+        "nodes",
+        "links",
+        "flexures",
+        "springs",
+        "bodies",
+        "masses",
+        "superelements",
+        "instances",
+        "joints",
+        "interface",
+        "ground",
+        "parameters",
+        "materials",
+        "sections",
+        "substructures",
+    ]
 )
 
 
@@ -60,12 +75,13 @@ class Pruned:
     def remove(self, path: Path) -> None:
         """Remove what is at a path, if it is still there."""
         holder: Any = self.data
+        key: Any = path[-1]
         try:
-            for key in path[:-1]:
-                holder = holder[key]
+            for step in path[:-1]:
+                holder = holder[step]
             if isinstance(holder, list):
-                self._origin.setdefault(path[:-1], list(range(len(holder)))).pop(int(path[-1]))
-            del holder[path[-1]]
+                self._origin.setdefault(path[:-1], list(range(len(holder)))).pop(key)
+            del holder[key]
         except (KeyError, IndexError, TypeError):
             return
 

@@ -9,10 +9,11 @@ from contextlib import suppress
 from typing import Any
 
 from flexura.errors import ExpressionError
+from flexura.mechanism.checks.survey import suggestion
 from flexura.mechanism.dimension import NUMBER, Dimension
 from flexura.mechanism.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.quantity import Quantity, Scalar
-from flexura.units import parse_quantity, parse_unit
+from flexura.units import FAMILIAR, parse_quantity, parse_unit
 
 _LITERAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 _FACTOR = r"[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*(?:-?\d+|\(-?\d+(?:/\d+)?\)))?"
@@ -37,7 +38,7 @@ class QuantityReader:
         if isinstance(raw, str):
             return self.text(raw, quantity)
         if isinstance(raw, bool) or not isinstance(raw, int | float):
-            raise ExpressionError(f"a {quantity.kind} is expected here", f"write it like {quantity.example}")
+            raise ExpressionError(f"{quantity.a_kind} is expected here", f"write it like {quantity.example}")
         return self.bare(raw, quantity)
 
     def bare(self, raw: float, quantity: Quantity) -> float:
@@ -47,10 +48,10 @@ class QuantityReader:
         except OverflowError:
             value = math.inf
         if not math.isfinite(value):
-            raise ExpressionError(f"a {quantity.kind} must be finite")
+            raise ExpressionError(f"{quantity.a_kind} must be finite")
         if value != 0 and (quantity.angle or quantity.dimension not in (None, NUMBER)):
             unit = quantity.example.partition(" ")[2]
-            raise ExpressionError(f"a {quantity.kind} carries a unit", f"write {value:g} {unit}")
+            raise ExpressionError(f"{quantity.a_kind} carries a unit", f"write {value:g} {unit}")
         return value
 
     def text(self, raw: str, quantity: Quantity) -> Scalar:
@@ -63,7 +64,7 @@ class QuantityReader:
             return self.bare(value, quantity)
         if quantity.dimension not in (None, dimension):
             found = dimension.unit() or "a pure number"
-            rule = f"a {quantity.kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {found}"
             raise ExpressionError(rule, f"e.g. {quantity.example}")
         return value
 
@@ -77,27 +78,35 @@ class QuantityReader:
             return None
         unit = match[2]
         if unit and not _BRACKETED.fullmatch(unit):
-            names = _IDENTIFIER.findall(unit)
-            if not _PRODUCT.fullmatch(unit) or self.declared(names[1:]):
+            first, *others = _IDENTIFIER.findall(unit) or [unit]
+            meaningful = [name for name in others if self.is_declared(name)]
+            if not _PRODUCT.fullmatch(unit) or (meaningful and len(meaningful) == len(others)):
                 return None
-            self.explain(names[0] if names else unit)
+            self.explain(first)
+            if meaningful and not _is_unit(unit):
+                return None
+            self.known(others)
         value, exponents = parse_quantity(raw)
         return value, Dimension(*exponents)
 
-    def declared(self, names: list[str]) -> list[str]:
-        """Those of the names that mean something in an expression."""
-        return [n for n in names if n in self.dimensions or n in CONSTANTS or n in FUNCTIONS]
+    def known(self, names: list[str]) -> None:
+        """Refuse what might be a unit or a parameter, but is neither."""
+        for name in names:
+            if not _is_unit(name):
+                hint = suggestion(name, [*self.dimensions, *FAMILIAR], "known")
+                raise ExpressionError(f"{name} is neither a unit nor a parameter", hint)
+
+    def is_declared(self, name: str) -> bool:
+        """Whether a name means something in an expression."""
+        return name in self.dimensions or name in CONSTANTS or name in FUNCTIONS
 
     def explain(self, name: str) -> None:
         """Say more about a parameter or a constant that stands where a unit should."""
         if name in CONSTANTS:
             raise ExpressionError(f"{name} is a number, not a unit", f"join it with an operator, e.g. 2*{name}")
-        if name in self.dimensions:
-            try:
-                parse_unit(name)
-            except ExpressionError:
-                rule = f"{name} is a parameter, not a unit"
-                raise ExpressionError(rule, f"join it with an operator, e.g. 2*{name}") from None
+        if name in self.dimensions and not _is_unit(name):
+            rule = f"{name} is a parameter, not a unit"
+            raise ExpressionError(rule, f"join it with an operator, e.g. 2*{name}")
 
     def expression(self, raw: str, quantity: Quantity) -> Scalar:
         """An expression whose literals carry units."""
@@ -110,7 +119,9 @@ class QuantityReader:
             return value, Dimension(*exponents)
 
         expression = Expression.parse(raw, unit)
-        self.ambiguous(raw, expression, quantity)
+        literal = self.as_literal(raw, expression, quantity)
+        if literal is not None:
+            return literal
         if quantity.angle and not units and not _IDENTIFIER.search(raw):
             raise ExpressionError("an angle carries a unit", f"write it like {quantity.example}")
         if not expression.names:
@@ -122,26 +133,29 @@ class QuantityReader:
         dimension = expression.dimension({})
         if quantity.dimension is not None and dimension not in (None, quantity.dimension):
             found = dimension.unit() or "a pure number"
-            rule = f"a {quantity.kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {found}"
             raise ExpressionError(rule, f"e.g. {quantity.example}")
 
-    def ambiguous(self, raw: str, expression: Expression, quantity: Quantity) -> None:
-        """Refuse `2810 kg/m^3` where m is a parameter and only the unit makes sense."""
-        match = _LITERAL.fullmatch(raw.strip())
-        if match is None or not match[2] or quantity.dimension is None:
-            return
+    def as_literal(self, raw: str, expression: Expression, quantity: Quantity) -> float | None:
+        """Value of `2810 kg/m^3` where m is a parameter too, but only the unit gives the dimension expected."""
         try:
-            _, exponents = parse_quantity(raw)
+            value, exponents = parse_quantity(raw)
+            if Dimension(*exponents) != quantity.dimension:
+                return None
         except ExpressionError:
-            return
-        fits = Dimension(*exponents) == quantity.dimension
+            return None
         with suppress(ExpressionError):
             if expression.dimension(self.dimensions) in (None, quantity.dimension):
-                return
-        if fits:
-            shared = [n for n in _IDENTIFIER.findall(match[2]) if n in self.dimensions]
-            rule = f"{' and '.join(shared)} is also a parameter, so that this reads as an expression"
-            raise ExpressionError(rule, f"write {match[1]} [{match[2]}]")
+                return None
+        return value
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        parse_unit(text)
+    except ExpressionError:
+        return False
+    return True
 
 
 def _is_bare(raw: str) -> bool:

@@ -11,8 +11,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from flexura.errors import ModelError, Path, Problem
-from flexura.mechanism import Mechanism
-from flexura.mechanism.base import UNKNOWN_KEY, problems_of
+from flexura.mechanism import Expression, Mechanism
+from flexura.mechanism.base import UNKNOWN_KEY, Part, problems_of
 from flexura.mechanism.checks import problems as problems_of_whole
 from flexura.mechanism.quantity import CONTEXT_KEY
 from flexura.modelfile.document import MAX_CHARACTERS, Node, parse
@@ -36,9 +36,9 @@ def load(path: str | FilePath) -> Mechanism:
 
 
 def loads(text: str, name: str = "<text>") -> Mechanism:
-    """Read a model from text; `name` stands for the file in messages, and files are sought in the working directory.
+    """Read a model from text; `name` stands for the file in messages.
 
-    Raises ModelError listing every problem with its line.
+    Files that it names are sought in the working directory. Raises ModelError listing every problem with its line.
     """
     return _read(text, name, FilePath())
 
@@ -72,15 +72,34 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
     pruned = Pruned(data)
     found = [*_version(data, pruned), *_superelements(data, pruned, directory)]
     dimensions, more = prepare_parameters(data["parameters"]) if _has_parameters(data) else ({}, [])
+    for problem in more:
+        if problem.path[2:] == ("unit",):
+            pruned.remove_entry(problem.path[:2])
     found += more
     mechanism, more = _validated(data, pruned, QuantityReader(dimensions))
     found += more
     if mechanism is not None:
         whole = problems_of_whole(mechanism, ignore_missing=_missing(pruned), partial=pruned.anything)
-        found += [replace(problem, path=pruned.original(problem.path)) for problem in whole]
+        for problem in whole:
+            path = pruned.original(problem.path)
+            found.append(replace(problem, path=path, value=_as_written(problem, path, mechanism, root)))
     if found or mechanism is None:
         raise ModelError(_located(found, root, name))
     return mechanism
+
+
+def _as_written(problem: Problem, path: Path, mechanism: Mechanism, root: Node) -> str:
+    """The value of a problem with an expression as it stands in the file."""
+    try:
+        expression: Any = mechanism
+        for key in problem.path:
+            expression = getattr(expression, str(key)) if isinstance(expression, Part) else expression[key]
+        written: Any = root.at(path).value
+    except (KeyError, IndexError, TypeError, AttributeError):
+        return problem.value
+    if isinstance(expression, Expression) and isinstance(written, str):
+        return problem.value.replace(str(expression), written, 1)
+    return problem.value
 
 
 def _has_parameters(data: dict[str, Any]) -> bool:
@@ -114,10 +133,8 @@ def _superelements(data: dict[str, Any], pruned: Pruned, directory: FilePath) ->
     return found
 
 
-def _validated(
-    data: dict[str, Any], pruned: Pruned, reader: QuantityReader
-) -> tuple[Mechanism | None, list[Problem]]:
-    """Validate the parts; what they refuse is removed and reported until the rest is valid, None if nothing is."""
+def _validated(data: dict[str, Any], pruned: Pruned, reader: QuantityReader) -> tuple[Mechanism | None, list[Problem]]:
+    """Validate the parts, removing and reporting what they refuse; None when nothing is left."""
     found: list[Problem] = []
     for _ in range(MAX_ROUNDS):
         try:

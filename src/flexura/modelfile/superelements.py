@@ -17,7 +17,7 @@ _TIME = Dimension(time=LENGTH.length)
 _UNITS = {"length": LENGTH, "mass": MASS, "time": _TIME}
 
 
-class _Refused(Exception):
+class _RefusedError(Exception):
     """A matrix or a unit that cannot be used: path below the superelement, value, rule and hint."""
 
     def __init__(self, path: Path, value: str, rule: str, hint: str = "") -> None:
@@ -38,7 +38,7 @@ def prepare_superelement(entry: dict[str, Any], directory: FilePath) -> Problem 
         if (length, mass, time) != (1.0, 1.0, 1.0):
             for key, scale in (("stiffness", mass / time**2), ("mass", mass)):
                 entry[key] = _scaled(entry.get(key), scale, length)
-    except _Refused as refused:
+    except _RefusedError as refused:
         return refused.problem
     return None
 
@@ -48,17 +48,17 @@ def _units(raw: Any) -> tuple[float, float, float]:
         return 1.0, 1.0, 1.0
     hint = "e.g. {length: mm, mass: t, time: s}"
     if not isinstance(raw, dict):
-        raise _Refused(("units",), repr(raw), "the units of a superelement are a mapping", hint)
+        raise _RefusedError(("units",), repr(raw), "the units of a superelement are a mapping", hint)
     factors = {"length": 1.0, "mass": 1.0, "time": 1.0}
     for key, text in raw.items():
         if key not in _UNITS:
-            raise _Refused(("units", key), "", "unknown key", "allowed: length, mass, time")
+            raise _RefusedError(("units", key), "", "unknown key", "allowed: length, mass, time")
         try:
             factor, exponents = parse_unit(str(text))
         except ExpressionError as error:
-            raise _Refused(("units", key), repr(text), error.rule, error.hint) from None
+            raise _RefusedError(("units", key), repr(text), error.rule, error.hint) from None
         if Dimension(*exponents) != _UNITS[key]:
-            raise _Refused(("units", key), repr(text), f"a unit of {key} is expected here", hint)
+            raise _RefusedError(("units", key), repr(text), f"a unit of {key} is expected here", hint)
         factors[key] = float(factor)
     return factors["length"], factors["mass"], factors["time"]
 
@@ -78,23 +78,22 @@ def _scaled(raw: Any, scale: float, length: float) -> Any:
 def _from_file(raw: dict[str, Any], path: Path, directory: FilePath) -> list[list[float]]:
     hint = "e.g. stiffness: {file: part_K.mtx}, a real Matrix Market file"
     if set(raw) != {"file"} or not isinstance(raw["file"], str):
-        raise _Refused(path, "", "a matrix is a list of rows, or {file: NAME}", hint)
+        raise _RefusedError(path, "", "a matrix is a list of rows, or {file: NAME}", hint)
     name = raw["file"]
     try:
         return _read(directory / name).tolist()
     except FileNotFoundError:
-        raise _Refused((*path, "file"), repr(name), "the file does not exist", f"looked in {directory}") from None
+        raise _RefusedError((*path, "file"), repr(name), "the file does not exist", f"looked in {directory}") from None
     except (OSError, MemoryError) as error:
         rule = f"the file cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise _Refused((*path, "file"), repr(name), rule) from None
+        raise _RefusedError((*path, "file"), repr(name), rule) from None
     except (ValueError, OverflowError, TypeError, KeyError, IndexError) as error:
         rule = f"not a real square Matrix Market file: {' '.join(str(error).split())[:120]}"
-        raise _Refused((*path, "file"), repr(name), rule, hint) from None
+        raise _RefusedError((*path, "file"), repr(name), rule, hint) from None
 
 
 def _read(file: FilePath) -> NDArray[np.float64]:
-    from scipy.io import mminfo, mmread  # noqa: PLC0415
-    from scipy.sparse import issparse  # noqa: PLC0415
+    from scipy.io import mminfo, mmread
 
     with file.open("rb") as stream:
         stream.read(1)
@@ -103,5 +102,5 @@ def _read(file: FilePath) -> NDArray[np.float64]:
         raise ValueError(f"its entries are {kind}")
     if rows != columns or rows > MAX_ORDER:
         raise ValueError(f"it is {rows} x {columns}; square and at most {MAX_ORDER} is expected")
-    matrix: Any = mmread(str(file))
-    return np.asarray(matrix.toarray() if issparse(matrix) else matrix, dtype=float)
+    matrix: Any = mmread(str(file), spmatrix=False)
+    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=float)

@@ -5,43 +5,46 @@ from __future__ import annotations
 import io
 import os
 from pathlib import Path as FilePath
-from typing import Any, Literal, get_origin
+from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.scalarstring import DoubleQuotedScalarString, LiteralScalarString
-
-from flexura.errors import FlexuraError, OptionError
-from flexura.mechanism import DOF_NAMES, Expression, Matrix, Mechanism, Parameter, Support
+from flexura.errors import OptionError, Path
+from flexura.mechanism import DOF_NAMES, Matrix, Mechanism, Parameter, Substructure, Support
 from flexura.mechanism.base import Part
-from flexura.mechanism.quantity import Quantity
 from flexura.modelfile.document import resolve
+from flexura.modelfile.numbers import written_scalars
 from flexura.modelfile.reader import VERSION
-from flexura.modelfile.scalars import ScalarWriter
 
-MAX_LINE = 100
+MAX_FLOW = 88
+"""Longest mapping that is written on one line, in characters."""
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 _AXES |= {(-x, -y, -z): f"-{name}" for (x, y, z), name in _AXES.items()}
 _DIRECTIONS = frozenset({"axis", "normal", "reference"})
-_SINGLE = frozenset({"rotate", "pattern"})
-_IN_BLOCKS = frozenset({"substructures", "description"})
+_ONE_OR_MORE = frozenset({"rotate", "pattern"})
+_KINDS = frozenset({"type", "shape"})
+_ORDER = (
+    *("name", "description", "theory", "parameters", "materials", "sections", "substructures"),
+    *Substructure.model_fields,
+    "ground",
+)
+_NAMED = frozenset(_ORDER)
 
 
 def dumps(mechanism: Mechanism) -> str:
     """Text of a model file for the mechanism: `loads(dumps(m)) == m`.
 
-    Defaults are left out, and quantities carry the customary unit in which they are exact. Raises ModelError when
-    the unit of a parameter is neither given nor follows from where the parameter is used.
+    Defaults are left out, and quantities carry a customary unit in which they are exact. Raises ModelError
+    when the unit of a parameter is neither given nor follows from where the parameter is used.
     """
-    writer = _Writer(mechanism)
-    document = CommentedMap({"flexura": VERSION})
-    document.update(writer.part(mechanism))
+    from ruamel.yaml import YAML
+
+    written = written_scalars(mechanism)
+    content = _part(mechanism, (), written)
+    document = {"flexura": VERSION, **{key: content[key] for key in _ORDER if key in content}}
     yaml = YAML()
     yaml.width = 10**6
-    yaml.allow_unicode = True
     yaml.indent(mapping=2, sequence=4, offset=2)
     stream = io.StringIO()
-    yaml.dump(document, stream)
+    yaml.dump(_styled(document), stream)
     return stream.getvalue()
 
 
@@ -51,9 +54,9 @@ def save(mechanism: Mechanism, path: str | FilePath) -> None:
     Raises ModelError as `dumps` does, and OptionError when the file cannot be written.
     """
     text = dumps(mechanism)
-    target = FilePath(path).resolve()
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
+        target = FilePath(path).resolve()
+        temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
         try:
             with temporary.open("x", encoding="utf-8", newline="\n") as stream:
                 stream.write(text)
@@ -63,20 +66,89 @@ def save(mechanism: Mechanism, path: str | FilePath) -> None:
         finally:
             temporary.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
-        raise OptionError(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}") from None
+        reason = getattr(error, "strerror", None) or error
+        raise OptionError(f"{path} cannot be written: {reason}") from None
 
 
-class _Writer:
-    """Turns parts into data for YAML: mappings in the order of their fields, defaults left out."""
+def _part(part: Part, path: Path, written: dict[Path, Any]) -> dict[str, Any]:
+    """Keys of a part in the order of its fields, without those at their defaults."""
+    result: dict[str, Any] = {}
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        if name in _KINDS or field.is_required() or value != field.default:
+            result[name] = _data(value, (*path, name), written)
+    return result
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.scalars = ScalarWriter(mechanism)
 
-    def part(self, part: Part) -> CommentedMap:
-        result = CommentedMap()
-        for name, field in type(part).model_fields.items():
-            value = getattr(part, name)
-            kind = get_origin(field.annotation) is Literal and name in ("type", "shape")
-            if kind or field.is_required() or value != field.default:
-                result[name] = self.value(name, value, part)
-        return _tidy(result)
+def _data(value: Any, path: Path, written: dict[Path, Any]) -> Any:
+    if path in written:
+        return written[path]
+    if isinstance(value, dict):
+        return {key: _data(entry, (*path, key), written) for key, entry in value.items()}
+    if isinstance(value, tuple):
+        return _list(value, path, written)
+    if isinstance(value, Part):
+        if value == _CLAMPED:
+            return "clamped"
+        entry = _part(value, path, written)
+        return _short(entry) if isinstance(value, Parameter) else entry
+    return value.array.tolist() if isinstance(value, Matrix) else value
+
+
+_CLAMPED = Support(fixed=DOF_NAMES)
+
+
+def _list(value: tuple, path: Path, written: dict[Path, Any]) -> Any:
+    if path[-1] in _DIRECTIONS and value in _AXES:
+        return _AXES[value]
+    entries = [_data(entry, (*path, i), written) for i, entry in enumerate(value)]
+    return entries[0] if path[-1] in _ONE_OR_MORE and len(entries) == 1 else entries
+
+
+def _short(parameter: dict[str, Any]) -> Any:
+    """Shorthand of a parameter that has only a value; its unit stands in the text."""
+    parameter.pop("unit", None)
+    return parameter["value"] if parameter.keys() == {"value"} else parameter
+
+
+def _styled(data: Any, key: str = "") -> Any:
+    """Data for the YAML emitter: short mappings and lists on one line, ambiguous text in quotes."""
+    from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+    if isinstance(data, dict):
+        mapping = CommentedMap({_text(name): _styled(entry, name) for name, entry in data.items()})
+        if key and key not in _NAMED and _width(data) <= MAX_FLOW and not _has_line_break(data):
+            mapping.fa.set_flow_style()
+        return mapping
+    if isinstance(data, list):
+        sequence = CommentedSeq([_styled(entry, key) for entry in data])
+        if not any(isinstance(entry, dict | list) for entry in data):
+            sequence.fa.set_flow_style()
+        return sequence
+    return _text(data) if isinstance(data, str) else data
+
+
+def _width(data: Any) -> int:
+    if isinstance(data, dict):
+        return 2 + sum(len(str(key)) + 4 + _width(entry) for key, entry in data.items())
+    if isinstance(data, list):
+        return 2 + sum(2 + _width(entry) for entry in data)
+    return len(str(data))
+
+
+def _has_line_break(data: Any) -> bool:
+    if isinstance(data, dict):
+        return any(map(_has_line_break, data.values()))
+    return isinstance(data, str) and "\n" in data
+
+
+def _text(text: str) -> Any:
+    """Text that is certain to be read as the same text."""
+    from ruamel.yaml.scalarstring import DoubleQuotedScalarString, LiteralScalarString
+
+    lines = text.split("\n")
+    if len(lines) > 1 and all(line.isprintable() and line == line.strip() and line for line in lines):
+        return LiteralScalarString(text)
+    if not text.isprintable() or not isinstance(resolve(text), str):
+        return DoubleQuotedScalarString(text)
+    return text

@@ -95,7 +95,7 @@ def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinema
     B[..., :6, :6] = np.eye(6)
     B[..., 6:, :6] = -np.eye(6)
     B[..., 6:, 6:] = rigid_arm((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :])
-    return ChainKinematics(X, np.linalg.inv(X[..., 6:, :]), B)
+    return ChainKinematics(X, np.linalg.inv(X[..., 6:, :]).astype(np.float64, copy=False), B)
 
 
 def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
@@ -116,7 +116,7 @@ def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | Eleme
     V[..., :6] = kin.X
     V[..., :6, 6:] = kin.X[..., :6, :] @ at_i
     V[..., 6:, 6:] = kin.X[..., 6:, :] @ at_j
-    flat = (*V.shape[:-3], V.shape[-3] * 12, 12)
+    flat = (*V.shape[:-3], V.shape[len(V.shape) - 3] * 12, 12)
     m = np.swapaxes(V.reshape(flat), -1, -2) @ (M @ V).reshape(flat)
     K = np.swapaxes(kin.B[..., 6:, :], -1, -2) @ k @ kin.B[..., 6:, :]
     return K, np.swapaxes(kin.B, -1, -2) @ m @ kin.B

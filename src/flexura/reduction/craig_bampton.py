@@ -40,7 +40,7 @@ def constraint_modes(K: sp.csc_matrix, interior: Index, boundary: Index) -> Arra
     K_ii = K[interior][:, interior].tocsc()
     d = sp.diags(1 / np.sqrt(K_ii.diagonal()))
     right = (d @ K[interior][:, boundary]).toarray()
-    return -(d @ factorise((d @ K_ii @ d).tocsc()).solve(right))
+    return -np.asarray(d @ factorise((d @ K_ii @ d).tocsc()).solve(right))
 
 
 def fixed_interface_modes(

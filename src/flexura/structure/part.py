@@ -7,6 +7,7 @@ refer to ("foreign" nodes), then the mesh nodes inside members.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -33,8 +34,9 @@ class PartGeometry(NamedTuple):
 
 
 class Lump(NamedTuple):
-    """A dense matrix over some nodes of a part; K and M may be None."""
+    """A dense matrix over some nodes of a part, by the name of what it stands for; K and M may be None."""
 
+    name: str
     nodes: list[int]
     K: Array | None
     M: Array | None
@@ -124,7 +126,7 @@ class Part:
         for position, (name, n) in enumerate(zip(self.members, self.counts, strict=True)):
             inner = [nodes.get(f"{name}[{k}]") for k in range(1, n)]
             chain = [self.ends[position, 0], *inner, self.ends[position, 1]]
-            connectivity += list(zip(chain[:-1], chain[1:], strict=True))
+            connectivity += list(pairwise(chain))
             self.mesh_member += [position] * (n - 1)
             self.mesh_fraction += [k / n for k in range(1, n)]
         self.connectivity = np.array(connectivity, dtype=np.intp).reshape(-1, 2)
@@ -252,12 +254,12 @@ class Part:
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre
 
     def _lumps(self, values: Array, geometry: PartGeometry) -> list[Lump]:
-        lumps = [Lump([node], None, body.matrix(values)) for node, body in self.bodies.values()]
-        lumps += [Lump([node], None, point.matrix(values)) for node, point in self.points.values()]
-        for spring in self.springs.values():
+        lumps = [Lump(key, [node], None, body.matrix(values)) for key, (node, body) in self.bodies.items()]
+        lumps += [Lump(key, [node], None, point.matrix(values)) for key, (node, point) in self.points.items()]
+        for key, spring in self.springs.items():
             K = spring.matrix(values, geometry.positions[..., spring.nodes, :])
-            lumps.append(Lump(spring.nodes, K, None))
-        lumps += [Lump(nodes, K, M) for nodes, K, M in self.superelements.values()]
+            lumps.append(Lump(key, spring.nodes, K, None))
+        lumps += [Lump(key, nodes, K, M) for key, (nodes, K, M) in self.superelements.items()]
         return lumps
 
 

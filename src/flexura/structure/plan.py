@@ -80,7 +80,8 @@ class Plan:
         self.layout = Layout(mechanism)
         self.slots = SlotTable()
         self.parts = {name: Part(self.layout, name, self.slots) for name in self.layout.prototypes}
-        self._members = Members([m for part in self.parts.values() for m in part.members.values()], mechanism, self.slots)
+        members = [m for part in self.parts.values() for m in part.members.values()]
+        self._members = Members(members, mechanism, self.slots)
         self._children = {
             name: [_ChildPlacement(child, self.slots) for child in children]
             for name, children in self.layout.children.items()
@@ -100,7 +101,8 @@ class Plan:
 
     def _find_geometry_slots(self) -> Index:
         """Slots with expressions on which positions, lengths and orientations depend."""
-        used = {int(s) for children in self._children.values() for c in children for _, f in c.steps for s in np.hstack(f)}
+        placements = [c for children in self._children.values() for c in children]
+        used = {int(s) for c in placements for _, fields in c.steps for s in np.hstack(fields)}
         for part in self.parts.values():
             used |= part.geometry_slots()
         return np.array(sorted(used & set(self.slots.varying().tolist())), dtype=np.intp)
@@ -114,7 +116,8 @@ class Plan:
         for instance, parent in enumerate(topology.parent):
             if parent >= 0:
                 depth[instance] = depth[parent] + 1
-                groups.setdefault((depth[instance], prototype_of[parent], topology.child[instance]), []).append(instance)
+                key = (depth[instance], prototype_of[parent], topology.child[instance])
+                groups.setdefault(key, []).append(instance)
         ordered = sorted(groups.items(), key=lambda item: item[0][0])
         return [
             (name, child, np.array(instances), np.array([topology.parent[i] for i in instances]))

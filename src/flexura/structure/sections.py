@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,14 @@ Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
 
 _CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
-    "circular": lambda x, a, s: contour.circular(x, s["radius"], s["web"]),
+    "circular": lambda x, _, s: contour.circular(x, s["radius"], s["web"]),
     "elliptical": lambda x, a, s: contour.elliptical(x, a, s["depth"], s["web"]),
     "parabolic": lambda x, a, s: contour.parabolic(x, a, s["depth"], s["web"]),
     "hyperbolic": lambda x, a, s: contour.hyperbolic(x, a, s["depth"], s["web"]),
     "corner_filleted": lambda x, a, s: contour.corner_filleted(x, a, s["fillet_radius"], s["web"]),
-    "v_shaped": lambda x, a, s: contour.v_shaped(x, s["angle"], s["root_radius"], s["web"]),
+    "v_shaped": lambda x, _, s: contour.v_shaped(x, s["angle"], s["root_radius"], s["web"]),
     "table": lambda x, a, s: contour.tabulated(x + a, s["positions"], s["thicknesses"]),
-    "straight": lambda x, a, s: s["web"] + 0 * x,
+    "straight": lambda x, _, s: s["web"] + 0 * x,
 }
 
 
@@ -110,11 +111,11 @@ class SectionGroups:
         return [(group, int(key[2]), key[3] == "tapered") for key, group in self.groups.items()]  # type: ignore[call-overload]
 
 
-def _fields(part: sc.Part | pr.Part) -> dict[str, object]:
+def _fields(part: sc.Part | pr.Part) -> dict[str, Any]:
     return {name: getattr(part, name) for name in type(part).model_fields if name not in ("shape", "type")}
 
 
-def _profile_sizes(profile: pr.Profile) -> tuple[tuple[str, ...], dict[str, object]]:
+def _profile_sizes(profile: pr.Profile) -> tuple[tuple[str, ...], dict[str, Any]]:
     match profile:
         case pr.Leaf():
             return ("leaf",), _fields(profile)
@@ -124,7 +125,7 @@ def _profile_sizes(profile: pr.Profile) -> tuple[tuple[str, ...], dict[str, obje
             return ("round", profile.contour.shape), _fields(profile.contour)
         case pr.TwoAxisNotch():
             y, z = profile.y_contour, profile.z_contour
-            sizes: dict[str, object] = {"shift": profile.shift}
+            sizes: dict[str, Any] = {"shift": profile.shift}
             sizes |= {f"y_{name}": value for name, value in _fields(y).items()}
             sizes |= {f"z_{name}": value for name, value in _fields(z).items()}
             return ("two_axis", y.shape, z.shape), sizes

@@ -1,6 +1,6 @@
 """Text with units to SI floats, and back."""
 
 from flexura.units.format import format_number, format_quantity
-from flexura.units.parse import Exponents, parse_quantity, parse_unit
+from flexura.units.parse import FAMILIAR, Exponents, parse_quantity, parse_unit
 
-__all__ = ["Exponents", "format_number", "format_quantity", "parse_quantity", "parse_unit"]
+__all__ = ["FAMILIAR", "Exponents", "format_number", "format_quantity", "parse_quantity", "parse_unit"]

@@ -8,10 +8,10 @@ from functools import cache
 from flexura.units.parse import Exponents, parse_unit, to_si
 
 _PRETTY = (
-    ("mm", "m", "um", "km", "nm"),
-    ("mm^2", "m^2"),
-    ("mm^3", "m^3"),
-    ("mm^4", "m^4"),
+    ("m", "mm", "um", "km", "nm"),
+    ("m^2", "mm^2"),
+    ("m^3", "mm^3"),
+    ("m^4", "mm^4"),
     ("kg", "g", "mg"),
     ("kg*m^2", "g*mm^2", "kg*mm^2"),
     ("kg/m^3",),
@@ -39,8 +39,8 @@ def format_number(value: float) -> str:
 def format_quantity(value: float, exponents: Exponents, *, angle: bool = False) -> str:
     """Write an SI value with a unit, e.g. `0.3 mm`, `71.7 GPa`, `90 deg`; pure numbers carry none.
 
-    Of the customary units of the dimension, takes the one with the fewest digits that reads back to exactly
-    the same float, and the coherent SI unit when there is none.
+    Of the customary units of the dimension, takes the one that is easiest to read among those that read
+    back to exactly the same float, and the coherent SI unit when there is none.
     """
     if angle:
         units: tuple[str, ...] = _ANGLES
@@ -70,10 +70,11 @@ def _exact(value: float, unit: str) -> str | None:
     return f"{format_number(scaled)} {unit}" if to_si(repr(scaled), factor) == value else None
 
 
-def _clumsiness(text: str) -> tuple[bool, int, int]:
-    """Texts with an exponent, or with many digits, are the harder to read."""
+def _clumsiness(text: str) -> tuple[bool, int, bool]:
+    """Texts with an exponent, with many digits, or far from one are the harder to read."""
     number = text.partition(" ")[0].lstrip("-")
-    return "e" in number, len(number.replace(".", "").lstrip("0")), len(text)
+    digits = number.replace(".", "").strip("0")
+    return "e" in number, len(digits), not 0.1 <= float(number) < 1000
 
 
 def _base_unit(exponents: Exponents) -> str:

@@ -32,12 +32,13 @@ _BASE = ("[length]", "[mass]", "[time]", "[current]", "[temperature]")
 _ALLOWED = re.compile(r"[A-Za-z0-9µμ°%*/^(). \-]+")
 _TOKEN = re.compile(r"\s*(?:([A-Za-zµμ°%]+)|(-?\d{1,2}(?:/\d{1,2})?)|(\*\*|[*/^()]))", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-_FAMILIAR = (
+FAMILIAR = (
     *("m", "mm", "um", "nm", "cm", "km", "in", "g", "kg", "mg", "t", "s", "ms", "us", "Hz", "kHz"),
     *("N", "mN", "kN", "uN", "Pa", "kPa", "MPa", "GPa", "rad", "mrad", "urad", "deg", "K", "A"),
     *("N/m", "N/mm", "N/um", "kg/m^3", "g/cm^3", "kg*m^2", "g*mm^2", "mm^2", "mm^4"),
     *("N*m", "N*mm", "N*m/rad", "N*mm/rad", "N/rad"),
 )
+"""Units that are suggested for those that do not exist."""
 
 
 @lru_cache(maxsize=1024)
@@ -177,19 +178,19 @@ def _unit(name: str) -> tuple[Fraction, Exponents]:
     if at_zero != 0:
         raise ExpressionError(f"{name} has an offset or a logarithm in it", "use K for temperatures")
     if not dimensionality.keys() <= set(_BASE):
-        raise ExpressionError(f"{name} is not a unit of mechanics", _FORMS)
+        raise _not_a_unit(name, f"{name} is not a unit of mechanics")
     if factor.denominator > _RATIONAL:
         factor = Fraction(float(factor))
     length, mass, time, current, temperature = (Fraction(dimensionality.get(base, 0)) for base in _BASE)
     return factor, (length, mass, time, current, temperature)
 
 
-def _not_a_unit(text: str) -> ExpressionError:
+def _not_a_unit(text: str, rule: str = "") -> ExpressionError:
     shown = text if len(text) <= 40 else text[:37] + "..."
-    lowered = {unit.lower(): unit for unit in reversed(_FAMILIAR)}
+    lowered = {unit.lower(): unit for unit in reversed(FAMILIAR)}
     close = get_close_matches(text.strip().lower()[:40], lowered, n=3)
     hint = f"did you mean {' or '.join(lowered[c] for c in close)}?" if close else _FORMS
-    return ExpressionError(f"{shown!r} is not a unit", hint)
+    return ExpressionError(rule or f"{shown!r} is not a unit", hint)
 
 
 _FORMS = "units are written like mm, N*m/rad, kg/m^3, deg"

@@ -48,17 +48,25 @@ class View:
         """The view in which points (n, 3), m, fill the area between two corners (2,), pixels."""
         image = points @ camera.axes[:2].T
         first, last = image.min(axis=0), image.max(axis=0)
-        scale = float(((high - low) / np.maximum(last - first, 1e-12)).min())
+        extent = last - first
+        scale = float(((high - low) / (np.maximum(extent, 1e-9 * extent.max()) if extent.any() else 0.01)).min())
         return View(camera, scale, (low + high) / 2 - scale * (first + last) / 2)
 
 
 def painted(
-    view: View, points: Array, faces: Index, colours: Array, outline: float, ambient: float, fill: bool = True
+    view: View,
+    points: Array,
+    faces: Index,
+    colours: Array,
+    outline: float,
+    ambient: float,
+    ink: float = 0.45,
+    fill: bool = True,
 ) -> Triangles:
     """Visible faces of closed surfaces, shaded, and their outlines.
 
     points: (v, 3), m; faces: (f, 4); colours: (f, 4, 3), RGB at the corners; outline: width of outlines, pixels, 0
-    for none; ambient: brightness of faces that get no light.
+    for none; ambient: brightness of faces that get no light; ink: that of outlines. Without `fill`, outlines only.
     """
     area = normals(points, faces)
     length = np.linalg.norm(area, axis=1)
@@ -71,7 +79,7 @@ def painted(
         ends, pair, sharp = outlines(faces, unit, front)
         seen = np.where(front[pair[:, 0]], pair[:, 0], pair[:, 1])
         width = np.where(sharp, outline, 1.2 * outline)
-        parts.append(of_lines(image[ends], 0.45 * colours[seen].mean(axis=1), width, lift=3 * outline))
+        parts.append(of_lines(image[ends], ink * colours[seen].mean(axis=1), width, lift=3 * outline))
     return Triangles.joined(parts)
 
 
@@ -97,19 +105,9 @@ def outlines(faces: Index, unit: Array, front: NDArray[np.bool_]) -> tuple[Index
 
 
 def _lit(unit: Array, camera: Camera) -> Array:
-    """Share of light (f,) on faces with normals (f, 3); it comes from the upper left behind the viewer."""
-    light = np.array([-0.45, 0.75, 0.8]) @ camera.axes
-    return np.maximum(unit @ (light / np.linalg.norm(light)), 0.0)
-
-
-def default_camera(low: Array, high: Array) -> Camera:
-    """A view from the front right, steeper on flat mechanisms, for a bounding box (3,), m."""
-    extent = high - low
-    flat = extent / max(float(extent.max()), 1e-300) < 0.2
-    if flat[2] and not flat[:2].any():
-        return Camera(48.0, -60.0)
-    if flat[1] and not flat[[0, 2]].any():
-        return Camera(22.0, -65.0)
-    if flat[0] and not flat[1:].any():
-        return Camera(22.0, -25.0)
-    return Camera(26.0, -56.0)
+    """Light (f,), at most 1, on faces with normals (f, 3): most from the upper left behind the viewer, some from the
+    right."""
+    main, fill = np.array([[-0.45, 0.75, 0.8], [0.85, 0.1, 0.5]]) @ camera.axes
+    strong = np.maximum(unit @ (main / np.linalg.norm(main)), 0.0)
+    weak = np.maximum(unit @ (fill / np.linalg.norm(fill)), 0.0)
+    return np.minimum(strong + 0.3 * weak, 1.0)

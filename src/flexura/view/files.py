@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,37 +15,47 @@ from numpy.typing import ArrayLike
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.view.pictures import DPI, draw_mechanism, draw_mode, draw_sheet
-from flexura.view.solids import node_motions
+from flexura.view.solids import node_motions, solids
+from flexura.view.viewpoint import good_camera
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 def save_pictures(
-    model: FullOrderModel, shapes: ArrayLike, titles: list[str], subtitles: list[str], folder: Path | str
+    model: FullOrderModel,
+    shapes: ArrayLike | None,
+    titles: Sequence[str],
+    subtitles: Sequence[str],
+    folder: Path | str,
 ) -> list[Path]:
     """Write `mechanism.png`, `mode_01.png` and so on, and `modes.png` with the first six modes on one sheet.
 
     shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles:
-    k each. The folder is made when it is missing. All pictures are drawn before any is written, and every file
+    k each, or None and no titles for the mechanism alone. The folder is made when it is missing. All pictures are drawn before any is written, and every file
     appears complete or not at all; files of the same names are replaced. Returns the paths in the order above; no
     sheet without modes. Raises OptionError when the folder cannot be written to, or when shapes, titles and
     subtitles do not fit together.
     """
-    u = np.asarray(shapes, dtype=float)
+    nodes = model.plan.topology.n_nodes
+    u = np.empty((nodes, 6, 0)) if shapes is None else np.asarray(shapes, dtype=float)
     if u.ndim != 3 or not u.shape[2] == len(titles) == len(subtitles):
         raise OptionError(
             "shapes have shape (nodes, 6, modes), with a title and a subtitle for each mode; "
             f"found {u.shape}, {len(titles)} titles and {len(subtitles)} subtitles"
         )
+    rest = solids(model, np.zeros((nodes, 6)))
     for k in range(u.shape[2]):
         node_motions(model, u[:, :, k])
     target = _folder(Path(folder))
-    pictures = {"mechanism.png": _png(draw_mechanism(model))}
+    camera = good_camera(rest)
+    look = {"elev": camera.elev, "azim": camera.azim}
+    pictures = {"mechanism.png": _png(draw_mechanism(model, **look))}
     for k, (title, subtitle) in enumerate(zip(titles, subtitles, strict=True)):
-        pictures[f"mode_{k + 1:02d}.png"] = _png(draw_mode(model, u[:, :, k], title=title, subtitle=subtitle))
+        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, **look)
+        pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
     if titles:
-        pictures["modes.png"] = _png(draw_sheet(model, u, titles, subtitles))
+        pictures["modes.png"] = _png(draw_sheet(model, u, titles, subtitles, **look))
     return write_files(pictures, target)
 
 

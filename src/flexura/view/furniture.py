@@ -54,7 +54,7 @@ def frame(figure: Figure, camera: Camera, bounds: tuple[Array, Array], area: Box
         axis.line.set_color("0.6")
         axis._axinfo["grid"].update(color="0.88", linewidth=0.5)
         axis._axinfo["tick"].update(inward_factor=0.0, outward_factor=0.15)
-        labels[k](f"{'xyz'[k]} / {symbol}", size=9, color=INK, labelpad=-1)
+        labels[k](f"{'xyz'[k]} / {symbol}", size=9, color=INK, labelpad=3)
     corners = np.array([[(low, high)[b >> k & 1][k] for k in range(3)] for b in range(8)])
     return _fit(figure, axes, corners, camera, area)
 
@@ -151,7 +151,9 @@ def triad(figure: Figure, camera: Camera, area: Box) -> None:
 def colour_bar(figure: Figure, area: Box) -> None:
     """Scale of displacements relative to the largest."""
     axes = figure.add_axes(area)
-    axes.imshow(displacement_colours(np.linspace(0, 1, 256))[:, None], origin="lower", extent=(0, 1, 0, 1), aspect="auto")
+    axes.imshow(
+        displacement_colours(np.linspace(0, 1, 256))[:, None], origin="lower", extent=(0, 1, 0, 1), aspect="auto"
+    )
     axes.set_xticks([])
     axes.yaxis.tick_right()
     axes.set_yticks([0, 0.5, 1], ["0", "½", "max"])

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexura.mechanism import Box, Cylinder, Plate, PointMass, RigidBody, Rotation, Spring
 from flexura.mechanism.evaluation import evaluated, parameter_values
@@ -13,7 +14,7 @@ from flexura.mechanism.placement import rotation_matrix
 from flexura.structure import FullOrderModel
 from flexura.structure.lumps import inertia_tensor
 from flexura.structure.part import Part
-from flexura.view.meshes import Array, Mesh, box, cylinder, sphere
+from flexura.view.meshes import Array, Mesh, box, cylinder, normals, sphere
 from flexura.view.scene import Collector, Kind
 
 _STEEL = 7850.0
@@ -23,12 +24,13 @@ _SPRING_LENGTH = 0.09
 
 @dataclass(frozen=True)
 class _Copy:
-    """One placed copy of a part: Q (3, 3) into the global frame, node positions x (n, 3), m, and displacements
-    u (n, 6), global frame."""
+    """One placed copy of a part: Q (3, 3) into the global frame, node positions x (n, 3), m, displacements u (n, 6),
+    global frame, and whether nodes are clamped (n,)."""
 
     Q: Array
     x: Array
     u: Array
+    clamped: NDArray[np.bool_]
 
     def attached(self, node: int, points: Array) -> Array:
         """Motions (p, 3) of points (p, 3), global frame, fixed to a node."""
@@ -54,7 +56,8 @@ def add_lumps(collector: Collector, model: FullOrderModel, u: Array) -> None:
         )
         for number, offset in zip(placed.number, placed.offset, strict=True):
             span = slice(offset, offset + part.n_nodes)
-            copy = _Copy(geometry.Q[number], geometry.positions[span], u[span])
+            held = plan.topology.held[plan.topology.root[span]].all(axis=1)
+            copy = _Copy(geometry.Q[number], geometry.positions[span], u[span], held)
             drawn.add(collector, copy, geometry.t[number], size, cell)
 
 
@@ -76,11 +79,34 @@ class _Drawn:
             _add_mass(collector, copy, mass, self.part.points[key][0], size)
         for key, spring in self.springs.items():
             at = None if spring.at is None else copy.Q @ _vector(spring.at) + origin
-            _add_spring(collector, copy, spring, self.part.springs[key].nodes, at, size)
+            nodes = self.part.springs[key].nodes
+            if len(nodes) == 1:
+                self._add_grounded(collector, copy, spring, nodes[0], at, size)
+            else:
+                _add_spring(collector, copy, spring, nodes, at, size)
         for nodes, _, _ in self.part.superelements.values():
             _add_star(collector, copy, nodes)
         for node, arm in self.arms:
             _add_arm(collector, copy, node, copy.x[node] + copy.Q @ arm)
+
+    def _add_grounded(
+        self, collector: Collector, copy: _Copy, spring: Spring, node: int, at: Array | None, size: float
+    ) -> None:
+        """A spring from a node, or from the surface of the body whose node it is, outwards to ground."""
+        start = copy.x[node] if at is None else at
+        way = _stiffest(spring, copy)
+        if (start - collector.middle) @ way < -1e-6 * size:
+            way = -way
+        inside = 0.0
+        for key, body in self.bodies.items():
+            if self.part.bodies[key][0] == node:
+                mesh, _ = body_mesh(body, size)
+                inside = float(((mesh.points @ copy.Q.T + copy.x[node] - start) @ way).max())
+        begin = start + max(inside, 0.0) * way
+        _add_arm(collector, copy, node, begin)
+        ends = np.stack([begin, begin + _SPRING_LENGTH * size * way])
+        motion = copy.attached(node, begin[None])[0]
+        _add_zigzag(collector, ends, np.stack([motion, np.zeros(3)]), size, end_plate=True)
 
 
 def _member_arms(part: Part, offsets: Array) -> list[tuple[int, Array]]:
@@ -135,6 +161,7 @@ def equivalent_box(mass: float, inertia: Array) -> tuple[Array, Array]:
 
 def _add_body(collector: Collector, copy: _Copy, body: RigidBody, node: int, part: Part, cell: float) -> None:
     mesh, kind = body_mesh(body, cell)
+    kind = Kind.CLAMP if copy.clamped[node] else kind
     centre = copy.x[node]
     points = mesh.points @ copy.Q.T + centre
     faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces
@@ -143,7 +170,15 @@ def _add_body(collector: Collector, copy: _Copy, body: RigidBody, node: int, par
     if kind is Kind.EQUIVALENT_BODY:
         collector.dot(centre, copy.u[node, :3], Kind.CENTRE)
     for carried in part.carried.get(node, []):
-        _add_arm(collector, copy, node, copy.x[carried])
+        if kind is Kind.EQUIVALENT_BODY or not _inside(Mesh(points, faces), copy.x[carried]):
+            _add_arm(collector, copy, node, copy.x[carried])
+
+
+def _inside(mesh: Mesh, point: Array) -> bool:
+    """True when a point (3,) is in a convex mesh or on it."""
+    area = normals(mesh.points, mesh.faces)
+    height = np.einsum("ij,ij->i", area, point - mesh.points[mesh.faces[:, 0]])
+    return bool((height <= 1e-6 * np.linalg.norm(area, axis=1) * np.ptp(mesh.points, axis=0).max()).all())
 
 
 def _add_arm(collector: Collector, copy: _Copy, node: int, end: Array) -> None:
@@ -177,27 +212,19 @@ def _add_star(collector: Collector, copy: _Copy, nodes: list[int]) -> None:
 def _add_spring(
     collector: Collector, copy: _Copy, spring: Spring, nodes: list[int], at: Array | None, size: float
 ) -> None:
-    """A zigzag between two nodes, or from a node along the stiffest direction to ground."""
+    """A coil between two nodes, or a short one where the spring acts when they coincide or reach there by arms."""
     length = _SPRING_LENGTH * size
-    a = nodes[0]
-    if len(nodes) == 1:
-        start = copy.x[a] if at is None else at
-        _add_arm(collector, copy, a, start)
-        way = _stiffest(spring, copy) * length
-        motion = copy.attached(a, start[None])[0]
-        _add_zigzag(collector, (start, start + way), (motion, np.zeros(3)), size, end_plate=True)
-        return
-    b = nodes[1]
+    a, b = nodes
     span = copy.x[b] - copy.x[a]
-    if at is None and np.linalg.norm(span) > 0.2 * length:
-        _add_zigzag(collector, (copy.x[a], copy.x[b]), (copy.u[a, :3], copy.u[b, :3]), size)
+    distance = float(np.linalg.norm(span))
+    if at is None and distance > 0.2 * length:
+        _add_zigzag(collector, copy.x[nodes], copy.u[nodes, :3], size)
         return
-    middle = copy.x[[a, b]].mean(axis=0) if at is None else at
-    distance = np.linalg.norm(span)
+    middle = copy.x[nodes].mean(axis=0) if at is None else at
     way = span / distance if distance > 0.01 * length else _stiffest(spring, copy)
-    ends = (middle - way * length / 2, middle + way * length / 2)
-    motions = (copy.attached(a, ends[0][None])[0], copy.attached(b, ends[1][None])[0])
-    for node, end in zip((a, b), ends, strict=True):
+    ends = middle + np.array([[-0.5], [0.5]]) * length * way
+    motions = np.concatenate([copy.attached(a, ends[:1]), copy.attached(b, ends[1:])])
+    for node, end in zip(nodes, ends, strict=True):
         _add_arm(collector, copy, node, end)
     _add_zigzag(collector, ends, motions, size)
 
@@ -215,9 +242,8 @@ def _stiffest(spring: Spring, copy: _Copy) -> Array:
     return copy.Q @ _turned(spring.rotate) @ direction
 
 
-def _add_zigzag(
-    collector: Collector, ends: tuple[Array, Array], motions: tuple[Array, Array], size: float, end_plate: bool = False
-) -> None:
+def _add_zigzag(collector: Collector, ends: Array, motions: Array, size: float, end_plate: bool = False) -> None:
+    """A coil between two ends (2, 3), m, that move by `motions` (2, 3), with a square at the second for ground."""
     along = ends[1] - ends[0]
     length = float(np.linalg.norm(along))
     if length == 0:
@@ -226,10 +252,11 @@ def _add_zigzag(
     side = np.cross(x, np.eye(3)[np.argmin(abs(x))])
     side /= np.linalg.norm(side)
     other = np.cross(x, side)
-    width = min(0.02 * size, 0.2 * length)
-    turns = np.arange(49) / 48
+    width = min(0.022 * size, 0.2 * length)
+    coils = int(np.clip(0.7 * length / (1.6 * width), 4, 16))
+    turns = np.arange(8 * coils + 1) / (8 * coils)
     s = 0.15 + 0.7 * turns
-    angle = 2 * np.pi * 6 * turns
+    angle = 2 * np.pi * coils * turns
     coil = np.outer(np.cos(angle), side) + np.outer(np.sin(angle), other)
     s = np.concatenate([[0, 0.15], s, [0.85, 1.0]])
     swing = np.concatenate([np.zeros((2, 3)), width * coil, np.zeros((2, 3))])

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from flexura.mechanism.layout import TOP, matching
 from flexura.structure import FullOrderModel
-from flexura.view.meshes import Array, Mesh, box, cone, frame_along
+from flexura.view.meshes import Array, Index, Mesh, box, cone, frame_along
 from flexura.view.scene import Collector, Kind
 
 MOST_NODES = 160
@@ -16,20 +18,19 @@ MOST_NODES = 160
 def add_marks(collector: Collector, model: FullOrderModel, u: Array) -> None:
     """Add supports and nodes; u (n_nodes, 6) are the displacements of the nodes."""
     size = collector.size
-    supports = _supported(model)
-    outward = _outward(model, [node for node, _ in supports])
-    for (node, held), (away, section) in zip(supports, outward, strict=True):
-        at = model.geometry.positions[node]
+    bodies = _body_nodes(model)
+    supports = [(node, held) for node, held in _supported(model) if not (all(held) and node in bodies)]
+    for (node, held), footing in zip(supports, _footings(model, [n for n, _ in supports]), strict=True):
         if all(held):
-            side = max(0.035 * size, 1.5 * section)
-            thickness = 0.012 * size
-            wall = box(np.array([thickness, side, side]), side / 3)
-            points = (wall.points + [thickness / 2, 0.0, 0.0]) @ frame_along(away) + at
-            collector.mesh(Mesh(points, wall.faces), np.broadcast_to(u[node, :3], points.shape), Kind.CLAMP)
+            section = np.clip(1.3 * footing.section, 0.05 * size, 0.5 * size)
+            wall = box(np.array([0.014 * size, *section]), size)
+            points = (wall.points + [0.007 * size, 0.0, 0.0]) @ footing.frame
+            kind, faces = Kind.CLAMP, wall.faces
         else:
-            mark = cone(0.022 * size, 0.036 * size, away)
-            points = mark.points + at
-            collector.mesh(Mesh(points, mark.faces), np.broadcast_to(u[node, :3], points.shape), Kind.PARTLY_HELD)
+            mark = cone(0.022 * size, 0.036 * size, footing.frame[0])
+            points, kind, faces = mark.points, Kind.PARTLY_HELD, mark.faces
+        points = points + model.geometry.positions[node]
+        collector.mesh(Mesh(points, faces), np.broadcast_to(u[node, :3], points.shape), kind)
     nodes = shared_nodes(model)
     if len(nodes) <= MOST_NODES:
         for node in nodes:
@@ -47,34 +48,66 @@ def _supported(model: FullOrderModel) -> list[tuple[int, tuple[bool, ...]]]:
     return [(node, mask) for node, mask in held.items() if any(mask)]
 
 
-def _outward(model: FullOrderModel, nodes: list[int]) -> list[tuple[Array, float]]:
-    """For each node the direction (3,) away from the members that end there, and the width of their sections, m."""
+def _body_nodes(model: FullOrderModel) -> set[int]:
+    """Own nodes of bodies; a clamped body shows by its colour."""
+    placed = model.plan.topology.placed
+    return {
+        offset + node
+        for name, part in model.plan.parts.items()
+        for node, _ in part.bodies.values()
+        for offset in placed[name].offset
+    }
+
+
+class _Footing(NamedTuple):
+    """How a supported node meets its members: frame (3, 3), axes as rows, the first away from them; width and
+    thickness (2,), m, of the section along the second and third."""
+
+    frame: Array
+    section: Array
+
+
+def _footings(model: FullOrderModel, nodes: list[int]) -> list[_Footing]:
     if not nodes:
         return []
-    x, topology = model.geometry.positions, model.plan.topology
-    away, width = np.zeros((len(nodes), 3)), np.zeros(len(nodes))
+    x, root = model.geometry.positions, model.plan.topology.root
+    node, frames, sections = _member_ends(model)
     reach = 1e-6 * (1e-3 + float(np.ptp(x, axis=0).max()))
-    for name, part in model.plan.parts.items():
+    footings = []
+    for k in nodes:
+        at = np.flatnonzero(root[node] == root[k])
+        at = at[np.linalg.norm(x[node[at]] - x[k], axis=1) <= reach]
+        away = frames[at, 0].sum(axis=0)
+        if len(at) == 1:
+            footings.append(_Footing(frames[at[0]], sections[at[0]]))
+        elif len(at) and np.linalg.norm(away) > 1e-3:
+            footings.append(_Footing(frame_along(away), np.full(2, sections[at].max())))
+        else:
+            footings.append(_Footing(frame_along(np.array([0.0, 0.0, -1.0])), np.zeros(2)))
+    return footings
+
+
+def _member_ends(model: FullOrderModel) -> tuple[Index, Array, Array]:
+    """All ends of members: their nodes (k,), frames (k, 3, 3) with the first axis leaving the member, and width and
+    thickness (k, 2), m, of the sections there."""
+    plan, geometry = model.plan, model.geometry
+    nodes, frames, sizes = [np.empty(0, dtype=np.intp)], [np.empty((0, 3, 3))], [np.empty((0, 2))]
+    for name, part in plan.parts.items():
         if not part.members:
             continue
+        own, placed = geometry.parts[name], plan.topology.placed[name]
         _, _, nu, _ = part.table.moduli(model.values)
-        sections, _ = part.table.section_properties(model.values, nu, model.geometry.parts[name].length)
-        largest = 2 * np.sqrt(3 * np.maximum(sections.Iy, sections.Iz) / sections.A)
-        for offset in topology.placed[name].offset:
-            ends = part.ends + offset
-            for end, element in ((0, part.first[:-1]), (1, part.first[1:] - 1)):
-                here, there = ends[:, end], ends[:, 1 - end]
-                for k, node in enumerate(nodes):
-                    at = (topology.root[here] == topology.root[node]) & (
-                        np.linalg.norm(x[here] - x[node], axis=1) <= reach
-                    )
-                    if at.any():
-                        span = x[here[at]] - x[there[at]]
-                        away[k] += (span / np.linalg.norm(span, axis=1, keepdims=True)).sum(axis=0)
-                        width[k] = max(width[k], float(largest[element[at]].max()))
-    clear = np.linalg.norm(away, axis=1) > 1e-3
-    away[~clear] = (0.0, 0.0, -1.0)
-    return list(zip(away, width.tolist(), strict=True))
+        sections, _ = part.table.section_properties(model.values, nu, own.length)
+        size = 2 * np.sqrt(3 * np.stack([sections.Iz, sections.Iy], axis=-1) / sections.A[:, None])
+        R = own.R @ np.swapaxes(geometry.Q[placed.number], -1, -2)[:, None]
+        for end, element, sign in ((0, part.first[:-1], -1.0), (1, part.first[1:] - 1, 1.0)):
+            node = np.array(placed.offset)[:, None] + part.ends[:, end]
+            turned = R * np.array([sign, 1.0, 1.0])[:, None]
+            turned[np.linalg.det(turned) < 0, 2] *= -1
+            nodes.append(node.ravel())
+            frames.append(turned.reshape(-1, 3, 3))
+            sizes.append(np.broadcast_to(size[element], (*node.shape, 2)).reshape(-1, 2))
+    return np.concatenate(nodes), np.concatenate(frames), np.concatenate(sizes)
 
 
 def shared_nodes(model: FullOrderModel) -> list[int]:
@@ -88,11 +121,11 @@ def shared_nodes(model: FullOrderModel) -> list[int]:
         own = [k for k, node in enumerate(part.node_names[: part.n_own]) if node in interface]
         own += [k for joint in part.joints for k in joint]
         own += [k for carried in part.carried.values() for k in carried]
-        bodies = {node for node, _ in part.bodies.values()}
         for offset in plan.topology.placed[name].offset:
-            chosen += [offset + k for k in own if k not in bodies]
-            named += [offset + k for k in range(part.n_own) if k not in bodies]
-    nodes = chosen or named
+            chosen += [offset + k for k in own]
+            named += [offset + k for k in range(part.n_own)]
+    bodies = _body_nodes(model)
+    nodes = [node for node in chosen if node not in bodies] or [node for node in named if node not in bodies]
     if not nodes:
         return []
     x = model.geometry.positions[nodes]

@@ -64,16 +64,16 @@ def box(size: Array, cell: float) -> Mesh:
     return Mesh((lattice / counts - 0.5) * size, number.reshape(-1, 4).astype(np.intp))
 
 
-def cylinder(diameter: float, length: float, axis: Array, cell: float, sides: int = 28) -> Mesh:
+def cylinder(diameter: float, length: float, axis: Array, cell: float, sides: int = 64) -> Mesh:
     """Cylinder about the origin with its axis along `axis` (3,), cut into faces of about `cell`, m."""
-    n = int(np.clip(np.ceil(diameter / 2 / cell), 1, 5))
+    n = int(np.clip(np.ceil(diameter / 2 / cell), 1, 8))
     m = int(np.clip(np.ceil(length / cell), 1, 12))
     radii = np.concatenate([np.arange(n) / n, np.ones(m + 1), np.arange(n)[::-1] / n]) * diameter / 2
     along = np.concatenate([np.zeros(n), np.arange(m + 1) / m, np.ones(n)]) * length - length / 2
     return revolved(along, radii, axis, sides)
 
 
-def sphere(radius: float, sides: int = 12) -> Mesh:
+def sphere(radius: float, sides: int = 24) -> Mesh:
     """Sphere about the origin, radius in m."""
     angle = np.linspace(0, np.pi, sides // 2 + 1)
     return revolved(-radius * np.cos(angle), radius * np.sin(angle), np.array([0.0, 0.0, 1.0]), sides)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,13 +11,14 @@ from numpy.typing import ArrayLike
 
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
-from flexura.view.camera import Camera, View, default_camera, painted
+from flexura.view.camera import Camera, View, painted
 from flexura.view.furniture import Box, colour_bar, dot_style, frame, heading, legend, triad
 from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, GHOST, INK, WIDTHS, displacement_colours
 from flexura.view.raster import Triangles, of_lines, render
 from flexura.view.scene import Kind, Solids
 from flexura.view.solids import solids
+from flexura.view.viewpoint import good_camera, visible_flexures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +29,10 @@ SIZE = (8.0, 6.0)
 DPI = 150
 MODE_SIZE = 0.12
 """Largest drawn displacement of a mode, relative to the longest side of the mechanism."""
+MOST_TURN = 0.45
+"""Largest drawn rotation of a node, rad."""
+HIDDEN = 0.6
+"""Rigid bodies are see-through when less than this share of the flexures can be seen."""
 
 
 def draw_mechanism(
@@ -35,17 +41,19 @@ def draw_mechanism(
     """Draw the undeformed mechanism: flexures, links, bodies and supports by colour, axes with their unit, a legend.
 
     title: the mechanism's name when left out; elev, azim: direction of view, degrees, chosen to suit the mechanism
-    when left out. Returns a matplotlib Figure of 1200 x 900 pixels on an Agg canvas; pyplot is not involved. Faces
+    when left out. Rigid bodies are see-through when they would hide the flexures. Returns a matplotlib Figure of 1200 x 900 pixels on an Agg canvas; pyplot is not involved. Faces
     turned away are left out, so the view is fixed. Raises OptionError for a model that holds a stack of designs or
     nothing that could be drawn.
     """
     parts = solids(model)
     camera = _camera(parts, elev, azim)
     figure = _new_figure(SIZE)
-    view = frame(figure, camera, parts.bounds(), (0.075, 0.15, 0.85, 0.74))
+    view = frame(figure, camera, parts.bounds(), (0.075, 0.15, 0.815, 0.74))
     colours = np.array([COLOURS[kind] for kind in Kind])
     faces = np.repeat(colours[parts.face_kinds][:, None], 4, axis=1)
-    axes, depth = _paint(figure, *_triangles(parts, parts.points, view, faces, colours[parts.line_kinds]))
+    clear = visible_flexures(parts, camera) < HIDDEN
+    scene = _triangles(parts, parts.points, view, faces, colours[parts.line_kinds], clear_bodies=clear)
+    axes, depth = _paint(figure, *scene)
     _add_dots(axes, parts, view, depth)
     heading(figure, title if title is not None else model.plan.mechanism.name, "")
     legend(figure, parts)
@@ -65,7 +73,8 @@ def draw_mode(
     """Draw a mode shape, coloured by displacement, over a ghost of the mechanism at rest.
 
     displacements: (n_nodes, 6), m and rad in any common scale, global frame (`FullOrderModel.node_displacements`).
-    scale: factor on the displacements; when left out the largest becomes 12 % of the mechanism's longest side.
+    scale: factor on the displacements; when left out the largest becomes 12 % of the mechanism's longest side, or
+    the largest rotation 0.45 rad.
     title and subtitle stand above the picture; elev, azim as in `draw_mechanism`. Rotations are drawn to first
     order. Returns a matplotlib Figure of 1200 x 900 pixels. Raises OptionError for displacements that are not
     finite or of another shape.
@@ -74,15 +83,23 @@ def draw_mode(
     camera = _camera(parts, elev, azim)
     figure = _new_figure(SIZE)
     factor = _scale(parts, scale)
-    view = _mode_view(figure, parts, camera, factor, (0.05, 0.06, 0.80, 0.78))
+    view = _mode_view(figure, parts, camera, factor, (0.035, 0.05, 0.82, 0.79))
     _paint(figure, *_mode_triangles(parts, view, factor))
     heading(figure, title, subtitle)
-    triad(figure, camera, (0.015, 0.02, 0.10, 0.13))
-    colour_bar(figure, (0.915, 0.2, 0.017, 0.5))
+    triad(figure, camera, (0.875, 0.03, 0.10, 0.133))
+    colour_bar(figure, (0.912, 0.27, 0.017, 0.45))
     return figure
 
 
-def draw_sheet(model: FullOrderModel, shapes: Array, titles: list[str], subtitles: list[str]) -> Figure:
+def draw_sheet(
+    model: FullOrderModel,
+    shapes: Array,
+    titles: Sequence[str],
+    subtitles: Sequence[str],
+    *,
+    elev: float | None = None,
+    azim: float | None = None,
+) -> Figure:
     """Draw up to six modes on one sheet, three in a row.
 
     shapes: (n_nodes, 6, k), titles and subtitles: k each. Returns a matplotlib Figure of 1800 x 1200 pixels, or
@@ -95,8 +112,8 @@ def draw_sheet(model: FullOrderModel, shapes: Array, titles: list[str], subtitle
     painting: list[tuple[Triangles, Triangles]] = []
     for k in range(count):
         parts = solids(model, shapes[:, :, k])
-        camera = camera or _camera(parts, None, None)
-        left, bottom = 0.04 + 0.30 * (k % 3), 1 - (k // 3 + 1) / rows
+        camera = camera or _camera(parts, elev, azim)
+        left, bottom = 0.015 + 0.308 * (k % 3), 1 - (k // 3 + 1) / rows
         scale = _scale(parts, None)
         view = _mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 / rows, 0.28, 0.77 / rows))
         painting.append(_mode_triangles(parts, view, scale))
@@ -106,23 +123,32 @@ def draw_sheet(model: FullOrderModel, shapes: Array, titles: list[str], subtitle
         figure.text(left + 0.15, top - 0.065 / rows, text, ha="center", va="top", size=8.5, color="0.35")
     if camera is not None:
         _paint(figure, *(Triangles.joined(list(part)) for part in zip(*painting, strict=True)))
-        triad(figure, camera, (0.002, 0.008, 0.05, 0.05 * figure.bbox.width / figure.bbox.height))
-    colour_bar(figure, (0.957, 0.25, 0.009, 0.5))
+        triad(figure, camera, (0.942, 0.02, 0.052, 0.052 * figure.bbox.width / figure.bbox.height))
+    colour_bar(figure, (0.952, 0.28, 0.009, 0.46))
     return figure
 
 
 def _triangles(
-    parts: Solids, points: Array, view: View, face_colours: Array, line_colours: Array, ghost: bool = False
+    parts: Solids,
+    points: Array,
+    view: View,
+    face_colours: Array,
+    line_colours: Array,
+    *,
+    ghost: bool = False,
+    clear_bodies: bool = False,
 ) -> tuple[Triangles, Triangles]:
     """Opaque and see-through triangles of a scene with its points at `points` (v, 3).
 
     face_colours: (f, 4, 3); line_colours: (l, 3), RGB.
     """
-    ambient, outline = (0.9, 0.9) if ghost else (0.6, 1.0)
+    ambient, ink = (0.9, 0.75) if ghost else (0.62, 0.45)
+    look = (1.0, ambient, ink)
     clear = parts.face_kinds == Kind.EQUIVALENT_BODY
-    opaque = painted(view, points, parts.faces[~clear], face_colours[~clear], outline, ambient)
+    clear |= (parts.face_kinds == Kind.BODY) & clear_bodies
+    opaque = painted(view, points, parts.faces[~clear], face_colours[~clear], *look)
     glass = painted(view, points, parts.faces[clear], face_colours[clear], 0.0, ambient)
-    edges = painted(view, points, parts.faces[clear], face_colours[clear], outline, ambient, fill=False)
+    edges = painted(view, points, parts.faces[clear], face_colours[clear], *look, fill=False)
     width = np.array([WIDTHS.get(kind, 1.0) for kind in Kind])[parts.line_kinds] * DPI / 72
     lines = of_lines(view.pixels(points)[parts.lines], line_colours, width)
     return Triangles.joined([opaque, edges, lines]), glass
@@ -137,7 +163,9 @@ def _mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles,
     still = parts.face_kinds == Kind.CLAMP
     faces[still] = own[Kind.CLAMP]
     moved = parts.points + scale * parts.motions
-    solid, glass = _triangles(parts, moved, view, faces, colours[parts.lines].mean(axis=1))
+    lines = 0.85 * colours[parts.lines].mean(axis=1)
+    lines[parts.line_kinds == Kind.ARM] = own[Kind.ARM]
+    solid, glass = _triangles(parts, moved, view, faces, lines)
     grey = np.array(GHOST)
     rest = np.broadcast_to(grey, (*parts.faces.shape, 3)), np.broadcast_to(grey, (len(parts.lines), 3))
     behind = Triangles.joined(list(_triangles(parts, parts.points, view, *rest, ghost=True)))
@@ -146,19 +174,29 @@ def _mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles,
 
 
 def _camera(parts: Solids, elev: float | None, azim: float | None) -> Camera:
-    if not len(parts.points):
-        raise OptionError("there is nothing to draw: the mechanism has no nodes")
-    chosen = default_camera(*parts.bounds())
+    if elev is not None and azim is not None:
+        return Camera(elev, azim)
+    chosen = good_camera(parts)
     return Camera(chosen.elev if elev is None else elev, chosen.azim if azim is None else azim)
 
 
+def mode_scale(parts: Solids) -> float:
+    """Factor that makes the largest displacement MODE_SIZE of the mechanism, unless nodes turn by more than MOST_TURN.
+
+    Rotations are drawn to first order, so larger ones would blow parts up.
+    """
+    move, turn = parts.largest_motion(), parts.rotation
+    limits = [MODE_SIZE * parts.size() / move] if move > 0 else []
+    limits += [MOST_TURN / turn] if turn > 0 else []
+    return min(limits, default=0.0)
+
+
 def _scale(parts: Solids, scale: float | None) -> float:
-    if scale is not None:
-        if not np.isfinite(scale):
-            raise OptionError(f"scale is a finite number (found {scale})")
-        return scale
-    largest = parts.largest_motion()
-    return MODE_SIZE * parts.size() / largest if largest > 0 else 0.0
+    if scale is None:
+        return mode_scale(parts)
+    if not np.isfinite(scale):
+        raise OptionError(f"scale is a finite number (found {scale})")
+    return scale
 
 
 def _new_figure(size: tuple[float, float]) -> Figure:
@@ -189,10 +227,11 @@ def _paint(figure: Figure, solid: Triangles, glass: Triangles) -> tuple[Axes, Ar
 
 
 def _add_dots(axes: Axes, parts: Solids, view: View, depth: Array) -> None:
-    """Dots for nodes, but not for those far behind what hides them."""
+    """Dots for nodes; faint ones far behind what hides them."""
     deepest = 0.15 * parts.size() * view.scale
     for kind in (Kind.NODE, Kind.CENTRE):
         x = view.pixels(parts.points[parts.dots[parts.dot_kinds == kind]])
         column, row = (x[:, k].astype(int).clip(0, n - 1) for k, n in ((0, depth.shape[1]), (1, depth.shape[0])))
         shown = depth[row, column] - x[:, 2] < deepest
-        axes.plot(x[shown, 0], x[shown, 1], linestyle="", marker="o", **dot_style(kind))
+        for at, alpha in ((x[shown], 1.0), (x[~shown], 0.4)):
+            axes.plot(at[:, 0], at[:, 1], linestyle="", marker="o", alpha=alpha, **dot_style(kind))

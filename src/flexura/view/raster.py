@@ -74,10 +74,21 @@ def render(solid: Triangles, glass: Triangles, width: int, height: int, opacity:
     behind = (alpha[pixel] * (1 - opacity) / total)[:, None]
     colour[pixel] = rgb * (1 - behind) + colour[pixel] * behind
     alpha[pixel] = total
-    premultiplied = np.column_stack([colour * alpha[:, None], alpha]).reshape(height, n, width, n, 4).mean(axis=(1, 3))
-    opaque = premultiplied[..., 3:]
-    image = np.concatenate([np.where(opaque > 0, premultiplied[..., :3] / np.maximum(opaque, 1e-9), 1.0), opaque], -1)
+    colour *= alpha[:, None]
+    opaque = _averaged(alpha[:, None], w, h)
+    image = np.concatenate([_averaged(colour, w, h) / np.where(opaque > 0, opaque, 1.0), opaque], axis=-1)
+    image[image[..., 3] == 0.0] = (1.0, 1.0, 1.0, 0.0)
     return image.clip(0.0, 1.0), surface.reshape(height, n, width, n)[:, 0, :, 0]
+
+
+def _averaged(samples: Array, w: int, h: int) -> Array:
+    """Means (height, width, c) over the samples (h * w, c) of each pixel."""
+    n, grid = OVERSAMPLING, samples.reshape(h, w, -1)
+    total = np.zeros((h // n, w // n, grid.shape[2]))
+    for i in range(n):
+        for j in range(n):
+            total += grid[i::n, j::n]
+    return total / n**2
 
 
 def _nearest(triangles: Triangles, w: int, h: int, depth: Array) -> tuple[Index, Array]:
@@ -86,6 +97,7 @@ def _nearest(triangles: Triangles, w: int, h: int, depth: Array) -> tuple[Index,
     depth: (h * w,), raised to that of the triangles.
     """
     corners = triangles.corners * [OVERSAMPLING, OVERSAMPLING, 1.0]
+    corners[:, :, 2] += 1e-6 * np.arange(len(corners))[:, None]  # settles which of two coincident faces is seen
     low = np.ceil(corners[..., :2].min(axis=1) - 0.5).clip(0, None).astype(np.intp)
     high = np.floor(corners[..., :2].max(axis=1) - 0.5).clip(None, [w - 1, h - 1]).astype(np.intp)
     box = np.maximum(high - low + 1, 0)
@@ -95,20 +107,29 @@ def _nearest(triangles: Triangles, w: int, h: int, depth: Array) -> tuple[Index,
     owner = np.full(h * w, -1, dtype=np.intp)
     bounds = np.flatnonzero(np.diff(np.cumsum(samples[kept]) // _CHUNK)) + 1
     for chunk in np.split(kept, bounds):
-        t = np.repeat(chunk, samples[chunk])
-        k = np.arange(len(t)) - np.repeat(np.cumsum(samples[chunk]) - samples[chunk], samples[chunk])
-        x, y = low[t, 0] + k % box[t, 0], low[t, 1] + k // box[t, 0]
-        weights = _weights(g[t], x, y)
-        inside = (weights >= -1e-9).all(axis=1)
-        t, pixel = t[inside], (y * w + x)[inside]
-        z = np.einsum("ij,ij->i", weights[inside], corners[t, :, 2])
-        np.maximum.at(depth, pixel, z)
-        first = z >= depth[pixel]
+        x, y, t = _boxes(low[chunk], box[chunk], chunk)
+        one, two, three = _weights(g, t, x, y)
+        inside = np.flatnonzero((one >= -1e-9) & (two >= -1e-9) & (three >= -1e-9))
+        t, pixel = t[inside], y[inside] * w + x[inside]
+        z = corners[:, :, 2]
+        depths = one[inside] * z[t, 0] + two[inside] * z[t, 1] + three[inside] * z[t, 2]
+        np.maximum.at(depth, pixel, depths)
+        first = depths >= depth[pixel]
         owner[pixel[first]] = t[first]
     pixel = np.flatnonzero(owner >= 0)
     t = owner[pixel]
-    weights = _weights(g[t], pixel % w, pixel // w)
-    return pixel, np.einsum("ij,ijk->ik", weights, triangles.colours[t])
+    weights = _weights(g, t, pixel % w, pixel // w)
+    return pixel, sum((weight[:, None] * triangles.colours[t, k] for k, weight in enumerate(weights)), np.zeros(3))
+
+
+def _boxes(low: Index, box: Index, number: Index) -> tuple[Index, Index, Index]:
+    """All samples x, y (k,) of boxes with lowest samples `low` (t, 2) and sizes `box` (t, 2), and whose they are."""
+    rows = np.repeat(np.arange(len(box)), box[:, 1])
+    y = low[rows, 1] + np.arange(len(rows)) - np.repeat(np.cumsum(box[:, 1]) - box[:, 1], box[:, 1])
+    width = box[rows, 0]
+    start = low[rows, 0] - (np.cumsum(width) - width)
+    x = np.arange(width.sum()) + np.repeat(start, width)
+    return x, np.repeat(y, width), np.repeat(number[rows], width)
 
 
 def _gradients(corners: Array) -> Array:
@@ -125,10 +146,9 @@ def _gradients(corners: Array) -> Array:
     return g
 
 
-def _weights(g: Array, x: Index, y: Index) -> Array:
-    """Barycentric coordinates (k, 3) in the middle of samples x, y (k,), gradients g (k, 2, 3)."""
-    out = np.empty((len(g), 3))
-    for i in range(2):
-        out[:, i] = g[:, i, 0] * (x + 0.5) + g[:, i, 1] * (y + 0.5) + g[:, i, 2]
-    out[:, 2] = 1 - out[:, 0] - out[:, 1]
-    return out
+def _weights(g: Array, t: Index, x: Index, y: Index) -> tuple[Array, Array, Array]:
+    """Barycentric coordinates, each (k,), of the middle of samples x, y (k,) in triangles t (k,)."""
+    px, py = x + 0.5, y + 0.5
+    one = g[t, 0, 0] * px + g[t, 0, 1] * py + g[t, 0, 2]
+    two = g[t, 1, 0] * px + g[t, 1, 1] * py + g[t, 1, 2]
+    return one, two, 1 - one - two

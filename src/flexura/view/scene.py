@@ -33,7 +33,8 @@ class Solids:
     """Everything there is to draw.
 
     points: (v, 3), m, undeformed, global frame; motions: (v, 3), what the displacements given move them by;
-    faces: (f, 4), lines: (l, 2) and dots: (d,) index the points; the kinds go with them.
+    faces: (f, 4), lines: (l, 2) and dots: (d,) index the points; the kinds go with them. rotation: largest rotation of
+    any node in the displacements given.
     """
 
     points: Array
@@ -44,6 +45,7 @@ class Solids:
     line_kinds: Index
     dots: Index
     dot_kinds: Index
+    rotation: float = 0.0
 
     @property
     def kinds(self) -> set[Kind]:
@@ -52,8 +54,9 @@ class Solids:
         return {Kind(k) for k in found}
 
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper corner (3,), m, of what is drawn, undeformed."""
-        return self.points.min(axis=0), self.points.max(axis=0)
+        """Lower and upper corner (3,), m, of what is drawn, undeformed; 10 mm apart when it is a single point."""
+        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        return (low, high) if (high > low).any() else (low - 0.005, high + 0.005)
 
     def size(self) -> float:
         """Longest side of the bounding box, m."""
@@ -122,8 +125,13 @@ class Collector:
         longest = float((self._high - self._low).max())
         return longest if np.isfinite(longest) and longest > 0 else 0.01
 
-    def solids(self) -> Solids:
-        """What was gathered."""
+    @property
+    def middle(self) -> Array:
+        """Middle of the bounding box so far, m."""
+        return (self._low + self._high) / 2
+
+    def solids(self, rotation: float) -> Solids:
+        """What was gathered, with the largest rotation of any node."""
 
         def joined(arrays: list[Index], *shape: int) -> Index:
             return np.concatenate([np.empty((0, *shape), dtype=np.intp), *arrays]).astype(np.intp)
@@ -138,4 +146,5 @@ class Collector:
             joined(kinds["lines"]),
             joined(cells["dots"]),
             joined(kinds["dots"]),
+            rotation,
         )

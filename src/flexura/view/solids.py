@@ -31,7 +31,7 @@ def solids(model: FullOrderModel, displacements: ArrayLike | None = None) -> Sol
     collector.include(model.geometry.positions)
     add_lumps(collector, model, u)
     add_marks(collector, model, u)
-    return collector.solids()
+    return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
 
 
 def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Array:

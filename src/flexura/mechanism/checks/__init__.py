@@ -22,9 +22,7 @@ from flexura.mechanism.substructure import Mechanism
 __all__ = ["problems"]
 
 
-def problems(
-    mechanism: Mechanism, *, ignore_missing: Collection[str] = (), partial: bool = False
-) -> list[Problem]:
+def problems(mechanism: Mechanism, *, ignore_missing: Collection[str] = (), partial: bool = False) -> list[Problem]:
     """Everything wrong with the mechanism as a whole, at the default values of its parameters.
 
     Names in `ignore_missing` are known to be missing, so that references to them are no news. With `partial`

@@ -55,9 +55,7 @@ def _stiffness(survey: Survey, path: Path, K: NDArray[np.float64]) -> None:
     unit = np.outer(scale, scale)
     i, j = np.unravel_index(np.argmax(np.abs(K - K.T) - RELATIVE * unit), K.shape)
     if abs(K[i, j] - K[j, i]) > RELATIVE * max(unit[i, j], abs(K[i, j])):
-        rule = (
-            f"the matrix of a spring is symmetric; entries ({i + 1}, {j + 1}) and ({j + 1}, {i + 1}) differ"
-        )
+        rule = f"the matrix of a spring is symmetric; entries ({i + 1}, {j + 1}) and ({j + 1}, {i + 1}) differ"
         survey.report(path, f"{K[i, j]:g} and {K[j, i]:g}", rule)
         return
     scaled = np.divide(K, unit, out=np.zeros((6, 6)), where=unit > 0)

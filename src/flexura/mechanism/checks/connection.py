@@ -105,9 +105,7 @@ def _by_place(survey: Survey, islands: list[_Island]) -> dict[Path, list[_Island
 def _report_unused(survey: Survey, islands: list[_Island]) -> None:
     for path, alike in _by_place(survey, islands).items():
         node, count = alike[0].nodes[0], len(alike)
-        rule = f"the node {node} is used by nothing" + (
-            f", and {count - 1} more like it" if count > 1 else ""
-        )
+        rule = f"the node {node} is used by nothing" + (f", and {count - 1} more like it" if count > 1 else "")
         survey.report(path, "", rule, "remove it, or tie it to a member, a body or a joint")
 
 

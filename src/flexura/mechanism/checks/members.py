@@ -77,9 +77,7 @@ def _reference(survey: Survey, path: Path, member: Link | Flexure, axis: list[fl
     across = math.hypot(b * z - c * y, c * x - a * z, a * y - b * x)
     if across < PARALLEL * math.hypot(a, b, c) * math.hypot(x, y, z):
         rule = "the reference is parallel to the axis of the member"
-        survey.report(
-            (*path, "reference"), f"{x:g}, {y:g}, {z:g}", rule, "choose a direction across the member"
-        )
+        survey.report((*path, "reference"), f"{x:g}, {y:g}, {z:g}", rule, "choose a direction across the member")
 
 
 def _profile(survey: Survey, path: Path, member: Flexure, length: float) -> None:

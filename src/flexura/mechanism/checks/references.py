@@ -113,9 +113,7 @@ def _names_used_twice(survey: Survey, name: str) -> None:
     for body in prototype.bodies:
         if body in owners:
             rule = f"the name {body} is taken by {owners[body]}"
-            survey.report(
-                (*prefix(name), "bodies", body), "", rule, "a body is a node too: choose another name"
-            )
+            survey.report((*prefix(name), "bodies", body), "", rule, "a body is a node too: choose another name")
         owners[body] = "a body"
     for key, instance in prototype.instances.items():
         copies = [f"{key}{k + 1}" for k in range(number_of_copies(instance))] if instance.pattern else [key]
@@ -156,14 +154,10 @@ def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
         for i, text in enumerate(body.carries):
             for node in nodes.find((*path, "carries", i), text, wild=True):
                 if node == key:
-                    survey.report(
-                        (*path, "carries", i), text, f"the body carries its own node {key}", _OWN_NODE
-                    )
+                    survey.report((*path, "carries", i), text, f"the body carries its own node {key}", _OWN_NODE)
                 elif node in carrier:
                     again = "this body" if carrier[node] == key else f"body {carrier[node]}"
-                    survey.report(
-                        (*path, "carries", i), text, f"the node {node} is already carried by {again}"
-                    )
+                    survey.report((*path, "carries", i), text, f"the node {node} is already carried by {again}")
                 else:
                     carrier[node] = key
                     carried.append(node)
@@ -174,9 +168,7 @@ def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
 _OWN_NODE = "the node at its centre belongs to the body anyway; name the others"
 
 
-def _carried_in_a_circle(
-    survey: Survey, name: str, carrier: dict[str, str], bodies: dict[str, RigidBody]
-) -> None:
+def _carried_in_a_circle(survey: Survey, name: str, carrier: dict[str, str], bodies: dict[str, RigidBody]) -> None:
     done: set[str] = set()
     for start in bodies:
         chain = [start]
@@ -185,9 +177,7 @@ def _carried_in_a_circle(
             chain.append(carrier[chain[-1]])
             if chain[-1] == start:
                 text = " -> ".join(chain)
-                survey.report(
-                    (*prefix(name), "bodies", start, "carries"), text, "bodies carry each other in a circle"
-                )
+                survey.report((*prefix(name), "bodies", start, "carries"), text, "bodies carry each other in a circle")
                 break
 
 

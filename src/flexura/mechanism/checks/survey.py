@@ -59,7 +59,7 @@ def shown(value: Any) -> str:
 
 def suggestion(name: str, known: Iterable[str], what: str) -> str:
     """A hint towards the name that was meant."""
-    names = list(known)
+    names = list(dict.fromkeys(known))
     if len(names) > MAX_SUGGESTIONS_FROM:
         names = [n for n in names if n[:1] == name[:1]][:MAX_SUGGESTIONS_FROM]
     close = get_close_matches(name, names, n=3)

@@ -60,9 +60,7 @@ def _defaults(parameters: Mapping[str, Parameter]) -> tuple[Known, list[Problem]
         if not math.isnan(value) and math.isfinite(value):
             values[name] = value
         elif isinstance(parameters[name].value, Expression) and _computable(parameters[name].value, values):
-            found.append(
-                Problem(("parameters", name, "value"), str(parameters[name].value), "has no finite value")
-            )
+            found.append(Problem(("parameters", name, "value"), str(parameters[name].value), "has no finite value"))
     return values, found
 
 
@@ -110,7 +108,7 @@ def _undefined_and_dimensions(mechanism: Mechanism, ignored: Collection[str]) ->
             yield Problem(path, str(value), error.rule, error.hint)
             continue
         if expected is not None and dimension is not None and dimension != expected:
-            rule = f"a {quantity.kind} is expected here, in {named(expected)}; this is in {named(dimension)}"
+            rule = f"{quantity.a_kind} is expected here, in {named(expected)}; this is in {named(dimension)}"
             yield Problem(path, str(value), rule, f"e.g. {quantity.example}" if quantity.dimension else "")
 
 
@@ -148,11 +146,7 @@ def _entries(prototype: Substructure, path: Path) -> Iterator[tuple[Path, Any]]:
 
 def _expressions(entry: Any) -> list[Expression]:
     numbers = (
-        entry
-        if isinstance(entry, tuple)
-        else (v for _, _, v in scalars(entry))
-        if isinstance(entry, Part)
-        else ()
+        entry if isinstance(entry, tuple) else (v for _, _, v in scalars(entry)) if isinstance(entry, Part) else ()
     )
     return [number for number in numbers if isinstance(number, Expression)]
 
@@ -172,13 +166,9 @@ def _refused(path: Path, entry: Any, values: Known) -> Iterator[Problem]:
         for problem in problems_of(error, data):
             written, value = _at(entry, problem.path), _at(data, problem.path)
             found = (
-                f"{written} = {shown(value)}"
-                if isinstance(written, Expression)
-                else shown_part(problem.value, value)
+                f"{written} = {shown(value)}" if isinstance(written, Expression) else shown_part(problem.value, value)
             )
-            yield Problem(
-                (*path, *problem.path), found, problem.rule, problem.hint or "at the default parameters"
-            )
+            yield Problem((*path, *problem.path), found, problem.rule, problem.hint or "at the default parameters")
 
 
 def shown_part(text: str, value: Any) -> str:
