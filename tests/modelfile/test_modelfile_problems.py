@@ -91,9 +91,9 @@ CASES = {
     "section": (in_amplifier("section: bar", "section: bra"), 29, "substructures.amp.links.bar.section", "bra", "no such section", "bar"),
     "substructure": (in_amplifier("{of: amp,", "{of: apm,"), 32, "instances.amp.of", "apm", "no such substructure", "amp"),
     "node": (changed("nodes: [a, b]", "nodes: [a, bb]") + "masses: {m: {node: b, mass: 1 g}}\n", 6, "links.beam.nodes.1", "bb", "no such node", "did you mean b?"),
-    "node inside an instance": (in_amplifier("node: stage", "node: amp1.b"), 39, "masses.tip.node", "amp1.b", "no such node", "interface of substructure amp"),
-    "pattern copy without number": (in_amplifier("node: stage", "node: amp.a"), 39, "masses.tip.node", "amp.a", "no such node", "amp1.a"),
-    "wildcard": (in_amplifier('"amp*.a": clamped', '"amp*.a": clamped, "x*": clamped'), 42, "ground.x*", "x*", "no node matches", ""),
+    "node inside an instance": (in_amplifier("node: stage", "node: amp1.b"), 40, "masses.tip.node", "amp1.b", "no such node", "interface of substructure amp"),
+    "pattern copy without number": (in_amplifier("node: stage", "node: amp.a"), 40, "masses.tip.node", "amp.a", "no such node", "amp1.a"),
+    "wildcard": (in_amplifier('"amp*.a": clamped', '"amp*.a": clamped, "x*": clamped'), 43, "ground.x*", "x*", "no node matches", ""),
     "inertia entries": (in_amplifier("1e-4 kg*m^2, 1e-4 kg*m^2, 1.5e-4", "1e-4 kg*m^2, 1.5e-4"), 37, "bodies.stage.inertia", "", "3 entries", ""),
     "inertia of no body": (in_amplifier("1.5e-4", "2.5e-4"), 37, "bodies.stage.inertia", "principal moments 0.0001, 0.0001, 0.00025 kg*m^2", "larger than the sum", "Ixx"),
 }  # fmt: skip
@@ -170,7 +170,11 @@ def test_everything_that_is_wrong_is_reported_at_once():
         (29, "ground.*"): "already held by a",
     }
     for key, rule in expected.items():
-        matching = [r for (line, place), r in found.items() if (line, place) == key or (line, place.removesuffix(".value")) == key]
+        matching = [
+            r
+            for (line, place), r in found.items()
+            if (line, place) == key or (line, place.removesuffix(".value")) == key
+        ]
         assert any(rule in r for r in matching), (key, found)
     assert len(found) == len(expected), found.keys() - expected.keys()
 
@@ -196,7 +200,9 @@ def test_disconnected_parts_are_named():
     assert (problem.where, problem.value) == ("model.yaml:8", "ball")
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe\x00", "nodes: {ä: [0, 0, 0]}".encode("latin-1"), b"nodes:\n  a\x00: 1\n"])
+@pytest.mark.parametrize(
+    "content", [b"\xff\xfe\x00", "nodes: {ä: [0, 0, 0]}".encode("latin-1"), b"nodes:\n  a\x00: 1\n"]
+)
 def test_what_is_not_text(tmp_path, content):
     file = tmp_path / "m.yaml"
     file.write_bytes(content)

@@ -53,10 +53,12 @@ def lowest(K: Matrix, M: Matrix, count: int) -> Eigenpairs:
     stiffness, mass = K.diagonal(), M.diagonal()
     coarse = 1e-9 * float(np.max(stiffness[mass > 0] / mass[mass > 0], initial=1.0))
     values = _lowest(K, M, min(n, max(count, 6) + 1), -coarse).values
-    elastic = values[values > 1e-7 * coarse]
-    first = float(elastic[0]) if len(elastic) else coarse
+    noise = 2e-5 * coarse  # round-off in K moves a zero by some 1e-15 of the largest ratio
+    elastic = values[(values > noise) & np.isfinite(values)]  # those far above the shift may not be resolved
+    first = min(float(elastic[0]), 1e9 * coarse) if len(elastic) else 1e5 * coarse
     pairs = _lowest(K, M, count, -first)
-    return Eigenpairs(np.where(abs(pairs.values) < 1e-7 * first, 0.0, pairs.values), pairs.vectors)
+    zero = abs(pairs.values) < max(1e-7 * first, noise)
+    return Eigenpairs(np.where(zero, 0.0, pairs.values), pairs.vectors)
 
 
 def is_definite(K: Matrix) -> bool:

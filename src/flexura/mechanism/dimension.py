@@ -7,6 +7,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 
+MAX_EXPONENT = 12
+
+
 class Dimension(NamedTuple):
     """Exponents of metre, kilogram, second, ampere and kelvin."""
 
@@ -50,7 +53,7 @@ class Dimension(NamedTuple):
             except ZeroDivisionError:
                 return None
             dimension = dimension.times(_COHERENT[match[1]].power(exponent), sign)
-        return dimension
+        return dimension if max(map(abs, dimension)) <= MAX_EXPONENT else None
 
 
 def _reorder(d: Dimension) -> tuple[Fraction, ...]:

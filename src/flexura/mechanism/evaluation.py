@@ -191,26 +191,44 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, ArrayLike] | 
     Raises OptionError for an override that is unknown, not finite or out of bounds, or that drives a
     dependent parameter there, and ModelError when the parameters themselves cannot be evaluated.
     """
-    given = _overrides(mechanism, overrides or {})
-    order, cycles = parameter_order(mechanism.parameters)
-    if cycles:
-        raise ModelError(Problem(("parameters", c[0]), " -> ".join([*c, c[0]]), "depends on itself") for c in cycles)
-    values: dict[str, Value] = {}
-    touched = set(given)
-    for name in order:
-        value = mechanism.parameters[name].value
-        if name in given:
-            values[name] = given[name]
-            continue
-        values[name] = _value(name, value, values)
-        if isinstance(value, Expression) and touched & value.names:
-            touched.add(name)
-        if not np.all(np.isfinite(values[name])):
-            if name not in touched:
+    return ParameterTable(mechanism)(overrides or {})[0]
+
+
+class ParameterTable:
+    """The parameters of a mechanism with their defaults worked out, ready to be overridden many times.
+
+    Raises ModelError when they cannot be evaluated.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._parameters = mechanism.parameters
+        order, cycles = parameter_order(mechanism.parameters)
+        if cycles:
+            raise ModelError(
+                Problem(("parameters", c[0]), " -> ".join([*c, c[0]]), "depends on itself") for c in cycles
+            )
+        values: dict[str, Value] = {}
+        for name in order:
+            value = self._parameters[name].value
+            values[name] = _value(name, value, values)
+            if not np.all(np.isfinite(values[name])):
                 raise ModelError([Problem(("parameters", name), str(value), "has no finite value")])
-            raise OptionError(f"parameter {name} = {value} has no finite value for this {', '.join(given)}")
-    _check_bounds(mechanism, values, touched)
-    return {name: values[name] for name in mechanism.parameters}
+        self._derived = [(n, v, v.names) for n in order if isinstance(v := self._parameters[n].value, Expression)]
+        self.defaults = {name: values[name] for name in mechanism.parameters}
+
+    def __call__(self, overrides: Mapping[str, ArrayLike]) -> tuple[dict[str, Value], set[str]]:
+        """Values of all parameters, and the names of those that the overrides changed; see `parameter_values`."""
+        given = _overrides(self._parameters, overrides)
+        values, touched = {**self.defaults, **given}, set(given)
+        for name, expression, needs in self._derived:
+            if name in given or touched.isdisjoint(needs):
+                continue
+            values[name] = _value(name, expression, values)
+            touched.add(name)
+            if not np.all(np.isfinite(values[name])):
+                raise OptionError(f"parameter {name} = {expression} has no finite value for this {', '.join(given)}")
+        _check_bounds(self._parameters, values, touched)
+        return values, touched
 
 
 def _value(name: str, value: Scalar, values: Mapping[str, Value]) -> Value:
@@ -228,12 +246,12 @@ def _float_or_array(value: Any) -> Value:
     return float(array) if array.ndim == 0 else array
 
 
-def _overrides(mechanism: Mechanism, overrides: Mapping[str, ArrayLike]) -> dict[str, Value]:
+def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, ArrayLike]) -> dict[str, Value]:
     given: dict[str, Value] = {}
     lengths: dict[int, str] = {}
     for name, raw in overrides.items():
-        if name not in mechanism.parameters:
-            raise OptionError(f"{name!r} is not a parameter" + _suggest(name, mechanism.parameters))
+        if name not in parameters:
+            raise OptionError(f"{name!r} is not a parameter" + _suggest(name, parameters))
         try:
             value = _float_or_array(raw)
         except (TypeError, ValueError, OverflowError):
@@ -258,9 +276,11 @@ def _suggest(name: str, known: Mapping[str, Any]) -> str:
     return f"; known: {', '.join(known)}" if known else "; the mechanism has no parameters"
 
 
-def _check_bounds(mechanism: Mechanism, values: Mapping[str, Value], touched: set[str]) -> None:
+def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Value], touched: set[str]) -> None:
     for name in touched:
-        parameter = mechanism.parameters[name]
+        parameter = parameters[name]
+        if parameter.minimum is None and parameter.maximum is None:
+            continue
         low, high = bounds(name, parameter, values)
         value = np.asarray(values[name])
         for bound, broken in ((low, value < low), (high, value > high)):

@@ -79,11 +79,11 @@ class Inference:
         if op == "^":
             return self._base(left, right, expected), NUMBER
         sign = 1 if op == "*" else -1
-        a, b = self._likely(left), self._likely(right)
+        a, b = self._likely(_pure(left)), self._likely(_pure(right))
         if expected is None:
             return a, b
         clash = a is not None and b is not None and a.times(b, sign) != expected
-        if b is not None and (a is None or (clash and _has_bare(left))):
+        if b is not None and (a is None or (clash and not _is_bare(right) and _has_bare_factor(left))):
             return expected.times(b, -sign), b
         if a is not None and (b is None or clash):
             return a, expected.times(a, -1) if sign > 0 else a.times(expected, -1)
@@ -135,14 +135,10 @@ def _is_bare(tree: Tree) -> bool:
     return False
 
 
-def _has_bare(tree: Tree) -> bool:
+def _has_bare_factor(tree: Tree) -> bool:
     match tree:
-        case Number(_, dimension):
-            return dimension is None
         case Negative(operand):
-            return _has_bare(operand)
-        case Binary(_, left, right):
-            return _has_bare(left) or _has_bare(right)
-        case Call(_, arguments):
-            return any(map(_has_bare, arguments))
-    return False
+            return _has_bare_factor(operand)
+        case Binary(op, left, right) if op in "*/":
+            return _has_bare_factor(left) or _has_bare_factor(right)
+    return _is_bare(tree)

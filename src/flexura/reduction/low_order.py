@@ -272,9 +272,10 @@ def reduce(
     counts = _counts(assembler, keep)
     if not (np.isfinite(keep_below) and keep_below >= 0):
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")
-    values = plan.values(parameters)
-    if values.ndim > 1:
+    if any(np.ndim(value) for value in (parameters or {}).values()):
         raise OptionError("reduce takes one design; natural_frequencies takes many")
+    plan.verify(parameters or {})
+    values = plan.values(parameters)
     geometry = plan.geometry(values)
     matrices = plan.matrices(values, geometry)
     parts = {

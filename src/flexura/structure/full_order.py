@@ -10,8 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.beam import MASS_BASIS, STIFFNESS_BASIS
 from flexura.mechanism.substructure import Mechanism
-from flexura.structure.part import PartMatrices
+from flexura.structure.part import Lump, PartMatrices
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
@@ -20,25 +21,29 @@ Array = NDArray[np.float64]
 
 
 class FullOrderAssembler:
-    """Assembles K and M of a plan; the index work is done once."""
+    """Assembles K and M of a plan; the index work is done once.
+
+    For one geometry, K and M are linear in a few numbers per element (EA/L, EI/L^3, rho A L, ...). `prepare` works out
+    that linear map, after which designs that share the geometry are assembled by one sparse product each.
+    """
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self._names = [name for name, part in plan.parts.items() if part.has_matrices]
-        stiff, heavy = [], []
-        for name in self._names:
-            part, dof = plan.parts[name], self.node_dofs(name)
-            stiff.append(_dofs(dof, part.connectivity))
-            heavy.append(_dofs(dof, part.connectivity))
-            for nodes, has_K, has_M in part.lump_nodes():
-                lump = _dofs(dof, np.array([nodes]))
-                stiff += [lump] if has_K else []
-                heavy += [lump] if has_M else []
-        self._stiffness = Scatter(stiff, plan.topology.n_dof)
-        self._mass = Scatter(heavy, plan.topology.n_dof)
-        self._remembered: tuple[Geometry, list[Array]] | None = None
+        self._dofs = {name: self._node_dofs(name) for name in self._names}
+        members = [_dofs(self._dofs[name], plan.parts[name].connectivity) for name in self._names]
+        lumps = [
+            (_dofs(self._dofs[name], np.array([nodes])), has_K, has_M)
+            for name in self._names
+            for nodes, has_K, has_M in plan.parts[name].lump_nodes()
+        ]
+        n = plan.topology.n_dof
+        self._stiffness = Scatter([*members, *(dofs for dofs, has_K, _ in lumps if has_K)], n)
+        self._mass = Scatter([*members, *(dofs for dofs, _, has_M in lumps if has_M)], n)
+        self._remembered: tuple[Geometry, dict[str, Array]] | None = None
+        self._prepared: tuple[Geometry, sp.csr_matrix, sp.csr_matrix] | None = None
 
-    def node_dofs(self, name: str) -> Index:
+    def _node_dofs(self, name: str) -> Index:
         """DOF numbers (i, nodes, 6) of the roots of all nodes of a prototype's placed copies."""
         topology = self.plan.topology
         number = np.array(topology.placed[name].offset)[:, None] + np.arange(self.plan.parts[name].n_nodes)
@@ -46,36 +51,60 @@ class FullOrderAssembler:
 
     def __call__(self, values: Array, geometry: Geometry) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), for slot values (s,)."""
+        transforms = self._transforms(geometry)
+        if self._prepared is not None and self._prepared[0] is geometry:
+            _, of_K, of_M = self._prepared
+            lumps_K, lumps_M = self._lumps(self.plan.lumps(values, geometry), transforms)
+            c_K, c_M = self.plan.element_coefficients(values, geometry)
+            return self._stiffness.sparse(lumps_K, of_K @ c_K), self._mass.sparse(lumps_M, of_M @ c_M)
+        matrices = self.plan.matrices(values, geometry)
+        lumps_K, lumps_M = self._lumps({name: part.lumps for name, part in matrices.items()}, transforms)
         K: list[Array] = []
         M: list[Array] = []
-        transforms = self._transforms(geometry)
-        matrices = self.plan.matrices(values, geometry)
-        for name, G in zip(self._names, transforms, strict=True):
-            self._place(self.plan.parts[name].connectivity, matrices[name], G, K, M)
-        return self._stiffness.sparse(K), self._mass.sparse(M)
+        for name, G in transforms.items():
+            elements = matrices[name].elements
+            T = matrices[name].T @ block_diagonal(G[:, self.plan.parts[name].connectivity])
+            Tt = np.swapaxes(T, -1, -2)
+            K.append(Tt @ elements.K @ T)
+            M.append(Tt @ elements.M @ T)
+        return self._stiffness.sparse([*K, *lumps_K]), self._mass.sparse([*M, *lumps_M])
 
-    def _transforms(self, geometry: Geometry) -> list[Array]:
-        """Transforms of the nodes, kept while the geometry stays the same."""
+    def prepare(self, geometry: Geometry) -> None:
+        """Work out the linear map from element coefficients to K and M for designs with this geometry.
+
+        Needs memory for some 25 matrices of 12 x 12 per placed element while it works.
+        """
+        transforms = self._transforms(geometry)
+        bases_K, bases_M = [], []
+        for name, G in transforms.items():
+            T = geometry.T[name] @ block_diagonal(G[:, self.plan.parts[name].connectivity])
+            T = T[:, :, None]
+            Tt = np.swapaxes(T, -1, -2)
+            bases_K.append(Tt @ STIFFNESS_BASIS.reshape(-1, 12, 12) @ T)
+            bases_M.append(Tt @ MASS_BASIS.reshape(-1, 12, 12) @ T)
+        self._prepared = (geometry, self._stiffness.linear(bases_K), self._mass.linear(bases_M))
+
+    def _transforms(self, geometry: Geometry) -> dict[str, Array]:
+        """Transforms of the nodes by prototype, kept while the geometry stays the same."""
         if self._remembered is None or self._remembered[0] is not geometry:
-            G = [
-                self.plan.node_transforms(name, np.arange(self.plan.parts[name].n_nodes), geometry)
+            G = {
+                name: self.plan.node_transforms(name, np.arange(self.plan.parts[name].n_nodes), geometry)
                 for name in self._names
-            ]
+            }
             self._remembered = (geometry, G)
         return self._remembered[1]
 
     @staticmethod
-    def _place(connectivity: Index, part: PartMatrices, G: Array, K: list[Array], M: list[Array]) -> None:
-        elements = part.elements
-        T = part.T @ block_diagonal(G[:, connectivity])
-        Tt = np.swapaxes(T, -1, -2)
-        for out, own in ((K, elements.K), (M, elements.M)):
-            out.append((Tt @ own @ T).reshape(-1, 12, 12))
-        for lump in part.lumps:
-            T = block_diagonal(G[:, lump.nodes])
-            for out, own in ((K, lump.K), (M, lump.M)):
-                if own is not None:
-                    out.append(np.swapaxes(T, -1, -2) @ own @ T)
+    def _lumps(lumps: dict[str, list[Lump]], transforms: dict[str, Array]) -> tuple[list[Array], list[Array]]:
+        K: list[Array] = []
+        M: list[Array] = []
+        for name, own_lumps in lumps.items():
+            for lump in own_lumps:
+                T = block_diagonal(transforms[name][:, lump.nodes])
+                for out, own in ((K, lump.K), (M, lump.M)):
+                    if own is not None:
+                        out.append(np.swapaxes(T, -1, -2) @ own @ T)
+        return K, M
 
 
 def block_diagonal(blocks: Array) -> Array:
@@ -154,6 +183,7 @@ def assemble(
     Raises ModelError for a description that cannot be used and OptionError for unknown parameters.
     """
     plan = mechanism if isinstance(mechanism, Plan) else Plan(mechanism)
+    plan.verify(parameters or {})
     values = plan.values(parameters)
     geometry = plan.geometry(values)
     K, M = plan.full_order(values, geometry)

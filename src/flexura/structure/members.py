@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, element
 from flexura.beam.tapered import gauss_stations, tapered
+from flexura.errors import OptionError
 from flexura.mechanism.member import Flexure, Link
 from flexura.mechanism.substructure import Mechanism
-from flexura.structure.sections import SectionGroups
+from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
 from flexura.structure.slots import Index, SlotTable
 
 Array = NDArray[np.float64]
@@ -69,6 +70,17 @@ class Elements:
             M[..., at, :, :] = own
         return M
 
+    def coefficients(self) -> tuple[Array, Array]:
+        """Coefficients (..., e, 10) of K in `STIFFNESS_BASIS` and (..., e, 14) of M in `MASS_BASIS`.
+
+        Raises OptionError when there are tapered elements, whose matrices are no such combination.
+        """
+        if self._stations:
+            raise OptionError("elements with integration: tapered have no coefficients; use stepped ones")
+        phi = element.phi(self._E, self._G, self._sections, self.length, self._shear)
+        K = element.stiffness_coefficients(self._E, self._G, self._sections, self.length, self._shear)
+        return K, element.mass_coefficients(self._rho, self._sections, self.length, *phi, self._rotary)
+
     @cached_property
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
@@ -123,8 +135,7 @@ class Members:
             own = member.section if isinstance(member, Link) else None
             groups.add(position, member, mechanism.sections[own] if isinstance(own, str) else own)
         self.groups = groups.freeze()
-        self._at = [self.first[group.index][:, None] + np.arange(n) for group, n, _ in self.groups]
-        self._middle = [(np.arange(n) + 0.5) / n for _, n, _ in self.groups]
+        self._collect_families()
         self.is_round = np.zeros(len(self.counts), dtype=bool)
         for group, _, _ in self.groups:
             self.is_round[group.index] = group.kind[0] in ("round", "circle", "tube")
@@ -132,6 +143,17 @@ class Members:
         self.shear = np.array([t == "timoshenko" for t in theories], dtype=float)
         self.rotary = np.array([t != "euler_bernoulli" for t in theories], dtype=float)
         self._flags = (self.shear[self.element_member], self.rotary[self.element_member])
+
+    def _collect_families(self) -> None:
+        """For every section formula: its groups with their run of elements in the formula's arguments and stations at
+        the elements' middles; the elements; and the member of each."""
+        self._families: dict[str, tuple[list[tuple[SectionGroup, slice, Array]], Index, Index]] = {}
+        for group, n, _ in self.groups:
+            runs, elements, owner = self._families.get(group.family, ([], np.empty(0, int), np.empty(0, int)))
+            at = (self.first[group.index][:, None] + np.arange(n)).ravel()
+            runs.append((group, slice(len(elements), len(elements) + len(at)), (np.arange(n) + 0.5) / n))
+            elements, owner = np.concatenate([elements, at]), np.concatenate([owner, np.repeat(group.index, n)])
+            self._families[group.family] = (runs, elements, owner)
 
     def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
         """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
@@ -145,18 +167,27 @@ class Members:
         """Sections (..., e) at the middle of every element, and of tapered ones at all their stations as well."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         table = np.empty((6, *lead, self.first[-1]))
+        for family, (groups, elements, owner) in self._families.items():
+            sizes = np.empty((FAMILY_SIZES[family], *lead, len(elements)))
+            for group, own, middle in groups:
+                shape = (*lead, len(group.index), len(middle))
+                for row, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
+                    row[..., own].reshape(shape)[...] = value
+            table[..., elements] = family_properties(family, sizes, nu[..., owner])
+        return SectionProperties(*table), self._stations(values, nu, length, lead)
+
+    def _stations(self, values: Array, nu: Array, length: Array, lead: tuple[int, ...]) -> Stations:
+        """Sections of tapered elements at all their stations."""
         stations: Stations = []
-        for (group, n, is_tapered), at, middle in zip(self.groups, self._at, self._middle, strict=True):
-            own = (values, nu[..., group.index], length[..., group.index])
-            for row, value in zip(table, group.properties(*own, middle), strict=True):
-                row[..., at] = value
+        for group, n, is_tapered in self.groups:
             if is_tapered:
+                at = self.first[group.index][:, None] + np.arange(n)
                 fractions = ((np.arange(n)[:, None] + STATIONS) / n).ravel()
-                fields = group.properties(*own, fractions)
+                fields = group.properties(values, nu[..., group.index], length[..., group.index], fractions)
                 shape, every = (*lead, at.size, len(STATIONS)), (*lead, len(group.index), fractions.size)
                 at_stations = SectionProperties(*(np.broadcast_to(f, every).reshape(shape) for f in fields))
                 stations.append((at.ravel(), at_stations))
-        return SectionProperties(*table), stations
+        return stations
 
     def elements(self, values: Array, length: Array) -> Elements:
         """Elements for slot values (..., s) and member lengths (..., m), m."""

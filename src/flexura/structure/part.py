@@ -215,12 +215,6 @@ class Part:
             T[..., at, six, six] = T[..., at, six, six] @ D
         return T
 
-    def matrices(
-        self, values: Array, geometry: PartGeometry, T: Array, elements: Elements | ElementSlice
-    ) -> PartMatrices:
-        """Element and lump matrices for slot values (..., s)."""
-        return PartMatrices(elements, T, self._lumps(values, geometry))
-
     def prisms(self, values: Array, geometry: PartGeometry) -> list[tuple[Array, Array, Array]]:
         """Members as prisms: mass (e,), kg, inertia about the centre (e, 3, 3), kg m^2, and centre (e, 3), m.
 
@@ -253,7 +247,8 @@ class Part:
         local = np.stack([polar, slender + rotary * section.Iy, slender + rotary * section.Iz], axis=-1)
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre
 
-    def _lumps(self, values: Array, geometry: PartGeometry) -> list[Lump]:
+    def lumps(self, values: Array, geometry: PartGeometry) -> list[Lump]:
+        """Matrices of bodies, point masses, springs and superelements for slot values (..., s)."""
         lumps = [Lump(key, [node], None, body.matrix(values)) for key, (node, body) in self.bodies.items()]
         lumps += [Lump(key, [node], None, point.matrix(values)) for key, (node, point) in self.points.items()]
         for key, spring in self.springs.items():

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam import rigid_arm
 from flexura.errors import ModelError
 from flexura.mechanism.checks import problems
-from flexura.mechanism.evaluation import parameter_values
+from flexura.mechanism.evaluation import ParameterTable
 from flexura.mechanism.layout import Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure.members import ElementSlice, Members
-from flexura.structure.part import Part, PartGeometry, PartMatrices
+from flexura.structure.part import Lump, Part, PartGeometry, PartMatrices
 from flexura.structure.slots import Index, SlotTable
 from flexura.structure.topology import Topology
 
@@ -86,6 +86,8 @@ class Plan:
             name: [_ChildPlacement(child, self.slots) for child in children]
             for name, children in self.layout.children.items()
         }
+        self._parameters = ParameterTable(mechanism)
+        self.slots.close(self._parameters.defaults)
         self.topology = Topology(self.layout, self.parts)
         self._levels = self._group_by_level()
         self._foreign = {name: self._foreign_sources(name) for name in self.parts}
@@ -142,9 +144,22 @@ class Plan:
 
         Raises OptionError for unknown parameters and values outside their bounds.
         """
-        resolved: dict[str, Any] = parameter_values(self.mechanism, parameters)
-        designs = {np.shape(v)[0] for v in resolved.values() if np.ndim(v) == 1}
-        return self.slots.fill(resolved, designs.pop() if designs else None)
+        resolved, changed = self._parameters(parameters or {})
+        designs = {len(value) for name in changed if isinstance(value := resolved[name], np.ndarray)}
+        return self.slots.fill(resolved, changed, designs.pop() if designs else None)
+
+    def verify(self, parameters: Mapping[str, ArrayLike]) -> None:
+        """Raise ModelError with everything that replacing these parameters breaks in the description, one design."""
+        resolved, changed = self._parameters(parameters)
+        if changed:
+            replaced = {
+                name: p.model_copy(update={"value": float(resolved[name]), "minimum": None, "maximum": None})
+                for name, p in self.mechanism.parameters.items()
+            }
+            found = problems(self.mechanism.model_copy(update={"parameters": replaced}))
+            if found:
+                named = ", ".join(f"{name} = {resolved[name]:g}" for name in sorted(changed))
+                raise ModelError(replace(problem, hint=f"with {named}") for problem in found)
 
     def geometry(self, values: Array) -> Geometry:
         """Geometry for slot values; remembered while the numbers that it depends on stay the same.
@@ -204,9 +219,21 @@ class Plan:
             stop = start + len(part.connectivity)
             if part.has_matrices:
                 own = ElementSlice(elements, start, stop)
-                found[name] = part.matrices(values, geometry.parts[name], geometry.T[name], own)
+                found[name] = PartMatrices(own, geometry.T[name], part.lumps(values, geometry.parts[name]))
             start = stop
         return found
+
+    def lumps(self, values: Array, geometry: Geometry) -> dict[str, list[Lump]]:
+        """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
+        return {
+            name: part.lumps(values, geometry.parts[name]) for name, part in self.parts.items() if part.has_matrices
+        }
+
+    def element_coefficients(self, values: Array, geometry: Geometry) -> tuple[Array, Array]:
+        """Coefficients (elements * 10,) and (elements * 14,) of all prototypes' elements in the bases of K and M."""
+        lengths = np.concatenate([g.length for g in geometry.parts.values()], axis=-1)
+        K, M = self._members.elements(values, lengths).coefficients()
+        return K.ravel(), M.ravel()
 
     def node_transforms(self, name: str, nodes: Index, geometry: Geometry) -> Array:
         """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -38,10 +39,48 @@ class Scatter:
         self._length = len(row)
         self._sum: sp.csr_matrix | None = None
 
-    def sparse(self, matrices: Sequence[Array]) -> sp.csc_matrix:
-        """Sum matrices, one array (k, m, m) per entry of `dofs`, into a sparse (n, n)."""
-        summed = np.bincount(self._inverse, weights=self._gather(matrices), minlength=len(self._unique))
+    def sparse(self, matrices: Sequence[Array], start: Array | None = None) -> sp.csc_matrix:
+        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n).
+
+        With `start`, the values that `linear` yields for the first entries of `dofs`, only the others are given.
+        """
+        data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
+        place = self._place[self._length - len(data) :]
+        summed = np.bincount(place, weights=data, minlength=len(self._unique) + 1)[:-1]
+        if start is not None:
+            summed = summed + start
         return sp.csc_matrix((summed, self._indices, self._indptr), shape=(self.n, self.n))
+
+    def linear(self, bases: Sequence[Array]) -> sp.csr_matrix:
+        """The map from element coefficients to the stored values of `sparse`, for the first entries of `dofs`.
+
+        `bases` holds (copies, elements, coefficients, m, m) per entry: the matrices that a unit of each coefficient adds.
+        The coefficients (elements of all entries * coefficients) are shared by the copies.
+        """
+        rows, columns, values = [], [], []
+        at, first, place = 0, 0, self._place
+        for basis in bases:
+            copies, elements, k, m, _ = basis.shape
+            entries = copies * elements * m * m
+            row = place[at : at + entries].reshape(copies, elements, 1, m, m)
+            column = first + np.arange(elements * k).reshape(1, elements, k, 1, 1)
+            size = np.abs(basis).max(axis=(0, 1, 3, 4), keepdims=True, initial=0.0)
+            keep = (np.abs(basis) > 1e-15 * size) & (row < len(self._unique))
+            rows.append(np.broadcast_to(row, basis.shape)[keep])
+            columns.append(np.broadcast_to(column, basis.shape)[keep])
+            values.append(basis[keep])
+            at, first = at + entries, first + elements * k
+        where = (np.concatenate(rows), np.concatenate(columns))
+        return sp.csr_matrix((np.concatenate(values), where), shape=(len(self._unique), first))
+
+    @cached_property
+    def _place(self) -> Index:
+        """For every entry its position among the stored values; one past the last for those dropped."""
+        if self._take is None:
+            return self._inverse
+        place = np.full(self._length, len(self._unique))
+        place[self._take] = self._inverse
+        return place
 
     def dense(self, matrices: Sequence[Array], lead: tuple[int, ...] = ()) -> Array:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""

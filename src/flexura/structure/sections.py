@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -47,37 +47,58 @@ class SectionGroup:
         self.index: Index = np.array(self.members, dtype=np.intp)
         self._slot_arrays = {name: np.array(slots, dtype=np.intp)[:, None] for name, slots in self.slots.items()}
 
-    def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
-        """Section properties (..., members, stations) at `fractions` (stations,) of the members' length.
+    @property
+    def family(self) -> str:
+        """The section formula that applies: `rectangle`, `circle`, `tube` or `constants`."""
+        return {"leaf": "rectangle", "notch": "rectangle", "two_axis": "rectangle", "round": "circle"}.get(
+            self.kind[0], self.kind[0]
+        )
 
-        `values` are all slots, `nu` and `length` (..., members) belong to this group's members.
+    def sizes(self, values: Array, length: Array, fractions: Array) -> tuple[Array, ...]:
+        """Arguments of the family's section formula, each (..., members, stations) or broadcastable to that.
+
+        Width and thickness; diameter; outer and inner diameter; or the six constants. `values` are all slots, `length`
+        (..., members) belongs to this group's members, and `fractions` (stations,) of it are the stations.
         """
-        sizes = {name: values[..., slots] for name, slots in self._slot_arrays.items()}
-        nu = nu[..., None]
-        match self.kind[0]:
-            case "rectangle" | "leaf":
-                return section.rectangle(sizes["width"], sizes["thickness"], nu)
-            case "circle":
-                return section.circle(sizes["diameter"], nu)
-            case "tube":
-                return section.tube(sizes["outer_diameter"], sizes["inner_diameter"], nu)
-            case "constants":
-                return SectionProperties(*(sizes[name] for name in SectionProperties._fields))
+        own = {name: values[..., slots] for name, slots in self._slot_arrays.items()}
+        match self.kind:
+            case ("rectangle" | "leaf",):
+                return own["width"], own["thickness"]
+            case ("circle",):
+                return (own["diameter"],)
+            case ("tube",):
+                return own["outer_diameter"], own["inner_diameter"]
+            case ("constants",):
+                return tuple(own[name] for name in SectionProperties._fields)
         L = length[..., None]
         x = (fractions - 0.5) * L
         match self.kind:
             case ("notch", shape):
-                return section.rectangle(sizes["width"], _CONTOURS[shape](x, L / 2, sizes), nu)
+                return own["width"], _CONTOURS[shape](x, L / 2, own)
             case ("round", shape):
-                return section.circle(_CONTOURS[shape](x, L / 2, sizes), nu)
+                return (_CONTOURS[shape](x, L / 2, own),)
         _, y_shape, z_shape = self.kind
-        shift = sizes["shift"]
-        half = (L - np.abs(shift)) / 2
-        y_sizes = {name[2:]: size for name, size in sizes.items() if name.startswith("y_")}
-        z_sizes = {name[2:]: size for name, size in sizes.items() if name.startswith("z_")}
-        width = _CONTOURS[y_shape](np.clip(x + shift / 2, -half, half), half, y_sizes)
-        thickness = _CONTOURS[z_shape](np.clip(x - shift / 2, -half, half), half, z_sizes)
-        return section.rectangle(width, thickness, nu)
+        half = (L - np.abs(own["shift"])) / 2
+        y_sizes = {name[2:]: size for name, size in own.items() if name.startswith("y_")}
+        z_sizes = {name[2:]: size for name, size in own.items() if name.startswith("z_")}
+        y, z = (np.clip(x + sign * own["shift"] / 2, -half, half) for sign in (1, -1))
+        return _CONTOURS[y_shape](y, half, y_sizes), _CONTOURS[z_shape](z, half, z_sizes)
+
+    def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
+        """Section properties (..., members, stations); arguments as in `sizes`, `nu` (..., members)."""
+        return family_properties(self.family, self.sizes(values, length, fractions), nu[..., None])
+
+
+def family_properties(family: str, sizes: Sequence[Array], nu: Array) -> SectionProperties:
+    """Apply the section formula of a family to its arguments and Poisson's ratio."""
+    if family == "constants":
+        return SectionProperties(*sizes)
+    return _FORMULAS[family](*sizes, nu)
+
+
+_FORMULAS = {"rectangle": section.rectangle, "circle": section.circle, "tube": section.tube}
+FAMILY_SIZES = {"rectangle": 2, "circle": 1, "tube": 2, "constants": 6}
+"""How many arguments each family's formula takes, Poisson's ratio aside."""
 
 
 class SectionGroups:

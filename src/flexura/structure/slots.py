@@ -21,7 +21,8 @@ class SlotTable:
     def __init__(self) -> None:
         self._constants: list[float] = []
         self._known: dict[Scalar, int] = {}
-        self._expressions: list[tuple[int, Callable[[Mapping[str, Any]], Any]]] = []
+        self._expressions: list[tuple[int, frozenset[str], Callable[[Mapping[str, Any]], Any]]] = []
+        self._defaults: Array | None = None
 
     def add(self, value: Scalar) -> int:
         """Slot of a value; equal values share one."""
@@ -29,7 +30,7 @@ class SlotTable:
         if slot is None:
             slot = self._known[value] = len(self._constants)
             if isinstance(value, Expression):
-                self._expressions.append((slot, value.compiled()))
+                self._expressions.append((slot, value.names, value.compiled()))
                 self._constants.append(np.nan)
             else:
                 self._constants.append(float(value))
@@ -41,16 +42,24 @@ class SlotTable:
 
     def varying(self) -> Index:
         """Slots that hold expressions."""
-        return np.array([slot for slot, _ in self._expressions], dtype=np.intp)
+        return np.array([slot for slot, _, _ in self._expressions], dtype=np.intp)
 
-    def fill(self, parameters: Mapping[str, Any], designs: int | None = None) -> Array:
-        """Values of all slots: (n_slots,), or (designs, n_slots) with a design axis."""
-        constants = np.array(self._constants)
-        if designs is None:
-            for slot, evaluate in self._expressions:
-                constants[slot] = evaluate(parameters)
-            return constants
-        values = np.tile(constants, (designs, 1))
-        for slot, evaluate in self._expressions:
-            values[:, slot] = evaluate(parameters)
+    def close(self, defaults: Mapping[str, Any]) -> None:
+        """Take no more values; work out all slots for the default parameters."""
+        filled = np.array(self._constants)
+        for slot, _, evaluate in self._expressions:
+            filled[slot] = evaluate(defaults)
+        self._defaults = filled
+
+    def fill(self, parameters: Mapping[str, Any], changed: set[str], designs: int | None = None) -> Array:
+        """Values of all slots: (n_slots,), or (designs, n_slots) with a design axis.
+
+        `changed` names the parameters that differ from the defaults that the table was closed with.
+        """
+        if self._defaults is None:
+            raise RuntimeError("the table is still open")
+        values = self._defaults.copy() if designs is None else np.tile(self._defaults, (designs, 1))
+        for slot, names, evaluate in self._expressions:
+            if not changed.isdisjoint(names):
+                values[..., slot] = evaluate(parameters)
         return values

@@ -25,6 +25,7 @@ NO_DIMENSION: Exponents = (Fraction(0), Fraction(0), Fraction(0), Fraction(0), F
 MAX_LENGTH = 60
 MAX_QUANTITY_LENGTH = 1000
 MAX_EXPONENT = 12
+_TOO_HIGH = f"an exponent of a unit is at most {MAX_EXPONENT}"
 _RATIONAL = 10**40
 """Factors with larger denominators hold digits of pi, and are rounded: 60 deg is math.radians(60)."""
 
@@ -50,7 +51,10 @@ def parse_unit(text: str) -> tuple[Fraction, Exponents]:
     """
     if len(text) > MAX_LENGTH or not _ALLOWED.fullmatch(text):
         raise _not_a_unit(text)
-    return _Reader(text).read()
+    factor, exponents = _Reader(text).read()
+    if max(map(abs, exponents)) > MAX_EXPONENT:
+        raise ExpressionError(_TOO_HIGH)
+    return factor, exponents
 
 
 def parse_quantity(text: str) -> tuple[float, Exponents]:
@@ -146,7 +150,7 @@ class _Reader:
             raise _not_a_unit(self.text)
         power = Fraction(number)
         if abs(power) > MAX_EXPONENT:
-            raise ExpressionError(f"an exponent of a unit is at most {MAX_EXPONENT}")
+            raise ExpressionError(_TOO_HIGH)
         raised = factor**power if power.denominator == 1 else Fraction(float(factor) ** float(power))
         return Fraction(raised), _sum(NO_DIMENSION, exponents, power)
 

@@ -32,10 +32,10 @@ def save_pictures(
     """Write `mechanism.png`, `mode_01.png` and so on, and `modes.png` with the first six modes on one sheet.
 
     shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles:
-    k each, or None and no titles for the mechanism alone. The folder is made when it is missing. All pictures are drawn before any is written, and every file
-    appears complete or not at all; files of the same names are replaced. Returns the paths in the order above; no
-    sheet without modes. Raises OptionError when the folder cannot be written to, or when shapes, titles and
-    subtitles do not fit together.
+    k each; or None and no titles for the mechanism alone. The folder is made when it is missing. All pictures are
+    drawn before any is written, and every file appears complete or not at all; files of the same names are replaced.
+    Returns the paths in the order above; there is no sheet without modes. Raises OptionError when the folder cannot
+    be written to, or when shapes, titles and subtitles do not fit together.
     """
     nodes = model.plan.topology.n_nodes
     u = np.empty((nodes, 6, 0)) if shapes is None else np.asarray(shapes, dtype=float)
@@ -49,13 +49,13 @@ def save_pictures(
         node_motions(model, u[:, :, k])
     target = _folder(Path(folder))
     camera = good_camera(rest)
-    look = {"elev": camera.elev, "azim": camera.azim}
-    pictures = {"mechanism.png": _png(draw_mechanism(model, **look))}
+    elev, azim = camera.elev, camera.azim
+    pictures = {"mechanism.png": _png(draw_mechanism(model, elev=elev, azim=azim))}
     for k, (title, subtitle) in enumerate(zip(titles, subtitles, strict=True)):
-        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, **look)
+        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, elev=elev, azim=azim)
         pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
     if titles:
-        pictures["modes.png"] = _png(draw_sheet(model, u, titles, subtitles, **look))
+        pictures["modes.png"] = _png(draw_sheet(model, u, titles, subtitles, elev=elev, azim=azim))
     return write_files(pictures, target)
 
 
@@ -64,18 +64,15 @@ def write_files(contents: dict[str, bytes], folder: Path) -> list[Path]:
 
     Temporary files are removed when anything goes wrong. Raises OptionError when the folder cannot be written to.
     """
-    staged: list[tuple[str, Path]] = []
     try:
         with tempfile.TemporaryDirectory(prefix=".flexura-", dir=folder) as scratch:
             for name, content in contents.items():
-                path = Path(scratch) / name
-                path.write_bytes(content)
-                staged.append((str(path), folder / name))
-            for source, path in staged:
-                os.replace(source, path)
+                (Path(scratch) / name).write_bytes(content)
+            for name in contents:
+                (Path(scratch) / name).replace(folder / name)
     except OSError as error:
         raise OptionError(f"cannot write pictures to {folder}: {error.strerror or error}") from None
-    return [path for _, path in staged]
+    return [folder / name for name in contents]
 
 
 def _folder(folder: Path) -> Path:

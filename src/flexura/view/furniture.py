@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from flexura.view.scene import Kind, Solids
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from mpl_toolkits.mplot3d import Axes3D
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height, in fractions of the figure."""
@@ -44,7 +43,8 @@ def frame(figure: Figure, camera: Camera, bounds: tuple[Array, Array], area: Box
     extent = high - low
     limits = (axes.set_xlim3d, axes.set_ylim3d, axes.set_zlim3d)
     labels = (axes.set_xlabel, axes.set_ylabel, axes.set_zlabel)
-    for k, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
+    drawn: list[Any] = [axes.xaxis, axes.yaxis, axes.zaxis]
+    for k, axis in enumerate(drawn):
         limits[k](low[k], high[k], view_margin=0)
         step = _nice(max(extent[k] / 4.5, longest / 14) * factor) / factor
         ticks = np.arange(np.ceil(low[k] / step), np.floor(high[k] / step) + 1) * step
@@ -59,7 +59,7 @@ def frame(figure: Figure, camera: Camera, bounds: tuple[Array, Array], area: Box
     return _fit(figure, axes, corners, camera, area)
 
 
-def _fit(figure: Figure, axes: Axes3D, points: Array, camera: Camera, area: Box) -> View:
+def _fit(figure: Figure, axes: Any, points: Array, camera: Camera, area: Box) -> View:
     """Zoom and shift axes so that points (n, 3), m, fill the area; the view that goes with them."""
     from mpl_toolkits.mplot3d import proj3d
 
@@ -69,7 +69,7 @@ def _fit(figure: Figure, axes: Axes3D, points: Array, camera: Camera, area: Box)
 
     def image() -> Array:
         axes.apply_aspect()
-        x, y, _ = proj3d.proj_transform(*points.T, axes.get_proj())
+        x, y, _ = proj3d.proj_transform(points[:, 0], points[:, 1], points[:, 2], axes.get_proj())
         return axes.transData.transform(np.column_stack([x, y]))
 
     axes.set_position((0.0, 0.0, 1.0, 1.0))
@@ -112,7 +112,7 @@ def legend(figure: Figure, parts: Solids) -> None:
         elif kind in (Kind.NODE, Kind.CENTRE):
             handles.append(Line2D([], [], linestyle="", marker="o", label=name, **dot_style(kind)))
         else:
-            edge = tuple(0.5 * c for c in colour)
+            edge = (0.5 * colour[0], 0.5 * colour[1], 0.5 * colour[2])
             handles.append(Patch(facecolor=colour, edgecolor=edge, linewidth=0.6, label=name))
     columns = len(handles) if len(handles) <= 6 else -(-len(handles) // 2)
     figure.legend(
@@ -128,7 +128,7 @@ def legend(figure: Figure, parts: Solids) -> None:
     )
 
 
-def dot_style(kind: Kind) -> dict[str, object]:
+def dot_style(kind: Kind) -> dict[str, Any]:
     """Marker of a dot, as arguments of a Line2D."""
     size = 3.2 if kind is Kind.NODE else 4.2
     return {"color": COLOURS[kind], "markeredgecolor": INK, "markeredgewidth": 0.6, "markersize": size}
@@ -145,7 +145,7 @@ def triad(figure: Figure, camera: Camera, area: Box) -> None:
         axes.plot([0, tip[0]], [0, tip[1]], color="0.35", linewidth=1.0, solid_capstyle="round")
         if np.linalg.norm(tip) > 0.15:
             at = tip * (1 + 0.28 / np.linalg.norm(tip))
-            axes.text(*at, "xyz"[k], size=8, ha="center", va="center", color=INK)
+            axes.text(at[0], at[1], "xyz"[k], size=8, ha="center", va="center", color=INK)
 
 
 def colour_bar(figure: Figure, area: Box) -> None:

@@ -34,16 +34,18 @@ class _Copy:
 
     def attached(self, node: int, points: Array) -> Array:
         """Motions (p, 3) of points (p, 3), global frame, fixed to a node."""
-        return self.u[node, :3] + np.cross(self.u[node, 3:], points - self.x[node])
+        turn: Array = self.u[node, 3:]
+        return self.u[node, :3] + np.asarray(np.cross(turn, points - self.x[node]), dtype=np.float64)
 
 
 def add_lumps(collector: Collector, model: FullOrderModel, u: Array) -> None:
     """Add the parts of a mechanism that are not members; u (n_nodes, 6) are the displacements of its nodes."""
     plan, geometry = model.plan, model.geometry
-    values = parameter_values(plan.mechanism, model.parameters)
+    values = {name: _number(value) for name, value in parameter_values(plan.mechanism, model.parameters).items()}
     size = collector.size
     bodies = sum(len(plan.topology.placed[name].paths) * len(part.bodies) for name, part in plan.parts.items())
     cell = size / (20 if bodies <= 20 else 8)
+    hulls: list[Mesh] = []
     for name, part in plan.parts.items():
         placed = plan.topology.placed[name]
         prototype = plan.layout.prototypes[name]
@@ -53,10 +55,11 @@ def add_lumps(collector: Collector, model: FullOrderModel, u: Array) -> None:
             {key: evaluated(mass, values) for key, mass in prototype.masses.items()},
             {key: evaluated(spring, values) for key, spring in prototype.springs.items()},
             _member_arms(part, geometry.parts[name].offsets),
+            hulls,
         )
         for number, offset in zip(placed.number, placed.offset, strict=True):
             span = slice(offset, offset + part.n_nodes)
-            held = plan.topology.held[plan.topology.root[span]].all(axis=1)
+            held = np.all(plan.topology.held[plan.topology.root[span]], axis=1)
             copy = _Copy(geometry.Q[number], geometry.positions[span], u[span], held)
             drawn.add(collector, copy, geometry.t[number], size, cell)
 
@@ -71,10 +74,13 @@ class _Drawn:
     springs: Mapping[str, Spring]
     arms: list[tuple[int, Array]]
     """Nodes of members and the arms, m, to where the members begin or end."""
+    hulls: list[Mesh]
+    """Bodies drawn so far, global frame, those of all other parts included."""
 
     def add(self, collector: Collector, copy: _Copy, origin: Array, size: float, cell: float) -> None:
+        """Add the lumps of one copy; `origin` (3,), m, is where its frame has its origin."""
         for key, body in self.bodies.items():
-            _add_body(collector, copy, body, self.part.bodies[key][0], self.part, cell)
+            self.hulls.append(_add_body(collector, copy, body, self.part.bodies[key][0], self.part, cell))
         for key, mass in self.masses.items():
             _add_mass(collector, copy, mass, self.part.points[key][0], size)
         for key, spring in self.springs.items():
@@ -92,17 +98,12 @@ class _Drawn:
     def _add_grounded(
         self, collector: Collector, copy: _Copy, spring: Spring, node: int, at: Array | None, size: float
     ) -> None:
-        """A spring from a node, or from the surface of the body whose node it is, outwards to ground."""
+        """A spring from a node, or from the surface of the body in which it lies, outwards to ground."""
         start = copy.x[node] if at is None else at
         way = _stiffest(spring, copy)
         if (start - collector.middle) @ way < -1e-6 * size:
             way = -way
-        inside = 0.0
-        for key, body in self.bodies.items():
-            if self.part.bodies[key][0] == node:
-                mesh, _ = body_mesh(body, size)
-                inside = float(((mesh.points @ copy.Q.T + copy.x[node] - start) @ way).max())
-        begin = start + max(inside, 0.0) * way
+        begin = start + max((_way_out(hull, start, way) for hull in self.hulls), default=0.0) * way
         _add_arm(collector, copy, node, begin)
         ends = np.stack([begin, begin + _SPRING_LENGTH * size * way])
         motion = copy.attached(node, begin[None])[0]
@@ -118,8 +119,12 @@ def _vector(values: object) -> Array:
     return np.array(values, dtype=float)
 
 
+def _number(value: object) -> float:
+    return float(np.array(value, dtype=float))
+
+
 def _turned(rotation: Rotation | None) -> Array:
-    return np.eye(3) if rotation is None else rotation_matrix(_vector(rotation.axis), float(rotation.angle))
+    return np.eye(3) if rotation is None else rotation_matrix(_vector(rotation.axis), _number(rotation.angle))
 
 
 def body_mesh(body: RigidBody, cell: float) -> tuple[Mesh, Kind]:
@@ -134,10 +139,10 @@ def body_mesh(body: RigidBody, cell: float) -> tuple[Mesh, Kind]:
         case Plate(length=a, width=b, thickness=c):
             mesh = box(_vector((a, b, c)), cell)
         case Cylinder(diameter=d, length=length, axis=axis):
-            mesh = cylinder(float(d), float(length), _vector(axis), cell)
+            mesh = cylinder(_number(d), _number(length), _vector(axis), cell)
         case _:
             kind = Kind.EQUIVALENT_BODY
-            size, axes = equivalent_box(float(body.mass or 0.0), inertia_tensor(_vector(body.inertia)))
+            size, axes = equivalent_box(_number(body.mass), inertia_tensor(_vector(body.inertia)))
             mesh = box(size, cell)
             mesh = Mesh(mesh.points @ axes.T, mesh.faces)
     return Mesh(mesh.points @ _turned(body.rotate).T, mesh.faces), kind
@@ -159,38 +164,53 @@ def equivalent_box(mass: float, inertia: Array) -> tuple[Array, Array]:
     return np.sqrt(np.maximum(square, 1e-4 * largest)), axes
 
 
-def _add_body(collector: Collector, copy: _Copy, body: RigidBody, node: int, part: Part, cell: float) -> None:
+def _add_body(collector: Collector, copy: _Copy, body: RigidBody, node: int, part: Part, cell: float) -> Mesh:
     mesh, kind = body_mesh(body, cell)
     kind = Kind.CLAMP if copy.clamped[node] else kind
     centre = copy.x[node]
     points = mesh.points @ copy.Q.T + centre
     faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces
-    if np.ptp(mesh.points, axis=0).max() > 0:
-        collector.mesh(Mesh(points, faces), copy.attached(node, points), kind)
-    if kind is Kind.EQUIVALENT_BODY:
+    placed = Mesh(points, faces)
+    collector.mesh(placed, copy.attached(node, points), kind)
+    if body.solid is None:
         collector.dot(centre, copy.u[node, :3], Kind.CENTRE)
     for carried in part.carried.get(node, []):
-        if kind is Kind.EQUIVALENT_BODY or not _inside(Mesh(points, faces), copy.x[carried]):
+        if kind is Kind.EQUIVALENT_BODY or not _inside(placed, copy.x[carried]):
             _add_arm(collector, copy, node, copy.x[carried])
+    return placed
+
+
+def _heights(mesh: Mesh, point: Array) -> tuple[Array, Array]:
+    """Heights (f,), m, of a point above the faces of a mesh, and the unit normals (f, 3) of the faces."""
+    area = normals(mesh.points, mesh.faces)
+    unit = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
+    return np.einsum("ij,ij->i", unit, point - mesh.points[mesh.faces[:, 0]]), unit
 
 
 def _inside(mesh: Mesh, point: Array) -> bool:
     """True when a point (3,) is in a convex mesh or on it."""
-    area = normals(mesh.points, mesh.faces)
-    height = np.einsum("ij,ij->i", area, point - mesh.points[mesh.faces[:, 0]])
-    return bool((height <= 1e-6 * np.linalg.norm(area, axis=1) * np.ptp(mesh.points, axis=0).max()).all())
+    return bool((_heights(mesh, point)[0] <= 1e-6 * np.ptp(mesh.points, axis=0).max()).all())
+
+
+def _way_out(mesh: Mesh, point: Array, direction: Array) -> float:
+    """Distance, m, from a point (3,) in a convex mesh to its surface along a unit vector; zero from outside."""
+    height, unit = _heights(mesh, point)
+    slope = unit @ direction
+    if not _inside(mesh, point) or not (slope > 1e-6).any():
+        return 0.0
+    return max(0.0, float((-height[slope > 1e-6] / slope[slope > 1e-6]).min()))
 
 
 def _add_arm(collector: Collector, copy: _Copy, node: int, end: Array) -> None:
-    """A rigid arm from a node to a point, cut up so that it is hidden where it runs inside a solid."""
+    """A rigid arm from a node to a point."""
     if np.linalg.norm(end - copy.x[node]) > 1e-9 * (1e-3 + abs(end).max()):
-        points = copy.x[node] + np.linspace(0, 1, 9)[:, None] * (end - copy.x[node])
+        points = np.stack([copy.x[node], end])
         collector.path(points, copy.attached(node, points), Kind.ARM)
 
 
 def _add_mass(collector: Collector, copy: _Copy, mass: PointMass, node: int, size: float) -> None:
     """A ball of steel of that mass, within limits that keep it visible."""
-    radius = (3 * float(mass.mass) / (4 * np.pi * _STEEL)) ** (1 / 3)
+    radius = (3 * _number(mass.mass) / (4 * np.pi * _STEEL)) ** (1 / 3)
     ball = sphere(float(np.clip(radius, 0.012 * size, 0.04 * size)))
     at = copy.x[node] + copy.Q @ _vector(mass.offset)
     points = ball.points + at
@@ -201,11 +221,10 @@ def _add_mass(collector: Collector, copy: _Copy, mass: PointMass, node: int, siz
 def _add_star(collector: Collector, copy: _Copy, nodes: list[int]) -> None:
     """Lines from the middle of a superelement's nodes to each of them."""
     middle, motion = copy.x[nodes].mean(axis=0), copy.u[nodes, :3].mean(axis=0)
-    s = np.linspace(0, 1, 9)[:, None]
     for node in nodes:
         if len(nodes) > 1:
-            path = middle + s * (copy.x[node] - middle)
-            collector.path(path, motion + s * (copy.u[node, :3] - motion), Kind.SUPERELEMENT)
+            path, moved = np.stack([middle, copy.x[node]]), np.stack([motion, copy.u[node, :3]])
+            collector.path(path, moved, Kind.SUPERELEMENT)
     collector.dot(middle, motion, Kind.SUPERELEMENT)
 
 

@@ -24,7 +24,7 @@ def add_marks(collector: Collector, model: FullOrderModel, u: Array) -> None:
         if all(held):
             section = np.clip(1.3 * footing.section, 0.05 * size, 0.5 * size)
             wall = box(np.array([0.014 * size, *section]), size)
-            points = (wall.points + [0.007 * size, 0.0, 0.0]) @ footing.frame
+            points = (wall.points + np.array([0.007 * size, 0.0, 0.0])) @ footing.frame
             kind, faces = Kind.CLAMP, wall.faces
         else:
             mark = cone(0.022 * size, 0.036 * size, footing.frame[0])

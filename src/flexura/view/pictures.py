@@ -41,9 +41,9 @@ def draw_mechanism(
     """Draw the undeformed mechanism: flexures, links, bodies and supports by colour, axes with their unit, a legend.
 
     title: the mechanism's name when left out; elev, azim: direction of view, degrees, chosen to suit the mechanism
-    when left out. Rigid bodies are see-through when they would hide the flexures. Returns a matplotlib Figure of 1200 x 900 pixels on an Agg canvas; pyplot is not involved. Faces
-    turned away are left out, so the view is fixed. Raises OptionError for a model that holds a stack of designs or
-    nothing that could be drawn.
+    when left out. Rigid bodies are see-through when they would hide the flexures. Returns a matplotlib Figure of
+    1200 x 900 pixels on an Agg canvas; pyplot is not involved. Faces turned away are left out, so the view is fixed.
+    Raises OptionError for a model that holds a stack of designs or nothing that could be drawn.
     """
     parts = solids(model)
     camera = _camera(parts, elev, azim)
