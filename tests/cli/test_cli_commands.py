@@ -82,7 +82,9 @@ def test_missing_modes_are_announced(run) -> None:
 
 def test_set_replaces_a_parameter(run) -> None:
     thin, thick = (
-        json.loads(run("modes", GUIDE, "-n", "1", "--json", "--set", f"thickness={t}").stdout)["modes"][0]["frequency_hz"]
+        json.loads(run("modes", GUIDE, "-n", "1", "--json", "--set", f"thickness={t}").stdout)["modes"][0][
+            "frequency_hz"
+        ]
         for t in ("0.5 mm", "1 mm")
     )
     # stiffness with the cube of the thickness; 13/35 of each leaf's mass moves with the 37.8 g of the carriage

@@ -32,7 +32,8 @@ def test_example_has_modes_with_evidence(file: Path) -> None:
     assert evidence.full_residual < 1e-6
     assert evidence.rigid_body_modes == 0
     assert evidence.sturm_count == len(evidence.missed) + evidence.more_missed + sum(
-        mode.full_frequency_hz is not None and mode.full_frequency_hz <= evidence.sturm_below_hz for mode in result.modes
+        mode.full_frequency_hz is not None and mode.full_frequency_hz <= evidence.sturm_below_hz
+        for mode in result.modes
     )
 
 

@@ -133,4 +133,3 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
         R = rigid_arm(geometry.positions[nodes]).reshape(-1, 6)
         total += R.T @ M @ R
     return total
-

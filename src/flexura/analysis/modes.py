@@ -117,6 +117,8 @@ def modes(
     if order == "full":
         return _full_modes(full, min(n, full.order), single)
     low = reduce(plan, single, keep=keep, keep_below=keep_below)
+    if low.order == 0:
+        raise OptionError("every node that the low-order model keeps is held; keep normal modes, or ask for order full")
     return _low_modes(full, low, min(n, low.order), single)
 
 

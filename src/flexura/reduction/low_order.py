@@ -293,9 +293,7 @@ def reduce(
     return LowOrderModel(plan, values, geometry, build(K), build(M), parts, assembler)
 
 
-def natural_frequencies(
-    plan: Plan, parameters: Mapping[str, ArrayLike] | None = None, count: int = 6
-) -> Array:
+def natural_frequencies(plan: Plan, parameters: Mapping[str, ArrayLike] | None = None, count: int = 6) -> Array:
     """Lowest natural frequencies, Hz, of the low-order model with constraint modes alone: the quick way for sweeps.
 
     Parameters may be arrays over designs; the result is (count,) or (designs, count). No evidence comes with these

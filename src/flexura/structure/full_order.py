@@ -175,9 +175,7 @@ class FullOrderModel:
         return motions
 
 
-def assemble(
-    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None
-) -> FullOrderModel:
+def assemble(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> FullOrderModel:
     """Assemble the full-order model, for the default parameters or with some of them replaced.
 
     Raises ModelError for a description that cannot be used and OptionError for unknown parameters.

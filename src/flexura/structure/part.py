@@ -84,9 +84,7 @@ class Part:
             key: SpringLump(slots, spring, [nodes.get(n) for n in spring.nodes])
             for key, spring in prototype.springs.items()
         }
-        self.points = {
-            key: (nodes.get(point.node), PointLump(slots, point)) for key, point in prototype.masses.items()
-        }
+        self.points = {key: (nodes.get(point.node), PointLump(slots, point)) for key, point in prototype.masses.items()}
         self.bodies = {
             key: (nodes.get(key), BodyLump(slots, body, mechanism)) for key, body in prototype.bodies.items()
         }
@@ -261,4 +259,3 @@ class Part:
 def _least_aligned(axis: Array) -> Array:
     """The coordinate direction (..., m, 3) that is least aligned with each axis: a frame for round sections."""
     return np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
-

@@ -89,9 +89,7 @@ class Scatter:
             return np.broadcast_to(matrices[0][..., 0, :, :], (*lead, n, n))
         if not lead:
             out = np.zeros(n * n)
-            out[self._unique] = np.bincount(
-                self._inverse, weights=self._gather(matrices), minlength=len(self._unique)
-            )
+            out[self._unique] = np.bincount(self._inverse, weights=self._gather(matrices), minlength=len(self._unique))
             return out.reshape(n, n)
         # designs last, so that every sum runs over contiguous designs
         designs = math.prod(lead)
