@@ -25,7 +25,7 @@ class Done:
 
 
 @pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):  # noqa: ANN201
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """Run the command in this process, as the shell would."""
 
     def call(*arguments: str | Path) -> Done:
@@ -72,7 +72,7 @@ def test_json_is_one_document_and_nothing_else(run) -> None:
 
 
 def test_missing_modes_are_announced(run) -> None:
-    """The amplifiers' own modes lie below the low-order model's seventh to twelfth frequency, which is blind to them."""
+    """The amplifiers' own modes lie below the low-order model's twelfth frequency, which is blind to them."""
     done = run("modes", RPR, "-n", "12")
     assert done.returncode == 0
     assert "MISSING from the low-order model" in done.stdout

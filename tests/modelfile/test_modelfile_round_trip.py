@@ -45,7 +45,7 @@ from flexura.mechanism import (
 from flexura.mechanism.expression import Call
 from flexura.modelfile import dumps, load, loads, save
 
-sizes = st.floats(1e-6, 1e3)
+sizes = st.floats(1e-6, 10)
 angles = st.floats(-10, 10).filter(lambda a: abs(a) > 1e-6)
 texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=30) | st.sampled_from(
     [

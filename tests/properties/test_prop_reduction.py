@@ -102,7 +102,7 @@ def test_reduced_matrices_are_the_full_ones_projected(mechanism, keep):
     model, low = assemble(mechanism), reduce(mechanism, keep=keep)
     T = low.recovery.toarray()
     for own, full in ((low.K, model.K), (low.M, model.M)):
-        assert scaled_difference(own, T.T @ (full @ T), T.T @ (abs(full) @ abs(T))) < 1e-9
+        assert scaled_difference(own, T.T @ (full @ T), abs(T).T @ (abs(full) @ abs(T))) < 1e-9
 
 
 @FEW
@@ -177,5 +177,5 @@ def test_subspace_iteration_finds_the_lowest_eigenvalues(mechanism, count):
 @FEW
 @given(mechanisms())
 def test_reduction_does_not_depend_on_units(mechanism):
-    low, large = reduce(mechanism, keep=1), reduce(scaled(mechanism, 1e3), keep=1)
-    np.testing.assert_allclose(omega2(low, 8), 1e6 * omega2(large, 8), rtol=1e-6)
+    low, large = reduce(mechanism), reduce(scaled(mechanism, 1e3))
+    np.testing.assert_allclose(omega2(low, 8), 1e6 * omega2(large, 8), rtol=1e-7)

@@ -54,8 +54,9 @@ class Evidence:
     |K r| / (|K| |r|) over six rigid motions of every unrestrained part. `full_residual` and `low_residual` are the
     largest residuals of the reported modes of either model, in the norm that bounds the relative error of the
     eigenvalue (`flexura.linalg.residuals`).
-    `sturm_count` full-order eigenvalues lie at or below `sturm_below_hz`, just above the highest frequency reported;
-    `missed` lists those among them without a counterpart.
+    `sturm_count` full-order eigenvalues lie below `sturm_below_hz`, next to the highest frequency reported, and
+    `reported_below` of the model reported; `missed` lists full-order modes there without a counterpart, `more_missed`
+    counts those not listed.
     """
 
     model_mass: MassProperties

@@ -137,7 +137,8 @@ def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> M
         Mode(k + 1, float(f), float(2 * np.pi * f), float(f), 0.0, 1.0, motion)
         for k, (f, motion) in enumerate(zip(hz, motions(full, u), strict=True))
     )
-    below, count = _sturm(full, pairs.values)
+    below, count = _sturm(full, pairs.values, -1)
+    reported = int((hz < below).sum())
     evidence = Evidence(
         **mass_evidence(full),
         rigid_body_modes=int((pairs.values == 0).sum()),
@@ -145,28 +146,28 @@ def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> M
         low_residual=None,
         sturm_below_hz=below,
         sturm_count=count,
-        reported_below=len(found),
+        reported_below=reported,
         missed=(),
-        more_missed=count - len(found),
+        more_missed=count - reported,
     )
     return _result(full, full.order, found, evidence, u, parameters)
 
 
 def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dict[str, float]) -> Modes:
     pairs = _finite(lowest(low.K, low.M, n))
-    below, count = _sturm(full, pairs.values)
+    below, count = _sturm(full, pairs.values, 1)
+    # low-order modes that share the last frequency reported are needed to tell which full-order modes have none
+    limit = (2 * np.pi * below) ** 2
+    low_count = min(max(count_below(low.K, low.M, limit), len(pairs.values)), count)
+    if low_count > len(pairs.values):
+        pairs = _finite(lowest(low.K, low.M, min(low_count, n + EXTRA)))
     reference = _finite(lowest(full.K, full.M, min(max(count, len(pairs.values)), n + EXTRA)))
     shapes = low.recover(pairs.vectors)
     partner, mac = _pair(full, shapes, pairs.values, reference)
-    u = full.node_displacements(shapes)
-    hz, full_hz = (np.sqrt(np.maximum(values, 0)) / (2 * np.pi) for values in (pairs.values, reference.values))
-    found = []
-    for k, motion in enumerate(motions(full, u)):
-        beside = float(full_hz[partner[k]]) if partner[k] >= 0 else None
-        error = None if beside is None else (float(hz[k] / beside - 1) if beside else 0.0)
-        f = float(hz[k])
-        found.append(Mode(k + 1, f, 2 * np.pi * f, beside, error, None if beside is None else mac[k], motion))
-    lost = np.setdiff1d(np.flatnonzero(full_hz <= below), partner)
+    full_hz = np.sqrt(np.maximum(reference.values, 0)) / (2 * np.pi)
+    u = full.node_displacements(shapes[:, :n])
+    found = tuple(_mode(k, pairs, full_hz, partner, mac, motion) for k, motion in enumerate(motions(full, u)))
+    lost = np.setdiff1d(np.flatnonzero(full_hz <= below), partner) if count > low_count else np.empty(0, dtype=np.intp)
     lost_motions = motions(full, full.node_displacements(reference.vectors[:, lost]))
     evidence = Evidence(
         **mass_evidence(full),
@@ -175,13 +176,21 @@ def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dic
         low_residual=float(residuals(low.K, low.M, pairs).max()),
         sturm_below_hz=below,
         sturm_count=count,
-        reported_below=len(found),
+        reported_below=low_count,
         missed=tuple(
             MissedMode(float(full_hz[i]), motion.summary) for i, motion in zip(lost, lost_motions, strict=True)
         ),
-        more_missed=max(count - len(reference.values), 0),
+        more_missed=max(count - low_count - len(lost), 0),
     )
-    return _result(full, low.order, tuple(found), evidence, u, parameters)
+    return _result(full, low.order, found, evidence, u, parameters)
+
+
+def _mode(k: int, pairs: Eigenpairs, full_hz: Array, partner: Array, mac: list[float], motion: Motion) -> Mode:
+    hz = float(np.sqrt(max(pairs.values[k], 0.0)) / (2 * np.pi))
+    if partner[k] < 0:
+        return Mode(k + 1, hz, 2 * np.pi * hz, None, None, None, motion)
+    beside = float(full_hz[partner[k]])
+    return Mode(k + 1, hz, 2 * np.pi * hz, beside, hz / beside - 1 if beside else 0.0, mac[k], motion)
 
 
 def _finite(pairs: Eigenpairs) -> Eigenpairs:
@@ -192,10 +201,11 @@ def _finite(pairs: Eigenpairs) -> Eigenpairs:
     return Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
 
 
-def _sturm(full: FullOrderModel, values: Array) -> tuple[float, int]:
-    """A frequency, Hz, just above the highest of `values`, and the number of full-order eigenvalues below it."""
+def _sturm(full: FullOrderModel, values: Array, side: int) -> tuple[float, int]:
+    """A frequency, Hz, just above (side 1) or below (-1) the highest of `values`, and the number of full-order
+    eigenvalues below it."""
     top = float(values.max())
-    limit = top * (1 + 2 * REPEATED)
+    limit = top * (1 + 2 * side * REPEATED)
     if top == 0.0:
         d = full.K.diagonal()
         limit = 1e-12 * float(d.sum() / full.M.diagonal().sum())

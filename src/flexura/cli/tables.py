@@ -52,13 +52,14 @@ def _difference(mode: Mode) -> str:
 
 def _print_evidence(console: Console, evidence: Evidence) -> None:
     e = evidence
+    found_in = "found" if e.low_residual is None else "in the low-order model"
     lines = [
         f"mass {e.model_mass.mass:.6g} kg, as described to {e.mass_error:.1g}; inertia to {e.inertia_error:.1g}",
         f"rigid-body motions strain nothing: residual {e.rigid_body_residual:.1g}"
         + (f"; {e.rigid_body_modes} rigid-body modes" if e.rigid_body_modes else ""),
         f"eigen-residuals: full {e.full_residual:.1g}"
         + ("" if e.low_residual is None else f", low-order {e.low_residual:.1g}"),
-        f"Sturm count: {e.sturm_count} full-order modes below {e.sturm_below_hz:.5g} Hz, {e.reported_below} reported",
+        f"Sturm count: {e.sturm_count} full-order modes below {e.sturm_below_hz:.5g} Hz, {e.reported_below} {found_in}",
     ]
     console.print("evidence", style="bold")
     for line in lines:

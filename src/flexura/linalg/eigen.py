@@ -115,8 +115,12 @@ def _dense(K: Array, M: Array, count: int, shift: float) -> Eigenpairs:
     S = K - shift * M if shift else K
     d = 1 / np.sqrt(np.maximum(np.diagonal(S), np.finfo(float).tiny))
     n = len(d)
+    Md, Sd = M * d[:, None] * d, S * d[:, None] * d
     try:
-        mu, y = la.eigh(M * d[:, None] * d, S * d[:, None] * d, subset_by_index=[n - count, n - 1])
+        try:
+            mu, y = la.eigh(Md, Sd, subset_by_index=[n - count, n - 1])
+        except la.LinAlgError:  # LAPACK's inverse iteration may fail on clusters, divide and conquer does not
+            mu, y = (part[..., n - count :] for part in la.eigh(Md, Sd, driver="gvd"))
     except la.LinAlgError:
         raise SolverError("the stiffness matrix is not positive definite: something can move freely") from None
     mu, y = mu[::-1], y[:, ::-1]
@@ -143,8 +147,9 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eig
     solve = factorise((Ks - shift * Ms).tocsc()).solve
     found = _lanczos(Ks, Ms, solve, count, shift, np.empty((K.shape[0], 0)))
     while True:
+        # whether copies of the last eigenvalue itself are left over does not matter
         below = float(found.values[:count].max())
-        below += 1e-6 * abs(below) + 1e-3 * abs(shift)
+        below -= 1e-6 * abs(below) + 1e-3 * abs(shift)
         missing = count_below(Ks, Ms, below) - int((found.values < below).sum())
         if missing <= 0:
             break

@@ -167,9 +167,9 @@ def _matrix(raw: Any) -> Matrix:
         return raw
     if isinstance(raw, list | tuple) and any(isinstance(x, str) for row in raw if isinstance(row, list) for x in row):
         raise refuse("entries of a superelement matrix are plain numbers", "`units` says in which unit system")
+    if isinstance(raw, np.ndarray) and np.iscomplexobj(raw):
+        raise refuse("entries of a superelement matrix are real")
     try:
-        if isinstance(raw, np.ndarray) and np.iscomplexobj(raw):
-            raise refuse("entries of a superelement matrix are real")
         matrix = Matrix(raw)
     except (TypeError, ValueError):
         raise refuse("a matrix is a list of rows of numbers, all of one length") from None

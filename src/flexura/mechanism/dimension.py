@@ -6,7 +6,6 @@ import re
 from fractions import Fraction
 from typing import NamedTuple
 
-
 MAX_EXPONENT = 12
 
 

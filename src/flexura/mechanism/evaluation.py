@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from difflib import get_close_matches
 from functools import cache
@@ -227,7 +227,8 @@ class ParameterTable:
             touched.add(name)
             if not np.all(np.isfinite(values[name])):
                 raise OptionError(f"parameter {name} = {expression} has no finite value for this {', '.join(given)}")
-        _check_bounds(self._parameters, values, touched)
+        followed = [name for name, _, _ in self._derived if name in touched and name not in given]
+        _check_bounds(self._parameters, values, [*given, *followed])
         return values, touched
 
 
@@ -276,8 +277,8 @@ def _suggest(name: str, known: Mapping[str, Any]) -> str:
     return f"; known: {', '.join(known)}" if known else "; the mechanism has no parameters"
 
 
-def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Value], touched: set[str]) -> None:
-    for name in touched:
+def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Value], names: Iterable[str]) -> None:
+    for name in names:
         parameter = parameters[name]
         if parameter.minimum is None and parameter.maximum is None:
             continue

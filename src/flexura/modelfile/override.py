@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from difflib import get_close_matches
+
+import numpy as np
 
 from flexura.errors import ExpressionError, OptionError
 from flexura.mechanism import Expression, Mechanism
@@ -33,10 +36,13 @@ def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
     reader = QuantityReader({})
     try:
         value, _ = measure(reader, written) if dimension is None else (reader.text(written, quantity), None)
-        number = value.evaluate({}) if isinstance(value, Expression) else value
+        with np.errstate(all="ignore"):
+            number = float(value.evaluate({}) if isinstance(value, Expression) else value)
     except ExpressionError as error:
         raise OptionError(f"{text!r}: {error}") from None
-    return name, float(number)
+    if not math.isfinite(number):
+        raise OptionError(f"{text!r}: a parameter must be finite")
+    return name, number
 
 
 def _example(mechanism: Mechanism, name: str) -> float:

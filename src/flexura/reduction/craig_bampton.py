@@ -52,7 +52,7 @@ def fixed_interface_modes(
     """
     K_ii, M_ii = K[interior][:, interior].tocsc(), M[interior][:, interior].tocsc()
     limit = (2 * np.pi * below_hz) ** 2
-    if limit:
+    if limit and len(interior):
         count = max(count, count_below(K_ii, M_ii, limit))
     if not count or not len(interior):
         return np.empty(0), np.empty((len(interior), 0))

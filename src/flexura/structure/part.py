@@ -7,6 +7,7 @@ refer to ("foreign" nodes), then the mesh nodes inside members.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -132,7 +133,8 @@ class Part:
     def _boundary(self, layout: Layout, nodes: _Nodes) -> Index:
         """Nodes that a reduction keeps: the interface, what bodies carry, bodies, and nodes shared with instances.
 
-        The mechanism itself keeps all its named nodes, unless it declares an interface.
+        The mechanism itself keeps all its named nodes, unless it declares an interface. Nodes that nothing elastic or
+        massive of this part touches are left out.
         """
         keep = {nodes.number[n] for n in layout.interface(self.name) if n in nodes.number}
         keep |= set(range(self.n_own, self.n_named))
@@ -143,17 +145,21 @@ class Part:
             keep |= {nodes.number[n] for n in held}
             if not layout.interface(TOP):
                 keep |= set(range(self.n_named))
-        return np.array(sorted(keep), dtype=np.intp)
+        return np.array(sorted(keep & self._active()), dtype=np.intp)
+
+    def _active(self) -> set[int]:
+        """Nodes that have elements or lumps of this part."""
+        return set(self.connectivity.ravel().tolist()) | {n for nodes, _, _ in self.lump_nodes() for n in nodes}
 
     @property
     def n_nodes(self) -> int:
         """Number of nodes, mesh nodes included."""
         return len(self.node_names)
 
-    @property
+    @cached_property
     def interior(self) -> Index:
         """Nodes that a reduction may remove."""
-        return np.setdiff1d(np.arange(self.n_nodes), self.boundary)
+        return np.array(sorted(self._active() - set(self.boundary.tolist())), dtype=np.intp)
 
     @property
     def has_matrices(self) -> bool:

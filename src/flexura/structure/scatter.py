@@ -54,7 +54,7 @@ class Scatter:
     def linear(self, bases: Sequence[Array]) -> sp.csr_matrix:
         """The map from element coefficients to the stored values of `sparse`, for the first entries of `dofs`.
 
-        `bases` holds (copies, elements, coefficients, m, m) per entry: the matrices that a unit of each coefficient adds.
+        `bases` holds (copies, elements, coefficients, m, m) per entry: what a unit of each coefficient adds.
         The coefficients (elements of all entries * coefficients) are shared by the copies.
         """
         rows, columns, values = [], [], []

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from fractions import Fraction
 from functools import cache
 
+from flexura.errors import ExpressionError
 from flexura.units.parse import Exponents, parse_unit, to_si
 
 _PRETTY = (
@@ -15,7 +17,7 @@ _PRETTY = (
     ("kg", "g", "mg"),
     ("kg*m^2", "g*mm^2", "kg*mm^2"),
     ("kg/m^3",),
-    ("GPa", "MPa", "kPa", "Pa"),
+    ("MPa", "GPa", "kPa", "Pa"),
     ("N", "mN", "kN", "uN"),
     ("N/m", "N/um", "N/mm"),
     ("N*m/rad", "N*mm/rad"),
@@ -62,12 +64,12 @@ def _customary() -> dict[Exponents, tuple[str, ...]]:
 def _exact(value: float, unit: str) -> str | None:
     """`value` in the unit when that text reads back to exactly `value`."""
     factor, _ = parse_unit(unit)
-    scaled = float(Fraction(value) / factor)
-    for digits in (6, 9, 12, 15):
-        rounded = float(f"{scaled:.{digits}g}")
-        if to_si(repr(rounded), factor) == value:
-            return f"{format_number(rounded)} {unit}"
-    return f"{format_number(scaled)} {unit}" if to_si(repr(scaled), factor) == value else None
+    with suppress(OverflowError, ExpressionError):
+        scaled = float(Fraction(value) / factor)
+        for text in (*(f"{scaled:.{digits}g}" for digits in (6, 9, 12, 15)), repr(scaled)):
+            if to_si(text, factor) == value:
+                return f"{format_number(float(text))} {unit}"
+    return None
 
 
 def _clumsiness(text: str) -> tuple[bool, int, bool]:

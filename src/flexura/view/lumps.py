@@ -21,6 +21,9 @@ _STEEL = 7850.0
 _SPRING_LENGTH = 0.09
 """Drawn length of a spring that has none of its own, relative to the mechanism."""
 
+_MOST_ARMS = 60
+"""The arms of a body that carries more nodes than this would hide everything else."""
+
 
 @dataclass(frozen=True)
 class _Copy:
@@ -174,7 +177,8 @@ def _add_body(collector: Collector, copy: _Copy, body: RigidBody, node: int, par
     collector.mesh(placed, copy.attached(node, points), kind)
     if body.solid is None:
         collector.dot(centre, copy.u[node, :3], Kind.CENTRE)
-    for carried in part.carried.get(node, []):
+    carries = part.carried.get(node, [])
+    for carried in carries if len(carries) <= _MOST_ARMS else []:
         if kind is Kind.EQUIVALENT_BODY or not _inside(placed, copy.x[carried]):
             _add_arm(collector, copy, node, copy.x[carried])
     return placed

@@ -36,7 +36,7 @@ class Detail:
         if self.lines:
             return self.uniform
         if group.kind[0] in _VARYING:
-            return max(self.varying, min(elements, 2 * self.varying))
+            return max(self.varying, min(4 * -(-elements // 4), 2 * self.varying))
         return int(np.clip(3 * elements, self.uniform // 2, 2 * self.uniform))
 
     def faces(self, group: SectionGroup, elements: int) -> int:
@@ -119,12 +119,23 @@ def member_surfaces(
 
 
 def station_fractions(group: SectionGroup, segments: int) -> Array:
-    """Where along a member (0 to 1) its section is drawn; closer towards the ends of notches, which are steep there."""
+    """Where along a member (0 to 1) its section is drawn.
+
+    Closer towards the ends of notches, which are steep there; the middle of a notch is met, and in two-axis notches
+    the quarters as well.
+    """
     even = np.linspace(0, 1, segments + 1)
     if group.kind[0] not in _VARYING:
         return even
-    steep = (1 - np.cos(np.pi * even)) / 2
-    return steep if group.kind[0] != "two_axis" else (steep + even) / 2
+    if group.kind[0] == "two_axis" and segments % 2 == 0:
+        half = _crowded(segments // 2) / 2
+        return np.concatenate([half, half[1:] + 0.5])
+    return _crowded(segments)
+
+
+def _crowded(segments: int) -> Array:
+    """Stations from 0 to 1, closer towards both ends."""
+    return (1 - np.cos(np.pi * np.linspace(0, 1, segments + 1))) / 2
 
 
 class _Rings(NamedTuple):

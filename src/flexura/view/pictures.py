@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
+from flexura.view.axes import frame
 from flexura.view.camera import Camera, View, painted
-from flexura.view.furniture import Box, colour_bar, dot_style, frame, heading, legend, triad
+from flexura.view.furniture import Box, colour_bar, dot_style, heading, legend, pixel_axes, triad
 from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, GHOST, INK, WIDTHS, displacement_colours
 from flexura.view.raster import Triangles, of_lines, render
@@ -48,7 +49,7 @@ def draw_mechanism(
     parts = solids(model)
     camera = _camera(parts, elev, azim)
     figure = _new_figure(SIZE)
-    view = frame(figure, camera, parts.bounds(), (0.075, 0.15, 0.815, 0.74))
+    view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, 0.725))
     colours = np.array([COLOURS[kind] for kind in Kind])
     faces = np.repeat(colours[parts.face_kinds][:, None], 4, axis=1)
     clear = visible_flexures(parts, camera) < HIDDEN
@@ -118,9 +119,13 @@ def draw_sheet(
         view = _mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 / rows, 0.28, 0.77 / rows))
         painting.append(_mode_triangles(parts, view, scale))
         top = bottom + (1 - 0.04) / rows
-        figure.text(left + 0.15, top, titles[k], ha="center", va="top", size=12, weight="bold", color=INK)
+        figure.text(
+            left + 0.15, top, titles[k], ha="center", va="top", size=12, weight="bold", color=INK, parse_math=False
+        )
         text = "\n".join(textwrap.wrap(subtitles[k], 58)[:2])
-        figure.text(left + 0.15, top - 0.065 / rows, text, ha="center", va="top", size=8.5, color="0.35")
+        figure.text(
+            left + 0.15, top - 0.065 / rows, text, ha="center", va="top", size=8.5, color="0.35", parse_math=False
+        )
     if camera is not None:
         _paint(figure, *(Triangles.joined(list(part)) for part in zip(*painting, strict=True)))
         triad(figure, camera, (0.942, 0.02, 0.052, 0.052 * figure.bbox.width / figure.bbox.height))
@@ -219,10 +224,8 @@ def _paint(figure: Figure, solid: Triangles, glass: Triangles) -> tuple[Axes, Ar
     """Lay the image of the triangles over the whole figure; axes in pixels and the depth (height, width)."""
     width, height = int(figure.bbox.width), int(figure.bbox.height)
     image, depth = render(solid, glass, width, height)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=5)
-    axes.set_axis_off()
+    axes = pixel_axes(figure, zorder=5)
     axes.imshow(image, origin="lower", extent=(0, width, 0, height), aspect="auto", interpolation="antialiased")
-    axes.set(xlim=(0, width), ylim=(0, height))
     return axes, depth
 
 

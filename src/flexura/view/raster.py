@@ -14,6 +14,7 @@ from flexura.view.meshes import Array, Index
 OVERSAMPLING = 2
 """Samples per pixel in each direction."""
 _CHUNK = 1_000_000
+_PIECE = 16.0
 
 
 class Triangles(NamedTuple):
@@ -42,11 +43,14 @@ def of_faces(corners: Array, colours: Array) -> Triangles:
 def of_lines(ends: Array, colours: Array, width: Array, lift: float = 0.0) -> Triangles:
     """Triangles of lines with ends (l, 2, 3), pixels, colours (l, 3) and widths (l,), pixels, facing the viewer.
 
-    `lift` moves them towards the viewer, pixels, so that lines on a surface are not buried in it.
+    `lift` moves them towards the viewer, pixels, so that lines on a surface are not buried in it. Long lines are cut
+    up, because the work on a triangle goes with the area of its bounding box.
     """
-    along = ends[:, 1, :2] - ends[:, 0, :2]
-    length = np.linalg.norm(along, axis=1, keepdims=True)
-    along = np.where(length > 1e-9, along / np.maximum(length, 1e-9), [1.0, 0.0]) * width[:, None] / 2
+    line, first, last = _cuts(np.linalg.norm(ends[:, 1, :2] - ends[:, 0, :2], axis=1))
+    span = ends[line, 1] - ends[line, 0]
+    ends = np.stack([ends[line, 0] + first[:, None] * span, ends[line, 0] + last[:, None] * span], axis=1)
+    length = np.linalg.norm(span[:, :2], axis=1, keepdims=True)
+    along = np.where(length > 1e-9, span[:, :2] / np.maximum(length, 1e-9), [1.0, 0.0]) * width[line, None] / 2
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     corners = ends[:, [0, 1, 1, 0]].copy()
     corners[:, :, 2] += lift
@@ -54,7 +58,15 @@ def of_lines(ends: Array, colours: Array, width: Array, lift: float = 0.0) -> Tr
     corners[:, [1, 2], :2] += along[:, None]
     corners[:, :2, :2] -= across[:, None]
     corners[:, 2:, :2] += across[:, None]
-    return of_faces(corners, np.repeat(colours[:, None], 4, axis=1))
+    return of_faces(corners, np.repeat(colours[line, None], 4, axis=1))
+
+
+def _cuts(length: Array) -> tuple[Index, Array, Array]:
+    """Pieces of lines of given lengths (l,), pixels: the line of each, and where it begins and ends, 0 to 1."""
+    count = np.maximum(np.ceil(length / _PIECE), 1).astype(np.intp)
+    line = np.repeat(np.arange(len(length)), count)
+    k = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
+    return line, k / count[line], (k + 1) / count[line]
 
 
 def render(solid: Triangles, glass: Triangles, width: int, height: int, opacity: float = 0.55) -> tuple[Array, Array]:

@@ -31,8 +31,8 @@ def check_assembly(
             break
         for cycle in cycles:
             found.append(_cycle(prototypes[cycle[0]], cycle))
-            for name in cycle:
-                lost[name] |= {key for key, i in prototypes[name].instances.items() if i.of in cycle}
+            for name, needed in zip(cycle, [*cycle[1:], cycle[0]], strict=True):
+                lost[name] |= {key for key, i in prototypes[name].instances.items() if i.of == needed}
     kept: dict[str, Any] = {
         name: prototype.model_copy(
             update={"instances": {k: i for k, i in prototype.instances.items() if k not in lost[name]}}

@@ -12,6 +12,7 @@ from flexura.mechanism.checks.survey import Survey, prefix, shown
 from flexura.mechanism.substructure import Substructure
 
 RELATIVE = 1e-9
+SINGULAR = 1e-12
 JOINT_DISTANCE = 1e-9
 """Distance in m within which joined nodes are at one place, besides 1e-6 of the size of the mechanism."""
 
@@ -38,7 +39,7 @@ def _inertia(survey: Survey, path: Path, entries: tuple[float, ...]) -> None:
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     low, middle, high = (largest * np.linalg.eigvalsh(tensor)).tolist()
     moments = f"principal moments {shown(low)}, {shown(middle)}, {shown(high)} kg*m^2"
-    if low <= RELATIVE * abs(high):
+    if low <= SINGULAR * abs(high):
         survey.report(path, moments, "an inertia tensor is positive definite", _ORDER)
     elif low + middle < high * (1 - RELATIVE):
         rule = "no principal moment of inertia is larger than the sum of the other two"

@@ -46,7 +46,7 @@ def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[
     length = math.hypot(*axis)
     if not math.isfinite(length):
         return
-    if length <= 1e-12 + RELATIVE * survey.size:
+    if length <= 1e-12 * (1 + survey.size):
         survey.report((*path, "nodes"), ", ".join(member.nodes), "the member has no length", _NO_LENGTH)
         return
     if member.reference is not None:

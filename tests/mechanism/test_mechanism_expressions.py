@@ -1,0 +1,215 @@
+"""Expressions: grammar, values over designs, dimensions, and text that reads back."""
+
+from __future__ import annotations
+
+import ast
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexura.errors import ExpressionError, ModelError
+from flexura.mechanism import Circle, Expression, Parameter, parameter
+from flexura.mechanism.dimension import AREA, INERTIA, LENGTH, MASS, NUMBER, PRESSURE, Dimension
+from flexura.mechanism.expression import Binary, Call, Name, Negative, Number, Tree
+
+VALUES = {"x": 2.0, "y": 3.0, "z": -0.5}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("x + y*z", 0.5),
+        ("x - y - z", -0.5),
+        ("x/y/z", 2 / 3 / -0.5),
+        ("-x^2", -4.0),
+        ("(-x)^2", 4.0),
+        ("2^y^2", 512.0),
+        ("x^-1", 0.5),
+        ("x**y", 8.0),
+        ("--x", 2.0),
+        ("+x", 2.0),
+        ("1.5e1*x", 30.0),
+        (".5*x", 1.0),
+        ("sqrt(x*8)", 4.0),
+        ("max(x, y) - min(x, y)", 1.0),
+        ("atan2(x, x)*4/pi", 1.0),
+        ("abs(z) + sin(0) + cos(0)", 1.5),
+    ],
+)
+def test_values(text, value):
+    assert Expression.parse(text).evaluate(VALUES) == pytest.approx(value, rel=1e-15)
+
+
+NAMES = st.sampled_from([Name(n) for n in VALUES])
+NUMBERS = st.floats(0, 1e6).map(Number)
+
+
+def larger(inner: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
+    return st.one_of(
+        st.builds(Negative, inner),
+        st.builds(Binary, st.sampled_from(["+", "-", "*", "/"]), inner, inner),
+        st.builds(lambda b, e: Binary("^", b, Number(float(e))), inner, st.integers(0, 3)),
+        st.builds(lambda a: Call("abs", (a,)), inner),
+        st.builds(lambda a, b: Call("max", (a, b)), inner, inner),
+    )
+
+
+TREES = st.recursive(NAMES | NUMBERS, larger, max_leaves=12)
+
+
+@given(TREES)
+def test_text_reads_back_as_the_same_tree(tree):
+    assert Expression.parse(str(Expression(tree))).tree == tree
+
+
+@given(TREES)
+def test_values_are_those_of_python(tree):
+    """Independent reading: Python's own parser, with its own precedence."""
+    text = str(Expression(tree)).replace("^", "**")
+    code = compile(ast.parse(text, mode="eval"), "expression", "eval")
+    with np.errstate(all="ignore"):
+        scope = {n: np.float64(v) for n, v in VALUES.items()} | {"abs": np.abs, "max": np.maximum}
+        try:
+            expected = eval(code, {"__builtins__": {}}, scope)  # noqa: S307
+        except (ZeroDivisionError, OverflowError):
+            return
+        got = Expression(tree).evaluate(VALUES)
+    np.testing.assert_allclose(got, expected, rtol=1e-12)
+
+
+def test_values_broadcast_over_designs():
+    designs = np.linspace(1, 2, 5)
+    got = Expression.parse("max(x, 1.5)*y + sqrt(x)").evaluate({"x": designs, "y": 2.0})
+    np.testing.assert_array_equal(got, np.maximum(designs, 1.5) * 2 + np.sqrt(designs))
+
+
+def test_python_builds_the_trees_that_text_reads_as():
+    x, y = parameter("x"), parameter("y")
+    built = [2 * x + y / 3 - 1, -(x**-2) * (1 - y), x - -1, (-1 + x) ** 2, x * np.float64(0.5)]
+    for expression in built:
+        assert Expression.parse(str(expression)) == expression
+
+
+@pytest.mark.parametrize(
+    ("text", "rule"),
+    [
+        ("", "too early"),
+        ("x +", "too early"),
+        ("(x", "not closed"),
+        ("x)", "not expected"),
+        ("x y", "not expected"),
+        ("f(x)", "not a function"),
+        ("sqrt", "is a function"),
+        ("max(x)", "takes 2"),
+        ("x.y", "cannot stand"),
+        ("x[0]", "not expected"),
+        ("x == y", "cannot stand"),
+        ("x^17", "at most 16"),
+        ("x^-17", "at most 16"),
+        ("1e999", "finite"),
+        ("3 mm", "carry no unit"),
+        ("(" * 61 + "x" + ")" * 61, "nests at most"),
+        ("+".join("x" * 250), "in a row"),
+        ("+".join("x" * 400), "at most 300"),
+        (" " * 30_000, "characters"),
+    ],
+)
+def test_what_is_no_expression(text, rule):
+    with pytest.raises(ExpressionError, match=rule):
+        Expression.parse(text)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 10**400, "text", None, True, [1], 1j])
+def test_what_cannot_stand_in_an_expression(value):
+    with pytest.raises(ExpressionError):
+        parameter("x") * value
+
+
+def test_what_cannot_be_written_is_refused_by_the_parts():
+    total = parameter("x")
+    for _ in range(400):
+        total = total + 1
+    deep = parameter("x")
+    for _ in range(100):
+        deep = 1 / (1 + deep)
+    for expression in (total, deep, parameter("a b"), parameter("sqrt"), parameter("℘")):
+        with pytest.raises(ModelError):
+            Circle(diameter=expression)
+
+
+def test_an_expression_without_parameters_is_a_number():
+    assert Circle(diameter="3*pi/pi").diameter == 3.0
+    with pytest.raises(ModelError, match="finite"):
+        Circle(diameter="1/0")
+    with pytest.raises(ModelError, match="positive"):
+        Circle(diameter="1-1")
+
+
+DIMENSIONS = {"L": LENGTH, "M": MASS, "n": NUMBER, "open": None}
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension"),
+    [
+        ("L", LENGTH),
+        ("L*L", AREA),
+        ("M*L^2", INERTIA),
+        ("sqrt(L*L)", LENGTH),
+        ("L^-2*M", INERTIA.times(LENGTH.power(4), -1)),
+        ("L + 0", LENGTH),
+        ("max(L, 0)", LENGTH),
+        ("atan2(L, L)", NUMBER),
+        ("sin(L/L)", NUMBER),
+        ("n^n", NUMBER),
+        ("pi*L", LENGTH),
+        ("-abs(L)", LENGTH),
+        ("L*open", None),
+    ],
+)
+def test_dimensions(text, dimension):
+    expression = Expression.parse(text, lambda number, _: (float(number), LENGTH))
+    assert expression.dimension(DIMENSIONS) == dimension
+
+
+@pytest.mark.parametrize("text", ["L + M", "L + 1", "sin(L)", "2^L", "L^n", "max(L, M)", "atan2(L, M)", "L - 1 [m]*L"])
+def test_dimensions_that_clash(text):
+    expression = Expression.parse(text, lambda number, _: (float(number), LENGTH))
+    with pytest.raises(ExpressionError):
+        expression.dimension(DIMENSIONS)
+
+
+def test_bare_literals_of_python_leave_the_dimension_open():
+    L = parameter("L")
+    assert (2 * L).dimension(DIMENSIONS) is None
+    assert (L + 0.1).dimension(DIMENSIONS) == LENGTH
+
+
+@pytest.mark.parametrize("dimension", [NUMBER, LENGTH, PRESSURE, INERTIA, AREA.power(Fraction(1, 4))])
+def test_units_name_their_dimensions(dimension):
+    assert Dimension.of_unit(dimension.unit() or "1") == dimension
+
+
+@pytest.mark.parametrize(
+    ("unit", "dimension"),
+    [
+        ("N/m", PRESSURE.times(LENGTH)),
+        ("Pa", PRESSURE),
+        ("kg*m**-1*s**-2", PRESSURE),
+        ("kg*m^2", INERTIA),
+        ("rad", NUMBER),
+    ],
+)
+def test_coherent_units(unit, dimension):
+    assert Dimension.of_unit(unit) == dimension
+    assert Parameter(value=1.0, unit=unit).dimension == dimension
+
+
+@pytest.mark.parametrize("unit", ["mm", "GPa", "m**", "m**(1/0)", "m*", "m**99", "m m", "2"])
+def test_units_that_are_not_coherent(unit):
+    assert Dimension.of_unit(unit) is None
+    with pytest.raises(ModelError, match="coherent SI unit"):
+        Parameter(value=1.0, unit=unit)

@@ -1,0 +1,124 @@
+"""The depth buffer: nearer surfaces hide farther ones, pixel by pixel."""
+
+import numpy as np
+import pytest
+
+from flexura.view.camera import Camera, View, outlines, painted
+from flexura.view.meshes import box, normals
+from flexura.view.raster import Triangles, of_faces, of_lines, render
+
+RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+NOTHING = Triangles.joined([])
+
+
+def rectangle(x0, y0, x1, y1, z, colour):
+    """A rectangle; z is a number or four at its corners."""
+    corners = np.array([[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]], dtype=float)
+    corners[:, 2] = z
+    return of_faces(corners[None], np.broadcast_to(colour, (1, 4, 3)))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_nearer_surface_is_seen_whatever_the_order(order):
+    parts = [rectangle(2, 2, 18, 18, 0.0, RED), rectangle(8, 8, 18, 18, 5.0, BLUE)][::order]
+    image, depth = render(Triangles.joined(parts), NOTHING, 20, 20)
+    np.testing.assert_allclose(image[5, 5], [*RED, 1])
+    np.testing.assert_allclose(image[12, 12], [*BLUE, 1])
+    np.testing.assert_allclose(image[1, 1, 3], 0)
+    assert depth[12, 12] == pytest.approx(5, abs=1e-3)
+    assert depth[0, 0] == -np.inf
+
+
+def test_surfaces_that_pass_through_each_other_are_cut_where_they_cross():
+    flat = rectangle(0, 0, 20, 20, 0.0, RED)
+    slope = rectangle(0, 0, 20, 20, [-10.0, 10.0, 10.0, -10.0], BLUE)
+    image, _ = render(Triangles.joined([flat, slope]), NOTHING, 20, 20)
+    np.testing.assert_allclose(image[:, :10, :3], np.broadcast_to(RED, (20, 10, 3)))
+    np.testing.assert_allclose(image[:, 10:, :3], np.broadcast_to(BLUE, (20, 10, 3)))
+
+
+def test_of_coincident_surfaces_one_is_seen_everywhere():
+    z = [0.1, 0.3, 0.7, 0.5]
+    image, _ = render(
+        Triangles.joined([rectangle(0, 0, 9, 9, z, RED), rectangle(1, 1, 8, 8, [0.2, 0.34, 0.6, 0.46], BLUE)]),
+        NOTHING,
+        9,
+        9,
+    )
+    same, _ = render(
+        Triangles.joined([rectangle(0, 0, 9, 9, 0.3, RED), rectangle(0, 0, 9, 9, 0.3, BLUE)]), NOTHING, 9, 9
+    )
+    np.testing.assert_allclose(same[..., 2], 1.0)
+    assert image.shape == (9, 9, 4)
+
+
+def test_coverage_equals_area():
+    image, _ = render(rectangle(3, 4, 13, 11, 0.0, RED), NOTHING, 20, 20)
+    assert image[..., 3].sum() == pytest.approx(70)
+    image, _ = render(rectangle(3.5, 4, 13, 11, 0.0, RED), NOTHING, 20, 20)
+    assert image[7, 3, 3] == pytest.approx(0.5)
+    np.testing.assert_allclose(image[7, 3, :3], RED)
+
+
+def test_colours_vary_linearly_over_a_face():
+    corners = np.array([[[0, 0, 0], [20, 0, 0], [20, 20, 0], [0, 20, 0]]], dtype=float)
+    image, _ = render(of_faces(corners, np.array([[[0.0] * 3, [1.0] * 3, [1.0] * 3, [0.0] * 3]])), NOTHING, 20, 20)
+    np.testing.assert_allclose(image[9, :, 0], (np.arange(20) + 0.5) / 20, atol=1e-9)
+
+
+def test_glass_shows_what_is_behind_it_only():
+    solid = Triangles.joined([rectangle(0, 0, 10, 20, 0.0, RED), rectangle(0, 10, 10, 20, 9.0, RED)])
+    image, _ = render(solid, rectangle(0, 0, 20, 20, 5.0, BLUE), 20, 20, opacity=0.5)
+    np.testing.assert_allclose(image[5, 5], [0.5, 0, 0.5, 1])
+    np.testing.assert_allclose(image[15, 5], [*RED, 1])
+    np.testing.assert_allclose(image[5, 15], [*BLUE, 0.5])
+
+
+@pytest.mark.parametrize("end", [(90.0, 10.0), (85.0, 70.0), (10.0, 70.0)])
+def test_a_line_covers_its_length_times_its_width(end):
+    ends = np.array([[[10.0, 10.0, 0.0], [*end, 0.0]]])
+    image, _ = render(of_lines(ends, np.array([RED]), np.array([3.0])), NOTHING, 100, 80)
+    length = np.hypot(end[0] - 10, end[1] - 10)
+    assert image[..., 3].sum() == pytest.approx(3 * (length + 3), rel=0.05)
+
+
+def test_what_lies_outside_the_picture_is_left_out():
+    image, _ = render(rectangle(-50, -50, 5, 500, 0.0, RED), rectangle(300, 300, 400, 400, 0.0, BLUE), 20, 10)
+    np.testing.assert_allclose(image[:, :5, 3], 1)
+    np.testing.assert_allclose(image[:, 5:, 3], 0)
+    empty, depth = render(NOTHING, NOTHING, 4, 4)
+    assert empty[..., 3].max() == 0
+    assert (depth == -np.inf).all()
+
+
+def test_the_camera_looks_as_it_says():
+    right, up, towards = Camera(0.0, -90.0).axes
+    np.testing.assert_allclose([right, up, towards], [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-12)
+    A = Camera(33.0, 71.0).axes
+    np.testing.assert_allclose(A @ A.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(A) == pytest.approx(1)
+
+
+def test_a_fitted_view_fills_its_area():
+    points = np.random.default_rng(1).normal(size=(50, 3))
+    view = View.fitting(Camera(20.0, 30.0), points, np.array([10.0, 20.0]), np.array([110.0, 60.0]))
+    x = view.pixels(points)[:, :2]
+    np.testing.assert_allclose(x.min(axis=0) + x.max(axis=0), [120, 80])
+    assert (np.ptp(x, axis=0) / [100, 40]).max() == pytest.approx(1)
+
+
+def test_the_outlines_of_a_box_are_its_nine_visible_edges():
+    mesh = box(np.ones(3), 0.25)
+    unit = normals(mesh.points, mesh.faces)
+    unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
+    ends, _, sharp = outlines(mesh.faces, unit, unit @ Camera(30.0, 40.0).axes[2] > 0)
+    length = np.linalg.norm(mesh.points[ends[:, 0]] - mesh.points[ends[:, 1]], axis=1)
+    assert length.sum() == pytest.approx(9)
+    assert sharp.all()
+
+
+def test_faces_turned_away_are_not_painted():
+    mesh = box(np.ones(3), 1.0)
+    view = View(Camera(30.0, 40.0), 10.0, np.zeros(2))
+    triangles = painted(view, mesh.points, mesh.faces, np.ones((6, 4, 3)), 0.0, 0.6)
+    assert len(triangles.corners) == 6
