@@ -4,19 +4,21 @@ import re
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 import flexura as fx
 from flexura.beam import contour
 
 HERE = Path(__file__).parent
+HEAD = """\
+<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 880 345" width="880" font-family="sans-serif" font-size="15">
+<rect width="880" height="345" fill="white"/>
+<style>polygon {fill: #8fa8c8; stroke: #22344e} text {text-anchor: middle; fill: #222}</style>"""
 
 
 def contours() -> None:
     """Profiles of all contours over the length of a notch."""
     a, b, t = 5.0, 3.0, 1.0
-    x = np.linspace(-a, a, 401)
+    x = np.linspace(-a, a, 65)
     shapes = {
         "circular, R = a": contour.circular(x, a, t),
         "elliptical": contour.elliptical(x, a, b, t),
@@ -27,15 +29,14 @@ def contours() -> None:
         "table": contour.tabulated(x + a, np.array([0.0, 3, 6, 10]), np.array([5.0, 1.5, 1, 4])),
         "straight": t + 0 * x,
     }
-    figure = Figure(figsize=(9.0, 4.2))
-    FigureCanvasAgg(figure)
+    lines = [HEAD]
     for k, (name, h) in enumerate(shapes.items()):
-        axes = figure.add_subplot(2, 4, k + 1)
-        axes.fill_between(x, -h / 2, h / 2, color="#8fa8c8", edgecolor="#22344e", linewidth=0.8)
-        axes.set(xlim=(-5.6, 5.6), ylim=(-6, 6), aspect="equal", title=name)
-        axes.set_axis_off()
-    figure.tight_layout()
-    figure.savefig(HERE / "contours.svg", metadata={"Date": None})
+        left, top = 110 + 220 * (k % 4), 100 + 170 * (k // 4)
+        upper = [f"{left + 14 * u:.1f},{top - 7 * v:.1f}" for u, v in zip(x, h, strict=True)]
+        lower = [f"{left + 14 * u:.1f},{top + 7 * v:.1f}" for u, v in zip(x, h, strict=True)]
+        lines.append(f'<polygon points="{" ".join(upper + lower[::-1])}"/>')
+        lines.append(f'<text x="{left}" y="{top - 82}">{name}</text>')
+    (HERE / "contours.svg").write_text("\n".join([*lines, "</svg>"]) + "\n", encoding="utf-8")
 
 
 def pivot() -> None:

@@ -119,9 +119,7 @@ def commands(block: Block) -> list[Command]:
     """Commands of a block; in sh blocks every line is one, and no output is expected."""
     found: list[Command] = []
     for offset, line in enumerate(block.text.splitlines()):
-        if block.language == "sh":
-            found.append(Command(block.line + offset, line.removeprefix("$ ")))
-        elif line.startswith("$ "):
+        if block.language == "sh" or line.startswith("$ "):
             found.append(Command(block.line + offset, line.removeprefix("$ ")))
         elif found:
             found[-1].expected.append(line)
@@ -139,9 +137,13 @@ def run_command(text: str) -> str | None:
     from flexura.cli import main
 
     out, err = io.StringIO(), io.StringIO()
-    with mock.patch.object(sys, "argv", ["flexura", *words[1:]]), contextlib.suppress(SystemExit):
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            main()
+    with (
+        mock.patch.object(sys, "argv", ["flexura", *words[1:]]),
+        contextlib.suppress(SystemExit),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        main()
     if target is not None:
         Path(target).write_text(out.getvalue(), encoding="utf-8")
         out = io.StringIO()
@@ -170,15 +172,20 @@ def _same_number(expected: str, found: str) -> bool:
     return abs(a - b) <= max(RELATIVE * abs(a), 1.01 * last_digit)
 
 
+_SEVERAL = re.compile(r"[\w.]+(?:, [\w.]+)+(?= vibrate)")
+
+
+def _words(text: str) -> list[str]:
+    """Words of a text; names of parts that vibrate alike come in any order, and are put into one."""
+    folded = " ".join(text.split())
+    return _SEVERAL.sub(lambda match: ", ".join(sorted(match[0].split(", "))), folded).split()
+
+
 def mismatch(expected: list[str], found: str) -> str:
     """What differs between expected lines and output, whitespace apart; empty when nothing does."""
-    pieces: list[list[str]] = [[]]
-    for line in expected:
-        if line.strip() == "...":
-            pieces.append([])
-        else:
-            pieces[-1] += line.split()
-    words = found.split()
+    texts = re.split(r"^\s*\.\.\.\s*$", "\n".join(expected), flags=re.MULTILINE)
+    pieces = [_words(text) for text in texts]
+    words = _words(found)
     at = 0
     for k, piece in enumerate(pieces):
         anchored = k == 0
@@ -249,7 +256,7 @@ class Page:
         out = io.StringIO()
         padded = "\n" * (block.line - 1) + block.text
         with contextlib.redirect_stdout(out):
-            exec(compile(padded, str(self.path), "exec"), self.namespace)
+            exec(compile(padded, str(self.path), "exec"), self.namespace)  # noqa: S102
         return out.getvalue()
 
 

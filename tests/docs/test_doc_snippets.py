@@ -33,6 +33,7 @@ def test_comparison_of_output():
     assert not mismatch(["a", "...", "c"], "a\nb b\nc\n")
     assert not mismatch(["...", "c"], "a\nc\n")
     assert not mismatch(["a", "..."], "a\nc\n")
+    assert not mismatch(["still; p2.a, p1.b vibrate"], "still; p1.b, p2.a vibrate")
     assert mismatch(["a"], "a\nb\n")
     assert mismatch(["a", "...", "d"], "a\nb\nc\n")
     assert mismatch(["a", "...", "b"], "a\nb\nc\n")

@@ -103,7 +103,12 @@ CASES = {
         mechanism(parameters={"p": Parameter(value=parameter("q")), "q": Parameter(value=2 * parameter("p"))}),
         *("parameters.p.value", "depends on itself: p -> q -> p", ""),
     ),
-    "name of a function": (mechanism(parameters={"sin": Parameter(value=1)}), "parameters.sin", "name of a function", ""),
+    "name of a function": (
+        mechanism(parameters={"sin": Parameter(value=1)}),
+        "parameters.sin",
+        "name of a function",
+        "",
+    ),
     "name of a constant": (mechanism(parameters={"pi": Parameter(value=3)}), "parameters.pi", "name of a constant", ""),
     "no finite parameter": (
         mechanism(parameters={"t": Parameter(value=0), "u": Parameter(value=1 / t)}),
@@ -134,7 +139,12 @@ CASES = {
         *("links.beam.section.diameter", "a length must be positive", "default parameters"),
     ),
     "not finite": (
-        with_parameter(0.0, nodes={"c": (1 / t, 0, 0)}, masses={"m": PointMass(node="c", mass=1)}, links={"beam": link(), "l": link("b", "c")}),
+        with_parameter(
+            0.0,
+            nodes={"c": (1 / t, 0, 0)},
+            masses={"m": PointMass(node="c", mass=1)},
+            links={"beam": link(), "l": link("b", "c")},
+        ),
         *("nodes.c.0", "a length must be finite", ""),
     ),
     "nu": (
@@ -149,14 +159,34 @@ CASES = {
         with_parameter(0.0, links={"beam": link(section=BAR, reference=(0, t, 0))}),
         *("links.beam.reference", "not zero", ""),
     ),
-    "alias": (mechanism(materials={"al": "Al-7075"}), "materials.al", "the catalogue has no such material", "Al-7075-T6"),
-    "material": (mechanism(links={"beam": link(material="steel")}), "links.beam.material", "no such material", "spring-steel"),
+    "alias": (
+        mechanism(materials={"al": "Al-7075"}),
+        "materials.al",
+        "the catalogue has no such material",
+        "Al-7075-T6",
+    ),
+    "material": (
+        mechanism(links={"beam": link(material="steel")}),
+        "links.beam.material",
+        "no such material",
+        "spring-steel",
+    ),
     "material of a solid": (
         mechanism(bodies={"x": RigidBody(solid=Box(size=(1, 1, 1), material="wood"), carries=("b",))}),
         *("bodies.x.solid.material", "no such material", ""),
     ),
-    "section": (mechanism(links={"beam": link(section="bar")}), "links.beam.section", "no such section", "there are no sections"),
-    "substructure": (inside(A_TO_B, instances={"i": Instance(of="ss")}), "instances.i.of", "no such substructure", "did you mean s?"),
+    "section": (
+        mechanism(links={"beam": link(section="bar")}),
+        "links.beam.section",
+        "no such section",
+        "there are no sections",
+    ),
+    "substructure": (
+        inside(A_TO_B, instances={"i": Instance(of="ss")}),
+        "instances.i.of",
+        "no such substructure",
+        "did you mean s?",
+    ),
     "substructure in itself": (
         inside(Substructure(instances={"x": Instance(of="s")})),
         *("substructures.s.instances.x.of", "cannot contain itself", ""),
@@ -165,13 +195,33 @@ CASES = {
         inside(A_TO_B, instances={"i": Instance(of="s", pattern=(LinearPattern(count=100_000, step=(1, 0, 0)),) * 2)}),
         *("instances", "at most 200000", ""),
     ),
-    "node of a link": (mechanism(links={"beam": link("a", "bb")}, masses={"m": PointMass(node="b", mass=1)}), "links.beam.nodes.1", "no such node", "did you mean b?"),
-    "node of a spring": (mechanism(springs={"k": Spring(nodes=("c",), stiffness={})}), "springs.k.nodes.0", "no such node", "nodes: a, b"),
+    "node of a link": (
+        mechanism(links={"beam": link("a", "bb")}, masses={"m": PointMass(node="b", mass=1)}),
+        "links.beam.nodes.1",
+        "no such node",
+        "did you mean b?",
+    ),
+    "node of a spring": (
+        mechanism(springs={"k": Spring(nodes=("c",), stiffness={})}),
+        "springs.k.nodes.0",
+        "no such node",
+        "nodes: a, b",
+    ),
     "node of a mass": (mechanism(masses={"m": PointMass(node="*", mass=1)}), "masses.m.node", "no such node", ""),
     "node of a joint": (mechanism(joints=(("a", "c"),)), "joints.0.1", "no such node", ""),
-    "node of a body": (mechanism(bodies={"x": RigidBody(carries=("b", "c"), **UNIT_BODY)}), "bodies.x.carries.1", "no such node", ""),
+    "node of a body": (
+        mechanism(bodies={"x": RigidBody(carries=("b", "c"), **UNIT_BODY)}),
+        "bodies.x.carries.1",
+        "no such node",
+        "",
+    ),
     "node of the ground": (mechanism(ground={"a": CLAMPED, "c": CLAMPED}), "ground.c", "no such node", ""),
-    "node of an interface": (inside(Substructure(interface=("x",))), "substructures.s.interface.0", "no such node", "there are no nodes"),
+    "node of an interface": (
+        inside(Substructure(interface=("x",))),
+        "substructures.s.interface.0",
+        "no such node",
+        "there are no nodes",
+    ),
     "node of a superelement": (
         mechanism(superelements={"e": Superelement(nodes=("b", "c"), stiffness=np.eye(12), mass=np.eye(12))}),
         *("superelements.e.nodes.1", "no such node", ""),
@@ -180,54 +230,138 @@ CASES = {
         inside(Substructure(nodes={"x": (0, 0, 0)}), instances={"i": Instance(of="s")}, joints=(("a", "i.x"),)),
         *("joints.0.1", "no such node", "add x to the interface of substructure s"),
     ),
-    "instance for a node": (inside(A_TO_B, instances={"i": Instance(of="s")}, joints=(("a", "i"),)), "joints.0.1", "no such node", "i.a, i.b"),
+    "instance for a node": (
+        inside(A_TO_B, instances={"i": Instance(of="s")}, joints=(("a", "i"),)),
+        "joints.0.1",
+        "no such node",
+        "i.a, i.b",
+    ),
     "pattern": (
-        inside(A_TO_B, instances={"i": Instance(of="s", pattern=LinearPattern(count=2, step=(0, 0, 0)))}, joints=(("a", "i.a"),)),
+        inside(
+            A_TO_B,
+            instances={"i": Instance(of="s", pattern=LinearPattern(count=2, step=(0, 0, 0)))},
+            joints=(("a", "i.a"),),
+        ),
         *("joints.0.1", "no such node", "i1.a"),
     ),
     "wildcard": (mechanism(ground={"a": CLAMPED, "x*": CLAMPED}), "ground.x*", "no node matches", ""),
-    "node and body": (mechanism(bodies={"b": RigidBody(centre=(0.1, 0, 0), **UNIT_BODY)}), "bodies.b", "the name b is taken by a node", ""),
+    "node and body": (
+        mechanism(bodies={"b": RigidBody(centre=(0.1, 0, 0), **UNIT_BODY)}),
+        "bodies.b",
+        "the name b is taken by a node",
+        "",
+    ),
     "body and instance": (
-        inside(A_TO_B, bodies={"i": RigidBody(carries=("b",), **UNIT_BODY)}, instances={"i": Instance(of="s")}, joints=(("a", "i.a"),)),
+        inside(
+            A_TO_B,
+            bodies={"i": RigidBody(carries=("b",), **UNIT_BODY)},
+            instances={"i": Instance(of="s")},
+            joints=(("a", "i.a"),),
+        ),
         *("instances.i", "the name i is taken by a body", ""),
     ),
     "copy and node": (
-        inside(A_TO_B, nodes={"i2": (0, 0, 0)}, joints=(("a", "i1.a"), ("i2", "i2.a"), ("i2", "a")), instances={"i": Instance(of="s", pattern=CircularPattern(count=2))}),
+        inside(
+            A_TO_B,
+            nodes={"i2": (0, 0, 0)},
+            joints=(("a", "i1.a"), ("i2", "i2.a"), ("i2", "a")),
+            instances={"i": Instance(of="s", pattern=CircularPattern(count=2))},
+        ),
         *("instances.i", "its copy i2 is taken by a node", ""),
     ),
     "carried twice": (
-        mechanism(bodies={"x": RigidBody(carries=("a", "b"), **UNIT_BODY), "yy": RigidBody(carries=("[ab]*",), **UNIT_BODY)}, links={}, nodes={"long": (0, 0, 0)}, joints=(("long", "a"),)),
+        mechanism(
+            bodies={"x": RigidBody(carries=("a", "b"), **UNIT_BODY), "yy": RigidBody(carries=("[ab]*",), **UNIT_BODY)},
+            links={},
+            nodes={"long": (0, 0, 0)},
+            joints=(("long", "a"),),
+        ),
         *("bodies.yy.carries.0", "", ""),
     ),
-    "carries itself": (mechanism(bodies={"x": RigidBody(carries=("b", "x"), **UNIT_BODY)}), "bodies.x.carries.1", "carries its own node", ""),
+    "carries itself": (
+        mechanism(bodies={"x": RigidBody(carries=("b", "x"), **UNIT_BODY)}),
+        "bodies.x.carries.1",
+        "carries its own node",
+        "",
+    ),
     "in a circle": (
-        mechanism(bodies={"x": RigidBody(carries=("y", "b"), **UNIT_BODY), "y": RigidBody(carries=("x",), **UNIT_BODY)}),
+        mechanism(
+            bodies={"x": RigidBody(carries=("y", "b"), **UNIT_BODY), "y": RigidBody(carries=("x",), **UNIT_BODY)}
+        ),
         *("bodies.x.carries", "carry each other", ""),
     ),
-    "one node twice": (mechanism(links={"beam": link(), "l": link("b", "b")}), "links.l.nodes", "the node b is named twice", ""),
+    "one node twice": (
+        mechanism(links={"beam": link(), "l": link("b", "b")}),
+        "links.l.nodes",
+        "the node b is named twice",
+        "",
+    ),
     "superelement node twice": (
         mechanism(superelements={"e": Superelement(nodes=("b", "b"), stiffness=np.eye(12), mass=np.eye(12))}),
         *("superelements.e.nodes", "the node b is named twice", ""),
     ),
     "joint of one node": (mechanism(joints=(("a", "a"),)), "joints.0", "two different nodes", ""),
-    "interface twice": (inside(Substructure(nodes={"x": (0, 0, 0)}, interface=("x", "x"))), "substructures.s.interface.1", "already in the interface", ""),
+    "interface twice": (
+        inside(Substructure(nodes={"x": (0, 0, 0)}, interface=("x", "x"))),
+        "substructures.s.interface.1",
+        "already in the interface",
+        "",
+    ),
     "no length": (mechanism(nodes={"b": (0, 0, 0)}), "links.beam.nodes", "the member has no length", "offsets"),
-    "no length by offsets": (mechanism(links={"beam": link(end_offset=(-0.1, 0, 0))}), "links.beam.nodes", "the member has no length", ""),
-    "no length by parameters": (with_parameter(0.0, nodes={"b": (t, 0, 0)}), "links.beam.nodes", "the member has no length", ""),
-    "no reference": (mechanism(links={"beam": link(section=BAR)}), "links.beam.reference", "required for a section that is not round", ""),
+    "no length by offsets": (
+        mechanism(links={"beam": link(end_offset=(-0.1, 0, 0))}),
+        "links.beam.nodes",
+        "the member has no length",
+        "",
+    ),
+    "no length by parameters": (
+        with_parameter(0.0, nodes={"b": (t, 0, 0)}),
+        "links.beam.nodes",
+        "the member has no length",
+        "",
+    ),
+    "no reference": (
+        mechanism(links={"beam": link(section=BAR)}),
+        "links.beam.reference",
+        "required for a section that is not round",
+        "",
+    ),
     "no reference for a named section": (
         mechanism(links={"beam": link(section="bar")}, sections={"bar": BAR}),
         *("links.beam.reference", "required", ""),
     ),
-    "parallel reference": (mechanism(links={"beam": link(section=BAR, reference=(-2, 1e-9, 0))}), "links.beam.reference", "parallel to the axis", ""),
-    "small radius": (with_flexure(Notch(width=1e-2, contour=CircularContour(radius=0.04, web=1e-3))), "flexures.f.profile.contour.radius", "at least half the length of the notch, 50 mm", "corner_filleted"),
-    "large fillet": (with_flexure(RoundNotch(contour=CornerFilletedContour(fillet_radius=0.06, web=1e-3)), reference=None), "flexures.f.profile.contour.fillet_radius", "at most half its length, 50 mm", ""),
+    "parallel reference": (
+        mechanism(links={"beam": link(section=BAR, reference=(-2, 1e-9, 0))}),
+        "links.beam.reference",
+        "parallel to the axis",
+        "",
+    ),
+    "small radius": (
+        with_flexure(Notch(width=1e-2, contour=CircularContour(radius=0.04, web=1e-3))),
+        "flexures.f.profile.contour.radius",
+        "at least half the length of the notch, 50 mm",
+        "corner_filleted",
+    ),
+    "large fillet": (
+        with_flexure(RoundNotch(contour=CornerFilletedContour(fillet_radius=0.06, web=1e-3)), reference=None),
+        "flexures.f.profile.contour.fillet_radius",
+        "at most half its length, 50 mm",
+        "",
+    ),
     "shift": (
-        with_flexure(TwoAxisNotch(y_contour=CircularContour(radius=1, web=1), z_contour=CircularContour(radius=1, web=1), shift=-0.1)),
+        with_flexure(
+            TwoAxisNotch(
+                y_contour=CircularContour(radius=1, web=1), z_contour=CircularContour(radius=1, web=1), shift=-0.1
+            )
+        ),
         *("flexures.f.profile.shift", "less than the member's length", ""),
     ),
     "contour of a shifted notch": (
-        with_flexure(TwoAxisNotch(y_contour=CircularContour(radius=0.02, web=1), z_contour=CircularContour(radius=0.03, web=1), shift=0.05)),
+        with_flexure(
+            TwoAxisNotch(
+                y_contour=CircularContour(radius=0.02, web=1), z_contour=CircularContour(radius=0.03, web=1), shift=0.05
+            )
+        ),
         *("flexures.f.profile.y_contour.radius", "the notch, 25 mm", ""),
     ),
     "table": (
@@ -235,38 +369,92 @@ CASES = {
         *("flexures.f.profile.contour.positions", "from 0 to the length of the notch, 100 mm", ""),
     ),
     "table that does not increase": (
-        mechanism(parameters={"t": Parameter(value=0)}, links={}, flexures={"f": flexure(Notch(width=1, contour=TabulatedContour(positions=(0, t, 0.1), thicknesses=(1, 1, 1))))}),
+        mechanism(
+            parameters={"t": Parameter(value=0)},
+            links={},
+            flexures={
+                "f": flexure(Notch(width=1, contour=TabulatedContour(positions=(0, t, 0.1), thicknesses=(1, 1, 1))))
+            },
+        ),
         *("flexures.f.profile.contour", "positions of a table increase", ""),
     ),
     "steep flanks": (
         with_flexure(Notch(width=1, contour=VShapedContour(angle=math.pi / 2, root_radius=0, web=1))),
         *("flexures.f.profile.contour.angle", "less than 90 deg", ""),
     ),
-    "inertia": (mechanism(bodies={"x": RigidBody(mass=1, inertia=(1, 1, -1), carries=("b",))}), "bodies.x.inertia", "positive definite", "Ixx"),
-    "products of inertia": (mechanism(bodies={"x": RigidBody(mass=1, inertia=(1, 1, 1, 2, 0, 0), carries=("b",))}), "bodies.x.inertia", "positive definite", ""),
-    "triangle inequality": (mechanism(masses={"m": PointMass(node="b", mass=1, inertia=(1, 1, 2.1))}), "masses.m.inertia", "larger than the sum of the other two", ""),
+    "inertia": (
+        mechanism(bodies={"x": RigidBody(mass=1, inertia=(1, 1, -1), carries=("b",))}),
+        "bodies.x.inertia",
+        "positive definite",
+        "Ixx",
+    ),
+    "products of inertia": (
+        mechanism(bodies={"x": RigidBody(mass=1, inertia=(1, 1, 1, 2, 0, 0), carries=("b",))}),
+        "bodies.x.inertia",
+        "positive definite",
+        "",
+    ),
+    "triangle inequality": (
+        mechanism(masses={"m": PointMass(node="b", mass=1, inertia=(1, 1, 2.1))}),
+        "masses.m.inertia",
+        "larger than the sum of the other two",
+        "",
+    ),
     "asymmetric spring": (
-        mechanism(springs={"k": Spring(nodes=("b",), matrix=tuple(tuple(1.0 + (i == 0 and j == 1) for j in range(6)) for i in range(6)))}),
+        mechanism(
+            springs={
+                "k": Spring(
+                    nodes=("b",), matrix=tuple(tuple(1.0 + (i == 0 and j == 1) for j in range(6)) for i in range(6))
+                )
+            }
+        ),
         *("springs.k.matrix", "entries (1, 2) and (2, 1) differ", ""),
     ),
     "indefinite spring": (
-        mechanism(springs={"k": Spring(nodes=("b",), matrix=tuple(tuple(float(i == j) + 2 * ({i, j} == {0, 3}) for j in range(6)) for i in range(6)))}),
+        mechanism(
+            springs={
+                "k": Spring(
+                    nodes=("b",),
+                    matrix=tuple(tuple(float(i == j) + 2 * ({i, j} == {0, 3}) for j in range(6)) for i in range(6)),
+                )
+            }
+        ),
         *("springs.k.matrix", "no negative eigenvalue", ""),
     ),
     "negative spring": (
-        mechanism(springs={"k": Spring(nodes=("b",), matrix=tuple(tuple(-float(i == j == 2) for j in range(6)) for i in range(6)))}),
+        mechanism(
+            springs={
+                "k": Spring(nodes=("b",), matrix=tuple(tuple(-float(i == j == 2) for j in range(6)) for i in range(6)))
+            }
+        ),
         *("springs.k.matrix", "no negative eigenvalue", ""),
     ),
-    "gaping joint": (mechanism(nodes={"c": (0.1, 2e-3, 0)}, joints=(("b", "c"),)), "joints.0", "these are 2 mm apart", "a rigid body carries nodes on arms"),
-    "held twice": (mechanism(ground={"a": CLAMPED, "?": CLAMPED}), "ground.?", "the node a is already held by a", "one support"),
+    "gaping joint": (
+        mechanism(nodes={"c": (0.1, 2e-3, 0)}, joints=(("b", "c"),)),
+        "joints.0",
+        "these are 2 mm apart",
+        "a rigid body carries nodes on arms",
+    ),
+    "held twice": (
+        mechanism(ground={"a": CLAMPED, "?": CLAMPED}),
+        "ground.?",
+        "the node a is already held by a",
+        "one support",
+    ),
     "empty": (Mechanism(), "mechanism", "nothing here that can move", "at least one"),
     "unused node": (mechanism(nodes={"c": (0, 0, 0)}), "nodes.c", "the node c is used by nothing", "remove it"),
     "unused interface": (
-        inside(Substructure(nodes={"x": (0, 0, 0)}, interface=("x",)), instances={"i": Instance(of="s", pattern=CircularPattern(count=3))}),
+        inside(
+            Substructure(nodes={"x": (0, 0, 0)}, interface=("x",)),
+            instances={"i": Instance(of="s", pattern=CircularPattern(count=3))},
+        ),
         *("instances.i", "the node i1.x is used by nothing, and 2 more", ""),
     ),
     "island": (
-        mechanism(nodes={"c": (1, 0, 0), "d": (2, 0, 0), "e": (3, 0, 0)}, links={"beam": link(), "l": link("c", "d"), "m": link("d", "e")}),
+        mechanism(
+            nodes={"c": (1, 0, 0), "d": (2, 0, 0), "e": (3, 0, 0)},
+            links={"beam": link(), "l": link("c", "d"), "m": link("d", "e")},
+        ),
         *("nodes.a", "these nodes are not connected to c", "joint"),
     ),
     "loose copies": (
@@ -274,14 +462,24 @@ CASES = {
         *("instances.i", "disconnected parts: these nodes are not connected to a, and 1 more", ""),
     ),
     "sealed copies": (
-        inside(A_TO_B.model_copy(update={"interface": ()}), links={}, nodes={}, bodies={"x": RigidBody(carries=("a", "b"), **UNIT_BODY)}, instances={"i": Instance(of="s", pattern=CircularPattern(count=3))}),
+        inside(
+            A_TO_B.model_copy(update={"interface": ()}),
+            links={},
+            nodes={},
+            bodies={"x": RigidBody(carries=("a", "b"), **UNIT_BODY)},
+            instances={"i": Instance(of="s", pattern=CircularPattern(count=3))},
+        ),
         *("substructures.s.nodes.a", "disconnected parts", "give the substructure an interface"),
     ),
     "island within a substructure": (
-        inside(A_TO_B.model_copy(update={"interface": ("a",), "bodies": {"x": RigidBody(**UNIT_BODY)}}), instances={"i": Instance(of="s")}, joints=(("a", "i.a"),)),
+        inside(
+            A_TO_B.model_copy(update={"interface": ("a",), "bodies": {"x": RigidBody(**UNIT_BODY)}}),
+            instances={"i": Instance(of="s")},
+            joints=(("a", "i.a"),),
+        ),
         *("substructures.s.bodies.x", "not connected to", ""),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CASES)

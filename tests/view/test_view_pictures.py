@@ -181,9 +181,18 @@ def test_ticks_stand_where_their_numbers_say(elev, azim):
 def test_ticks_follow_the_scale_of_the_view():
     figure = _new_figure((8.0, 6.0))
     view = frame(figure, Camera(0.0, -90.0), (np.zeros(3), np.full(3, 0.1)), (0.1, 0.15, 0.8, 0.7))
-    places = {t.get_text(): t.get_position() for t in figure.axes[0].texts}
-    twenty, sixty = (float(places[f"{v}"][0]) for v in (20, 60) if f"{v}" in places)
-    assert sixty - twenty == pytest.approx(0.04 * view.scale) or sixty == pytest.approx(twenty)
+    texts = [(t.get_text(), *t.get_position()) for t in figure.axes[0].texts if "/" not in t.get_text()]
+    lowest = min(y for _, _, y in texts)
+    places = {float(text): x for text, x, y in texts if y < lowest + 1}
+    assert len(places) >= 4
+    for millimetres, x in places.items():
+        assert x == pytest.approx(view.pixels(np.array([millimetres / 1000, 0.0, 0.0]))[0])
+
+
+@pytest.mark.parametrize(("elev", "azim"), [(90, -90), (0, 0), (25, 100), (10, -5), (60, 215)])
+def test_no_view_pushes_text_out_of_the_picture(model, elev, azim):
+    figure = draw_mechanism(model, elev=elev, azim=azim)
+    assert_no_overlap(figure)
 
 
 def test_units_of_axes_suit_the_size():

@@ -20,6 +20,8 @@ _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 _AXES |= {(-x, -y, -z): f"-{name}" for (x, y, z), name in _AXES.items()}
 _DIRECTIONS = frozenset({"axis", "normal", "reference"})
 _ONE_OR_MORE = frozenset({"rotate", "pattern"})
+_INDICATORS = ":#?&!|>%@`"
+"""Characters that may end a plain scalar, or begin something else, depending on where they stand."""
 _KINDS = frozenset({"type", "shape"})
 _ORDER = (
     *("name", "description", "theory", "parameters", "materials", "sections", "substructures"),
@@ -149,6 +151,6 @@ def _text(text: str) -> Any:
     lines = text.split("\n")
     if len(lines) > 1 and all(line.isprintable() and line == line.strip() and line for line in lines):
         return LiteralScalarString(text)
-    if not text.isprintable() or not isinstance(resolve(text), str):
+    if not text.isprintable() or not isinstance(resolve(text), str) or set(text) & set(_INDICATORS):
         return DoubleQuotedScalarString(text)
     return text

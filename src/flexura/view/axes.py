@@ -139,17 +139,21 @@ def _edge(view: View, k: int, low: Array, high: Array) -> Array:
         ends = np.stack([low, high])
         ends[:, i], ends[:, j] = (high if a else low)[i], (high if b else low)[j]
         x, y, _ = view.pixels(ends).mean(axis=0)
-        rank = float(y + 0.01 * x if k < 2 else -x + 0.01 * y)
+        rank = float(y - 0.01 * x if k < 2 else -x + 0.01 * y)
         if rank < least:
             best, least = ends, rank
     return best
 
 
 def _write(axes: Axes, texts: list[_Text]) -> None:
-    """Write texts, leaving out ticks that would meet another text."""
+    """Write texts, kept inside the picture, leaving out ticks that would meet another text."""
     written: list[_Text] = []
-    for text in sorted(texts, key=lambda t: not t.is_label):
+    most = np.array([axes.get_xlim()[1], axes.get_ylim()[1]])
+    for wanted in sorted(texts, key=lambda t: not t.is_label):
+        text = wanted._replace(at=np.clip(wanted.at, wanted.half() + 4, most - wanted.half() - 4))
         if text.is_label or all((np.abs(text.at - o.at) > text.half() + o.half()).any() for o in written):
             written.append(text)
             colour = INK if text.is_label else "0.3"
-            axes.text(*text.at, text.text, size=text.size, color=colour, ha="center", va="center", zorder=4)
+            axes.text(
+                text.at[0], text.at[1], text.text, size=text.size, color=colour, ha="center", va="center", zorder=4
+            )
