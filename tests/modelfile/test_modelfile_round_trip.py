@@ -42,7 +42,7 @@ from flexura.mechanism import (
     Tube,
     parameter,
 )
-from flexura.mechanism.expression import Call
+from flexura.mechanism.expression import Call, Number
 from flexura.modelfile import dumps, load, loads, save
 
 sizes = st.floats(1e-6, 10)
@@ -104,6 +104,7 @@ def combined(inner: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expressi
 
 expressions = st.recursive(st.sampled_from([parameter(name) for name in LENGTHS]), combined, max_leaves=6)
 lengths = sizes | expressions
+small = expressions.map(lambda x: Expression(Call("min", (x.tree, Number(1.0)))) * 1e-3)
 
 sections = st.one_of(
     st.builds(Rectangle, width=lengths, thickness=lengths),
@@ -125,7 +126,7 @@ supports = st.sampled_from([Support(fixed=("tx",)), Support(free=("rx", "rz")), 
 def branches(draw) -> Substructure:
     """A chain of members along x, of which nothing collapses whatever the parameters."""
     count = draw(st.integers(2, 4))
-    nodes = {f"n{i}": (float(i), draw(lengths) * 1e-5, 0.0) for i in range(count)}
+    nodes = {f"n{i}": (float(i), draw(small), 0.0) for i in range(count)}
     links, flexures = {}, {}
     for i in range(count - 1):
         common = {
@@ -204,6 +205,18 @@ def test_what_python_builds_reads_back_equal(mechanism):
     assert dumps(read) == text
     dimensions = {name: p.unit for name, p in read.parameters.items()}
     assert [dimensions[name] for name in (*LENGTHS, "angle", "ratio", "derived")] == [*"mmmm", "1", "1", "m"]
+
+
+def test_text_of_any_characters_survives():
+    """Every pair of characters that mean something to YAML, in the middle of a block and of a flow mapping."""
+    awkward = "a: #-?,[]{}&*!|>'\"%@`\\\n\t~=.0\x85\u2028\ufeff<"
+    texts = [*awkward, *(a + b for a in awkward for b in awkward)]
+    sources = {f"p{i}": Parameter(value=1.0, unit="1", source=text) for i, text in enumerate(texts)}
+    mechanism = loads(BEAM).model_copy(update={"parameters": {"t": Parameter(value=1e-3), **sources}})
+    assert loads(dumps(mechanism)) == mechanism
+    for text in texts[: len(awkward)]:
+        described = mechanism.model_copy(update={"parameters": {"t": Parameter(value=1e-3)}, "description": text})
+        assert loads(dumps(described)).description == text
 
 
 @pytest.mark.parametrize("text", [AMPLIFIER, BEAM], ids=["amplifier", "beam"])

@@ -77,7 +77,10 @@ def tube(outer: ArrayLike, inner: ArrayLike, nu: ArrayLike) -> SectionProperties
 
 
 def _common_shape(*values: ArrayLike) -> tuple[FloatArray, ...]:
-    return tuple(np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in values)))
+    arrays = [np.asarray(v, dtype=np.float64) for v in values]
+    if all(a.shape == arrays[0].shape for a in arrays):
+        return tuple(arrays)
+    return tuple(np.broadcast_arrays(*arrays))
 
 
 def _rectangle_torsion(a: FloatArray, b: FloatArray) -> FloatArray:

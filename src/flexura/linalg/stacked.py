@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg.eigen import lowest
+from flexura.linalg.eigen import Eigenpairs, lowest
 
 Array = NDArray[np.float64]
 
@@ -17,23 +17,23 @@ TOLERANCE = 1e-11
 """Estimated relative error at which an eigenvalue is accepted."""
 
 
-def lowest_values(K: Array, M: Array, count: int) -> Array:
+def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = None) -> Array:
     """The `count` lowest eigenvalues (..., count), ascending, of K x = lambda M x with K (..., n, n) positive definite.
 
-    Subspace iteration (Bathe 1996, sec. 11.6) that starts from the eigenvectors of the design in the middle of the
-    stack. The remaining error of each eigenvalue is estimated from the ratio of its last two changes; designs in which
+    Subspace iteration (Bathe 1996, sec. 11.6) from `start`, the count + GUARD lowest eigenpairs of a design like these
+    (default: of the one in the middle of the stack). The remaining error of each eigenvalue is estimated from the ratio of its last two changes; designs in which
     it has not fallen below 1e-11 are solved one by one. Raises SolverError when a K is singular.
     """
     n, lead = K.shape[-1], K.shape[:-2]
     K, M = K.reshape(-1, n, n), M.reshape(-1, n, n)
     if n <= 2 * (count + GUARD) or len(K) < 4:
         return _one_by_one(K, M, count).reshape(*lead, count)
+    if start is None:
+        start = lowest(K[len(K) // 2], M[len(K) // 2], count + GUARD)
     d = 1 / np.sqrt(np.einsum("...ii->...i", K))
     scale = d[:, :, None] * d[:, None, :]
     K, M = K * scale, M * scale
-    middle = len(K) // 2
-    start = lowest(K[middle], M[middle], count + GUARD)
-    values, error = _iterate(K, M, start.values, start.vectors, count)
+    values, error = _iterate(K, M, start.values, start.vectors / d[:, :, None], count)
     slow = ~(error < TOLERANCE)
     if slow.any():
         values[slow] = _one_by_one(K[slow], M[slow], count)

@@ -12,7 +12,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg.stacked import lowest_values
+from flexura.linalg import lowest
+from flexura.linalg.stacked import GUARD, lowest_values
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import ReducedPart, craig_bampton
@@ -303,8 +304,24 @@ def natural_frequencies(plan: Plan, parameters: Mapping[str, ArrayLike] | None =
     assembler = low_order(plan)
     count = min(count, len(assembler.physical))
     stacks = [values] if values.ndim == 1 else [values[k : k + STACK] for k in range(0, len(values), STACK)]
-    found = [lowest_values(*assembler.stack(stack), count) for stack in stacks]
+    found, start = [], None
+    for stack in stacks:
+        K, M = assembler.stack(stack)
+        _refuse_impossible(K, M)
+        if K.ndim > 2 and start is None:
+            start = lowest(K[len(K) // 2], M[len(K) // 2], count + GUARD)
+        found.append(lowest_values(K, M, count, start))
     return np.sqrt(np.maximum(np.concatenate(found, axis=0), 0.0)) / (2 * np.pi)
+
+
+def _refuse_impossible(K: Array, M: Array) -> None:
+    """Raise OptionError when a design has come out with a stiffness or mass that is not positive and finite."""
+    k, m = (np.einsum("...ii->...i", A) for A in (K, M))
+    if not ((k > 0) & np.isfinite(k) & (m >= 0) & np.isfinite(m)).all():
+        raise OptionError(
+            "a design has a stiffness or mass that is not positive: a size has gone through zero;"
+            " `check` with these parameters names it"
+        )
 
 
 def _with_modes(T: Array, k: int) -> Array:

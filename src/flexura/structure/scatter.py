@@ -46,9 +46,12 @@ class Scatter:
         """
         data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
         place = self._place[self._length - len(data) :]
-        summed = np.bincount(place, weights=data, minlength=len(self._unique) + 1)[:-1]
-        if start is not None:
-            summed = summed + start
+        if start is None:
+            summed = np.bincount(place, weights=data, minlength=len(self._unique) + 1)[:-1]
+        else:
+            summed = start.copy()
+            kept = place < len(summed)
+            np.add.at(summed, place[kept], data[kept])
         return sp.csc_matrix((summed, self._indices, self._indptr), shape=(self.n, self.n))
 
     def linear(self, bases: Sequence[Array]) -> sp.csr_matrix:
