@@ -31,7 +31,8 @@ class PartEnergy:
 
 
 def energies(model: FullOrderModel, displacements: Array) -> list[PartEnergy]:
-    """Energies of every placed part for displacements (n_nodes, 6, k) of all nodes, global frame, m and rad."""
+    """Energies of every placed part for displacements (n_nodes, 6, k) of all nodes, global frame, m and rad
+    (theory eq. 60)."""
     return list(_energies(model, displacements))
 
 

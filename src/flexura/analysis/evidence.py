@@ -35,7 +35,7 @@ class MassProperties:
 
     @staticmethod
     def of(M: Array) -> MassProperties:
-        """Read off a 6 x 6 rigid-body mass matrix about the origin."""
+        """Read off a 6 x 6 rigid-body mass matrix about the origin (theory eq. 58)."""
         mass = float(M[0, 0] + M[1, 1] + M[2, 2]) / 3
         S = M[3:, :3] / mass if mass else np.zeros((3, 3))
         c = np.array([S[2, 1] - S[1, 2], S[0, 2] - S[2, 0], S[1, 0] - S[0, 1]]) / 2
@@ -107,7 +107,8 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
 
 
 def _rigid_residual(matrices: PartMatrices, K: Any, R: Array) -> float:
-    """Largest |K r| / (|K| |r|) over rigid motions R (6n, 6) and DOFs, springs to ground left out."""
+    """Largest |K r| / (|K| |r|) over rigid motions R (6n, 6) and DOFs, springs to ground left out (theory
+    eq. 59)."""
     forces = K @ R
     for lump in matrices.lumps:
         if lump.K is not None and len(lump.nodes) == 1:

@@ -213,7 +213,7 @@ def _sturm(full: FullOrderModel, values: Array, side: int) -> tuple[float, int]:
 
 
 def _pair(full: FullOrderModel, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[Array, list[float]]:
-    """For each low-order mode the full-order one that it stands for (-1: none), and their MAC.
+    """For each low-order mode the full-order one that it stands for (-1: none), and their MAC (theory eq. 57).
 
     Modes of a repeated frequency are compared as a space: any rotation within it is the same motion.
     """

@@ -15,7 +15,7 @@ from flexura.beam._columns import FloatArray, Real
 
 
 def circular(xi: Real, radius: Real, web: Real) -> FloatArray:
-    """Return the thickness of a right-circular notch, h = t + 2 (R - sqrt(R^2 - xi^2)).
+    """Return the thickness of a right-circular notch, h = t + 2 (R - sqrt(R^2 - xi^2)) (theory eq. 22).
 
     Paros & Weisbord (1965). xi: (...) m; radius R: (...) m; web t, the least thickness: (...) m.
     Returns h: (...) m. The notch ends at |xi| = R with h = t + 2R.
@@ -24,7 +24,7 @@ def circular(xi: Real, radius: Real, web: Real) -> FloatArray:
 
 
 def elliptical(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArray:
-    """Return the thickness of an elliptical notch, h = t + 2 b (1 - sqrt(1 - (xi/a)^2)).
+    """Return the thickness of an elliptical notch, h = t + 2 b (1 - sqrt(1 - (xi/a)^2)) (theory eq. 23).
 
     Smith, Badami, Dale & Xu (1997). xi: (...) m; half_length a and depth b, the semi-axes along and across
     the member: (...) m; web t: (...) m. Returns h: (...) m. The notch ends at |xi| = a with h = t + 2b.
@@ -33,7 +33,7 @@ def elliptical(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArra
 
 
 def parabolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArray:
-    """Return the thickness of a parabolic notch, h = t + 2 b (xi/a)^2.
+    """Return the thickness of a parabolic notch, h = t + 2 b (xi/a)^2 (theory eq. 24).
 
     Lobontiu (2002). xi: (...) m; half_length a, depth b at |xi| = a, web t: (...) m. Returns h: (...) m.
     """
@@ -41,7 +41,7 @@ def parabolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArray
 
 
 def hyperbolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArray:
-    """Return the thickness of a hyperbolic notch, h = sqrt(t^2 + 4 b (b + t) (xi/a)^2).
+    """Return the thickness of a hyperbolic notch, h = sqrt(t^2 + 4 b (b + t) (xi/a)^2) (theory eq. 25).
 
     Lobontiu (2002). xi: (...) m; half_length a, depth b at |xi| = a, web t: (...) m. Returns h: (...) m.
     """
@@ -49,7 +49,7 @@ def hyperbolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArra
 
 
 def corner_filleted(xi: Real, half_length: Real, fillet_radius: Real, web: Real) -> FloatArray:
-    """Return the thickness of a leaf with circular fillets: t, plus 2 (r - sqrt(r^2 - s^2)) in the fillets.
+    """Return the thickness of a leaf with circular fillets: t, plus 2 (r - sqrt(r^2 - s^2)) in the fillets (theory eq. 26).
 
     s = |xi| - (a - r) is the distance into the fillet, which takes up the last r before each end; Lobontiu,
     Paine, Garcia & Goldfarb (2001). xi: (...) m; half_length a >= r, fillet_radius r (may be 0), web t:
@@ -59,7 +59,7 @@ def corner_filleted(xi: Real, half_length: Real, fillet_radius: Real, web: Real)
 
 
 def v_shaped(xi: Real, angle: Real, root_radius: Real, web: Real) -> FloatArray:
-    """Return the thickness of a V notch: a root arc of radius r, tangent to straight flanks.
+    """Return the thickness of a V notch: a root arc of radius r, tangent to straight flanks (theory eq. 27).
 
     h = t + 2 (r - sqrt(r^2 - xi^2)) for |xi| <= r sin(angle), from there on h grows by 2 tan(angle) per unit
     length; Tian, Shirinzadeh, Zhang & Zhong (2010). xi: (...) m; angle of the flanks to the member axis,
@@ -72,7 +72,7 @@ def v_shaped(xi: Real, angle: Real, root_radius: Real, web: Real) -> FloatArray:
 
 
 def tabulated(xi: ArrayLike, positions: ArrayLike, thicknesses: ArrayLike) -> FloatArray:
-    """Return thicknesses interpolated linearly in a table, held at the end values outside it.
+    """Return thicknesses interpolated linearly in a table, held at the end values outside it (theory eq. 28).
 
     xi: (...) m; positions, strictly increasing, and thicknesses: (..., n) m with n >= 2, whose leading axes
     broadcast against those of xi and of each other. Returns h: (...) m.

@@ -93,7 +93,7 @@ FLEXIBILITY_BASIS = basis_of(
 
 
 def phi(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> tuple[Real, Real]:
-    """Return the shear parameters of the two bending planes.
+    """Return the shear parameters of the two bending planes (theory eq. 14).
 
     phi_y = 12 E Iz / (ky G A L^2) in the xy plane, phi_z = 12 E Iy / (kz G A L^2) in the xz plane, both times
     `shear` (Przemieniecki 1968, Sec. 5.6).
@@ -107,7 +107,7 @@ def phi(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real)
 def partial_flexibility(
     x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
 ) -> FloatArray:
-    """Return S(x), the displacement at x per unit load at end j, with end i clamped.
+    """Return S(x), the displacement at x per unit load at end j, with end i clamped (theory eq. 11).
 
     In the xy plane, v = F [(L x^2/2 - x^3/6)/EIz + x/(ky G A)] + M x^2/2EIz, theta = F (L x - x^2/2)/EIz +
     M x/EIz; the xz plane alike with the rotation reversed (Timoshenko beam under end loads).
@@ -131,7 +131,7 @@ def partial_flexibility(
 
 
 def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
-    """Return C, the displacement of end j per unit load there, with end i clamped: k_k^-1 of eq. 18.
+    """Return C, the displacement of end j per unit load there, with end i clamped: k_k^-1 of eq. 18 (theory eq. 12).
 
     C = S(L) of `partial_flexibility`; in the xy plane [[L^3/3EIz + L/(ky G A), L^2/2EIz], [L^2/2EIz, L/EIz]].
 
@@ -166,7 +166,7 @@ def stiffness_coefficients(
 
 
 def stiffness(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
-    """Return the element stiffness K in closed form.
+    """Return the element stiffness K in closed form (theory eq. 15).
 
     K = `stiffness_coefficients` @ STIFFNESS_BASIS, which is eq. 18 of the RPR paper with the k_k of the beam
     with (shear = 1) or without shear deformation.
@@ -179,7 +179,7 @@ def stiffness(E: Real, G: Real, section: SectionProperties, length: Real, shear:
 def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
     """Return the element stiffness of a given flexibility, K = [-D, I]^T C^-1 [-D, I] (RPR paper, eq. 18).
 
-    D = rigid_arm((L, 0, 0)). The result has six rigid motions whatever C is.
+    D = rigid_arm((L, 0, 0)). The result has six rigid motions whatever C is (theory eq. 13).
 
     C: (..., 6, 6), displacement of j per load at j with i clamped; length: (...) m, the distance from i to j
     along local x. Returns (..., 12, 12), exactly symmetric. C must be positive definite; a singular one
@@ -193,7 +193,8 @@ def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
 def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatArray:
     """Return the shape functions of an element from its flexibilities, Nbar = [D(x), 0] + S C^-1 [-D(L), I].
 
-    Eqs. 11 and 13 of the RPR paper, with N(x) = S C^-1 [-D(L), I] in place of the printed polynomials.
+    Eqs. 11 and 13 of the RPR paper, with N(x) = S C^-1 [-D(L), I] in place of the printed polynomials
+    (theory eq. 16).
 
     S: (..., n, 6, 6), displacement at n stations per load at j; C: (..., 6, 6), the same at j; x: (..., n) m,
     where the stations are; length: (...) m. Returns (..., n, 6, 12): displacement at x per displacement of
@@ -209,7 +210,7 @@ def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatA
 def shape_functions(
     x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
 ) -> FloatArray:
-    """Return Nbar(x) of the uniform element: linear axial and torsional, cubic bending functions.
+    """Return Nbar(x) of the uniform element: linear axial and torsional, cubic bending functions (theory eq. 17).
 
     Eqs. 12-13 of the RPR paper, extended to shear; without shear they are the Hermite cubics. (In print the
     theta_jz entry of row 2 of eq. 12 reads x^3/L^2 - x^2/L^2; it must be x^3/L^2 - x^2/L.)
@@ -225,7 +226,7 @@ def shape_functions(
 def mass_coefficients(
     rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real
 ) -> FloatArray:
-    """Return the fourteen numbers of which the mass is the linear combination with MASS_BASIS.
+    """Return the fourteen numbers of which the mass is the linear combination with MASS_BASIS (theory eq. 19).
 
     rho A L and rho (Iy + Iz) L for the axial and torsional parts (the polar second moment, not J), then per
     bending plane (xy, xz) the entries v_i v_i, v_i theta_i, v_i v_j, v_i theta_j, theta_i theta_i,
@@ -257,7 +258,7 @@ def mass_coefficients(
 def mass(
     rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real
 ) -> FloatArray:
-    """Return the consistent element mass M in closed form.
+    """Return the consistent element mass M in closed form (theory eqs. 18-19).
 
     M = `mass_coefficients` @ MASS_BASIS = int rho A N1^T N1 dx + int N2^T diag(rho (Iy + Iz), rotary rho Iy,
     rotary rho Iz) N2 dx, N1 and N2 the upper and lower three rows of Nbar (RPR paper, eqs. 14-17; both

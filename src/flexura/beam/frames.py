@@ -37,7 +37,7 @@ def skew(v: ArrayLike) -> FloatArray:
 
 
 def rigid_arm(d: ArrayLike) -> FloatArray:
-    """Return D(d), which carries a node's motion to the point p + d rigidly attached to the node at p.
+    """Return D(d), which carries a node's motion to the point p + d rigidly attached to the node at p (theory eq. 4).
 
     u(p + d) = D(d) u(p) with D(d) = [[I, -skew(d)], [0, I]]; a load F at p + d acts at p as D(d)^T F. This is
     D_k of eq. 11 of the RPR paper, whose hat is there the transpose of `skew`, and the arm of its eqs. 21-24.
@@ -49,7 +49,7 @@ def rigid_arm(d: ArrayLike) -> FloatArray:
 
 
 def member_frame(axis: ArrayLike, reference: ArrayLike) -> FloatArray:
-    """Return the frame of a member: local x along `axis`, local z towards `reference`.
+    """Return the frame of a member: local x along `axis`, local z towards `reference` (theory eq. 2).
 
     x = axis/|axis|; z is the normalised component of `reference` normal to x; y = z x x.
 
@@ -79,7 +79,7 @@ def block_rotation(R: ArrayLike) -> FloatArray:
 
 
 def rotation_about(axis: ArrayLike, angle: ArrayLike) -> FloatArray:
-    """Return the active rotation of vectors by `angle` about `axis` through the origin, right-handed.
+    """Return the active rotation of vectors by `angle` about `axis` through the origin, right-handed (theory eq. 3).
 
     Q = I + sin(a) S + (1 - cos(a)) S^2, S = skew(axis/|axis|) (Rodrigues 1840).
 

@@ -30,7 +30,7 @@ class SectionProperties(NamedTuple):
 
 
 def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionProperties:
-    """Return the properties of a solid rectangle, `width` along local y and `thickness` along local z.
+    """Return the properties of a solid rectangle, `width` along local y and `thickness` along local z (theory eqs. 6-8).
 
     Iy = width thickness^3 / 12; with b >= t the two sides (Timoshenko & Goodier 1970, Sec. 109),
     J = b t^3/3 [1 - 192/pi^5 (t/b) sum_{n odd} tanh(n pi b / 2t) / n^5];
@@ -49,7 +49,7 @@ def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionP
 
 
 def circle(diameter: ArrayLike, nu: ArrayLike) -> SectionProperties:
-    """Return the properties of a solid circle.
+    """Return the properties of a solid circle (theory eqs. 8-9).
 
     Iy = Iz = J/2 = pi d^4 / 64; ky = kz = 6 (1 + nu) / (7 + 6 nu) (Cowper 1966).
 
@@ -59,7 +59,7 @@ def circle(diameter: ArrayLike, nu: ArrayLike) -> SectionProperties:
 
 
 def tube(outer: ArrayLike, inner: ArrayLike, nu: ArrayLike) -> SectionProperties:
-    """Return the properties of a hollow circle.
+    """Return the properties of a hollow circle (theory eqs. 9-10).
 
     I = Iy = Iz = J/2 = pi (D^4 - d^4) / 64, factored so that a thin wall loses no digits; with m = d/D,
     ky = kz = 6 (1 + nu) (1 + m^2)^2 / [(7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2] (Cowper 1966).
@@ -84,7 +84,7 @@ def _common_shape(*values: ArrayLike) -> tuple[FloatArray, ...]:
 
 
 def _rectangle_torsion(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return J, m^4, of rectangles with sides a, b (...), m.
+    """Return J, m^4, of rectangles with sides a, b (...), m (theory eq. 7).
 
     The series is summed as sum 1/n^5 - sum (1 - tanh)/n^5: with b >= t the second sum is below 1e-17 from
     n = 9 on, so four terms give J to round-off for every aspect ratio.

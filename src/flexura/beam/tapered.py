@@ -59,7 +59,7 @@ def tapered(
     points: FloatArray,
     weights: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the flexibility and the consistent mass of an element whose section varies along it.
+    """Return the flexibility and the consistent mass of an element whose section varies along it (theory eqs. 20-21).
 
     C = int B^T c B dx, with c = diag(1/EA, shear/(ky G A), shear/(kz G A), 1/GJ, 1/EIy, 1/EIz) and B(x) the
     internal forces per load at j; Nbar(x) = [D(x), 0] + S(x) C^-1 [-D(L), I] with S(x) the displacement at x

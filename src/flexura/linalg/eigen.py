@@ -1,7 +1,7 @@
 """Lowest eigenpairs of K x = lambda M x, accurate and complete.
 
 Dense: eigh(M, K') after diagonal scaling, where K' = K - s M is positive definite: for widely spread spectra the low
-end comes out far more accurately than from eigh(K, M) (Parlett 1980, sec. 15.2). Sparse: shift-invert Lanczos (Ericsson
+end comes out far more accurately than from eigh(K, M) (Parlett 1980, sec. 15.2; theory eq. 54). Sparse: shift-invert Lanczos (Ericsson
 and Ruhe 1980), checked by an inertia count, and repeated with deflation until no repeated eigenvalue is missing.
 """
 
@@ -88,7 +88,7 @@ def _lowest(K: Matrix, M: Matrix, count: int, shift: float) -> Eigenpairs:
 
 
 def residuals(K: Matrix, M: Matrix, pairs: Eigenpairs) -> Array:
-    """Relative residuals (k,) of eigenpairs of K x = lambda M x in the norm that bounds the eigenvalue.
+    """Relative residuals (k,) of eigenpairs of K x = lambda M x in the norm that bounds the eigenvalue (theory eq. 56).
 
     r = (lambda - s) (K - s M)^-1 M x - x, in the M-norm relative to x: some exact eigenvalue mu has
     |(lambda - s) / (mu - s) - 1| <= |r| (Krylov and Weinstein, Parlett 1980, sec. 4.5). s is zero for definite K, else

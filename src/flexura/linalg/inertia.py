@@ -19,7 +19,7 @@ _NUDGES = (0.0, 1e-9, -1e-9, 3e-8, -3e-8, 1e-6)
 
 
 def count_below(K: Any, M: Any, value: float) -> int:
-    """Number of eigenvalues of K x = lambda M x below `value`: the negative pivots of K - value M.
+    """Number of eigenvalues of K x = lambda M x below `value`: the negative pivots of K - value M (theory eq. 55).
 
     K, M: (n, n) symmetric, M positive semidefinite. Sparse symmetric elimination with diagonal pivots; where those
     would be unstable the value is moved by parts in a thousand million, and at last a dense Bunch-Kaufman

@@ -4,7 +4,8 @@ In a chain that is loaded at its ends only, every element carries the same wrenc
 one pole, the flexibilities of the elements simply add up, and eq. 18 of the RPR paper holds for the chain as a whole:
 its stiffness is the inverse of the 6 x 6 sum, and its constraint modes are running sums times that inverse.
 This is what makes reducing a design cheap: no interior matrix is assembled or solved. Other interior nodes, where
-members branch or lumps sit, are left for static condensation (Guyan 1965), which commutes with this step.
+members branch or lumps sit, are left for static condensation (Guyan 1965), which commutes with this step (theory
+eqs. 46-52).
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinema
 
 
 def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
-    """Reduced K and M (..., c, 12, 12) of each chain over its two end nodes."""
+    """Reduced K and M (..., c, 12, 12) of each chain over its two end nodes (theory eqs. 48-51)."""
     C, M = _take(elements.C, group.elements), _take(elements.M, group.elements)
     F = kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2)
     running = np.cumsum(F, axis=-3)

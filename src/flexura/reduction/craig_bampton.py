@@ -31,7 +31,7 @@ class ReducedPart:
 
 
 def constraint_modes(K: sp.csc_matrix, interior: Index, boundary: Index) -> Array:
-    """Interior displacements (i, b) for unit displacements of each boundary DOF, eq. 6: -K_ii^-1 K_ib.
+    """Interior displacements (i, b) for unit displacements of each boundary DOF, eq. 6: -K_ii^-1 K_ib (theory eq. 39).
 
     Raises SolverError when part of the interior can move freely with the boundary held.
     """
@@ -46,7 +46,8 @@ def constraint_modes(K: sp.csc_matrix, interior: Index, boundary: Index) -> Arra
 def fixed_interface_modes(
     K: sp.csc_matrix, M: sp.csc_matrix, interior: Index, count: int = 0, below_hz: float = 0.0
 ) -> tuple[Array, Array]:
-    """Normal modes of the interior with the boundary held, eq. 2: angular frequencies (k,) and modes (i, k).
+    """Normal modes of the interior with the boundary held, eq. 2 (theory eq. 40): angular frequencies (k,) and modes
+    (i, k).
 
     The lowest `count`, and all below `below_hz` Hz if that is more.
     """
@@ -64,7 +65,7 @@ def fixed_interface_modes(
 def craig_bampton(
     K: Any, M: Any, interior: Index, boundary: Index, count: int = 0, below_hz: float = 0.0
 ) -> ReducedPart:
-    """Reduce K, M (n, n), SI, to the boundary DOFs and kept fixed-interface normal modes.
+    """Reduce K, M (n, n), SI, to the boundary DOFs and kept fixed-interface normal modes (theory eqs. 41-42).
 
     With count and below_hz zero these are the constraint modes alone, as in the RPR paper.
     Raises SolverError when the interior is singular.

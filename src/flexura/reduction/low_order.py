@@ -91,7 +91,7 @@ class PartReducer:
 
 
 def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:
-    """Statically condense everything behind the first b DOFs (Guyan 1965) of stacks (..., n, n)."""
+    """Statically condense everything behind the first b DOFs (Guyan 1965; theory eq. 52) of stacks (..., n, n)."""
     if K.shape[-1] == b:
         return K, M
     inner = K[..., b:, b:]
@@ -174,7 +174,7 @@ class LowOrderAssembler:
 
 @dataclass(frozen=True)
 class LowOrderModel:
-    """K and M of the low-order model, and how to get every physical displacement back.
+    """K and M of the low-order model, and how to get every physical displacement back (theory eqs. 41-43).
 
     K, M: (n, n), dense arrays up to order 1500, else sparse; rows follow `coordinate_names`: physical DOFs of kept
     nodes, then amplitudes of fixed-interface normal modes. `parts` holds each prototype's reduction.

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import MASS_BASIS, STIFFNESS_BASIS
+from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure.part import Lump, PartMatrices
 from flexura.structure.plan import Geometry, Plan
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class FullOrderAssembler:
-    """Assembles K and M of a plan; the index work is done once.
+    """Assembles K and M of a plan (theory eq. 38); the index work is done once.
 
     For one geometry, K and M are linear in a few numbers per element (EA/L, EI/L^3, rho A L, ...). `prepare` works out
     that linear map, after which designs that share the geometry are assembled by one sparse product each.
@@ -53,10 +54,8 @@ class FullOrderAssembler:
         """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), for slot values (s,)."""
         transforms = self._transforms(geometry)
         if self._prepared is not None and self._prepared[0] is geometry:
-            _, of_K, of_M = self._prepared
-            lumps_K, lumps_M = self._lumps(self.plan.lumps(values, geometry), transforms)
-            c_K, c_M = self.plan.element_coefficients(values, geometry)
-            return self._stiffness.sparse(lumps_K, of_K @ c_K), self._mass.sparse(lumps_M, of_M @ c_M)
+            coefficients = self.plan.element_coefficients(values, geometry)
+            return self.from_coefficients(*coefficients, self.plan.lumps(values, geometry))
         matrices = self.plan.matrices(values, geometry)
         lumps_K, lumps_M = self._lumps({name: part.lumps for name, part in matrices.items()}, transforms)
         K: list[Array] = []
@@ -83,6 +82,19 @@ class FullOrderAssembler:
             bases_K.append(Tt @ STIFFNESS_BASIS.reshape(-1, 12, 12) @ T)
             bases_M.append(Tt @ MASS_BASIS.reshape(-1, 12, 12) @ T)
         self._prepared = (geometry, self._stiffness.linear(bases_K), self._mass.linear(bases_M))
+
+    def from_coefficients(
+        self, of_K: Array, of_M: Array, lumps: dict[str, list[Lump]]
+    ) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """K and M for the prepared geometry from `Plan.element_coefficients` and `Plan.lumps`.
+
+        Raises OptionError when nothing has been prepared.
+        """
+        if self._prepared is None:
+            raise OptionError("prepare the assembler with a geometry first")
+        geometry, map_K, map_M = self._prepared
+        lumps_K, lumps_M = self._lumps(lumps, self._transforms(geometry))
+        return self._stiffness.sparse(lumps_K, map_K @ of_K), self._mass.sparse(lumps_M, map_M @ of_M)
 
     def _transforms(self, geometry: Geometry) -> dict[str, Array]:
         """Transforms of the nodes by prototype, kept while the geometry stays the same."""

@@ -57,7 +57,7 @@ def rigid_mass(mass: Array, inertia: Array) -> Array:
 
 
 class BodyLump:
-    """Mass matrix of a rigid body at its own node."""
+    """Mass matrix of a rigid body at its own node (theory eqs. 31-32)."""
 
     def __init__(self, slots: SlotTable, body: RigidBody, mechanism: Mechanism) -> None:
         self._frame = _Frame.of(slots, body.rotate)
@@ -101,7 +101,7 @@ class BodyLump:
 
 
 class PointLump:
-    """Mass matrix of a point mass at its node."""
+    """Mass matrix of a point mass at its node (theory eq. 33)."""
 
     def __init__(self, slots: SlotTable, point: PointMass) -> None:
         self._mass = slots.add(point.mass)
@@ -116,7 +116,7 @@ class PointLump:
 
 
 class SpringLump:
-    """Stiffness of a spring over its one or two nodes."""
+    """Stiffness of a spring over its one or two nodes (theory eq. 30)."""
 
     def __init__(self, slots: SlotTable, spring: Spring, nodes: list[int]) -> None:
         self.nodes = nodes

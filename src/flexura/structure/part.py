@@ -208,7 +208,8 @@ class Part:
         return PartGeometry(positions, length, member_frame(axis, reference), offsets)
 
     def element_transforms(self, geometry: PartGeometry) -> Array:
-        """T (..., e, 12, 12): element-end displacements in element axes from node displacements, eqs. 21-23."""
+        """T (..., e, 12, 12): element-end displacements in element axes from node displacements, eqs. 21-23
+        (theory eq. 37)."""
         R = geometry.R[..., self.table.element_member, :, :]
         T = np.zeros((*R.shape[:-2], 12, 12))
         for k in range(4):

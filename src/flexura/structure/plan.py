@@ -236,7 +236,8 @@ class Plan:
         return K.ravel(), M.ravel()
 
     def node_transforms(self, name: str, nodes: Index, geometry: Geometry) -> Array:
-        """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame.
+        """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame
+        (theory eq. 36).
 
         i counts the placed copies of the prototype. Nodes that are their own root are turned only; others follow
         the root on a rigid arm (eq. 32). Rotations are axial vectors: mirror images turn them the other way.

@@ -1,7 +1,7 @@
 """How the placed parts hang together: joined nodes, rigid clusters, what is held, and the numbering of DOFs.
 
 Nodes that are joined or carried by one body move as one rigid cluster; the cluster's root has the DOFs and all others
-follow on rigid arms (the RPR paper, eq. 32).
+follow on rigid arms (the RPR paper, eq. 32; theory eq. 35).
 """
 
 from __future__ import annotations

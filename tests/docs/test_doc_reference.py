@@ -1,0 +1,185 @@
+"""The reference pages name everything there is: keys, defaults, catalogue, functions, limits, exports, signatures."""
+
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+import flexura
+from flexura.analysis import check as _check
+from flexura.mechanism import expression
+from flexura.mechanism import member as members
+from flexura.mechanism import substructure as placing
+from flexura.mechanism.checks import assembly
+from flexura.modelfile import document, superelements
+
+DOCS = Path(__file__).parents[2] / "docs"
+DOUBTS = inspect.getmodule(_check)
+
+TABLES = {  # heading in file-format.md: the classes whose keys its table holds
+    "Top level": (flexura.Mechanism,),
+    "Parameters": (flexura.Parameter,),
+    "Materials": (flexura.Material,),
+    "Links and flexures": (flexura.Link, flexura.Flexure),
+    "Springs": (flexura.Spring,),
+    "Bodies": (flexura.RigidBody,),
+    "Masses": (flexura.PointMass,),
+    "Superelements": (flexura.Superelement,),
+    "Substructures": (flexura.Substructure,),
+    "Instances": (flexura.Instance,),
+}
+KINDS = {  # heading: the classes that its second table tells apart by `shape` or `type`
+    "Sections": (flexura.Rectangle, flexura.Circle, flexura.Tube, flexura.SectionConstants),
+    "Profiles": (flexura.Leaf, flexura.Notch, flexura.RoundNotch, flexura.TwoAxisNotch),
+    "Contours": (
+        *(flexura.CircularContour, flexura.EllipticalContour, flexura.ParabolicContour, flexura.HyperbolicContour),
+        *(flexura.CornerFilletedContour, flexura.VShapedContour, flexura.TabulatedContour, flexura.StraightContour),
+    ),
+    "Bodies": (flexura.Box, flexura.Cylinder, flexura.Plate),
+    "Instances": (flexura.CircularPattern, flexura.LinearPattern, flexura.MirrorPattern),
+}
+FILE_ONLY = {"Top level": {"flexura"}, "Superelements": {"units"}}
+NOT_IN_FILES = {"Parameters": {"unit"}, "Top level": set(flexura.Substructure.model_fields)}
+
+
+def section(page: str, heading: str) -> str:
+    """Text below a heading of the second level."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    match = re.search(rf"^## {re.escape(heading)}\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+    assert match, f"{page} has no section {heading}"
+    return match[1]
+
+
+def tables(text: str) -> list[list[list[str]]]:
+    """Tables of a text: rows of cells, heading included."""
+    found = re.findall(r"(?:^\|.*\|\n)+", text, re.MULTILINE)
+    return [[[c.strip() for c in row.strip("|").split(" | ")] for row in table.splitlines()] for table in found]
+
+
+def names(cell: str) -> list[str]:
+    """Names in backticks."""
+    return re.findall(r"`([^`]+)`", cell)
+
+
+@pytest.mark.parametrize("heading", TABLES)
+def test_keys(heading):
+    rows = next(t for t in tables(section("file-format.md", heading)) if names(t[0][0]) == [] and "key" in t[0][0])[2:]
+    cells = {names(row[0])[0]: row[2] for row in rows}
+    fields = {name: field for part in TABLES[heading] for name, field in part.model_fields.items()}
+    expected = (set(fields) | FILE_ONLY.get(heading, set())) - NOT_IN_FILES.get(heading, set())
+    assert set(cells) == expected
+    for name in expected & set(fields):
+        assert (cells[name] == "required") == fields[name].is_required(), name
+
+
+@pytest.mark.parametrize("heading", KINDS)
+def test_kinds(heading):
+    rows = next(t for t in tables(section("file-format.md", heading)) if names(t[0][0]) in (["shape"], ["type"]))[2:]
+    described = {names(row[0])[0]: set(names(row[1])) for row in rows}
+    expected = {}
+    for part in KINDS[heading]:
+        key = "shape" if "shape" in part.model_fields else "type"
+        expected[part.model_fields[key].default] = set(part.model_fields) - {key}
+    assert described == expected
+
+
+def test_catalogue():
+    rows = next(t for t in tables(section("file-format.md", "Materials")) if t[0][0].strip("| ") == "name")[2:]
+    described = {names(row[0])[0]: row[1:] for row in rows}
+    assert set(described) == set(flexura.CATALOGUE)
+    for name, material in flexura.CATALOGUE.items():
+        values = (material.E, material.nu, material.G, material.rho, material.yield_stress)
+        for cell, value, unit in zip(described[name], values, (1e9, 1, 1e9, 1, 1e6), strict=False):
+            assert cell == ("" if value is None else f"{value / unit:.6g}"), name
+        assert described[name][5].rstrip(" |") == material.source
+
+
+def test_functions_and_dofs():
+    listed = set(names(section("file-format.md", "Expressions").split("* Functions:")[1].split("*")[0]))
+    assert listed == {*expression.FUNCTIONS, *expression.CONSTANTS}
+    assert " ".join(flexura.DOF_NAMES) in section("file-format.md", "Ground")
+
+
+def test_grammar_is_that_of_the_parser():
+    grammar = next(
+        block for block in re.findall(r"```text\n(.*?)```", section("file-format.md", "Expressions"), re.DOTALL)
+    )
+    for line in grammar.splitlines():
+        assert " ".join(line.split()) in " ".join(expression.__doc__.split())
+
+
+def test_limits():
+    said = dict(row[:2] for row in tables(section("file-format.md", "Limits"))[0][2:])
+    said = {key.strip("| "): cell.rstrip(" |") for key, cell in said.items()}
+
+    def most(kind):
+        return next(m.le for m in kind.__metadata__[0].metadata if hasattr(m, "le"))
+
+    expected = {
+        "characters in a file": document.MAX_CHARACTERS,
+        "values in a file, aliases written out": document.MAX_NODES,
+        "nesting of the file": document.MAX_DEPTH,
+        "characters in an expression": expression.MAX_LENGTH,
+        "numbers and names in an expression": expression.MAX_OPERANDS,
+        "nesting of an expression": expression.MAX_DEPTH,
+        "exponent": expression.MAX_EXPONENT,
+        "elements of a member": most(members.ElementCount),
+        "copies of one pattern": most(placing.PatternCount),
+        "placed substructures": assembly.MAX_INSTANCES,
+        "nesting of substructures": assembly.MAX_NESTING,
+        "order of a superelement file": superelements.MAX_ORDER,
+    }
+    assert {key: int(cell.replace(" million", "000000")) for key, cell in said.items()} == expected
+
+
+def test_doubts():
+    text = section("theory.md", "Where the theory stops")
+    for words, value in (
+        ("width over thickness above 5", DOUBTS.WIDE),
+        ("web over notch length at least 0.08", DOUBTS.STEEP),
+        ("shear would add 3 % or more", DOUBTS.SHEAR * 100),
+        ("length over thickness below 2", DOUBTS.SOLID),
+        ("length over depth above 500", DOUBTS.SLENDER),
+    ):
+        assert words in text
+        assert f" {value:g}" in words
+
+
+def test_exports():
+    page = (DOCS / "api.md").read_text(encoding="utf-8")
+    missing = [name for name in flexura.__all__ if not re.search(rf"`{name}\b", page)]
+    assert not missing
+
+
+def test_signatures():
+    page = (DOCS / "api.md").read_text(encoding="utf-8")
+    verbs = [name for name in flexura.__all__ if inspect.isfunction(getattr(flexura, name))]
+    for name in [*verbs, "Plan"]:
+        signature = inspect.signature(getattr(flexura, name))
+        plain = [p.replace(annotation=inspect.Parameter.empty) for p in signature.parameters.values()]
+        text = str(signature.replace(parameters=plain, return_annotation=inspect.Signature.empty))
+        assert f"### `{name}{text}`" in page
+
+
+RESULTS = ("CheckReport", "Doubt", "Modes", "Mode", "Evidence", "FullOrderModel", "LowOrderModel", "Problem")
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_fields_of_results_exist(name):
+    """Everything that the page says of a result class is there."""
+    page = (DOCS / "api.md").read_text(encoding="utf-8")
+    rows = [row for table in tables(page) if names(table[0][0]) == [name] for row in table[2:]]
+    said = [field.partition("(")[0] for row in rows for field in names(row[0])]
+    kind = getattr(flexura, name)
+    assert [field for field in said if not hasattr(kind, field) and field not in kind.__dataclass_fields__] == []
+
+
+def test_description_classes():
+    rows = next(t for t in tables(section("api.md", "The description classes")) if "class" in t[0][0])[2:]
+    for row in rows:
+        part = getattr(flexura, names(row[0])[0])
+        fields = set(part.model_fields) - {"type", "shape"}
+        if part is flexura.Mechanism:
+            fields = fields - set(flexura.Substructure.model_fields) | {"Substructure"}
+        assert set(names(row[1])) == fields
