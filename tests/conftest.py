@@ -63,9 +63,7 @@ class Record:
         for row in rows:
             row.check()
         if not self.target:
-            stale = [
-                r.quantity for r in rows if r.key not in self.printed or self.printed[r.key].differs_from(r)
-            ]
+            stale = [r.quantity for r in rows if r.key not in self.printed or self.printed[r.key].differs_from(r)]
             assert not stale, f"{PAGE.name}, {case.name}: {stale} not as measured; run `make verification`"
 
     def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
@@ -78,9 +76,7 @@ class Record:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport | pytest.CollectReport) -> None:
         """So does a test."""
-        if not report.passed and any(
-            folder.name in Path(report.nodeid.split("::")[0]).parts for folder in FOLDERS
-        ):
+        if not report.passed and any(folder.name in Path(report.nodeid.split("::")[0]).parts for folder in FOLDERS):
             self.complete = False
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
@@ -95,9 +91,7 @@ class Record:
         elif self.target:
             self._fail(session, "verification page not written: a test failed, was skipped or was left out")
         elif complete and surplus:
-            self._fail(
-                session, f"{PAGE.name} has rows that nothing measures, run `make verification`: {surplus}"
-            )
+            self._fail(session, f"{PAGE.name} has rows that nothing measures, run `make verification`: {surplus}")
 
     def _fail(self, session: pytest.Session, message: str) -> None:
         self.messages.append(message)

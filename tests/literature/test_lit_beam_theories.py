@@ -27,11 +27,7 @@ def han(theory, count):
     """Return angular frequencies of the tube of Han et al., rad/s."""
     metal = Material(E=200e9, rho=7830.0, nu=0.29)
     section = Tube(outer_diameter=0.32, inner_diameter=0.30)
-    return (
-        2
-        * np.pi
-        * in_plane(straight(section, metal, 1.0, 400, {"a": "clamped"}, theory), count, ("ty", "rz"))
-    )
+    return 2 * np.pi * in_plane(straight(section, metal, 1.0, 400, {"a": "clamped"}, theory), count, ("ty", "rz"))
 
 
 @pytest.mark.parametrize("theory", HAN_RATIOS)

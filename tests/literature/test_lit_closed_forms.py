@@ -82,9 +82,7 @@ def test_simply_supported_thick_beam(verify, theory):
 @pytest.mark.parametrize("ratio", [0.25, 1.0, 4.0])
 def test_cantilever_with_a_mass_at_its_end(verify, ratio):
     case = Case("Cantilever with a mass at its end", "Blevins 1979, table 8-8", "Euler-Bernoulli")
-    k = roots(
-        lambda k: 1 / np.cosh(k) + np.cos(k) + ratio * k * (np.cos(k) * np.tanh(k) - np.sin(k)), 0.5, 0.2, 3
-    )
+    k = roots(lambda k: 1 / np.cosh(k) + np.cos(k) + ratio * k * (np.cos(k) * np.tanh(k) - np.sin(k)), 0.5, 0.2, 3)
     exact = (k / LENGTH) ** 2 * np.sqrt(E * I / (RHO * A)) / (2 * np.pi)
     mass = {"end": PointMass(node="b", mass=ratio * RHO * A * LENGTH)}
     beam = straight(BAR, STEEL, LENGTH, 24, {"a": "clamped"}, masses=mass)
@@ -230,11 +228,7 @@ def test_static_cantilever(verify):
         beam = straight(BAR, STEEL, LENGTH, 3, {"a": "clamped"}, theory)
         K = reduce(beam).K
         C = np.linalg.inv(K)
-        shear = (
-            LENGTH / (10 * (1 + NU) / (12 + 11 * NU) * E / (2 * (1 + NU)) * A)
-            if theory == "timoshenko"
-            else 0.0
-        )
+        shear = LENGTH / (10 * (1 + NU) / (12 + 11 * NU) * E / (2 * (1 + NU)) * A) if theory == "timoshenko" else 0.0
         name = theory.replace("_", "-").title()
         verify(case, f"{name}, deflection per force", C[1, 1], LENGTH**3 / (3 * E * I) + shear, 1e-8, "m/N")
         verify(case, f"{name}, rotation per force", C[1, 5], LENGTH**2 / (2 * E * I), 1e-8, "1/N")

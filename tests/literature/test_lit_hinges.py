@@ -83,12 +83,8 @@ def test_right_circular_hinge(verify, R, t):
     quadrature = integrals(R, t, lambda f: quad(f, -R, R, epsabs=0, epsrel=1e-11, limit=200)[0])
     np.testing.assert_allclose(quadrature, closed, rtol=1e-9)
     for kind, elements in (("tapered", 4), ("stepped", 100)):
-        for name, computed, reference in zip(
-            QUANTITIES, compliances(hinge(R, t, elements, kind)), closed, strict=True
-        ):
-            verify(
-                case, f"R {R:g}, t {t:g}: {name}, {elements} {kind} elements", computed, reference, 1e-3, "-"
-            )
+        for name, computed, reference in zip(QUANTITIES, compliances(hinge(R, t, elements, kind)), closed, strict=True):
+            verify(case, f"R {R:g}, t {t:g}: {name}, {elements} {kind} elements", computed, reference, 1e-3, "-")
 
 
 @pytest.mark.parametrize(("R", "t"), CLOSED_FORMS)

@@ -109,9 +109,7 @@ def rayleigh_tip(omega, L, A, I):  # noqa: E741
     p, q = RHO * omega**2 / (2 * E), RHO * A * omega**2 / (E * I)
     a, b = np.sqrt(np.sqrt(p * p + q) - p), np.sqrt(np.sqrt(p * p + q) + p)
     ch, sh, c, s = np.cosh(a * L), np.sinh(a * L), np.cos(b * L), np.sin(b * L)
-    v = np.array(
-        [ch - c, sh / a - s / b]
-    )  # the two solutions that are clamped at the root, and their derivatives
+    v = np.array([ch - c, sh / a - s / b])  # the two solutions that are clamped at the root, and their derivatives
     v1 = np.array([a * sh + b * s, ch - c])
     v2 = np.array([a * a * ch + b * b * c, a * sh + b * s])
     v3 = np.array([a**3 * sh - b**3 * s, a * a * ch + b * b * c])

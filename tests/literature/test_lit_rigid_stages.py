@@ -62,9 +62,7 @@ def stage_on(flexures, metal, stage_metal, size, centre, elements=1):
     for k, (ground, stage, thin, b, t) in enumerate(flexures):
         nodes |= {f"ground{k}": tuple(ground), f"end{k}": tuple(stage)}
         section = {"section": Rectangle(width=b, thickness=t), "reference": tuple(thin)}
-        links[f"blade{k}"] = Link(
-            nodes=(f"ground{k}", f"end{k}"), material="metal", elements=elements, **section
-        )
+        links[f"blade{k}"] = Link(nodes=(f"ground{k}", f"end{k}"), material="metal", elements=elements, **section)
     body = RigidBody(centre=centre, carries=("end*",), solid=Box(size=size, material="stage"))
     return Mechanism(
         theory="euler_bernoulli",

@@ -1,17 +1,34 @@
 """The mesh of a flexura model built again in OpenSeesPy: nodes, section constants, masses and constraints, no matrices.
 
 OpenSees' `elasticBeamColumn` with `-cMass` is the Euler-Bernoulli beam with consistent mass and no rotary inertia of
-bending; its torsional inertia is rho J, with the torsion constant where the polar second moment belongs. Sections for which
-the two are equal agree in every mode. Ends off their nodes are nodes of their own on rigid links: with `-jntOffset` OpenSees
-carries the stiffness over the offset, but not the consistent mass.
+bending. Its torsional inertia is rho Jx, with its torsion constant where the polar second moment belongs. So it is
+given Jx = Iy + Iz and a shear modulus of G J / (Iy + Iz): the torsional stiffness is then G J, the inertia
+rho (Iy + Iz), and the element uses G and Jx for nothing else. Ends off their nodes are nodes of their own on rigid
+links: with `-jntOffset` OpenSees carries the stiffness over the offset, but not the consistent mass.
 """
 
 from __future__ import annotations
 
+import ctypes
+from importlib.util import find_spec
+from pathlib import Path
+
 import numpy as np
-import openseespy.opensees as ops
 
 from flexura import FullOrderModel
+
+
+def _load_bundled_blas() -> None:
+    """The Linux wheel brings a BLAS along where its LAPACK does not look for it; load it where the system has none."""
+    wheel = find_spec("openseespylinux")
+    for library in ("libgfortran.so.4", "libblas.so.3") if wheel is not None and wheel.origin else ():
+        bundled = Path(wheel.origin).parent / "lib" / library
+        if bundled.exists():
+            ctypes.CDLL(str(bundled))
+
+
+_load_bundled_blas()
+import openseespy.opensees as ops  # noqa: E402
 
 
 class OpenSeesMesh:
@@ -87,7 +104,8 @@ class OpenSeesMesh:
         extra = max(tags) + 2
         for number, (ends, c, frame) in enumerate(self._beams, start=1):
             ops.geomTransf("Linear", number, *(float(x) for x in frame[:3]))
-            section = (c["A"], c["E"], c["G"], c["J"], c["Iy"], c["Iz"])
+            polar = c["Iy"] + c["Iz"]
+            section = (c["A"], c["E"], c["G"] * c["J"] / polar, polar, c["Iy"], c["Iz"])
             i_j = []
             for end, arm in zip(ends, np.reshape(frame[3:], (2, 3)), strict=True):
                 i_j.append(end + 1)

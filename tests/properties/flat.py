@@ -276,7 +276,9 @@ def rigid_mass(mechanism: Mechanism) -> np.ndarray:
         at = s if tapers else np.broadcast_to((np.arange(n)[:, None] + 0.5) / n, s.shape)
         rho = mechanism.material(member.material).rho
         rotary = float((member.theory or mechanism.theory) != "euler_bernoulli")
-        slices = zip(s.ravel(), np.tile(weights / 2, n), *(v.ravel() for v in _shape(member, (at - 0.5) * L, L)), strict=True)
+        slices = zip(
+            s.ravel(), np.tile(weights / 2, n), *(v.ravel() for v in _shape(member, (at - 0.5) * L, L)), strict=True
+        )
         for where, weight, A, Iy, Iz in slices:
             across = rotary * (Iy * np.outer(y_axis, y_axis) + Iz * np.outer(z_axis, z_axis))
             inertia = (Iy + Iz) * np.outer(x_axis, x_axis) + across

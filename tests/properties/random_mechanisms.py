@@ -205,9 +205,7 @@ def mechanisms(draw: st.DrawFn, grounded: bool = True, nested: bool | None = Non
             bodies["rim"] = _body(rng, (f"branch*.n{size - 1}",))
         more = {"substructures": substructures, "instances": {"branch": instance}}
         own["bodies"] |= bodies
-    return Mechanism(
-        **own, **more, materials=METALS, theory=draw(st.sampled_from(THEORIES)), ground=ground
-    )
+    return Mechanism(**own, **more, materials=METALS, theory=draw(st.sampled_from(THEORIES)), ground=ground)
 
 
 def _turns(rng: np.random.Generator) -> tuple[Rotation, ...]:
@@ -215,8 +213,8 @@ def _turns(rng: np.random.Generator) -> tuple[Rotation, ...]:
 
 
 def _body(rng: np.random.Generator, carries: tuple[str, ...]) -> RigidBody:
-    spread = rng.uniform(1, 2, 3) * 1e-6
-    inertia = (*spread.tolist(), *(rng.uniform(-0.2, 0.2, 3) * 1e-6).tolist())
+    spread = rng.uniform(1.2, 1.8, 3) * 1e-6
+    inertia = (*spread.tolist(), *(rng.uniform(-0.1, 0.1, 3) * 1e-6).tolist())
     turn = Rotation(axis=vector(rng, 1.0), angle=rng.uniform(0.1, 3))
     return RigidBody(
         centre=vector(rng, 20 * MM), carries=carries, mass=rng.uniform(0.02, 0.1), inertia=inertia, rotate=turn

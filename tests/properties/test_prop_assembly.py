@@ -107,7 +107,9 @@ def test_mirror_images_have_the_same_frequencies(mechanism, seed):
 @given(mechanisms())
 def test_frequencies_do_not_depend_on_names_and_order(mechanism):
     flat = flatten(mechanism)
-    same_frequencies(flat, renamed(flat, lambda name: f"z{hash(name) % 7}_{name[::-1]}" if name[0] == "n" else f"q{name}"))
+    same_frequencies(
+        flat, renamed(flat, lambda name: f"z{hash(name) % 7}_{name[::-1]}" if name[0] == "n" else f"q{name}")
+    )
 
 
 @FEW
@@ -139,5 +141,3 @@ def test_rigid_motions_displace_every_node_rigidly(mechanism, angle):
 
 def test_the_rotation_of_the_rewriting_is_right_handed():
     np.testing.assert_allclose(about((0, 0, 1), np.pi / 2) @ [1, 0, 0], [0, 1, 0], atol=1e-15)
-
-

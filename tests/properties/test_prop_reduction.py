@@ -144,7 +144,9 @@ def cross(count):
         parameters={"t": Parameter(value=1e-3), "L": Parameter(value=0.02)},
         substructures={"branch": branch},
         instances={"branch": Instance(of="branch", at=(0.01, 0, 0), pattern=CircularPattern(count=count))},
-        bodies={"stage": RigidBody(centre=(0, 0, 0.03), carries=("branch*.top",), mass=0.2, inertia=(1e-5, 2e-5, 3e-5))},
+        bodies={
+            "stage": RigidBody(centre=(0, 0, 0.03), carries=("branch*.top",), mass=0.2, inertia=(1e-5, 2e-5, 3e-5))
+        },
         ground={"branch*.foot": "clamped"},
     )
 

@@ -49,10 +49,10 @@ def hyperbolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArra
 
 
 def corner_filleted(xi: Real, half_length: Real, fillet_radius: Real, web: Real) -> FloatArray:
-    """Return the thickness of a leaf with circular fillets: t, plus 2 (r - sqrt(r^2 - s^2)) in the fillets (theory eq. 26).
+    """Return the thickness of a leaf with circular fillets: t, plus 2 (r - sqrt(r^2 - s^2)) in the fillets.
 
     s = |xi| - (a - r) is the distance into the fillet, which takes up the last r before each end; Lobontiu,
-    Paine, Garcia & Goldfarb (2001). xi: (...) m; half_length a >= r, fillet_radius r (may be 0), web t:
+    Paine, Garcia & Goldfarb (2001; theory eq. 26). xi: (...) m; half_length a >= r, fillet_radius r (may be 0), web t:
     (...) m. Returns h: (...) m; h(a) = t + 2r.
     """
     return web + 2 * _arc_rise(np.maximum(np.abs(xi) - (half_length - fillet_radius), 0.0), fillet_radius)

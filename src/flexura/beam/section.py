@@ -30,11 +30,11 @@ class SectionProperties(NamedTuple):
 
 
 def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionProperties:
-    """Return the properties of a solid rectangle, `width` along local y and `thickness` along local z (theory eqs. 6-8).
+    """Return the properties of a solid rectangle, `width` along local y and `thickness` along local z.
 
     Iy = width thickness^3 / 12; with b >= t the two sides (Timoshenko & Goodier 1970, Sec. 109),
     J = b t^3/3 [1 - 192/pi^5 (t/b) sum_{n odd} tanh(n pi b / 2t) / n^5];
-    ky = kz = 10 (1 + nu) / (12 + 11 nu) (Cowper 1966).
+    ky = kz = 10 (1 + nu) / (12 + 11 nu) (Cowper 1966; theory eqs. 6-8).
 
     width, thickness: (...) m; nu: (...) Poisson's ratio, -. Raises nothing.
 

@@ -1,8 +1,9 @@
 """Lowest eigenpairs of K x = lambda M x, accurate and complete.
 
 Dense: eigh(M, K') after diagonal scaling, where K' = K - s M is positive definite: for widely spread spectra the low
-end comes out far more accurately than from eigh(K, M) (Parlett 1980, sec. 15.2; theory eq. 54). Sparse: shift-invert Lanczos (Ericsson
-and Ruhe 1980), checked by an inertia count, and repeated with deflation until no repeated eigenvalue is missing.
+end comes out far more accurately than from eigh(K, M) (Parlett 1980, sec. 15.2; theory eq. 54). Sparse: shift-invert
+Lanczos (Ericsson and Ruhe 1980), checked by an inertia count, and repeated with deflation until no repeated eigenvalue
+is missing.
 """
 
 from __future__ import annotations

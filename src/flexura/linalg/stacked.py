@@ -26,7 +26,7 @@ def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = Non
     """
     n, lead = K.shape[-1], K.shape[:-2]
     K, M = K.reshape(-1, n, n), M.reshape(-1, n, n)
-    if n <= 2 * (count + GUARD) or len(K) < 4:
+    if n <= 2 * (count + GUARD) or (start is None and len(K) < 4):
         return _one_by_one(K, M, count).reshape(*lead, count)
     if start is None:
         start = lowest(K[len(K) // 2], M[len(K) // 2], count + GUARD)

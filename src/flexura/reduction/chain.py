@@ -33,15 +33,24 @@ class ChainGroup(NamedTuple):
     reverse: NDArray[np.bool_]
     nodes: Index
 
+    @property
+    def run(self) -> slice | None:
+        """The elements as a slice when they lie one behind the other, else None."""
+        flat = self.elements.ravel()
+        consecutive = np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat)))
+        return slice(int(flat[0]), int(flat[0]) + len(flat)) if consecutive else None
+
 
 @dataclass(frozen=True)
 class ChainKinematics:
-    """Twist-to-end-displacement maps X_i, X_j (..., c, e, 6, 6), the inverse of X_j, and the map B (..., c, 12, 12)
-    from the displacements of the chain's two end nodes to (twist of the first, relative twist)."""
+    """Twist-to-end-displacement maps X_i, X_j (..., c, e, 6, 6), the inverse of X_j, the map B (..., c, 12, 12)
+    from the displacements of the chain's two end nodes to (twist of the first, relative twist), and the elements as a
+    slice where they lie one behind the other."""
 
     X: Array
     Xj_inverse: Array
     B: Array
+    run: slice | None
 
 
 def find_chains(part: Part) -> list[ChainGroup]:
@@ -96,12 +105,21 @@ def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinema
     B[..., :6, :6] = np.eye(6)
     B[..., 6:, :6] = -np.eye(6)
     B[..., 6:, 6:] = rigid_arm((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :])
-    return ChainKinematics(X, np.linalg.inv(X[..., 6:, :]).astype(np.float64, copy=False), B)
+    return ChainKinematics(X, _inverse(X[..., 6:, :]), B, group.run)
+
+
+def _inverse(X: Array) -> Array:
+    """Inverse of X = [[R, S], [0, R]] (..., 6, 6) with a rotation R: [[R', -R' S R'], [0, R']]."""
+    Rt = np.swapaxes(X[..., :3, :3], -1, -2)
+    out = np.zeros_like(X)
+    out[..., :3, :3] = out[..., 3:, 3:] = Rt
+    out[..., :3, 3:] = -Rt @ X[..., :3, 3:] @ Rt
+    return out
 
 
 def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
     """Reduced K and M (..., c, 12, 12) of each chain over its two end nodes (theory eqs. 48-51)."""
-    C, M = _take(elements.C, group.elements), _take(elements.M, group.elements)
+    C, M = (_take(matrices, group.elements, kin.run) for matrices in (elements.C, elements.M))
     F = kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2)
     running = np.cumsum(F, axis=-3)
     k = np.linalg.inv(running[..., -1, :, :])
@@ -123,10 +141,9 @@ def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | Eleme
     return K, np.swapaxes(kin.B, -1, -2) @ m @ kin.B
 
 
-def _take(matrices: Array, index: Index) -> Array:
-    """Matrices (..., c, e, i, j) of the elements `index` (c, e); a view where they lie one behind the other."""
-    flat = index.ravel()
-    if np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat))):
-        run = matrices[..., flat[0] : flat[0] + len(flat), :, :]
-        return run.reshape(*run.shape[:-3], *index.shape, *run.shape[-2:])
-    return matrices[..., index, :, :]
+def _take(matrices: Array, index: Index, run: slice | None) -> Array:
+    """Matrices (..., c, e, i, j) of the elements `index` (c, e); a view where they are the slice `run`."""
+    if run is None:
+        return matrices[..., index, :, :]
+    own = matrices[..., run, :, :]
+    return own.reshape(*own.shape[:-3], *index.shape, *own.shape[-2:])

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg import lowest
+from flexura.linalg import Eigenpairs, lowest
 from flexura.linalg.stacked import GUARD, lowest_values
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
@@ -120,6 +120,7 @@ class LowOrderAssembler:
         self._dof = np.full(topology.dof.size, -1, dtype=np.intp)
         self._dof[self.physical] = np.arange(len(self.physical))
         self._dof = self._dof.reshape(topology.dof.shape)
+        self._starts: dict[int, Eigenpairs] = {}
         self._scatters: dict[tuple[int, ...], Scatter] = {}
         self._remembered: tuple[Geometry, dict[str, Array]] | None = None
 
@@ -154,6 +155,13 @@ class LowOrderAssembler:
                 first += k * len(dofs[-1])
             self._scatters[modes] = Scatter(dofs, first)
         return self._scatters[modes]
+
+    def start(self, count: int) -> Eigenpairs:
+        """Eigenpairs of the default design from which the iteration for `count` frequencies of others starts."""
+        if count not in self._starts:
+            K, M = self.stack(self.plan.values())
+            self._starts[count] = lowest(K, M, count + GUARD)
+        return self._starts[count]
 
     def stack(self, values: Array) -> tuple[Array, Array]:
         """K and M (..., n, n) with constraint modes alone for slot values (..., s): the paper's model, every design."""
@@ -304,13 +312,11 @@ def natural_frequencies(plan: Plan, parameters: Mapping[str, ArrayLike] | None =
     assembler = low_order(plan)
     count = min(count, len(assembler.physical))
     stacks = [values] if values.ndim == 1 else [values[k : k + STACK] for k in range(0, len(values), STACK)]
-    found, start = [], None
+    found = []
     for stack in stacks:
         K, M = assembler.stack(stack)
         _refuse_impossible(K, M)
-        if K.ndim > 2 and start is None:
-            start = lowest(K[len(K) // 2], M[len(K) // 2], count + GUARD)
-        found.append(lowest_values(K, M, count, start))
+        found.append(lowest_values(K, M, count, assembler.start(count)))
     return np.sqrt(np.maximum(np.concatenate(found, axis=0), 0.0)) / (2 * np.pi)
 
 

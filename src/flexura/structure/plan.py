@@ -14,6 +14,7 @@ from flexura.beam import rigid_arm
 from flexura.errors import ModelError
 from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import ParameterTable
+from flexura.mechanism.expression import Expression
 from flexura.mechanism.layout import Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
 from flexura.mechanism.substructure import Mechanism
@@ -47,16 +48,18 @@ class _ChildPlacement:
     """Slots of one child's placing steps."""
 
     def __init__(self, child: Child, slots: SlotTable) -> None:
-        self.steps: list[tuple[type, list[Index]]] = []
+        self.steps: list[tuple[type, list[Index], bool]] = []
         for step in child.steps:
-            fields = [np.array(slots.add_all(f if isinstance(f, tuple) else (f,))) for f in step]
-            self.steps.append((type(step), fields))
+            numbers = [f if isinstance(f, tuple) else (f,) for f in step]
+            varies = any(isinstance(number, Expression) for field in numbers for number in field)
+            self.steps.append((type(step), [np.array(slots.add_all(field)) for field in numbers], varies))
 
     def affine(self, values: Array) -> Affine:
         """Placement of the child in its parent for slot values (..., s)."""
         result = IDENTITY
-        for kind, fields in self.steps:
-            numbers = [values[..., f] for f in fields]
+        constant = values.reshape(-1, values.shape[-1])[0]
+        for kind, fields, varies in self.steps:
+            numbers = [values[..., f] if varies else constant[f] for f in fields]
             if kind is Turn:
                 result = result.then(turn(numbers[0], numbers[1][..., 0], numbers[2]))
             elif kind is Reflect:
@@ -104,7 +107,7 @@ class Plan:
     def _find_geometry_slots(self) -> Index:
         """Slots with expressions on which positions, lengths and orientations depend."""
         placements = [c for children in self._children.values() for c in children]
-        used = {int(s) for c in placements for _, fields in c.steps for s in np.hstack(fields)}
+        used = {int(s) for c in placements for _, fields, _ in c.steps for s in np.hstack(fields)}
         for part in self.parts.values():
             used |= part.geometry_slots()
         return np.array(sorted(used & set(self.slots.varying().tolist())), dtype=np.intp)

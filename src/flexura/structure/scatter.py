@@ -37,7 +37,7 @@ class Scatter:
         whole = len(key) == n * n and self._take is None
         self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
         self._length = len(row)
-        self._sum: sp.csr_matrix | None = None
+        self._dense_places: dict[int, Index] = {}
 
     def sparse(self, matrices: Sequence[Array], start: Array | None = None) -> sp.csc_matrix:
         """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n).
@@ -90,28 +90,19 @@ class Scatter:
         n = self.n
         if self._is_identity:
             return np.broadcast_to(matrices[0][..., 0, :, :], (*lead, n, n))
-        if not lead:
-            out = np.zeros(n * n)
-            out[self._unique] = np.bincount(self._inverse, weights=self._gather(matrices), minlength=len(self._unique))
-            return out.reshape(n, n)
-        # designs last, so that every sum runs over contiguous designs
-        designs = math.prod(lead)
-        data = np.empty((self._length, designs))
+        designs, size = math.prod(lead), n * n + 1
+        data = np.empty((designs, self._length))
         at = 0
         for m in matrices:
-            size = math.prod(m.shape[-3:])
-            data[at : at + size] = np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, size).T
-            at += size
-        return np.ascontiguousarray((self._summation() @ data).T).reshape(*lead, n, n)
+            entries = math.prod(m.shape[-3:])
+            data[:, at : at + entries] = np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, entries)
+            at += entries
+        summed = np.bincount(self._dense_place(designs), weights=data.ravel(), minlength=designs * size)
+        return summed.reshape(designs, size)[:, :-1].reshape(*lead, n, n)
 
-    def _summation(self) -> sp.csr_matrix:
-        """The 0/1 matrix (n^2, entries) that sums entries into places."""
-        if self._sum is None:
-            columns = np.arange(self._length) if self._take is None else self._take
-            where = (self._unique[self._inverse], columns)
-            self._sum = sp.csr_matrix((np.ones(len(columns)), where), shape=(self.n**2, self._length))
-        return self._sum
-
-    def _gather(self, matrices: Sequence[Array]) -> Array:
-        data = np.concatenate([m.ravel() for m in matrices]) if matrices else np.zeros(0)
-        return data if self._take is None else data[self._take]
+    def _dense_place(self, designs: int) -> Index:
+        """Where the entries of so many designs go in stacked dense matrices, each one longer to take what is dropped."""
+        if designs not in self._dense_places:
+            place = np.append(self._unique, self.n**2)[self._place]
+            self._dense_places[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
+        return self._dense_places[designs]
