@@ -64,7 +64,8 @@ class Measurement:
 
     def row(self) -> str:
         """The row of the page."""
-        error = f"{self.error:.1e}" if self.error >= 1e-8 else "< 1e-8"
+        floor = min(1e-8, self.tolerance)  # below, digits are round-off and differ between machines
+        error = f"{self.error:.1e}" if self.error >= floor else f"< {floor:.0e}"
         numbers = f"{self.reference:.7g} | {self.computed:.7g} | {error} | {self.tolerance:.1e}"
         return f"| {self.quantity} | {self.unit} | {numbers} |"
 

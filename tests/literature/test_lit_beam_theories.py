@@ -1,7 +1,7 @@
 """Published frequencies that tell beam theories apart.
 
-Han, Benaroya and Wei, Dynamics of transversely vibrating beams using four engineering theories, J. Sound Vib. 225 (1999)
-935-988, doi 10.1006/jsvi.1999.2257: cantilever tube, Rayleigh and Timoshenko.
+Han, Benaroya and Wei, Dynamics of transversely vibrating beams using four engineering theories, J. Sound Vib. 225
+(1999) 935-988, doi 10.1006/jsvi.1999.2257: cantilever tube, Rayleigh and Timoshenko.
 Labuschagne, van Rensburg and van der Merwe, Comparison of linear beam theories, Math. Comput. Model. 49 (2009) 20-30:
 cantilever, Timoshenko and Euler-Bernoulli.
 

@@ -1,10 +1,10 @@
 """Closed forms of beams, rods, rings and simple flexure mechanisms.
 
-Euler-Bernoulli wave numbers, rods with end discs, beams with end masses: Blevins, Formulas for Natural Frequency and Mode
-Shape (1979), chapters 8 and 8-18; Rayleigh beam on simple supports: Rayleigh, The Theory of Sound (1877), sec. 186;
+Euler-Bernoulli wave numbers, rods with end discs, beams with end masses: Blevins, Formulas for Natural Frequency and
+Mode Shape (1979), chapter 8; Rayleigh beam on simple supports: Rayleigh, The Theory of Sound (1877), sec. 186;
 Timoshenko beam: Timoshenko, Phil. Mag. 41 (1921) 744-746; rings: Love, The Mathematical Theory of Elasticity (1927),
-sec. 293; parallel and crossed leaf springs: Jones, J. Sci. Instrum. 28 (1951) 38-41, Wittrick, Aeronautical Quarterly 2
-(1951) 272-292.
+sec. 293; parallel and crossed leaf springs: Jones, J. Sci. Instrum. 28 (1951) 38-41, Wittrick, Aeronautical Quarterly
+2 (1951) 272-292.
 
 Tolerances: 1e-5 for cubic elements, more where convergence is of second order (rods, shear, polygons instead of rings);
 1e-8 for static stiffness, which elements give exactly.
@@ -182,7 +182,6 @@ def test_parallel_leaf_spring_guide(verify):
     L, apart, mass = 40e-3, 0.4, 0.5
     leaves = [((x, -L, 0.0), (x, 0.0, 0.0)) for x in (-apart / 2, apart / 2)]
     parallel = guide(leaves, 1e-6, mass)
-    # a stage that may not turn; the parallelogram itself is softer by a relative (t/L)^2 (L/apart)^2
     verify(case, "stiffness", 1 / stage_compliance(parallel, "tx"), 24 * LEAF / L**3, 1e-5, "N/m")
     exact = np.sqrt(24 * LEAF / L**3 / mass) / (2 * np.pi)
     verify(case, "first frequency", frequencies(parallel, 1)[0], exact, 1e-5)
@@ -194,8 +193,7 @@ def test_cross_spring_pivot(verify, crossing):
         "Cross-spring pivot",
         "Wittrick 1951: 8 E I / L (1 - 3 c + 3 c^2) for leaves of length L that cross at c L, at a right angle",
         "Euler-Bernoulli leaves, rigid stage",
-        "For inextensible leaves; the extension of the leaves lets the centre of rotation off the crossing move when it "
-        "does not halve them.",
+        "For leaves that do not extend. Where the crossing does not halve them their extension matters a little.",
     )
     L = 40e-3
     diagonal = np.array([1.0, 1.0, 0.0]) / np.sqrt(2)

@@ -1,14 +1,14 @@
 """Rigid stages on flexures without mass, against screw theory.
 
-Spatial stage on four blades: P. Siva, design of a micromirror (UCLA MAE C294A; script and report in the public repository
-premkumar22siva/C294A_Micromirror_Design), frequencies printed by the report. One blade and one wire: the data of a
-homework of the course on flexure systems by J. B. Hopkins (UCLA MAE 294; script by Yuan Hung Lo), which prints no
-frequencies.
+Spatial stage on four blades: P. Siva, design of a micromirror (UCLA MAE C294A; script and report in the public
+repository premkumar22siva/C294A_Micromirror_Design), frequencies printed by the report. One blade and one wire: the
+data of a homework of the course on flexure systems by J. B. Hopkins (UCLA MAE 294; script by Yuan Hung Lo), which
+prints no frequencies.
 
-The reference is computed here by the screw theory of the scripts: the stiffness of every flexure, by beam formulas in a
-frame at its end, carried to the centre of mass by the adjoint of that frame (Hopkins and Culpepper, Precision Engineering
-34 (2010) 259-270). It shares no code with flexura. Flexures have a density of 1e-6 kg/m^3, so that their mass changes no
-digit compared. Tolerance 1e-6, and half a unit of the last digit for the report's figures.
+The reference is computed here by the screw theory of the scripts: the stiffness of every flexure, by beam formulas in
+a frame at its end, carried to the centre of mass by the adjoint of that frame (Hopkins and Culpepper, Precision
+Engineering 34 (2010) 259-270). It shares no code with flexura. Flexures have a density of 1e-6 kg/m^3, so that their
+mass changes no digit compared. Tolerance 1e-6, and half a unit of the last digit for the report's figures.
 """
 
 import numpy as np
@@ -37,8 +37,8 @@ def cross_matrix(v):
 def screw_frequencies(flexures, E, G, mass, inertia, centre):
     """Return frequencies, Hz, of a stage on flexures (ground end, stage end, direction of t, width b, thickness t)."""
     K = np.zeros((6, 6))
-    for ground, stage, thin, b, t in flexures:
-        ground, stage, thin = (np.asarray(v, dtype=float) for v in (ground, stage, thin))
+    for *places, b, t in flexures:
+        ground, stage, thin = (np.asarray(v, dtype=float) for v in places)
         L = np.linalg.norm(stage - ground)
         x = (stage - ground) / L
         axes = np.array([x, np.cross(thin, x), thin])

@@ -1,4 +1,4 @@
-"""A mechanism without instances that is the same as a nested one, and other rewritings; nothing here comes from flexura.
+"""A mechanism without instances that is the same as a nested one, and other rewritings of descriptions.
 
 Rotations and inertia are worked out with scipy's Rotation and plain tensor algebra, independently of the placements and
 matrices of flexura.
@@ -257,8 +257,9 @@ def _at(mass: float, inertia: np.ndarray, x: np.ndarray) -> np.ndarray:
 def rigid_mass(mechanism: Mechanism) -> np.ndarray:
     """Return the mass of a flat mechanism on rigid motions about the origin, summed over slices of its parts.
 
-    A stepped element is uniform with the section at its middle, a tapered one is summed at six Gauss points. Slices have
-    the inertia of their section about the member axis, and about the others unless the theory is Euler-Bernoulli.
+    A stepped element is uniform with the section at its middle, a tapered one is summed at six Gauss points. Slices
+    have the inertia of their section about the member axis, and about the others unless the theory is
+    Euler-Bernoulli.
     """
     M = np.zeros((6, 6))
     for member in (*mechanism.links.values(), *mechanism.flexures.values()):

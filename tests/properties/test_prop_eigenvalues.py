@@ -1,7 +1,7 @@
 """Eigenvalues: none missing, repeated ones included, residuals small, counts by inertia right.
 
-Symmetric mechanisms have repeated frequencies: n equal branches on a heavy stage vibrate almost alone, and every motion of
-one of them comes n-fold, in which single-vector Lanczos methods lose some.
+Symmetric mechanisms have repeated frequencies: n equal branches on a heavy stage vibrate almost alone, and every
+motion of one of them comes n-fold. Single-vector Lanczos methods may lose some of them.
 """
 
 import numpy as np

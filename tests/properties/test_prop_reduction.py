@@ -1,7 +1,7 @@
 """What a Craig-Bampton reduction must keep for every mechanism, and that its two routes agree.
 
-Craig and Bampton (1968): constraint modes reproduce every static response to interface loads exactly, and a Rayleigh-Ritz
-basis gives frequencies that are never below those of the full model and never rise when modes are added.
+Craig and Bampton (1968): constraint modes reproduce every static response to interface loads exactly, and a
+Rayleigh-Ritz basis gives frequencies that are never below those of the full model and never rise when modes are added.
 """
 
 import numpy as np

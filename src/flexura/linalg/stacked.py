@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lapack
 
 from flexura.errors import SolverError
 from flexura.linalg.eigen import Eigenpairs, lowest
@@ -66,6 +67,11 @@ def _iterate(K: Array, M: Array, start: Array, X: Array, count: int) -> tuple[Ar
 
 def _small(A: Array, B: Array) -> tuple[Array, Array]:
     """Eigenpairs of the small pencils A z = lambda B z, ascending, B positive definite; vectors B-orthonormal."""
+    if len(A) == 1:
+        # LAPACK knows the pencil as a whole, but not stacks of it
+        values, Z, failed = lapack.dsygv(A[0], B[0])
+        if not failed:
+            return values[None], Z[None]
     d = 1 / np.sqrt(np.einsum("...ii->...i", B))
     scale = d[:, :, None] * d[:, None, :]
     Li = np.linalg.inv(np.linalg.cholesky(B * scale))

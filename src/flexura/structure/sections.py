@@ -81,7 +81,7 @@ class SectionGroup:
         half = (L - np.abs(own["shift"])) / 2
         y_sizes = {name[2:]: size for name, size in own.items() if name.startswith("y_")}
         z_sizes = {name[2:]: size for name, size in own.items() if name.startswith("z_")}
-        y, z = (np.clip(x + sign * own["shift"] / 2, -half, half) for sign in (1, -1))
+        y, z = (np.minimum(np.maximum(x + sign * own["shift"] / 2, -half), half) for sign in (1, -1))
         return _CONTOURS[y_shape](y, half, y_sizes), _CONTOURS[z_shape](z, half, z_sizes)
 
     def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
