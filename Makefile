@@ -46,7 +46,7 @@ verification: $(STAMP)
 	$(BIN)/python -m pytest tests/literature tests/opensees --verification-page docs/verification.md
 
 pictures: $(STAMP)
-	$(BIN)/python docs/make_pictures.py
+	$(BIN)/python docs/figures/make_figures.py
 
 clean:
 	rm -rf $(VENV) out .pytest_cache .ruff_cache .hypothesis

@@ -85,7 +85,9 @@ def single_design() -> None:
     report("full-order assembly of K and M, general", median_ms(lambda: plan.full_order(values, geometry), 200), "ms")
     prepared = plan.full_order
     prepared.prepare(geometry)
-    report("full-order assembly of K and M, prepared, from sizes", median_ms(lambda: prepared(values, geometry), 200), "ms")
+    report(
+        "full-order assembly of K and M, prepared, from sizes", median_ms(lambda: prepared(values, geometry), 200), "ms"
+    )
     K, M = plan.element_coefficients(values, geometry)
     lumps = plan.lumps(values, geometry)
     linear_ms = median_ms(lambda: prepared.from_coefficients(K, M, lumps), 200)
@@ -104,7 +106,9 @@ def opensees(plan: flexura.Plan, low_ms: float) -> None:
     frequencies = mesh.frequencies(6)
     own = flexura.modes(mechanism, n=6, order="full").frequency_hz
     error = np.abs(frequencies / own - 1).max()
-    report("OpenSeesPy and flexura on the same mesh: largest difference", error, "", "OpenSees: torsional inertia rho J")
+    report(
+        "OpenSeesPy and flexura on the same mesh: largest difference", error, "", "OpenSees: torsional inertia rho J"
+    )
     solve_ms = median_ms(lambda: mesh.frequencies(6), 5, 1)
     report("OpenSeesPy, build and consistent-mass solve, six frequencies", solve_ms, "ms")
     report("low order through the plan against OpenSeesPy", solve_ms / low_ms, "times faster")

@@ -62,9 +62,7 @@ def test_member_frame_broadcasts():
 def test_block_rotation_rotates_both_halves():
     R = member_frame([1.0, 2.0, 3.0], [0, 0, 1.0])
     t, r = RNG.normal(size=(2, 3))
-    assert_allclose(
-        block_rotation(R) @ np.concatenate([t, r]), np.concatenate([R @ t, R @ r]), rtol=0, atol=1e-15
-    )
+    assert_allclose(block_rotation(R) @ np.concatenate([t, r]), np.concatenate([R @ t, R @ r]), rtol=0, atol=1e-15)
 
 
 def test_rotation_about_against_scipy():

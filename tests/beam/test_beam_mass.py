@@ -132,9 +132,7 @@ def test_rotary_switch_leaves_the_slender_rod_and_the_torsional_inertia():
 def test_frame_invariance(shear, rotary):
     round_mass = element_mass(circle(3e-3, 0.33), L, shear, rotary)
     turn = np.kron(np.eye(2), block_rotation(rotation_about([1.0, 0, 0], 0.7)))
-    assert_allclose(
-        scaled(turn.T @ round_mass @ turn), scaled(round_mass), rtol=0, atol=1e-14 * round_mass.max()
-    )
+    assert_allclose(scaled(turn.T @ round_mass @ turn), scaled(round_mass), rtol=0, atol=1e-14 * round_mass.max())
     M = element_mass(ODD, L, shear, rotary)
     swap = np.kron([[0, 1], [1, 0]], block_rotation(rotation_about([0, 0, 1.0], np.pi)))
     assert_allclose(scaled(swap.T @ M @ swap), scaled(M), rtol=0, atol=1e-14 * M.max())

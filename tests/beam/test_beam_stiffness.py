@@ -143,9 +143,7 @@ def test_linear_in_the_coefficients_and_broadcasting():
     wide = rectangle(np.array([4e-3, 8e-3]), 1e-3, 0.33)
     assert_allclose(stiffness(E, G, wide, L, 1)[1], stiffness(E, G, rectangle(8e-3, 1e-3, 0.33), L, 1))
     C = flexibility(E, G, SECTION, lengths, shear)
-    assert_allclose(
-        stiffness_from_flexibility(C, lengths)[1, 2], K[1, 2], rtol=1e-9, atol=1e-9 * K[1, 2].max()
-    )
+    assert_allclose(stiffness_from_flexibility(C, lengths)[1, 2], K[1, 2], rtol=1e-9, atol=1e-9 * K[1, 2].max())
 
 
 def test_timoshenko_element_does_not_lock():

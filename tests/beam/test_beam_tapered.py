@@ -162,6 +162,4 @@ def test_broadcasts_over_designs_and_elements():
     assert_allclose(C[2, 1], C1, rtol=1e-13)
     assert_allclose(M[2, 1], M1, rtol=1e-10, atol=1e-10 * M1.max())
     designs = np.linspace(60e9, 80e9, 4)  # a design axis the section does not have
-    assert_allclose(
-        tapered(designs, G, 1.0, one, 6e-3, 1, 1, points, weights)[0][0, 0, 0] * 60, C1[0, 0] * 71
-    )
+    assert_allclose(tapered(designs, G, 1.0, one, 6e-3, 1, 1, points, weights)[0][0, 0, 0] * 60, C1[0, 0] * 71)

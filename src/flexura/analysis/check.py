@@ -18,6 +18,7 @@ from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.low_order import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.part import Part, PartGeometry
+from flexura.structure.plan import plan_of
 
 Array = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
 
     Raises ModelError when the description cannot be used at all.
     """
-    plan = mechanism if isinstance(mechanism, Plan) else Plan(mechanism)
+    plan = plan_of(mechanism)
     full = assemble(plan, parameters)
     assembler = low_order(plan)
     bodies = {

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.motion import Motion, motions
@@ -16,6 +16,7 @@ from flexura.linalg import Eigenpairs, count_below, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.low_order import LowOrderModel, reduce
 from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.plan import one_design, plan_of
 
 Array = NDArray[np.float64]
 
@@ -64,6 +65,11 @@ class Modes:
     parameters: dict[str, float]
     model: FullOrderModel
 
+    def __repr__(self) -> str:
+        hz = ", ".join(f"{mode.frequency_hz:.5g}" for mode in self.modes)
+        missing = "" if self.evidence.complete else ", modes missing"
+        return f"Modes({self.name!r}, order {self.order} of {self.full_order}, {hz} Hz{missing})"
+
     @property
     def frequency_hz(self) -> Array:
         """Natural frequencies (n,), Hz."""
@@ -105,12 +111,11 @@ def modes(
     `parameters` replace default values; `keep` and `keep_below` (Hz) as in `reduce`. Raises ModelError, OptionError
     and SolverError.
     """
-    if n < 1:
-        raise OptionError(f"the number of modes is at least 1, not {n}")
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
-    plan = mechanism if isinstance(mechanism, Plan) else Plan(mechanism)
-    single = _one_design(parameters)
+    plan, single = plan_of(mechanism), one_design(parameters)
     full = assemble(plan, single)
     if full.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
@@ -120,13 +125,6 @@ def modes(
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held; keep normal modes, or ask for order full")
     return _low_modes(full, low, min(n, low.order), single)
-
-
-def _one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
-    for name, value in (parameters or {}).items():
-        if np.ndim(value):
-            raise OptionError(f"modes takes one design; parameter {name} has {np.size(value)} values")
-    return {name: float(np.asarray(value)) for name, value in (parameters or {}).items()}
 
 
 def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> Modes:

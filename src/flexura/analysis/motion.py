@@ -92,7 +92,7 @@ def _body_motions(model: FullOrderModel, u: Array, kinetic: Array | int) -> list
                             kinetic_share=own_energy / float(np.asarray(kinetic)[k]),
                         )
                     )
-    return [tuple(sorted(motion, key=lambda m: -m.kinetic_share)) for motion in found]
+    return [tuple(sorted(motion, key=lambda m: -round(m.kinetic_share, 6))) for motion in found]
 
 
 def _unit(vector: Array) -> tuple[float, float, float]:
@@ -148,7 +148,7 @@ def _summary(
         shown = [str(body) for body in moving[:2]]
         text = "; ".join(shown) + (f" and {len(moving) - 2} more" if len(moving) > 2 else "")
     else:
-        order = np.argsort(-kinetic)
+        order = np.argsort(-np.round(kinetic, 6), kind="stable")
         busy = [parts[i].path for i in order if kinetic[i] > STILL][:4]
         text = ("bodies still; " if bodies else "") + ", ".join(busy) + (" vibrates" if len(busy) == 1 else " vibrate")
     largest = sorted(deformation.items(), key=lambda item: -item[1])

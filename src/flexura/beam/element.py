@@ -104,9 +104,7 @@ def phi(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real)
     return factor * section.Iz / section.ky, factor * section.Iy / section.kz
 
 
-def partial_flexibility(
-    x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
-) -> FloatArray:
+def partial_flexibility(x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
     """Return S(x), the displacement at x per unit load at end j, with end i clamped (theory eq. 11).
 
     In the xy plane, v = F [(L x^2/2 - x^3/6)/EIz + x/(ky G A)] + M x^2/2EIz, theta = F (L x - x^2/2)/EIz +
@@ -140,9 +138,7 @@ def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shea
     return partial_flexibility(length, E, G, section, length, shear)
 
 
-def stiffness_coefficients(
-    E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
-) -> FloatArray:
+def stiffness_coefficients(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
     """Return the ten numbers of which the stiffness is the linear combination with STIFFNESS_BASIS.
 
     EA/L, GJ/L, then per bending plane (xy, xz), with B = EI/(1 + phi): 12B/L^3, 6B/L^2, (4 + phi)B/L,
@@ -207,9 +203,7 @@ def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatA
     return N
 
 
-def shape_functions(
-    x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real
-) -> FloatArray:
+def shape_functions(x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
     """Return Nbar(x) of the uniform element: linear axial and torsional, cubic bending functions (theory eq. 17).
 
     Eqs. 12-13 of the RPR paper, extended to shear; without shear they are the Hermite cubics. (In print the
@@ -255,9 +249,7 @@ def mass_coefficients(
     return coefficients
 
 
-def mass(
-    rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real
-) -> FloatArray:
+def mass(rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real) -> FloatArray:
     """Return the consistent element mass M in closed form (theory eqs. 18-19).
 
     M = `mass_coefficients` @ MASS_BASIS = int rho A N1^T N1 dx + int N2^T diag(rho (Iy + Iz), rotary rho Iy,

@@ -59,7 +59,8 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
         + (f"; {e.rigid_body_modes} rigid-body modes" if e.rigid_body_modes else ""),
         f"eigen-residuals: full {e.full_residual:.1g}"
         + ("" if e.low_residual is None else f", low-order {e.low_residual:.1g}"),
-        f"Sturm count: {e.sturm_count} full-order modes below {e.sturm_below_hz:.5g} Hz, {e.reported_below} {found_in}",
+        f"Sturm count below {e.sturm_below_hz:.5g} Hz: {e.sturm_count} of the full order,"
+        f" {e.reported_below} {found_in}",
     ]
     console.print("evidence", style="bold")
     for line in lines:
@@ -68,7 +69,8 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
         console.print("  no mode is missing in this range", style="green")
         return
     count = len(e.missed) + e.more_missed
-    console.print(f"  {count} modes in this range are MISSING from the low-order model:", style="red")
+    modes = "mode in this range is" if count == 1 else "modes in this range are"
+    console.print(f"  {count} {modes} MISSING from the low-order model:", style="red")
     for missed in e.missed[:12]:
         console.print(f"    {missed.frequency_hz:.5g} Hz: {missed.summary}", markup=False)
     rest = len(e.missed) - 12 + e.more_missed

@@ -22,8 +22,8 @@ def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = Non
     """The `count` lowest eigenvalues (..., count), ascending, of K x = lambda M x with K (..., n, n) positive definite.
 
     Subspace iteration (Bathe 1996, sec. 11.6) from `start`, the count + GUARD lowest eigenpairs of a design like these
-    (default: of the one in the middle of the stack). The remaining error of each eigenvalue is estimated from the ratio of its last two changes; designs in which
-    it has not fallen below 1e-11 are solved one by one. Raises SolverError when a K is singular.
+    (default: of the one in the middle of the stack). The remaining error of each eigenvalue is estimated from the ratio
+    of its last two changes; designs in which it has not fallen below 1e-11 are solved one by one. Raises SolverError when a K is singular.
     """
     n, lead = K.shape[-1], K.shape[:-2]
     K, M = K.reshape(-1, n, n), M.reshape(-1, n, n)

@@ -19,7 +19,7 @@ from flexura.reduction.chain import ChainKinematics, condense, find_chains, kine
 from flexura.reduction.craig_bampton import ReducedPart, craig_bampton
 from flexura.structure.full_order import block_diagonal
 from flexura.structure.part import Part, PartMatrices
-from flexura.structure.plan import Geometry, Plan
+from flexura.structure.plan import Geometry, Plan, one_design, plan_of
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
 
@@ -276,15 +276,13 @@ def reduce(
     `keep_below` keeps all below that frequency, Hz. With neither this is the model of the RPR paper.
     Raises ModelError for a description that cannot be used, OptionError for impossible options.
     """
-    plan = mechanism if isinstance(mechanism, Plan) else Plan(mechanism)
+    plan, single = plan_of(mechanism), one_design(parameters)
     assembler = low_order(plan)
     counts = _counts(assembler, keep)
     if not (np.isfinite(keep_below) and keep_below >= 0):
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")
-    if any(np.ndim(value) for value in (parameters or {}).values()):
-        raise OptionError("reduce takes one design; natural_frequencies takes many")
-    plan.verify(parameters or {})
-    values = plan.values(parameters)
+    plan.verify(single)
+    values = plan.values(single)
     geometry = plan.geometry(values)
     matrices = plan.matrices(values, geometry)
     parts = {
@@ -302,14 +300,19 @@ def reduce(
     return LowOrderModel(plan, values, geometry, build(K), build(M), parts, assembler)
 
 
-def natural_frequencies(plan: Plan, parameters: Mapping[str, ArrayLike] | None = None, count: int = 6) -> Array:
+def natural_frequencies(
+    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None, count: int = 6
+) -> Array:
     """Lowest natural frequencies, Hz, of the low-order model with constraint modes alone: the quick way for sweeps.
 
     Parameters may be arrays over designs; the result is (count,) or (designs, count). No evidence comes with these
     numbers; ask `modes` for one design when in doubt. Raises OptionError and SolverError.
     """
+    plan = plan_of(mechanism)
     values = plan.values(parameters)
     assembler = low_order(plan)
+    if count < 1:
+        raise OptionError(f"the number of frequencies is at least 1, not {count}")
     count = min(count, len(assembler.physical))
     stacks = [values] if values.ndim == 1 else [values[k : k + STACK] for k in range(0, len(values), STACK)]
     found = []
@@ -317,7 +320,8 @@ def natural_frequencies(plan: Plan, parameters: Mapping[str, ArrayLike] | None =
         K, M = assembler.stack(stack)
         _refuse_impossible(K, M)
         found.append(lowest_values(K, M, count, assembler.start(count)))
-    return np.sqrt(np.maximum(np.concatenate(found, axis=0), 0.0)) / (2 * np.pi)
+    values = np.concatenate([np.empty((0, count)), *found]) if values.ndim > 1 else found[0]
+    return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
 
 
 def _refuse_impossible(K: Array, M: Array) -> None:
@@ -344,15 +348,17 @@ def _with_modes(T: Array, k: int) -> Array:
 def _counts(assembler: LowOrderAssembler, keep: int | Mapping[str, int]) -> dict[str, int]:
     names = list(assembler.reducers)
     if isinstance(keep, Mapping):
-        unknown = sorted(set(keep) - set(names))
+        labels = [name or "mechanism" for name in names]
+        unknown = sorted(set(keep) - set(labels))
         if unknown:
-            raise OptionError(f"keep names {unknown[0]!r}, which is no substructure with members; there are {names}")
-        counts = {name: keep.get(name, 0) for name in names}
+            known = ", ".join(labels)
+            raise OptionError(f"keep names {unknown[0]!r}, which is no substructure with members; there are {known}")
+        counts = {name: keep.get(name or "mechanism", 0) for name in names}
     else:
         counts = dict.fromkeys(names, keep)
     for name, count in counts.items():
-        if count < 0:
-            raise OptionError(f"the number of kept modes is zero or more, not {count} ({name})")
+        if not isinstance(count, int | np.integer) or count < 0:
+            raise OptionError(f"the number of kept modes is a whole number, zero or more, not {count!r} ({name})")
     return counts
 
 

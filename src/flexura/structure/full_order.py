@@ -14,7 +14,7 @@ from flexura.beam import MASS_BASIS, STIFFNESS_BASIS
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure.part import Lump, PartMatrices
-from flexura.structure.plan import Geometry, Plan
+from flexura.structure.plan import Geometry, Plan, one_design, plan_of
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
 
@@ -192,9 +192,9 @@ def assemble(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | 
 
     Raises ModelError for a description that cannot be used and OptionError for unknown parameters.
     """
-    plan = mechanism if isinstance(mechanism, Plan) else Plan(mechanism)
-    plan.verify(parameters or {})
-    values = plan.values(parameters)
+    plan, single = plan_of(mechanism), one_design(parameters)
+    plan.verify(single)
+    values = plan.values(single)
     geometry = plan.geometry(values)
     K, M = plan.full_order(values, geometry)
-    return FullOrderModel(plan, dict(parameters or {}), values, geometry, K, M)
+    return FullOrderModel(plan, single, values, geometry, K, M)

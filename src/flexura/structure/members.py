@@ -173,7 +173,7 @@ class Members:
                 shape = (*lead, len(group.index), len(middle))
                 for row, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
                     row[..., own].reshape(shape)[...] = value
-            table[..., elements] = family_properties(family, sizes, nu[..., owner])
+            table[..., elements] = family_properties(family, list(sizes), nu[..., owner])
         return SectionProperties(*table), self._stations(values, nu, length, lead)
 
     def _stations(self, values: Array, nu: Array, length: Array, lead: tuple[int, ...]) -> Stations:

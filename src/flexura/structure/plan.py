@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
-from flexura.errors import ModelError
+from flexura.errors import ModelError, OptionError
 from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import ParameterTable
 from flexura.mechanism.expression import Expression
@@ -67,6 +67,31 @@ class _ChildPlacement:
             elif kind is Move:
                 result = Affine(result.Q, result.t + numbers[0])
         return result
+
+
+def plan_of(mechanism: Mechanism | Plan) -> Plan:
+    """The plan of a mechanism; a plan is returned as it is.
+
+    Raises ModelError for a description that cannot be used and OptionError for anything else.
+    """
+    if isinstance(mechanism, Plan):
+        return mechanism
+    if not isinstance(mechanism, Mechanism):
+        raise OptionError(f"a Mechanism or a Plan is expected, not {mechanism!r}; flexura.load reads a file")
+    return Plan(mechanism)
+
+
+def one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
+    """Parameters of a single design as floats. Raises OptionError when there are arrays or no numbers."""
+    single = {}
+    for name, value in (parameters or {}).items():
+        if np.ndim(value):
+            raise OptionError(f"one design is expected here, but parameter {name} has {np.size(value)} values")
+        try:
+            single[name] = float(np.asarray(value))
+        except (TypeError, ValueError):
+            raise OptionError(f"parameter {name}: {value!r} is not a number in SI") from None
+    return single
 
 
 class Plan:

@@ -89,7 +89,8 @@ class Scatter:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""
         n = self.n
         if self._is_identity:
-            return np.broadcast_to(matrices[0][..., 0, :, :], (*lead, n, n))
+            only = matrices[0][..., 0, :, :]
+            return only if only.shape[:-2] == lead else np.broadcast_to(only, (*lead, n, n))
         designs, size = math.prod(lead), n * n + 1
         data = np.empty((designs, self._length))
         at = 0
@@ -98,10 +99,10 @@ class Scatter:
             data[:, at : at + entries] = np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, entries)
             at += entries
         summed = np.bincount(self._dense_place(designs), weights=data.ravel(), minlength=designs * size)
-        return summed.reshape(designs, size)[:, :-1].reshape(*lead, n, n)
+        return summed.astype(float, copy=False).reshape(designs, size)[:, :-1].reshape(*lead, n, n)
 
     def _dense_place(self, designs: int) -> Index:
-        """Where the entries of so many designs go in stacked dense matrices, each one longer to take what is dropped."""
+        """Where the entries of so many designs go in stacked matrices, each one longer to take what is dropped."""
         if designs not in self._dense_places:
             place = np.append(self._unique, self.n**2)[self._place]
             self._dense_places[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
