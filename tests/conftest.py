@@ -37,7 +37,7 @@ def verify(pytestconfig: pytest.Config) -> Verify:
 
 
 class Record:
-    """What the tests of a session measured, and whether that was everything."""
+    """What the tests of a run measured, and whether that was everything."""
 
     def __init__(self, config: pytest.Config) -> None:
         self.target = config.getoption(OPTION)

@@ -1,7 +1,9 @@
 """Draw the figures of the pages: python docs/figures/make_figures.py."""
 
 import re
+import shutil
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -50,6 +52,17 @@ def pivot() -> None:
     figure.savefig(HERE / "pivot_mode_01.png", dpi=100)
 
 
+def rpr() -> None:
+    """The RPR mechanism and its first six modes, as on the front page."""
+    result = fx.modes(fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml"), n=6)
+    titles = [f"mode {mode.number}: {mode.frequency_hz:.4g} Hz" for mode in result.modes]
+    with TemporaryDirectory() as folder:
+        fx.save_pictures(result.model, result.shapes, titles, [m.motion.summary for m in result.modes], Path(folder))
+        for name in ("mechanism", "modes"):
+            shutil.copy(Path(folder) / f"{name}.png", HERE / f"rpr_{name}.png")
+
+
 if __name__ == "__main__":
     contours()
     pivot()
+    rpr()

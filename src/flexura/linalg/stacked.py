@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
@@ -23,7 +25,8 @@ def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = Non
 
     Subspace iteration (Bathe 1996, sec. 11.6) from `start`, the count + GUARD lowest eigenpairs of a design like these
     (default: of the one in the middle of the stack). The remaining error of each eigenvalue is estimated from the ratio
-    of its last two changes; designs in which it has not fallen below 1e-11 are solved one by one. Raises SolverError when a K is singular.
+    of its last two changes; designs in which it has not fallen below 1e-11 are solved one by one. Raises SolverError
+    when a K is singular.
     """
     n, lead = K.shape[-1], K.shape[:-2]
     K, M = K.reshape(-1, n, n), M.reshape(-1, n, n)
@@ -46,11 +49,9 @@ def _iterate(K: Array, M: Array, start: Array, X: Array, count: int) -> tuple[Ar
     MX = M @ X
     values = np.broadcast_to(start[:count], (len(M), count))
     change, error = np.ones(len(M)), np.full(len(M), np.inf)
+    solve = _solver(K)
     for _ in range(MAX_STEPS):
-        try:
-            Y = np.linalg.solve(K, MX)
-        except np.linalg.LinAlgError:
-            raise SolverError("a stiffness matrix is singular: something can move freely") from None
+        Y = solve(MX)
         Yt = np.swapaxes(Y, -1, -2)
         MY = M @ Y
         # Ritz pairs of the inverse, both matrices small: (Y' M X) z = lambda (Y' M Y) z
@@ -63,6 +64,24 @@ def _iterate(K: Array, M: Array, start: Array, X: Array, count: int) -> tuple[Ar
             break
         MX = MY @ Z
     return values.copy(), error
+
+
+def _solver(K: Array) -> Callable[[Array], Array]:
+    """The function that solves K Y = X for stacks of X; a single K is factorised once, which NumPy cannot do in stacks."""
+    singular = "a stiffness matrix is singular: something can move freely"
+    if len(K) == 1:
+        factor, failed = lapack.dpotrf(K[0].T)
+        if failed:
+            raise SolverError(singular)
+        return lambda X: lapack.dpotrs(factor, X[0])[0][None]
+
+    def solve(X: Array) -> Array:
+        try:
+            return np.linalg.solve(K, X)
+        except np.linalg.LinAlgError:
+            raise SolverError(singular) from None
+
+    return solve
 
 
 def _small(A: Array, B: Array) -> tuple[Array, Array]:
