@@ -27,7 +27,7 @@ demo: $(STAMP)
 	$(BIN)/flexura modes examples/rpr/rpr.yaml -n 6 --plot out/rpr
 
 test: $(STAMP)
-	$(BIN)/python -m pytest $(ARGS)
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -67,7 +67,7 @@ def _iterate(K: Array, M: Array, start: Array, X: Array, count: int) -> tuple[Ar
 
 
 def _solver(K: Array) -> Callable[[Array], Array]:
-    """The function that solves K Y = X for stacks of X; a single K is factorised once, which NumPy cannot do in stacks."""
+    """The function that solves K Y = X for stacks of X; a single K is factorised once (NumPy cannot in stacks)."""
     singular = "a stiffness matrix is singular: something can move freely"
     if len(K) == 1:
         factor, failed = lapack.dpotrf(K[0].T)
@@ -77,7 +77,7 @@ def _solver(K: Array) -> Callable[[Array], Array]:
 
     def solve(X: Array) -> Array:
         try:
-            return np.linalg.solve(K, X)
+            return np.asarray(np.linalg.solve(K, X), dtype=np.float64)
         except np.linalg.LinAlgError:
             raise SolverError(singular) from None
 

@@ -124,8 +124,9 @@ def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | Eleme
     running = np.cumsum(F, axis=-3)
     k = np.linalg.inv(running[..., -1, :, :])
     k = (k + np.swapaxes(k, -1, -2)) / 2
-    P = np.zeros((*running.shape[:-3], running.shape[-3] + 1, 6, 6))
-    P[..., 1:, :, :] = running @ k[..., None, :, :]
+    P = np.empty((*running.shape[:-3], running.shape[-3] + 1, 6, 6))
+    P[..., 0, :, :] = 0.0
+    np.matmul(running, k[..., None, :, :], out=P[..., 1:, :, :])
     at_i, at_j = P[..., :-1, :, :], P[..., 1:, :, :]
     if group.reverse.any():
         turned = group.reverse[:, :, None, None]

@@ -54,6 +54,13 @@ class Elements:
         return found
 
     @cached_property
+    def _phi(self) -> tuple[Array | float, Array | float]:
+        """Shear parameters of the two planes, zero where no element shears."""
+        if not self._shear.any():
+            return 0.0, 0.0
+        return element.phi(self._E, self._G, self._sections, self.length, self._shear)
+
+    @cached_property
     def K(self) -> Array:
         """Stiffness (..., e, 12, 12)."""
         K = element.stiffness(self._E, self._G, self._sections, self.length, self._shear)
@@ -64,8 +71,7 @@ class Elements:
     @cached_property
     def M(self) -> Array:
         """Mass (..., e, 12, 12)."""
-        phi = element.phi(self._E, self._G, self._sections, self.length, self._shear)
-        M = element.mass(self._rho, self._sections, self.length, *phi, self._rotary)
+        M = element.mass(self._rho, self._sections, self.length, *self._phi, self._rotary)
         for at, _, own in self._tapered:
             M[..., at, :, :] = own
         return M
@@ -77,9 +83,8 @@ class Elements:
         """
         if self._stations:
             raise OptionError("elements with integration: tapered have no coefficients; use stepped ones")
-        phi = element.phi(self._E, self._G, self._sections, self.length, self._shear)
         K = element.stiffness_coefficients(self._E, self._G, self._sections, self.length, self._shear)
-        return K, element.mass_coefficients(self._rho, self._sections, self.length, *phi, self._rotary)
+        return K, element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
 
     @cached_property
     def C(self) -> Array:
