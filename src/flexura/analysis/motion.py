@@ -8,12 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.energy import KINDS, PartEnergy, energies
+from flexura.mechanism.layout import TOP
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
 STILL = 0.05
 """A body with a smaller share of the kinetic energy is said to stand still."""
+
+LOOSE = 0.3
+"""Share of the largest displacement from which a named node is said to move, rather than a member between its nodes."""
 
 SECONDARY = 0.1
 """Share of a body's kinetic energy from which the smaller of its translation and rotation is named as well."""
@@ -64,7 +68,28 @@ def motions(model: FullOrderModel, displacements: Array) -> list[Motion]:
     """Describe motions given by displacements (n_nodes, 6, k) of all nodes, global frame."""
     parts = energies(model, displacements)
     bodies = _body_motions(model, displacements, sum(part.kinetic for part in parts))
-    return [_describe(parts, bodies[k], k) for k in range(displacements.shape[2])]
+    loose = _loose_motions(model, displacements)
+    return [_describe(parts, bodies[k], loose[k], k) for k in range(displacements.shape[2])]
+
+
+def _loose_motions(model: FullOrderModel, u: Array) -> list[str]:
+    """What to say of the mechanism's own members where no body moves: the named node that moves most, or the member
+    that vibrates between its nodes."""
+    part, offset = model.plan.parts[TOP], model.plan.topology.placed[TOP].offset[0]
+    own, turn = (np.linalg.norm(u[offset : offset + part.n_nodes, at], axis=1) for at in (slice(3), slice(3, 6)))
+    size = float(np.ptp(model.geometry.positions, axis=0).max())
+    said = []
+    for k in range(u.shape[2]):
+        if part.n_nodes and own[:, k].max() < LOOSE * 1e-2 * size * turn[:, k].max():
+            said.append(f"{part.node_names[int(np.argmax(turn[:, k]))].split('[')[0]} twists")
+            continue
+        node = int(np.argmax(own[: part.n_named, k])) if part.n_named else 0
+        if part.n_named and own[node, k] >= LOOSE * own[:, k].max():
+            direction = _direction_name(_unit(u[offset + node, :3, k]))
+            said.append(f"{part.node_names[node]} moves along {direction}")
+        else:
+            said.append(f"{part.node_names[int(np.argmax(own[:, k]))].split('[')[0]} vibrates")
+    return said
 
 
 def _body_motions(model: FullOrderModel, u: Array, kinetic: Array | int) -> list[tuple[BodyMotion, ...]]:
@@ -111,7 +136,7 @@ def _direction_name(direction: tuple[float, float, float]) -> str:
     return "(" + ", ".join(f"{round(c, 2) + 0.0:g}" for c in direction) + ")"
 
 
-def _describe(parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], k: int) -> Motion:
+def _describe(parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], loose: str, k: int) -> Motion:
     strain = np.array([sum(kinds[:, k].sum() for kinds in part.strain.values()) for part in parts])
     kinetic = np.array([part.kinetic[k] for part in parts])
     elastic = bool(strain.sum() > 1e-12 * kinetic.sum())
@@ -136,12 +161,16 @@ def _describe(parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], k: int) -
         kinetic_share={p.path: float(s) for p, s in zip(parts, kinetic / kinetic.sum(), strict=True)},
         strain_by_substructure=by_prototype,
         deformation=dict(sorted(deformation.items(), key=lambda item: -item[1])),
-        summary=_summary(parts, bodies, kinetic / kinetic.sum(), deformation),
+        summary=_summary(parts, bodies, loose, kinetic / kinetic.sum(), deformation),
     )
 
 
 def _summary(
-    parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], kinetic: Array, deformation: dict[str, float]
+    parts: list[PartEnergy],
+    bodies: tuple[BodyMotion, ...],
+    loose: str,
+    kinetic: Array,
+    deformation: dict[str, float],
 ) -> str:
     moving = [body for body in bodies if body.kinetic_share > STILL]
     if moving:
@@ -150,7 +179,8 @@ def _summary(
     else:
         order = np.argsort(-np.round(kinetic, 6), kind="stable")
         busy = [parts[i].path for i in order if kinetic[i] > STILL][:4]
-        text = ("bodies still; " if bodies else "") + ", ".join(busy) + (" vibrates" if len(busy) == 1 else " vibrate")
+        vibrating = ", ".join(busy) + (" vibrates" if len(busy) == 1 else " vibrate")
+        text = ("bodies still; " if bodies else "") + (loose if busy == ["mechanism"] else vibrating)
     largest = sorted(deformation.items(), key=lambda item: -item[1])
     causes = [f"{cause} {share:.0%}" for cause, share in largest[:2] if share >= 0.1]
     return text + (f" ({', '.join(causes)})" if causes else "")
