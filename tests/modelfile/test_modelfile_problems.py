@@ -359,6 +359,7 @@ def test_everything_that_is_wrong_is_reported_at_once():
         (18, "links.three.reference"): "required for a section that is not round",
         (19, "links.four.section"): "the inner diameter of a tube",
         (20, "links.five.section.diameter"): "in m; this is in kg",
+        (20, "links.five.nodes.1"): "no such node",
         (22, "joints.0.1"): "text is expected",
         (23, "joints.1.1"): "no such node",
         (24, "joints.2"): "10 mm apart",

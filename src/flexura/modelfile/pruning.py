@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 from flexura.errors import Path
@@ -27,6 +28,21 @@ _NAMED = frozenset(
 )
 
 
+_STAND_INS: dict[str, Any] = {
+    "profile": {"type": "leaf", "width": "2 mm", "thickness": "1 mm"},
+    "section": {"shape": "circle", "diameter": "1 mm"},
+    "reference": [1, 2, 3],
+    "start_offset": [0, 0, 0],
+    "end_offset": [0, 0, 0],
+    "elements": 1,
+    "integration": "stepped",
+    "theory": "rayleigh",
+}
+"""What takes the place of a faulty key of a member, so that the nodes and material that it names are still checked."""
+
+_REFERENCES = ("nodes", "material")
+
+
 class Pruned:
     """Data of a model file with entries removed, and what was removed.
 
@@ -40,6 +56,8 @@ class Pruned:
         self.anything = False
         self.whole_kinds = False
         self.everything = False
+        self.mended: set[Path] = set()
+        """Members in which stand-ins took the place of what was wrong."""
         self._origin: dict[Path, list[int]] = {}
 
     def original(self, path: Path) -> Path:
@@ -51,8 +69,33 @@ class Pruned:
                 restored[i] = origin[key]
         return tuple(restored)
 
+    def is_news(self, path: Path) -> bool:
+        """False for a problem that a stand-in may have caused: of a mended member only its references are checked."""
+        entry = entry_of(path)
+        return entry not in self.mended or path[len(entry) : len(entry) + 1] in [(key,) for key in _REFERENCES]
+
+    def _mend(self, path: Path) -> bool:
+        """Put a stand-in for the faulty key of a member; False when there is none for it."""
+        entry = entry_of(path)
+        if len(path) <= len(entry) or path[len(entry) - 2 : len(entry) - 1] not in [("links",), ("flexures",)]:
+            return False
+        key = path[len(entry)]
+        holder: Any = self.data
+        try:
+            for step in entry:
+                holder = holder[step]
+            if key not in _STAND_INS or holder[key] == _STAND_INS[key]:
+                return False
+            holder[key] = deepcopy(_STAND_INS[key])
+        except (KeyError, IndexError, TypeError):
+            return False
+        self.anything = True
+        self.mended.add(entry)
+        return True
+
     def remove_all(self, places: list[tuple[Path, bool]]) -> None:
         """Remove unknown keys (True) themselves, and of other places the smallest named entry around them."""
+        places = [(path, unknown) for path, unknown in places if unknown or not self._mend(path)]
         paths = {path if unknown else entry_of(path) for path, unknown in places}
         for path in sorted(paths, key=_last_first, reverse=True):
             unknown = (path, True) in places

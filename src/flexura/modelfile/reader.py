@@ -82,7 +82,8 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
         whole = problems_of_whole(mechanism, ignore_missing=_missing(pruned), partial=pruned.anything)
         for problem in whole:
             path = pruned.original(problem.path)
-            found.append(replace(problem, path=path, value=_as_written(problem, path, mechanism, root)))
+            if pruned.is_news(path):
+                found.append(replace(problem, path=path, value=_as_written(problem, path, mechanism, root)))
     if found or mechanism is None:
         raise ModelError(_located(found, root, name))
     return mechanism
