@@ -14,11 +14,11 @@ from flexura.beam import (
     phi,
     rectangle,
     rigid_arm,
-    rotation_about,
     stiffness,
     stiffness_coefficients,
     stiffness_from_flexibility,
 )
+from flexura.mechanism.placement import rotation_matrix
 
 E, G, L = 71e9, 26.7e9, 12e-3
 SECTION = rectangle(8e-3, 2e-3, 0.33)
@@ -99,14 +99,14 @@ def test_printed_entries_of_the_textbook_matrix():
 @pytest.mark.parametrize("shear", [0, 1])
 def test_circular_section_has_no_preferred_plane(shear):
     K = stiffness(E, G, circle(3e-3, 0.33), L, shear)
-    T = np.kron(np.eye(2), block_rotation(rotation_about([1.0, 0, 0], 0.7)))
+    T = np.kron(np.eye(2), block_rotation(rotation_matrix([1.0, 0, 0], 0.7)))
     assert_allclose(scaled(T.T @ K @ T), scaled(K), rtol=0, atol=1e-13 * K.max())
 
 
 @pytest.mark.parametrize("shear", [0, 1])
 def test_element_turned_end_for_end_is_the_same(shear):
     K = stiffness(E, G, ODD, L, shear)
-    swap = np.kron([[0, 1], [1, 0]], block_rotation(rotation_about([0, 0, 1.0], np.pi)))
+    swap = np.kron([[0, 1], [1, 0]], block_rotation(rotation_matrix([0, 0, 1.0], np.pi)))
     assert_allclose(scaled(swap.T @ K @ swap), scaled(K), rtol=0, atol=1e-13 * K.max())
 
 

@@ -23,7 +23,7 @@ from flexura.beam.element import (
     stiffness_coefficients,
     stiffness_from_flexibility,
 )
-from flexura.beam.frames import block_rotation, member_frame, rigid_arm, rotation_about, skew
+from flexura.beam.frames import block_rotation, member_frame, rigid_arm, skew
 from flexura.beam.section import SectionProperties, circle, rectangle, tube
 from flexura.beam.tapered import gauss_stations, integration_matrices, tapered
 
@@ -45,7 +45,6 @@ __all__ = [
     "phi",
     "rectangle",
     "rigid_arm",
-    "rotation_about",
     "shape_functions",
     "skew",
     "stiffness",

@@ -78,20 +78,6 @@ def block_rotation(R: ArrayLike) -> FloatArray:
     return T
 
 
-def rotation_about(axis: ArrayLike, angle: ArrayLike) -> FloatArray:
-    """Return the active rotation of vectors by `angle` about `axis` through the origin, right-handed (theory eq. 3).
-
-    Q = I + sin(a) S + (1 - cos(a)) S^2, S = skew(axis/|axis|) (Rodrigues 1840).
-
-    axis: (..., 3), any length; angle: (...) rad. Returns Q (..., 3, 3), -: v_rotated = Q v.
-    Raises nothing; a zero axis gives NaN.
-    """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        S = skew(_unit(np.asarray(axis, dtype=np.float64)))
-    a = np.asarray(angle, dtype=np.float64)[..., None, None]
-    return _I3 + np.sin(a) * S + 2 * np.sin(a / 2) ** 2 * (S @ S)
-
-
 def _unit(v: FloatArray) -> FloatArray:
     return v / np.sqrt((v * v).sum(axis=-1, keepdims=True))
 
