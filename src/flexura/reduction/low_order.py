@@ -256,11 +256,9 @@ class LowOrderModel:
 
 def low_order(plan: Plan) -> LowOrderAssembler:
     """The prepared low-order assembly of a plan, made on first use and kept with the plan."""
-    prepared = getattr(plan, "_low_order", None)
-    if prepared is None:
-        prepared = LowOrderAssembler(plan)
-        plan._low_order = prepared  # type: ignore[attr-defined]
-    return prepared
+    if "low_order" not in plan.prepared:
+        plan.prepared["low_order"] = LowOrderAssembler(plan)
+    return plan.prepared["low_order"]
 
 
 def reduce(

@@ -105,7 +105,7 @@ class Part:
         self._position_slots = np.array([slots.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
         self._lay_out_members(layout, slots, np.array(ends, dtype=np.intp).reshape(-1, 2))
         self._mesh(nodes)
-        self.node_names = nodes.names
+        self.node_names, self.node_number = nodes.names, nodes.number
         self.boundary = self._boundary(layout, nodes)
 
     def _lay_out_members(self, layout: Layout, slots: SlotTable, ends: Index) -> None:

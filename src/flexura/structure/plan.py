@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -120,6 +120,8 @@ class Plan:
         self._levels = self._group_by_level()
         self._foreign = {name: self._foreign_sources(name) for name in self.parts}
         self._remembered: tuple[bytes, Geometry] | None = None
+        self.prepared: dict[str, Any] = {}
+        """What later steps have worked out from this plan alone, to be used again."""
         self._geometry_slots = self._find_geometry_slots()
 
     @cached_property
@@ -209,7 +211,7 @@ class Plan:
         for name, part in self.parts.items():
             foreign = np.empty((*lead, len(part.foreign), 3))
             for k, (chain, source, node) in enumerate(self._foreign[name]):
-                where = parts[source].positions[..., self.parts[source].node_names.index(node), :][..., None, :]
+                where = parts[source].positions[..., self.parts[source].node_number[node], :][..., None, :]
                 foreign[..., k, :] = self._outward(name, chain, affines, where)[..., 0, :]
             parts[name] = part.geometry(values, foreign)
         count = len(self.topology.parent)

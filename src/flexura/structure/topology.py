@@ -97,14 +97,7 @@ class Topology:
         """Global number of a node written as `INSTANCE.NODE` or `NODE` inside the instance at `path`."""
         *steps, node = reference.split(".")
         name, offset = self._where[(*path, *steps)]
-        return offset + self._local(name, node)
-
-    def _local(self, name: str, node: str) -> int:
-        part = self.placed[name].part
-        if not hasattr(self, "_numbers"):
-            self._numbers: dict[str, dict[str, int]] = {}
-        numbers = self._numbers.setdefault(name, {n: k for k, n in enumerate(part.node_names)})
-        return numbers[node]
+        return offset + self.placed[name].part.node_number[node]
 
     def _join(self, parts: dict[str, Part]) -> None:
         sets = UnionFind(self.n_nodes)
