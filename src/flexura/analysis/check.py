@@ -173,7 +173,7 @@ def _member_doubts(full: FullOrderModel) -> list[Doubt]:
 
 def _part_doubts(full: FullOrderModel, name: str, part: Part, geometry: PartGeometry) -> list[Doubt]:
     E, _, nu, G = part.table.moduli(full.values)
-    sections, _ = part.table.section_properties(full.values, nu, geometry.length)
+    sections = part.table.section_properties(full.values, nu, geometry.length)
     # the sizes of the rectangle with the same area and second moments
     thickness, width = np.sqrt(12 * sections.Iy / sections.A), np.sqrt(12 * sections.Iz / sections.A)
     m = part.table.element_member

@@ -26,14 +26,18 @@ from flexura.beam.element import (
 from flexura.beam.frames import block_rotation, member_frame, rigid_arm, skew
 from flexura.beam.section import SectionProperties, circle, rectangle, tube
 from flexura.beam.tapered import gauss_stations, integration_matrices, tapered
+from flexura.beam.uniform import UniformBeam, element_mass, element_stiffness
 
 __all__ = [
     "MASS_BASIS",
     "STIFFNESS_BASIS",
     "SectionProperties",
+    "UniformBeam",
     "block_rotation",
     "circle",
     "contour",
+    "element_mass",
+    "element_stiffness",
     "flexibility",
     "gauss_stations",
     "integration_matrices",

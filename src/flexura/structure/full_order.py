@@ -39,8 +39,9 @@ class FullOrderAssembler:
             for nodes, has_K, has_M in plan.parts[name].lump_nodes()
         ]
         n = plan.topology.n_dof
-        self._stiffness = Scatter([*members, *(dofs for dofs, has_K, _ in lumps if has_K)], n)
-        self._mass = Scatter([*members, *(dofs for dofs, _, has_M in lumps if has_M)], n)
+        stiff, massive = [dofs for dofs, has_K, _ in lumps if has_K], [dofs for dofs, _, has_M in lumps if has_M]
+        self._stiffness, self._mass = Scatter([*members, *stiff], n), Scatter([*members, *massive], n)
+        self._lump_stiffness, self._lump_mass = Scatter(stiff, n), Scatter(massive, n)
         self._remembered: tuple[Geometry, dict[str, Array]] | None = None
         self._prepared: tuple[Geometry, sp.csr_matrix, sp.csr_matrix] | None = None
 
@@ -67,6 +68,11 @@ class FullOrderAssembler:
             K.append(Tt @ elements.K @ T)
             M.append(Tt @ elements.M @ T)
         return self._stiffness.sparse([*K, *lumps_K]), self._mass.sparse([*M, *lumps_M])
+
+    def lumped(self, values: Array, geometry: Geometry) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """K and M (n, n) of springs, superelements, bodies and point masses alone."""
+        lumps_K, lumps_M = self._lumps(self.plan.lumps(values, geometry), self._transforms(geometry))
+        return self._lump_stiffness.sparse(lumps_K), self._lump_mass.sparse(lumps_M)
 
     def prepare(self, geometry: Geometry) -> None:
         """Work out the linear map from element coefficients to K and M for designs with this geometry.

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, element
 from flexura.beam.tapered import gauss_stations, tapered
+from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
 from flexura.mechanism.member import Flexure, Link
 from flexura.mechanism.substructure import Mechanism
@@ -24,6 +26,15 @@ STATIONS, WEIGHTS = gauss_stations(6)
 """Gauss rule of a tapered element."""
 
 
+class Cut(NamedTuple):
+    """Elements cut into pieces: the distinct beams, for every piece in order which of them it is, and the number of
+    pieces of every element."""
+
+    beam: UniformBeam
+    kind: Index
+    counts: Index
+
+
 class Elements:
     """Matrices of beam elements in their own axes, each worked out when first asked for.
 
@@ -34,12 +45,13 @@ class Elements:
         self,
         moduli: tuple[Array, Array, Array],
         sections: SectionProperties,
-        stations: Stations,
+        finer: Callable[[Array], Stations],
         length: Array,
         flags: tuple[Array, Array],
     ) -> None:
         self._E, self._G, self._rho = moduli
-        self._sections, self._stations = sections, stations
+        self._sections, self._finer = sections, finer
+        self._stations = finer(STATIONS)
         self.length = length
         self._shear, self._rotary = flags
 
@@ -87,6 +99,36 @@ class Elements:
         return K, element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
 
     @cached_property
+    def uniform(self) -> UniformBeam:
+        """The elements (..., e) as uniform beams, with the section at the middle of each."""
+        return _uniform((self._E, self._G, self._rho), self._sections, self.length, (self._shear, self._rotary))
+
+    def cut(self, own: slice, pieces: int, tapered_pieces: int) -> Cut:
+        """A run of elements cut into uniform pieces of equal length, tapered ones tapered_pieces times as finely.
+
+        One design.
+        """
+        elements = range(own.start, own.stop)
+        kinds: list[Index] = [np.full(pieces, k) for k in range(len(elements))]
+        beams = [self.uniform.take(own).cut(pieces)]
+        count = pieces * tapered_pieces
+        first = len(elements)
+        for at, sections in self._finer((np.arange(count) + 0.5) / count):
+            e = np.flatnonzero((at >= own.start) & (at < own.stop))
+            mine = at[e]
+            moduli = tuple(m[mine][:, None] for m in (self._E, self._G, self._rho))
+            flags = (self._shear[mine][:, None], self._rotary[mine][:, None])
+            fine = SectionProperties(*(f[e] for f in sections))
+            beam = _uniform(moduli, fine, self.length[mine][:, None] / count, flags)
+            beams.append(UniformBeam(*(f.ravel() for f in beam)))
+            for k, element_number in enumerate(mine):
+                kinds[element_number - own.start] = first + count * k + np.arange(count)
+            first += count * len(mine)
+        beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
+        counts = np.array([len(k) for k in kinds], dtype=np.intp)
+        return Cut(beam, np.concatenate(kinds), counts)
+
+    @cached_property
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
         C = element.flexibility(self._E, self._G, self._sections, self.length, self._shear)
@@ -120,6 +162,22 @@ class ElementSlice:
     def length(self) -> Array:
         """Lengths (..., e), m."""
         return self._whole.length[..., self._own]
+
+    def cut(self, pieces: int, tapered_pieces: int) -> Cut:
+        """The elements cut into uniform pieces."""
+        return self._whole.cut(self._own, pieces, tapered_pieces)
+
+
+def _uniform(
+    moduli: tuple[Array, ...], section: SectionProperties, length: Array, flags: tuple[Array, Array]
+) -> UniformBeam:
+    """Rigidities and inertias of a section with shear and rotary inertia as flagged."""
+    E, G, rho = moduli
+    A, Iy, Iz, J, ky, kz = section
+    shear, rotary = flags
+    slide, turn = shear / (G * A), rho * rotary
+    fields = (E * A, G * J, E * Iy, E * Iz, slide / ky, slide / kz, rho * A, rho * (Iy + Iz), turn * Iy, turn * Iz)
+    return UniformBeam(*np.broadcast_arrays(*fields, length))
 
 
 class Members:
@@ -168,8 +226,8 @@ class Members:
         nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
         return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
 
-    def section_properties(self, values: Array, nu: Array, length: Array) -> tuple[SectionProperties, Stations]:
-        """Sections (..., e) at the middle of every element, and of tapered ones at all their stations as well."""
+    def section_properties(self, values: Array, nu: Array, length: Array) -> SectionProperties:
+        """Sections (..., e) at the middle of every element."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         table = np.empty((6, *lead, self.first[-1]))
         for family, (groups, elements, owner) in self._families.items():
@@ -179,17 +237,18 @@ class Members:
                 for row, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
                     row[..., own].reshape(shape)[...] = value
             table[..., elements] = family_properties(family, list(sizes), nu[..., owner])
-        return SectionProperties(*table), self._stations(values, nu, length, lead)
+        return SectionProperties(*table)
 
-    def _stations(self, values: Array, nu: Array, length: Array, lead: tuple[int, ...]) -> Stations:
-        """Sections of tapered elements at all their stations."""
+    def stations(self, values: Array, nu: Array, length: Array, points: Array = STATIONS) -> Stations:
+        """Sections of tapered elements at `points` (stations,) of each element's length."""
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         stations: Stations = []
         for group, n, is_tapered in self.groups:
             if is_tapered:
                 at = self.first[group.index][:, None] + np.arange(n)
-                fractions = ((np.arange(n)[:, None] + STATIONS) / n).ravel()
+                fractions = ((np.arange(n)[:, None] + points) / n).ravel()
                 fields = group.properties(values, nu[..., group.index], length[..., group.index], fractions)
-                shape, every = (*lead, at.size, len(STATIONS)), (*lead, len(group.index), fractions.size)
+                shape, every = (*lead, at.size, len(points)), (*lead, len(group.index), fractions.size)
                 at_stations = SectionProperties(*(np.broadcast_to(f, every).reshape(shape) for f in fields))
                 stations.append((at.ravel(), at_stations))
         return stations
@@ -197,7 +256,8 @@ class Members:
     def elements(self, values: Array, length: Array) -> Elements:
         """Elements for slot values (..., s) and member lengths (..., m), m."""
         E, rho, nu, G = self.moduli(values)
-        sections, stations = self.section_properties(values, nu, length)
+        sections = self.section_properties(values, nu, length)
         m = self.element_member
         moduli = (E[..., m], G[..., m], rho[..., m])
-        return Elements(moduli, sections, stations, (length / self.counts)[..., m], self._flags)
+        finer = partial(self.stations, values, nu, length)
+        return Elements(moduli, sections, finer, (length / self.counts)[..., m], self._flags)

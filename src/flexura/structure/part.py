@@ -227,7 +227,8 @@ class Part:
         without the element mass matrices, for checking those.
         """
         _, rho, nu, _ = self.table.moduli(values)
-        sections, tapered_fields = self.table.section_properties(values, nu, geometry.length)
+        sections = self.table.section_properties(values, nu, geometry.length)
+        tapered_fields = self.table.stations(values, nu, geometry.length)
         every = np.arange(len(self.connectivity))
         uniform = np.setdiff1d(every, np.concatenate([at for at, _ in tapered_fields]) if tapered_fields else [])
         own = SectionProperties(*(field[uniform] for field in sections))

@@ -97,7 +97,7 @@ def _member_ends(model: FullOrderModel) -> tuple[Index, Array, Array]:
             continue
         own, placed = geometry.parts[name], plan.topology.placed[name]
         _, _, nu, _ = part.table.moduli(model.values)
-        sections, _ = part.table.section_properties(model.values, nu, own.length)
+        sections = part.table.section_properties(model.values, nu, own.length)
         size = 2 * np.sqrt(3 * np.stack([sections.Iz, sections.Iy], axis=-1) / sections.A[:, None])
         R = own.R @ np.swapaxes(geometry.Q[placed.number], -1, -2)[:, None]
         for end, element, sign in ((0, part.first[:-1], -1.0), (1, part.first[1:] - 1, 1.0)):

@@ -1,0 +1,122 @@
+"""A mechanism as uniform beam segments between nodes: what every method that solves beams its own way starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.beam.uniform import UniformBeam
+from flexura.errors import OptionError
+from flexura.structure.full_order import FullOrderModel, block_diagonal
+from flexura.structure.members import ElementSlice
+from flexura.structure.scatter import Scatter
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PlacedMember:
+    """A member as placed: its name with the path of its instance, e.g. `branch1.hinge`, and its segments, from its
+    first end to its second."""
+
+    name: str
+    prototype: str
+    position: int
+    """Place of the member in its prototype's list of members."""
+    is_flexure: bool
+    segments: range
+
+
+@dataclass(frozen=True)
+class Segments:
+    """All placed members cut into uniform segments, and everything else as K and M.
+
+    Segment k is the beam `beam.take(kind[k])`; equal segments share a kind. `dof` (s, 2, 6) numbers the DOFs of its
+    ends (-1: held), and `X` (s, 2, 6, 6) takes those DOFs to the displacement of the end in the segment's axes. The
+    first `model.order` of all `n` DOFs are those of the full-order model; others belong to cuts inside its elements.
+    K, M (n, n) hold springs, superelements, bodies and point masses.
+    """
+
+    model: FullOrderModel
+    beam: UniformBeam
+    kind: Index
+    dof: Index
+    X: Array
+    members: tuple[PlacedMember, ...]
+    n: int
+    K: sp.csc_matrix
+    M: sp.csc_matrix
+
+    def scatter(self) -> Scatter:
+        """Where 12 x 12 matrices (s, 12, 12) of the segments, over their DOFs, go in (n, n)."""
+        return Scatter([self.dof.reshape(-1, 12)], self.n)
+
+    @property
+    def transforms(self) -> Array:
+        """T (s, 12, 12): displacements of both ends in segment axes from the segment's DOFs."""
+        return block_diagonal(self.X)
+
+
+def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = 16) -> Segments:
+    """Cut every element of a full-order model into `pieces` uniform segments of equal length.
+
+    Elements that are integrated as tapered become `tapered_pieces` times as many segments with the section at the
+    middle of each. Raises OptionError for numbers below one.
+    """
+    if pieces < 1 or tapered_pieces < 1:
+        raise OptionError("an element is cut into at least one piece")
+    plan = model.plan
+    beams: list[UniformBeam] = []
+    kinds, dofs, ends, members = [], [], [], []
+    first_kind, first_segment, n = 0, 0, model.order
+    for name, matrices in model.matrices.items():
+        part, placed = plan.parts[name], plan.topology.placed[name]
+        if not len(part.connectivity):
+            continue
+        assert isinstance(matrices.elements, ElementSlice)
+        own = matrices.elements.cut(pieces, tapered_pieces)
+        counts = own.counts
+        beams.append(own.beam)
+        start = np.concatenate([[0], np.cumsum(counts)])
+        e = np.repeat(np.arange(len(counts)), counts)
+        at_start, at_end = np.zeros(len(e), bool), np.zeros(len(e), bool)
+        at_start[start[:-1]], at_end[start[1:] - 1] = True, True
+        G = plan.node_transforms(name, np.arange(part.n_nodes), model.geometry)
+        T = matrices.T
+        for copy, (path, offset) in enumerate(zip(placed.paths, placed.offset, strict=True)):
+            X = np.broadcast_to(np.eye(6), (len(e), 2, 6, 6)).copy()
+            dof = np.full((len(e), 2, 6), -1, dtype=np.intp)
+            inner = n + np.arange(6 * (~at_end).sum()).reshape(-1, 6)
+            dof[~at_end, 1] = dof[~at_start, 0] = inner
+            n += inner.size
+            nodes = part.connectivity[e]
+            for end, here in ((0, at_start), (1, at_end)):
+                six, at = slice(6 * end, 6 * end + 6), nodes[here, end]
+                X[here, end] = T[e[here], six, six] @ G[copy, at]
+                dof[here, end] = plan.topology.dof[plan.topology.root[offset + at]]
+            kinds.append(first_kind + own.kind)
+            dofs.append(dof)
+            ends.append(X)
+            for k, member in enumerate(part.members):
+                span = range(first_segment + start[part.first[k]], first_segment + start[part.first[k + 1]])
+                is_flexure = member in plan.layout.prototypes[name].flexures
+                members.append(PlacedMember(".".join((*path, member)), name, k, is_flexure, span))
+            first_segment += len(e)
+        first_kind += len(own.beam.length)
+    K, M = (_enlarged(A, n) for A in plan.full_order.lumped(model.values, model.geometry))
+    if not beams:
+        empty = UniformBeam(*(np.empty(0) for _ in UniformBeam._fields))
+        return Segments(model, empty, np.empty(0, int), np.empty((0, 2, 6), int), np.empty((0, 2, 6, 6)), (), n, K, M)
+    beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
+    kind, dof, X = (np.concatenate(parts) for parts in (kinds, dofs, ends))
+    return Segments(model, beam, kind, dof, X, tuple(members), n, K, M)
+
+
+def _enlarged(A: sp.csc_matrix, n: int) -> sp.csc_matrix:
+    """A with empty rows and columns added up to order n."""
+    at = A.tocoo()
+    return sp.csc_matrix((at.data, (at.row, at.col)), shape=(n, n))
