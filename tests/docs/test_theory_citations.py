@@ -1,34 +1,50 @@
-"""Equations of the theory page are numbered in order, and the code cites only those that exist."""
+"""Equations of the theory pages are numbered in order, and the code cites only those that exist.
+
+docs/theory.md numbers its equations 1, 2, ...; every page in docs/theory/ has a letter of its own: F1, F2, ...
+"""
 
 import re
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
-THEORY = ROOT / "docs" / "theory.md"
-CITATION = re.compile(r"theory,?\s+eqs?\.\s+((?:\d+)(?:(?:\s*[-,]\s*|\s+and\s+)\d+)*)")
+PAGES = [ROOT / "docs" / "theory.md", *sorted((ROOT / "docs" / "theory").glob("*.md"))]
+NUMBER = r"[A-Z]?\d+"
+CITATION = re.compile(rf"theory,?\s+eqs?\.\s+({NUMBER}(?:(?:\s*[-,]\s*|\s+and\s+){NUMBER})*)")
 
 
-def tags() -> list[int]:
+def tags(page: Path) -> list[str]:
     """Numbers of the equations in the order of the page."""
-    return [int(n) for n in re.findall(r"\\tag\{(\d+)\}", THEORY.read_text(encoding="utf-8"))]
+    return re.findall(rf"\\tag\{{({NUMBER})\}}", page.read_text(encoding="utf-8"))
 
 
-def cited(text: str) -> set[int]:
-    """Numbers of the equations that a text cites as `theory eq. 3` or `theory eqs. 3-5, 7`."""
-    found: set[int] = set()
+def cited(text: str) -> set[str]:
+    """Numbers of the equations that a text cites as `theory eq. 3` or `theory eqs. F3-F5, 7`."""
+    found: set[str] = set()
     for numbers in CITATION.findall(text):
         for part in re.split(r",|and", numbers):
-            first, _, last = part.partition("-")
-            found |= set(range(int(first), int(last or first) + 1))
+            first, _, last = (number.strip() for number in part.partition("-"))
+            letter = first[:1] if first[:1].isalpha() else ""
+            start, stop = (int(number.lstrip(letter)) for number in (first, last or first))
+            found |= {f"{letter}{k}" for k in range(start, stop + 1)}
     return found
 
 
-def test_equations_are_numbered_in_order():
-    assert tags() == list(range(1, len(tags()) + 1))
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_equations_are_numbered_in_order(page):
+    numbers = tags(page)
+    letter = numbers[0][:1] if numbers[0][:1].isalpha() else ""
+    assert numbers == [f"{letter}{k + 1}" for k in range(len(numbers))]
+
+
+def test_pages_have_letters_of_their_own():
+    letters = [tags(page)[0].rstrip("0123456789") for page in PAGES]
+    assert len(set(letters)) == len(letters)
 
 
 def test_code_cites_existing_equations():
-    known = set(tags())
+    known = {number for page in PAGES for number in tags(page)}
     wrong, count = {}, 0
     for path in sorted((ROOT / "src").rglob("*.py")):
         numbers = cited(" ".join(path.read_text(encoding="utf-8").split()))
@@ -39,10 +55,13 @@ def test_code_cites_existing_equations():
     assert count >= 10
 
 
-def test_pages_cite_existing_equations():
-    own = set(re.findall(r"\((\d+)\)", THEORY.read_text(encoding="utf-8")))
-    assert {n for n in map(int, own) if n < 1000} <= set(tags())
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_pages_cite_existing_equations(page):
+    own = set(re.findall(rf"\(({NUMBER})\)", page.read_text(encoding="utf-8")))
+    known = {number for other in PAGES for number in tags(other)}
+    assert {n for n in own if not (n.isdigit() and int(n) >= 1000)} <= known
 
 
 def test_citations_are_read():
-    assert cited("as in theory eq. 7, and theory eqs. 3-5, 9 and 12.") == {3, 4, 5, 7, 9, 12}
+    text = "as in theory eq. 7, and theory eqs. 3-5, 9 and 12; theory eqs. F3-F5 and R1."
+    assert cited(text) == {"3", "4", "5", "7", "9", "12", "F3", "F4", "F5", "R1"}

@@ -1,0 +1,5 @@
+"""Other models of the same mechanism: every method reads one description and answers the same question."""
+
+from flexura.methods.solution import Solution
+
+__all__ = ["Solution"]
