@@ -15,7 +15,7 @@ from flexura.linalg import is_definite, lowest
 from flexura.mechanism.layout import TOP
 from flexura.mechanism.member import Flexure
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
-from flexura.reduction.low_order import low_order
+from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.part import Part, PartGeometry
 from flexura.structure.plan import plan_of

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.reduction.low_order import low_order
+from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel
 from flexura.structure.lumps import rigid_mass
 from flexura.structure.part import Part, PartGeometry, PartMatrices

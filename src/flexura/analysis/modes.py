@@ -14,7 +14,7 @@ from flexura.analysis.motion import Motion, motions
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, count_below, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
-from flexura.reduction.low_order import LowOrderModel, reduce
+from flexura.reduction import LowOrderModel, reduce
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
@@ -286,6 +287,17 @@ class Plan:
             arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
             G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(arm)
         return G
+
+    def node_rows(self, numbers: Index, geometry: Geometry) -> sp.csr_matrix:
+        """B (6k, n): displacements of the nodes `numbers` (k,), global frame, from the DOFs of the full-order model."""
+        topology = self.topology
+        root = topology.root[numbers]
+        arm = np.where(topology.is_rigid[numbers, None], geometry.positions[numbers] - geometry.positions[root], 0.0)
+        D, dof = rigid_arm(arm), topology.dof[root]
+        free = np.broadcast_to((dof >= 0)[:, None, :], D.shape) & (D != 0)
+        row = np.broadcast_to(np.arange(6 * len(numbers)).reshape(-1, 6, 1), D.shape)
+        column = np.broadcast_to(dof[:, None, :], D.shape)
+        return sp.csr_matrix((D[free], (row[free], column[free])), shape=(6 * len(numbers), topology.n_dof))
 
 
 def _span(offsets: list[int], n: int) -> Index:

@@ -6,12 +6,13 @@ follow on rigid arms (the RPR paper, eq. 32; theory eq. 35).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import ModelError, Problem
+from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.structure.part import Part
@@ -98,6 +99,14 @@ class Topology:
         *steps, node = reference.split(".")
         name, offset = self._where[(*path, *steps)]
         return offset + self.placed[name].part.node_number[node]
+
+    def numbers(self, names: Sequence[str]) -> Index:
+        """Global numbers of nodes written `NODE` or `INSTANCE.NODE`. Raises OptionError for names that are no nodes."""
+        try:
+            return np.array([self.node((), name) for name in names], dtype=np.intp)
+        except KeyError:
+            wrong = next(n for n in names if n not in set(self.node_names))
+            raise OptionError(f"there is no node {wrong!r}; nodes are written NODE or INSTANCE.NODE") from None
 
     def _join(self, parts: dict[str, Part]) -> None:
         sets = UnionFind(self.n_nodes)

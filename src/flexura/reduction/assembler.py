@@ -1,0 +1,109 @@
+"""Numbering of the low-order coordinates of a plan, and assembly of its reduced parts."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.linalg import Eigenpairs, lowest
+from flexura.linalg.stacked import GUARD
+from flexura.reduction.parts import PartReducer
+from flexura.structure.full_order import block_diagonal
+from flexura.structure.plan import Geometry, Plan
+from flexura.structure.scatter import Scatter
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+
+class LowOrderAssembler:
+    """Numbers the low-order coordinates of a plan and assembles its reduced parts."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.reducers = {name: PartReducer(part) for name, part in plan.parts.items() if part.has_matrices}
+        topology = plan.topology
+        kept = np.zeros(topology.n_nodes, dtype=bool)
+        for name, reducer in self.reducers.items():
+            kept[topology.root[self._numbers(name, reducer.part.boundary)]] = True
+        self.physical = np.flatnonzero((topology.dof >= 0) & kept[:, None])
+        """Positions of the physical coordinates in the flattened (node, DOF) table."""
+        self._dof = np.full(topology.dof.size, -1, dtype=np.intp)
+        self._dof[self.physical] = np.arange(len(self.physical))
+        self._dof = self._dof.reshape(topology.dof.shape)
+        self._starts: dict[int, Eigenpairs] = {}
+        self._scatters: dict[tuple[int, ...], Scatter] = {}
+        self._remembered: tuple[Geometry, dict[str, Array]] | None = None
+
+    def _numbers(self, name: str, nodes: Index) -> Index:
+        return np.array(self.plan.topology.placed[name].offset, dtype=np.intp)[:, None] + nodes
+
+    def coordinates(self, name: str, modes: int, first: int) -> Index:
+        """Low-order coordinate (copies, b + modes) of every coordinate of a reduced part; -1 where held."""
+        topology = self.plan.topology
+        number = self._numbers(name, self.reducers[name].part.boundary)
+        physical = self._dof[topology.root[number]].reshape(len(number), -1)
+        modal = first + np.arange(len(number) * modes).reshape(len(number), modes)
+        return np.hstack([physical, modal])
+
+    def transforms(self, geometry: Geometry) -> dict[str, Array]:
+        """Block-diagonal boundary transforms (..., copies, b, b) per prototype, kept while geometry stays the same."""
+        if self._remembered is None or self._remembered[0] is not geometry:
+            G = {
+                name: block_diagonal(self.plan.node_transforms(name, reducer.part.boundary, geometry))
+                for name, reducer in self.reducers.items()
+            }
+            self._remembered = (geometry, G)
+        return self._remembered[1]
+
+    def scatter(self, modes: tuple[int, ...]) -> Scatter:
+        """Assembly pattern for so many kept modes per prototype."""
+        if modes not in self._scatters:
+            first = len(self.physical)
+            dofs = []
+            for name, k in zip(self.reducers, modes, strict=True):
+                dofs.append(self.coordinates(name, k, first))
+                first += k * len(dofs[-1])
+            self._scatters[modes] = Scatter(dofs, first)
+        return self._scatters[modes]
+
+    def start(self, count: int) -> Eigenpairs:
+        """Eigenpairs of the default design from which the iteration for `count` frequencies of others starts."""
+        if count not in self._starts:
+            K, M = self.stack(self.plan.values())
+            self._starts[count] = lowest(K, M, count + GUARD)
+        return self._starts[count]
+
+    def stack(self, values: Array) -> tuple[Array, Array]:
+        """K and M (..., n, n) with constraint modes alone for slot values (..., s): the paper's model, every design."""
+        lead = values.shape[:-1]
+        geometry = self.plan.geometry(values)
+        matrices = self.plan.matrices(values, geometry)
+        transforms = self.transforms(geometry)
+        K, M = [], []
+        for name, reducer in self.reducers.items():
+            T = transforms[name]
+            k, m = reducer.condensed(matrices[name], geometry, lead)
+            Tt = np.swapaxes(T, -1, -2)
+            K.append(Tt @ k[..., None, :, :] @ T)
+            M.append(Tt @ m[..., None, :, :] @ T)
+        scatter = self.scatter((0,) * len(self.reducers))
+        return scatter.dense(K, lead), scatter.dense(M, lead)
+
+
+def with_modes(T: Array, k: int) -> Array:
+    """Boundary transforms (copies, b, b) bordered by an identity for k modal coordinates."""
+    if not k:
+        return T
+    b = T.shape[-1]
+    out = np.zeros((len(T), b + k, b + k))
+    out[:, :b, :b] = T
+    out[:, np.arange(b, b + k), np.arange(b, b + k)] = 1.0
+    return out
+
+
+def low_order(plan: Plan) -> LowOrderAssembler:
+    """The prepared low-order assembly of a plan, made on first use and kept with the plan."""
+    if "low_order" not in plan.prepared:
+        plan.prepared["low_order"] = LowOrderAssembler(plan)
+    return plan.prepared["low_order"]

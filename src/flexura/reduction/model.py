@@ -1,0 +1,223 @@
+"""The low-order model: its matrices, what its coordinates are, and how to get every displacement back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import factorise, is_definite
+from flexura.mechanism.layout import TOP
+from flexura.mechanism.substructure import DOF_NAMES
+from flexura.reduction.assembler import LowOrderAssembler
+from flexura.reduction.craig_bampton import ReducedPart
+from flexura.structure.plan import Geometry, Plan
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SubstructureBasis:
+    """Physical DOFs of the substructures' boundary nodes, then amplitudes of kept normal modes (theory eqs. 41-43)."""
+
+    assembler: LowOrderAssembler
+    geometry: Geometry
+    parts: dict[str, ReducedPart]
+
+    @cached_property
+    def coordinate_names(self) -> list[str]:
+        """E.g. `platform.rz` or `branch1.amplifier mode 2`."""
+        topology = self.assembler.plan.topology
+        nodes, components = np.unravel_index(self.assembler.physical, topology.dof.shape)
+        names = topology.node_names
+        labels = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
+        for name, part in self.parts.items():
+            for path in topology.placed[name].paths:
+                where = ".".join(path) or "mechanism"
+                labels += [f"{where} mode {k + 1}" for k in range(len(part.frequencies))]
+        return labels
+
+    @cached_property
+    def recovery(self) -> sp.csr_matrix:
+        """T (full order, low order): all DOFs of the full-order model from the low-order coordinates."""
+        topology = self.assembler.plan.topology
+        rows = [topology.dof.ravel()[self.assembler.physical]]
+        columns = [np.arange(len(rows[0]))]
+        entries = [np.ones(len(rows[0]))]
+        first = len(rows[0])
+        for name, part in self.parts.items():
+            own = self.assembler.reducers[name].part
+            if len(own.interior):
+                column = self.assembler.coordinates(name, len(part.frequencies), first)
+                row, value = self._interior_rows(name, part)
+                keep = np.broadcast_to((column >= 0)[:, None, :], value.shape)
+                rows.append(np.broadcast_to(row[:, :, None], value.shape)[keep])
+                columns.append(np.broadcast_to(column[:, None, :], value.shape)[keep])
+                entries.append(value[keep])
+            first += len(part.frequencies) * len(topology.placed[name].paths)
+        where = (np.concatenate(rows), np.concatenate(columns))
+        return sp.csr_matrix((np.concatenate(entries), where), shape=(topology.n_dof, first))
+
+    def _interior_rows(self, name: str, part: ReducedPart) -> tuple[Index, Array]:
+        """Full-order DOF numbers (copies, i) of the interior and their recovery (copies, i, b + k), global frame."""
+        plan, reducer = self.assembler.plan, self.assembler.reducers[name]
+        interior = reducer.part.interior
+        number = np.array(plan.topology.placed[name].offset)[:, None] + interior
+        G = plan.node_transforms(name, interior, self.geometry)
+        Tb = self.assembler.transforms(self.geometry)[name]
+        b = Tb.shape[-1]
+        own = part.T[reducer.interior_dofs]
+        local = np.concatenate([own[:, :b] @ Tb, np.broadcast_to(own[:, b:], (len(Tb), *own[:, b:].shape))], axis=-1)
+        blocks = local.reshape(len(Tb), len(interior), 6, -1)
+        value = np.swapaxes(G, -1, -2) @ blocks
+        return plan.topology.dof[number].reshape(len(Tb), -1), value.reshape(*local.shape)
+
+
+@dataclass(frozen=True)
+class ProjectedBasis:
+    """Coordinates that determine those of another model: q_parent = T q."""
+
+    parent: Basis
+    T: Any
+    coordinate_names: list[str]
+
+    @property
+    def parts(self) -> dict[str, ReducedPart]:
+        """Each prototype's reduction."""
+        return self.parent.parts
+
+    @cached_property
+    def recovery(self) -> Any:
+        """All DOFs of the full-order model from the coordinates."""
+        return self.parent.recovery @ self.T
+
+
+Basis: TypeAlias = SubstructureBasis | ProjectedBasis
+
+
+@dataclass(frozen=True)
+class LowOrderModel:
+    """K and M of a low-order model, and how to get every physical displacement back.
+
+    K, M: (n, n), dense or sparse, SI; rows follow `coordinate_names`. `steps` say in words what was kept and why.
+    Static response is that of the full-order model at the `static_nodes`: `residual` (6k, 6k) is the flexibility that
+    the coordinates alone lack there.
+    """
+
+    plan: Plan
+    values: Array
+    geometry: Geometry
+    K: Any
+    M: Any
+    basis: Basis
+    steps: tuple[str, ...] = ()
+    static_nodes: tuple[str, ...] = ()
+    residual: Array | None = None
+
+    @property
+    def order(self) -> int:
+        """Number of coordinates."""
+        return self.K.shape[0]
+
+    @property
+    def coordinate_names(self) -> list[str]:
+        """Names of the coordinates, e.g. `platform.rz` or `branch1.amplifier mode 2`."""
+        return self.basis.coordinate_names
+
+    @property
+    def parts(self) -> dict[str, ReducedPart]:
+        """Each prototype's reduction."""
+        return self.basis.parts
+
+    @property
+    def recovery(self) -> Any:
+        """T (full order, n): all DOFs of the full-order model from the coordinates, sparse or dense."""
+        return self.basis.recovery
+
+    def recover(self, coordinates: Array) -> Array:
+        """Full-order DOF vectors (full order, k) for low-order coordinates (n, k)."""
+        return self.recovery @ coordinates
+
+    def node_rows(self, nodes: Sequence[str]) -> Array:
+        """B (6k, n): displacements tx ty tz rx ry rz of named nodes, global frame, from the coordinates.
+
+        Raises OptionError for names that are no nodes.
+        """
+        numbers = self.plan.topology.numbers(nodes)
+        rows = self.plan.node_rows(numbers, self.geometry) @ self.recovery
+        return np.asarray(rows.toarray() if hasattr(rows, "toarray") else rows)
+
+    def compliance(self, nodes: Sequence[str] | None = None) -> Array:
+        """Static displacements (6k, 6k) of named nodes per unit force and moment at them, m/N, rad/N, rad/(N m).
+
+        Equal to the full-order model's at the `static_nodes`, which are taken when none are named. Raises OptionError
+        for other nodes and SolverError when something can move freely.
+        """
+        nodes = self.static_nodes if nodes is None else tuple(nodes)
+        unknown = sorted(set(nodes) - set(self.static_nodes))
+        if unknown:
+            known = ", ".join(self.static_nodes) or "none"
+            raise OptionError(f"static response is exact at {known}; name {unknown[0]} in `static_at` when reducing")
+        at = np.array([6 * self.static_nodes.index(n) + k for n in nodes for k in range(6)], dtype=np.intp)
+        own = self._own_flexibility(nodes)
+        return own if self.residual is None else own + self.residual[np.ix_(at, at)]
+
+    def _own_flexibility(self, nodes: Sequence[str]) -> Array:
+        """Flexibility (6k, 6k) at named nodes of the coordinates alone."""
+        if not is_definite(self.K):
+            raise SolverError("static response is undefined: something can move freely")
+        B = self.node_rows(nodes)
+        if not isinstance(self.K, np.ndarray):
+            return B @ factorise(self.K.tocsc()).solve(np.ascontiguousarray(B.T))
+        d = 1 / np.sqrt(np.diagonal(self.K))
+        return (B * d) @ la.cho_solve(la.cho_factor(self.K * d[:, None] * d), d[:, None] * B.T)
+
+    def projected(self, T: Any, names: list[str], step: str) -> LowOrderModel:
+        """The model in fewer coordinates q with this one's = T q, T (n, r); static response at the static nodes stays
+        exact (theory eq. R1).
+
+        K and M become T' K T and T' M T; the flexibility that is lost at the static nodes goes to `residual`.
+        """
+        K, M = (np.asarray(T.T @ (A @ T)) for A in (self.K, self.M))
+        basis = ProjectedBasis(self.basis, T, names)
+        low = LowOrderModel(
+            self.plan, self.values, self.geometry, (K + K.T) / 2, (M + M.T) / 2, basis, (*self.steps, step)
+        )
+        if not self.static_nodes:
+            return low
+        residual = self.compliance() - low._own_flexibility(self.static_nodes)
+        return replace(low, static_nodes=self.static_nodes, residual=(residual + residual.T) / 2)
+
+
+def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> tuple[str, ...]:
+    """The nodes at which static response stays exact: those named, else the mechanism's interface, else its rigid
+    bodies, else its own kept nodes.
+
+    Raises OptionError for a name that is no node, or a node that the reduction removes.
+    """
+    plan = assembler.plan
+    topology = plan.topology
+    chosen = plan.layout.interface(TOP) if names is None else names
+    if names is None and not chosen:
+        chosen = [
+            ".".join((*path, key))
+            for name, part in plan.parts.items()
+            for path in topology.placed[name].paths
+            for key in part.bodies
+        ] or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
+    kept = set(np.unravel_index(assembler.physical, topology.dof.shape)[0].tolist())
+    found = []
+    for name, root in zip(chosen, topology.root[topology.numbers(chosen)], strict=True):
+        if int(root) in kept:
+            found.append(name)
+        elif names is not None and not topology.held[root].all():
+            raise OptionError(f"node {name} is inside a substructure and is removed; make it an interface of that")
+    return tuple(found)

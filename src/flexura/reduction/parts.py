@@ -1,0 +1,98 @@
+"""One prototype's own part reduced to its boundary nodes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
+from flexura.reduction.craig_bampton import ReducedPart, craig_bampton
+from flexura.structure.part import Part, PartMatrices
+from flexura.structure.plan import Geometry
+from flexura.structure.scatter import Scatter
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+
+class PartReducer:
+    """Reduces one prototype's own part to its boundary nodes."""
+
+    def __init__(self, part: Part) -> None:
+        self.part = part
+        every = part.lump_nodes()
+        elements = _node_dofs_each(part.connectivity)
+        n = 6 * part.n_nodes
+        self._stiffness = Scatter([elements, *(_node_dofs(nodes)[None] for nodes, k, _ in every if k)], n)
+        self._mass = Scatter([elements, *(_node_dofs(nodes)[None] for nodes, _, m in every if m)], n)
+        self.boundary_dofs = _node_dofs(part.boundary)
+        self.interior_dofs = _node_dofs(part.interior)
+        self.chains = find_chains(part)
+        self._prepare_condensation()
+        self._remembered: tuple[Geometry, list[ChainKinematics]] | None = None
+
+    def _prepare_condensation(self) -> None:
+        """Number the nodes that remain after chains are condensed: the boundary first, then the rest."""
+        part = self.part
+        lumps = part.lump_nodes()
+        ends = {int(n) for group in self.chains for n in group.nodes[:, [0, -1]].ravel()}
+        ends |= {n for nodes, _, _ in lumps for n in nodes}
+        rest = sorted(ends - set(part.boundary.tolist()))
+        number = np.full(part.n_nodes, -1)
+        number[[*part.boundary, *rest]] = np.arange(len(part.boundary) + len(rest))
+        chains = [_node_dofs_each(number[group.nodes[:, [0, -1]]]) for group in self.chains]
+        n = 6 * (len(part.boundary) + len(rest))
+        self._chain_stiffness = Scatter([*chains, *(_node_dofs(number[nodes])[None] for nodes, k, _ in lumps if k)], n)
+        self._chain_mass = Scatter([*chains, *(_node_dofs(number[nodes])[None] for nodes, _, m in lumps if m)], n)
+
+    def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """K and M (6n, 6n) of the part in its own frame, one design."""
+        T = matrices.T
+        Tt = np.swapaxes(T, -1, -2)
+        K = [Tt @ matrices.elements.K @ T, *(lump.K[None] for lump in matrices.lumps if lump.K is not None)]
+        M = [Tt @ matrices.elements.M @ T, *(lump.M[None] for lump in matrices.lumps if lump.M is not None)]
+        return self._stiffness.sparse(K), self._mass.sparse(M)
+
+    def craig_bampton(self, matrices: PartMatrices, count: int, below_hz: float) -> ReducedPart:
+        """Craig-Bampton reduction with recovery, one design."""
+        K, M = self.assembled(matrices)
+        return craig_bampton(K, M, self.interior_dofs, self.boundary_dofs, count, below_hz)
+
+    def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
+        """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""
+        if self._remembered is None or self._remembered[0] is not geometry:
+            self._remembered = (geometry, [kinematics(self.part, group, geometry) for group in self.chains])
+        K, M = [], []
+        for group, kin in zip(self.chains, self._remembered[1], strict=True):
+            k, m = condense(group, kin, matrices.elements)
+            K.append(k)
+            M.append(m)
+        K += [lump.K[..., None, :, :] for lump in matrices.lumps if lump.K is not None]
+        M += [lump.M[..., None, :, :] for lump in matrices.lumps if lump.M is not None]
+        return _guyan(self._chain_stiffness.dense(K, lead), self._chain_mass.dense(M, lead), len(self.boundary_dofs))
+
+
+def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:
+    """Statically condense everything behind the first b DOFs (Guyan 1965; theory eq. 52) of stacks (..., n, n)."""
+    if K.shape[-1] == b:
+        return K, M
+    inner = K[..., b:, b:]
+    d = 1 / np.sqrt(np.einsum("...ii->...i", inner))
+    right = d[..., None] * K[..., b:, :b]
+    psi = -d[..., None] * np.linalg.solve(inner * d[..., :, None] * d[..., None, :], right)
+    pt = np.swapaxes(psi, -1, -2)
+    cross = M[..., :b, b:] @ psi
+    M_r = M[..., :b, :b] + cross + np.swapaxes(cross, -1, -2) + pt @ M[..., b:, b:] @ psi
+    K_r = K[..., :b, :b] + K[..., :b, b:] @ psi
+    return (K_r + np.swapaxes(K_r, -1, -2)) / 2, M_r
+
+
+def _node_dofs(nodes: Any) -> Index:
+    return (6 * np.asarray(nodes, dtype=np.intp)[:, None] + np.arange(6)).ravel()
+
+
+def _node_dofs_each(nodes: Index) -> Index:
+    return (6 * nodes[..., None] + np.arange(6)).reshape(len(nodes), 6 * nodes.shape[1])
