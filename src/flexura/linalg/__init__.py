@@ -1,6 +1,19 @@
-"""Factorisations, eigenvalue solvers and inertia counts; no physics."""
+"""Factorisations, eigenvalue solvers, inertia counts and proven bounds; no physics."""
 
-from flexura.linalg.eigen import Eigenpairs, factorise, is_definite, lowest, residuals
-from flexura.linalg.inertia import count_below
+from flexura.linalg.eigen import Eigenpairs, factorise, is_definite, lowest, residual_intervals, residuals
+from flexura.linalg.enclosures import Enclosures, enclose
+from flexura.linalg.inertia import ShiftedFactors, count_below, shifted_factors
 
-__all__ = ["Eigenpairs", "count_below", "factorise", "is_definite", "lowest", "residuals"]
+__all__ = [
+    "Eigenpairs",
+    "Enclosures",
+    "ShiftedFactors",
+    "count_below",
+    "enclose",
+    "factorise",
+    "is_definite",
+    "lowest",
+    "residual_intervals",
+    "residuals",
+    "shifted_factors",
+]

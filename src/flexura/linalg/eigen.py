@@ -18,7 +18,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg.inertia import count_below
+from flexura.linalg.inertia import count_below, scaled
 
 Array = NDArray[np.float64]
 Matrix = Any
@@ -75,7 +75,7 @@ def is_definite(K: Matrix) -> bool:
             return False
     else:
         try:
-            pivots = factorise((sp.diags(d) @ sp.csc_matrix(K) @ sp.diags(d)).tocsc()).U.diagonal()
+            pivots = factorise(scaled(sp.csc_matrix(K), d)).U.diagonal()
         except SolverError:
             return False
     return bool(pivots.min() > SINGULAR_PIVOT)
@@ -95,17 +95,37 @@ def residuals(K: Matrix, M: Matrix, pairs: Eigenpairs) -> Array:
     |(lambda - s) / (mu - s) - 1| <= |r| (Krylov and Weinstein, Parlett 1980, sec. 4.5). s is zero for definite K, else
     minus the lowest nonzero eigenvalue of the pairs (minus one when all are zero).
     """
+    return _weinstein(K, M, pairs)[0]
+
+
+def residual_intervals(K: Matrix, M: Matrix, pairs: Eigenpairs) -> tuple[Array, Array]:
+    """Bounds (k,), (k,) between which some eigenvalue lies, for each pair (Krylov and Weinstein; theory eq. C5).
+
+    The residuals, as in `residuals`, are widened for round-off in the entries of K. The upper bound is infinite where
+    the residual is one or more.
+    """
+    radius, shift = _weinstein(K, M, pairs)
+    distance = pairs.values - shift
+    size = np.einsum("ik,ik->k", pairs.vectors, M @ pairs.vectors)
+    stiff = np.einsum("ik,ik->k", abs(pairs.vectors), abs(K) @ abs(pairs.vectors))
+    radius = radius + 32 * np.finfo(float).eps * stiff / (size * distance)
+    upper = np.where(radius < 1, shift + distance / np.where(radius < 1, 1 - radius, 1.0), np.inf)
+    return shift + distance / (1 + radius), upper
+
+
+def _weinstein(K: Matrix, M: Matrix, pairs: Eigenpairs) -> tuple[Array, float]:
+    """The residuals and the shift that they refer to."""
     shift = 0.0
     if not is_definite(K):
         elastic = pairs.values[pairs.values > 0]
         shift = -float(elastic[0]) if len(elastic) else -1.0
     A = sp.csc_matrix(K - shift * M) if shift else sp.csc_matrix(K)
-    d = sp.diags(1 / np.sqrt(A.diagonal()))
+    d = 1 / np.sqrt(A.diagonal())
     Mx = M @ pairs.vectors
-    y = d @ factorise((d @ A @ d).tocsc()).solve(np.ascontiguousarray(d @ Mx))
+    y = d[:, None] * factorise(scaled(A, d)).solve(np.ascontiguousarray(d[:, None] * Mx))
     r = (pairs.values - shift) * y - pairs.vectors
     size = np.einsum("ik,ik->k", pairs.vectors, Mx)
-    return np.sqrt(np.abs(np.einsum("ik,ik->k", r, M @ r)) / size)
+    return np.sqrt(np.abs(np.einsum("ik,ik->k", r, M @ r)) / size), shift
 
 
 def _toarray(A: Matrix) -> Array:
@@ -143,8 +163,8 @@ def factorise(A: sp.csc_matrix) -> spla.SuperLU:
 
 
 def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eigenpairs:
-    scale = sp.diags(1 / np.sqrt(K.diagonal() - shift * M.diagonal()))
-    Ks, Ms = (scale @ K @ scale).tocsc(), (scale @ M @ scale).tocsc()
+    d = 1 / np.sqrt(K.diagonal() - shift * M.diagonal())
+    Ks, Ms = scaled(K, d), scaled(M, d)
     solve = factorise((Ks - shift * Ms).tocsc()).solve
     found = _lanczos(Ks, Ms, solve, count, shift, np.empty((K.shape[0], 0)))
     while True:
@@ -160,7 +180,7 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eig
             np.concatenate([found.values, more.values])[order],
             np.hstack([found.vectors, more.vectors])[:, order],
         )
-    return Eigenpairs(found.values[:count], np.asarray(scale @ found.vectors[:, :count]))
+    return Eigenpairs(found.values[:count], d[:, None] * found.vectors[:, :count])
 
 
 def _lanczos(Ks: Any, Ms: Any, solve: Any, count: int, shift: float, known: Array) -> Eigenpairs:

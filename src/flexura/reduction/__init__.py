@@ -1,7 +1,8 @@
 """From full order to low order: constraint modes, Craig-Bampton, and quick evaluation of many designs."""
 
-from flexura.reduction.craig_bampton import ReducedPart, craig_bampton
+from flexura.reduction.certificate import Certificate, certify
+from flexura.reduction.craig_bampton import CraigBampton, ReducedPart
 from flexura.reduction.low_order import natural_frequencies, reduce
 from flexura.reduction.model import LowOrderModel
 
-__all__ = ["LowOrderModel", "ReducedPart", "craig_bampton", "natural_frequencies", "reduce"]
+__all__ = ["Certificate", "CraigBampton", "LowOrderModel", "ReducedPart", "certify", "natural_frequencies", "reduce"]

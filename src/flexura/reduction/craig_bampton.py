@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg import count_below, factorise, lowest
+from flexura.linalg import Eigenpairs, count_below, factorise, lowest
+from flexura.linalg.eigen import DENSE_LIMIT
+from flexura.linalg.inertia import scaled
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -30,59 +34,81 @@ class ReducedPart:
     frequencies: Array
 
 
-def constraint_modes(K: sp.csc_matrix, interior: Index, boundary: Index) -> Array:
-    """Interior displacements (i, b) for unit displacements of each boundary DOF, eq. 6: -K_ii^-1 K_ib (theory eq. 39).
+class CraigBampton:
+    """Constraint modes and fixed-interface normal modes of K, M (n, n), SI, each worked out when first asked for.
 
     Raises SolverError when part of the interior can move freely with the boundary held.
     """
-    if not len(interior):
-        return np.zeros((0, len(boundary)))
-    K_ii = K[interior][:, interior].tocsc()
-    d = sp.diags(1 / np.sqrt(K_ii.diagonal()))
-    right = (d @ K[interior][:, boundary]).toarray()
-    return -np.asarray(d @ factorise((d @ K_ii @ d).tocsc()).solve(right))
+
+    def __init__(self, K: Any, M: Any, interior: Index, boundary: Index) -> None:
+        self.K, self.M = (_workable(A) for A in (K, M))
+        self.interior, self.boundary = interior, boundary
+        if len(interior) and not (self.K.diagonal()[interior] > 0).all():
+            raise SolverError("a node inside a substructure has no stiffness in some direction")
+        rows = self.K[interior]
+        self._K_ii, self._K_ib = rows[:, interior], rows[:, boundary]
+        self._M_ii = self.M[interior][:, interior]
+        self._found = Eigenpairs(np.empty(0), np.empty((len(interior), 0)))
+
+    @cached_property
+    def constraint_modes(self) -> Array:
+        """Interior displacements (i, b) for unit displacements of each boundary DOF, eq. 6: -K_ii^-1 K_ib (theory
+        eq. 39)."""
+        if not len(self.interior):
+            return np.zeros((0, len(self.boundary)))
+        d = 1 / np.sqrt(self._K_ii.diagonal())
+        if isinstance(self._K_ii, np.ndarray):
+            try:
+                factor = la.cho_factor(self._K_ii * d[:, None] * d, check_finite=False)
+            except la.LinAlgError:
+                raise SolverError("the interior of a substructure can move freely with its interface held") from None
+            return -d[:, None] * la.cho_solve(factor, d[:, None] * self._K_ib, check_finite=False)
+        return -d[:, None] * factorise(scaled(self._K_ii, d)).solve(d[:, None] * self._K_ib.toarray())
+
+    def count_below(self, hz: float) -> int:
+        """Number of fixed-interface normal modes below a frequency, Hz."""
+        return count_below(self._K_ii, self._M_ii, (2 * np.pi * hz) ** 2) if hz > 0 and len(self.interior) else 0
+
+    def normal_modes(self, count: int) -> Eigenpairs:
+        """The lowest `count` normal modes of the interior with the boundary held, eq. 2 (theory eq. 40): angular
+        frequencies squared (k,) and modes (i, k); those without mass are left out."""
+        count = min(count, len(self.interior))
+        if count > len(self._found.values):
+            pairs = lowest(self._K_ii, self._M_ii, count)
+            finite = np.isfinite(pairs.values)
+            self._found = Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
+        return Eigenpairs(self._found.values[:count], self._found.vectors[:, :count])
+
+    @cached_property
+    def _condensed(self) -> tuple[Array, Array, Array]:
+        """K (b, b) condensed, M times the constraint modes (n, b) and their mass (b, b)."""
+        n, b = self.K.shape[0], len(self.boundary)
+        T = np.zeros((n, b))
+        T[self.boundary, np.arange(b)] = 1.0
+        T[self.interior] = self.constraint_modes
+        K, MT = T.T @ (self.K @ T), self.M @ T
+        M = T.T @ MT
+        return (K + K.T) / 2, MT, (M + M.T) / 2
+
+    def reduced(self, count: int = 0) -> ReducedPart:
+        """The reduction with the lowest `count` normal modes (theory eqs. 41-42)."""
+        b = len(self.boundary)
+        pairs = self.normal_modes(count)
+        k = len(pairs.values)
+        T = np.zeros((self.K.shape[0], b + k))
+        T[self.boundary, np.arange(b)] = 1.0
+        T[self.interior, :b], T[self.interior, b:] = self.constraint_modes, pairs.vectors
+        condensed, MT, mass = self._condensed
+        K, M = np.zeros((b + k, b + k)), np.eye(b + k)
+        K[:b, :b], M[:b, :b] = condensed, mass
+        K[np.arange(b, b + k), np.arange(b, b + k)] = pairs.values
+        M[b:, :b] = pairs.vectors.T @ MT[self.interior]
+        M[:b, b:] = M[b:, :b].T
+        return ReducedPart(K, M, T, np.sqrt(pairs.values))
 
 
-def fixed_interface_modes(
-    K: sp.csc_matrix, M: sp.csc_matrix, interior: Index, count: int = 0, below_hz: float = 0.0
-) -> tuple[Array, Array]:
-    """Normal modes of the interior with the boundary held, eq. 2 (theory eq. 40): angular frequencies (k,) and modes
-    (i, k).
-
-    The lowest `count`, and all below `below_hz` Hz if that is more.
-    """
-    K_ii, M_ii = K[interior][:, interior].tocsc(), M[interior][:, interior].tocsc()
-    limit = (2 * np.pi * below_hz) ** 2
-    if limit and len(interior):
-        count = max(count, count_below(K_ii, M_ii, limit))
-    if not count or not len(interior):
-        return np.empty(0), np.empty((len(interior), 0))
-    pairs = lowest(K_ii, M_ii, count)
-    finite = np.isfinite(pairs.values)
-    return np.sqrt(pairs.values[finite]), pairs.vectors[:, finite]
-
-
-def craig_bampton(
-    K: Any, M: Any, interior: Index, boundary: Index, count: int = 0, below_hz: float = 0.0
-) -> ReducedPart:
-    """Reduce K, M (n, n), SI, to the boundary DOFs and kept fixed-interface normal modes (theory eqs. 41-42).
-
-    With count and below_hz zero these are the constraint modes alone, as in the RPR paper.
-    Raises SolverError when the interior is singular.
-    """
-    K, M = sp.csc_matrix(K), sp.csc_matrix(M)
-    n, b = K.shape[0], len(boundary)
-    if len(interior) and not (K.diagonal()[interior] > 0).all():
-        raise SolverError("a node inside a substructure has no stiffness in some direction")
-    omega, modes = fixed_interface_modes(K, M, interior, count, below_hz)
-    T = np.zeros((n, b + len(omega)))
-    T[boundary, np.arange(b)] = 1.0
-    T[interior, :b] = constraint_modes(K, interior, boundary)
-    T[interior, b:] = modes
-    MT = M @ T
-    M_r = T.T @ MT
-    K_r = np.zeros_like(M_r)
-    K_bb = T[:, :b].T @ (K @ T[:, :b])
-    K_r[:b, :b] = (K_bb + K_bb.T) / 2
-    K_r[np.arange(b, b + len(omega)), np.arange(b, b + len(omega))] = omega**2
-    return ReducedPart(K_r, (M_r + M_r.T) / 2, T, omega)
+def _workable(A: Any) -> Any:
+    """A as a dense array when it is small, where sparse matrices cost more to index than to solve, else by columns."""
+    if A.shape[0] > DENSE_LIMIT:
+        return sp.csc_matrix(A)
+    return A.toarray() if hasattr(A, "toarray") else np.asarray(A)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,15 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.errors import OptionError
 from flexura.linalg.stacked import lowest_values
 from flexura.mechanism.substructure import Mechanism
-from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
-from flexura.reduction.craig_bampton import ReducedPart
-from flexura.reduction.model import LowOrderModel, SubstructureBasis, static_nodes
-from flexura.structure.plan import Geometry, Plan, one_design, plan_of
+from flexura.reduction.assembler import LowOrderAssembler, low_order
+from flexura.reduction.model import LowOrderModel, assembled, static_nodes
+from flexura.structure.plan import Plan, one_design, plan_of
 
 Array = NDArray[np.float64]
 
-DENSE_ORDER = 1500
-"""Up to this order the low-order K and M are dense arrays, beyond it sparse."""
+Coordinates = Literal["modal", "substructures"]
 
 STACK = 32
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
@@ -31,56 +30,48 @@ def reduce(
     keep: int | Mapping[str, int] = 0,
     keep_below: float = 0.0,
     static_at: Sequence[str] | None = None,
+    tolerance: float | None = None,
+    up_to: float | None = None,
+    coordinates: Coordinates = "modal",
 ) -> LowOrderModel:
     """Reduce a mechanism by Craig-Bampton: constraint modes of every substructure, and normal modes on request.
 
     `keep` is the number of fixed-interface normal modes kept in each substructure (or a number by prototype name);
     `keep_below` keeps all below that frequency, Hz. With neither this is the model of the RPR paper.
+
+    With `tolerance` and `up_to` the modes to keep are found: the result is the smallest model of which every natural
+    frequency up to `up_to` Hz is proven to be within `tolerance`, relative, of the full-order model's, none missing.
+    Its `coordinates` are modal, or those of the substructures; `certificate` holds the
+    proof and `steps` say what was kept and why.
+
     Static response at the nodes `static_at` stays that of the full-order model through every further step; they must
     be kept, and are by default the mechanism's interface, or else its rigid bodies.
-    Raises ModelError for a description that cannot be used, OptionError for impossible options.
+    Raises ModelError for a description that cannot be used, OptionError for impossible options, SolverError for a
+    tolerance beyond round-off.
     """
     plan, single = plan_of(mechanism), one_design(parameters)
     assembler = low_order(plan)
     counts = kept_counts(assembler, keep)
     if not (np.isfinite(keep_below) and keep_below >= 0):
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")
+    if (tolerance is None) != (up_to is None):
+        raise OptionError("tolerance and up_to belong together: a relative error, and the frequency in Hz it holds to")
+    if tolerance is not None and (keep or keep_below):
+        raise OptionError("give either tolerance and up_to, or what to keep")
     plan.verify(single)
     values = plan.values(single)
     geometry = plan.geometry(values)
+    exact_at = static_nodes(assembler, static_at)
+    if tolerance is not None and up_to is not None:
+        from flexura.reduction.adaptive import reduce_to_tolerance
+
+        return reduce_to_tolerance(assembler, values, geometry, exact_at, tolerance, up_to, coordinates)
     matrices = plan.matrices(values, geometry)
-    parts = {
-        name: reducer.craig_bampton(matrices[name], counts[name], keep_below)
-        for name, reducer in assembler.reducers.items()
-    }
-    return assembled(assembler, values, geometry, parts, static_nodes(assembler, static_at))
-
-
-def assembled(
-    assembler: LowOrderAssembler,
-    values: Array,
-    geometry: Geometry,
-    parts: dict[str, ReducedPart],
-    exact_at: tuple[str, ...],
-) -> LowOrderModel:
-    """The low-order model made of reduced parts, each placed as often as its prototype."""
-    scatter = assembler.scatter(tuple(len(part.frequencies) for part in parts.values()))
-    K, M = [], []
-    for name, part in parts.items():
-        T = with_modes(assembler.transforms(geometry)[name], len(part.frequencies))
-        Tt = np.swapaxes(T, -1, -2)
-        K.append(Tt @ part.K @ T)
-        M.append(Tt @ part.M @ T)
-    build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
-    basis = SubstructureBasis(assembler, geometry, parts)
-    return LowOrderModel(assembler.plan, values, geometry, build(K), build(M), basis, (_step(parts),), exact_at)
-
-
-def _step(parts: dict[str, ReducedPart]) -> str:
-    kept = [
-        f"{len(part.frequencies)} of {name or 'mechanism'}" for name, part in parts.items() if len(part.frequencies)
-    ]
-    return "constraint modes of every substructure" + (f", fixed-interface modes: {', '.join(kept)}" if kept else "")
+    parts = {}
+    for name, reducer in assembler.reducers.items():
+        own = reducer.craig_bampton(matrices[name])
+        parts[name] = own.reduced(max(counts[name], own.count_below(keep_below)))
+    return assembled(assembler, values, geometry, parts, exact_at)
 
 
 def natural_frequencies(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import scipy.linalg as la
@@ -16,10 +16,13 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
 from flexura.mechanism.layout import TOP
 from flexura.mechanism.substructure import DOF_NAMES
-from flexura.reduction.assembler import LowOrderAssembler
+from flexura.reduction.assembler import LowOrderAssembler, with_modes
 from flexura.reduction.craig_bampton import ReducedPart
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.slots import Index
+
+if TYPE_CHECKING:
+    from flexura.reduction.certificate import Certificate
 
 Array = NDArray[np.float64]
 
@@ -100,6 +103,9 @@ class ProjectedBasis:
         return self.parent.recovery @ self.T
 
 
+DENSE_ORDER = 1500
+"""Up to this order the low-order K and M are dense arrays, beyond it sparse."""
+
 Basis: TypeAlias = SubstructureBasis | ProjectedBasis
 
 
@@ -121,6 +127,7 @@ class LowOrderModel:
     steps: tuple[str, ...] = ()
     static_nodes: tuple[str, ...] = ()
     residual: Array | None = None
+    certificate: Certificate | None = None
 
     @property
     def order(self) -> int:
@@ -191,10 +198,37 @@ class LowOrderModel:
         low = LowOrderModel(
             self.plan, self.values, self.geometry, (K + K.T) / 2, (M + M.T) / 2, basis, (*self.steps, step)
         )
-        if not self.static_nodes:
+        if not self.static_nodes or not is_definite(self.K):
             return low
         residual = self.compliance() - low._own_flexibility(self.static_nodes)
         return replace(low, static_nodes=self.static_nodes, residual=(residual + residual.T) / 2)
+
+
+def assembled(
+    assembler: LowOrderAssembler,
+    values: Array,
+    geometry: Geometry,
+    parts: dict[str, ReducedPart],
+    exact_at: tuple[str, ...],
+) -> LowOrderModel:
+    """The low-order model made of reduced parts, each placed as often as its prototype."""
+    scatter = assembler.scatter(tuple(len(part.frequencies) for part in parts.values()))
+    K, M = [], []
+    for name, part in parts.items():
+        T = with_modes(assembler.transforms(geometry)[name], len(part.frequencies))
+        Tt = np.swapaxes(T, -1, -2)
+        K.append(Tt @ part.K @ T)
+        M.append(Tt @ part.M @ T)
+    build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
+    basis = SubstructureBasis(assembler, geometry, parts)
+    return LowOrderModel(assembler.plan, values, geometry, build(K), build(M), basis, (_step(parts),), exact_at)
+
+
+def _step(parts: dict[str, ReducedPart]) -> str:
+    kept = [
+        f"{len(part.frequencies)} of {name or 'mechanism'}" for name, part in parts.items() if len(part.frequencies)
+    ]
+    return "constraint modes of every substructure" + (f", fixed-interface modes: {', '.join(kept)}" if kept else "")
 
 
 def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> tuple[str, ...]:

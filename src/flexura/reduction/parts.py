@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
-from flexura.reduction.craig_bampton import ReducedPart, craig_bampton
+from flexura.reduction.craig_bampton import CraigBampton
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.plan import Geometry
 from flexura.structure.scatter import Scatter
@@ -56,10 +56,9 @@ class PartReducer:
         M = [Tt @ matrices.elements.M @ T, *(lump.M[None] for lump in matrices.lumps if lump.M is not None)]
         return self._stiffness.sparse(K), self._mass.sparse(M)
 
-    def craig_bampton(self, matrices: PartMatrices, count: int, below_hz: float) -> ReducedPart:
-        """Craig-Bampton reduction with recovery, one design."""
-        K, M = self.assembled(matrices)
-        return craig_bampton(K, M, self.interior_dofs, self.boundary_dofs, count, below_hz)
+    def craig_bampton(self, matrices: PartMatrices) -> CraigBampton:
+        """Craig-Bampton modes, one design."""
+        return CraigBampton(*self.assembled(matrices), self.interior_dofs, self.boundary_dofs)
 
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""
