@@ -76,7 +76,9 @@ if TYPE_CHECKING:
     from flexura.modelfile import loads as loads
     from flexura.modelfile import save as save
     from flexura.modelfile import schema as schema
+    from flexura.reduction import Certificate as Certificate
     from flexura.reduction import LowOrderModel as LowOrderModel
+    from flexura.reduction import certify as certify
     from flexura.reduction import natural_frequencies as natural_frequencies
     from flexura.reduction import reduce as reduce
     from flexura.structure import FullOrderModel as FullOrderModel
@@ -98,7 +100,7 @@ _EXPORTS = {
         *("TabulatedContour", "Tube", "TwoAxisNotch", "VShapedContour", "parameter"),
     ),
     "flexura.modelfile": ("dumps", "load", "loads", "save", "schema"),
-    "flexura.reduction": ("LowOrderModel", "natural_frequencies", "reduce"),
+    "flexura.reduction": ("Certificate", "LowOrderModel", "certify", "natural_frequencies", "reduce"),
     "flexura.structure": ("FullOrderModel", "Plan", "assemble"),
     "flexura.view": ("draw_mechanism", "draw_mode", "save_pictures"),
 }

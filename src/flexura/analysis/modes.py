@@ -14,7 +14,8 @@ from flexura.analysis.motion import Motion, motions
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, count_below, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
-from flexura.reduction import LowOrderModel, reduce
+from flexura.reduction import Certificate, LowOrderModel, certify, reduce
+from flexura.reduction.certificate import certificate
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 
@@ -35,7 +36,9 @@ class Mode:
     """One mode.
 
     `relative_error` is the low-order frequency over the full-order one, less one; `mac` the mass-weighted modal
-    assurance criterion of the pair. All three are None when the low-order mode has no counterpart.
+    assurance criterion of the pair. All three are None when the low-order mode has no counterpart. `interval_hz` is
+    proven to contain a full-order frequency, that of the same number where `is_indexed` (see `Certificate`); an end
+    that is not proven is None.
     """
 
     number: int
@@ -44,6 +47,8 @@ class Mode:
     full_frequency_hz: float | None
     relative_error: float | None
     mac: float | None
+    interval_hz: tuple[float | None, float | None]
+    is_indexed: bool
     motion: Motion
 
 
@@ -64,6 +69,9 @@ class Modes:
     node_names: tuple[str, ...]
     parameters: dict[str, float]
     model: FullOrderModel
+    certificate: Certificate
+    steps: tuple[str, ...] = ()
+    """What the reduction kept and why."""
 
     def __repr__(self) -> str:
         hz = ", ".join(f"{mode.frequency_hz:.5g}" for mode in self.modes)
@@ -92,47 +100,61 @@ class Modes:
             "order": self.order,
             "full_order": self.full_order,
             "parameters": self.parameters,
+            "steps": list(self.steps),
             "modes": [asdict(mode) for mode in self.modes],
+            "certificate": self.certificate.to_dict(),
             "evidence": {**asdict(self.evidence), "complete": self.evidence.complete},
         }
 
 
 def modes(
-    mechanism: Mechanism | Plan,
+    mechanism: Mechanism | Plan | LowOrderModel,
     parameters: Mapping[str, float] | None = None,
     *,
     n: int = 6,
     order: Literal["low", "full"] = "low",
     keep: int | Mapping[str, int] = 0,
     keep_below: float = 0.0,
+    tolerance: float | None = None,
+    up_to: float | None = None,
 ) -> Modes:
     """The `n` lowest modes of the low-order model beside their full-order counterparts, or of the full model alone.
 
-    `parameters` replace default values; `keep` and `keep_below` (Hz) as in `reduce`. Raises ModelError, OptionError
-    and SolverError.
+    `parameters` replace default values; `keep`, `keep_below` (Hz), `tolerance` and `up_to` (Hz) as in `reduce`. With a
+    tolerance the modes are all those up to `up_to`, whatever n is. A model that `reduce` has made may stand in place of
+    the mechanism. Raises ModelError, OptionError and SolverError.
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
+    if isinstance(mechanism, LowOrderModel):
+        if parameters or order == "full" or keep or keep_below or tolerance is not None or up_to is not None:
+            raise OptionError("a reduced model has its design and its reduction already; only n can be asked of it")
+        full = assemble(mechanism.plan, mechanism.parameters)
+        return _low_modes(full, mechanism, min(n, mechanism.order), dict(mechanism.parameters))
     plan, single = plan_of(mechanism), one_design(parameters)
     full = assemble(plan, single)
     if full.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
     if order == "full":
         return _full_modes(full, min(n, full.order), single)
-    low = reduce(plan, single, keep=keep, keep_below=keep_below)
+    low = reduce(plan, single, keep=keep, keep_below=keep_below, tolerance=tolerance, up_to=up_to)
+    if tolerance is not None:
+        n = low.order
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held; keep normal modes, or ask for order full")
     return _low_modes(full, low, min(n, low.order), single)
 
 
 def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> Modes:
-    pairs = _finite(lowest(full.K, full.M, n))
+    more = _finite(lowest(full.K, full.M, n + 2))
+    proof = certificate(full.K, full.M, more, n)
+    pairs = Eigenpairs(more.values[:n], more.vectors[:, :n])
     u = full.node_displacements(pairs.vectors)
     hz = np.sqrt(np.maximum(pairs.values, 0)) / (2 * np.pi)
     found = tuple(
-        Mode(k + 1, float(f), float(2 * np.pi * f), float(f), 0.0, 1.0, motion)
+        Mode(k + 1, float(f), float(2 * np.pi * f), float(f), 0.0, 1.0, *_interval(proof, k), motion)
         for k, (f, motion) in enumerate(zip(hz, motions(full, u), strict=True))
     )
     below, count = _sturm(full, pairs.values, -1)
@@ -148,7 +170,7 @@ def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> M
         missed=(),
         more_missed=count - reported,
     )
-    return _result(full, full.order, found, evidence, u, parameters)
+    return _result(full, full.order, found, evidence, u, parameters, proof, ())
 
 
 def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dict[str, float]) -> Modes:
@@ -164,7 +186,10 @@ def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dic
     partner, mac = _pair(full, shapes, pairs.values, reference)
     full_hz = np.sqrt(np.maximum(reference.values, 0)) / (2 * np.pi)
     u = full.node_displacements(shapes[:, :n])
-    found = tuple(_mode(k, pairs, full_hz, partner, mac, motion) for k, motion in enumerate(motions(full, u)))
+    proof = low.certificate
+    if proof is None or len(proof.frequency_hz) < n:
+        proof = certify(low, full, n=n)
+    found = tuple(_mode(k, pairs, full_hz, partner, mac, proof, motion) for k, motion in enumerate(motions(full, u)))
     lost = np.setdiff1d(np.flatnonzero(full_hz <= below), partner) if count > low_count else np.empty(0, dtype=np.intp)
     lost_motions = motions(full, full.node_displacements(reference.vectors[:, lost]))
     evidence = Evidence(
@@ -180,15 +205,24 @@ def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dic
         ),
         more_missed=max(count - low_count - len(lost), 0),
     )
-    return _result(full, low.order, found, evidence, u, parameters)
+    return _result(full, low.order, found, evidence, u, parameters, proof, low.steps)
 
 
-def _mode(k: int, pairs: Eigenpairs, full_hz: Array, partner: Array, mac: list[float], motion: Motion) -> Mode:
+def _mode(
+    k: int, pairs: Eigenpairs, full_hz: Array, partner: Array, mac: list[float], proof: Certificate, motion: Motion
+) -> Mode:
     hz = float(np.sqrt(max(pairs.values[k], 0.0)) / (2 * np.pi))
     if partner[k] < 0:
-        return Mode(k + 1, hz, 2 * np.pi * hz, None, None, None, motion)
+        return Mode(k + 1, hz, 2 * np.pi * hz, None, None, None, *_interval(proof, k), motion)
     beside = float(full_hz[partner[k]])
-    return Mode(k + 1, hz, 2 * np.pi * hz, beside, hz / beside - 1 if beside else 0.0, mac[k], motion)
+    error = hz / beside - 1 if beside else 0.0
+    return Mode(k + 1, hz, 2 * np.pi * hz, beside, error, mac[k], *_interval(proof, k), motion)
+
+
+def _interval(proof: Certificate, k: int) -> tuple[tuple[float | None, float | None], bool]:
+    """The proven interval of a frequency, and whether it is for that of the same number."""
+    lower, upper = (float(bound[k]) if np.isfinite(bound[k]) else None for bound in (proof.lower_hz, proof.upper_hz))
+    return (lower, upper), bool(proof.is_indexed[k])
 
 
 def _finite(pairs: Eigenpairs) -> Eigenpairs:
@@ -238,7 +272,9 @@ def _result(
     evidence: Evidence,
     u: Array,
     parameters: dict[str, float],
+    proof: Certificate,
+    steps: tuple[str, ...],
 ) -> Modes:
     names = tuple(full.plan.topology.node_names)
     name = full.plan.mechanism.name
-    return Modes(name, order, full.order, found, evidence, u, names, parameters, full)
+    return Modes(name, order, full.order, found, evidence, u, names, parameters, full, proof, steps)

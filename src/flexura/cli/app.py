@@ -61,6 +61,13 @@ def modes_command(
     keep_below: Annotated[
         float, typer.Option(metavar="HZ", min=0.0, help="Keep all fixed-interface normal modes below this frequency.")
     ] = 0.0,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(metavar="REL", help="Find the smallest model proven to this relative error, e.g. 1e-3."),
+    ] = None,
+    up_to: Annotated[
+        float | None, typer.Option(metavar="HZ", help="With --tolerance: for all frequencies up to this one.")
+    ] = None,
     set: Settings = None,
     as_json: Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures of the modes here.")] = None,
@@ -70,9 +77,10 @@ def modes_command(
     from flexura.cli import tables
 
     mechanism, parameters = _read(file, set)
-    if order is Order.full and (keep or keep_below):
-        raise OptionError("--keep and --keep-below belong to --order low")
-    result = modes(mechanism, parameters, n=n, order=order.value, keep=keep, keep_below=keep_below)
+    if order is Order.full and (keep or keep_below or tolerance is not None or up_to is not None):
+        raise OptionError("--keep, --keep-below, --tolerance and --up-to belong to --order low")
+    reduction = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
+    result = modes(mechanism, parameters, n=n, order=order.value, **reduction)
     pictures: list[Path] = []
     if plot is not None:
         pictures = _plot(result, plot)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from rich.console import Console
@@ -30,14 +31,18 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
     if not full_only:
         table.add_column("full Hz", justify="right")
         table.add_column("difference", justify="right")
+    table.add_column("proven", justify="right")
     table.add_column("what moves", overflow="fold")
     for mode in result.modes:
         row = [str(mode.number), f"{mode.frequency_hz:.5g}", f"{mode.angular_frequency:.5g}"]
         if not full_only:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
             row += [_difference(mode)]
+        row += [_proven(mode)]
         table.add_row(*row, mode.motion.summary)
     console.print(table)
+    for step in result.steps:
+        console.print(step, markup=False)
     _print_evidence(console, result.evidence)
     for path in pictures:
         console.print(f"wrote {path}", markup=False)
@@ -48,6 +53,18 @@ def _difference(mode: Mode) -> str:
     if mode.relative_error is None or mode.mac is None:
         return ""
     return f"{100 * mode.relative_error:+.2g} %" + (f" (MAC {mode.mac:.2f})" if mode.mac < 0.98 else "")
+
+
+def _proven(mode: Mode) -> str:
+    """How far from a full-order frequency of the same number a frequency can be; else the interval that has some."""
+    lower, upper = mode.interval_hz
+    if not mode.is_indexed:
+        return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
+    if lower is None or upper is None or not mode.frequency_hz:
+        return "" if mode.frequency_hz else "zero"
+    error = 100 * max(upper / mode.frequency_hz - 1, 1 - lower / mode.frequency_hz)
+    digit = 10.0 ** (math.floor(math.log10(error)) - 1) if error > 0 else 1.0
+    return f"within {math.ceil(error / digit) * digit:.2g} %"
 
 
 def _print_evidence(console: Console, evidence: Evidence) -> None:
@@ -76,7 +93,9 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
     rest = len(e.missed) - 12 + e.more_missed
     if rest > 0:
         console.print(f"    and {rest} more", markup=False)
-    console.print("  keep fixed-interface normal modes to see them: --keep 2, or --keep-below HZ", markup=False)
+    console.print(
+        "  keep fixed-interface normal modes to see them: --tolerance 1e-3 --up-to HZ, or --keep 2", markup=False
+    )
 
 
 def print_check(report: CheckReport) -> None:

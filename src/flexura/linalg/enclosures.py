@@ -75,7 +75,8 @@ def enclose(K: Any, M: Any, vectors: Array, rho: float) -> Enclosures:
     upper, _ = _ritz(X.T @ KX, gram)
     theta, Z = _ritz(inverse, gram)
     with np.errstate(divide="ignore"):
-        lower = np.where(theta < 0, rho + 1 / theta, -np.inf)
+        # an error DOT max|theta| of theta moves 1/theta by that over theta^2
+        lower = np.where(theta < 0, rho + 1 / theta - DOT * np.abs(theta).max() / theta**2, -np.inf)
     order = np.argsort(lower, kind="stable")
     remainder = (Y @ Z - theta * (X @ Z))[:, order]
     return Enclosures(rho, factors.count, lower[order] - slack, upper + slack, remainder)

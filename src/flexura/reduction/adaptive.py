@@ -65,7 +65,7 @@ class _Refinement:
             wanted *= 2
 
     def shares(self, remainder: Array) -> dict[str, float]:
-        """Share of residuals (n, k) in the interior of each prototype, all its copies together (theory eq. C8)."""
+        """Share of residuals (n, k) in the interior of each prototype, all its copies together (theory eq. C6)."""
         density = np.einsum("ik,ik->i", remainder, self.M @ remainder)
         topology = self.assembler.plan.topology
         found = {}

@@ -15,8 +15,8 @@ from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
-CLUSTER = 1e-4
-"""Relative distance below which two eigenvalues are not told apart by a shift between them."""
+CLUSTER = 1e-3
+"""Relative distance of two eigenvalues below which no shift is set between them: so close to both it loses digits."""
 
 REACH = 1.5
 """Largest ratio of the shift to the last eigenvalue that is certified: a distant shift widens the intervals."""
@@ -72,7 +72,7 @@ def certify(
     """Prove intervals for the `n` lowest frequencies of a low-order model, or for all up to `up_to` Hz.
 
     Upper bounds are Ritz values, lower bounds those of Lehmann and Maehly; where the low-order model misses a mode
-    the intervals of Krylov and Weinstein remain (theory eqs. C1-C6). `full` is assembled when it is not given.
+    the intervals of Krylov and Weinstein remain (theory eqs. C1-C5). `full` is assembled when it is not given.
     Raises OptionError for impossible options and SolverError when a factorisation fails.
     """
     if n < 1 or (up_to is not None and not (np.isfinite(up_to) and up_to > 0)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -65,13 +66,14 @@ def reduce(
     if tolerance is not None and up_to is not None:
         from flexura.reduction.adaptive import reduce_to_tolerance
 
-        return reduce_to_tolerance(assembler, values, geometry, exact_at, tolerance, up_to, coordinates)
+        low = reduce_to_tolerance(assembler, values, geometry, exact_at, tolerance, up_to, coordinates)
+        return replace(low, parameters=single)
     matrices = plan.matrices(values, geometry)
     parts = {}
     for name, reducer in assembler.reducers.items():
         own = reducer.craig_bampton(matrices[name])
         parts[name] = own.reduced(max(counts[name], own.count_below(keep_below)))
-    return assembled(assembler, values, geometry, parts, exact_at)
+    return replace(assembled(assembler, values, geometry, parts, exact_at), parameters=single)
 
 
 def natural_frequencies(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -128,6 +128,7 @@ class LowOrderModel:
     static_nodes: tuple[str, ...] = ()
     residual: Array | None = None
     certificate: Certificate | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def order(self) -> int:
@@ -195,8 +196,16 @@ class LowOrderModel:
         """
         K, M = (np.asarray(T.T @ (A @ T)) for A in (self.K, self.M))
         basis = ProjectedBasis(self.basis, T, names)
-        low = LowOrderModel(
-            self.plan, self.values, self.geometry, (K + K.T) / 2, (M + M.T) / 2, basis, (*self.steps, step)
+        steps = (*self.steps, step)
+        low = replace(
+            self,
+            K=(K + K.T) / 2,
+            M=(M + M.T) / 2,
+            basis=basis,
+            steps=steps,
+            static_nodes=(),
+            residual=None,
+            certificate=None,
         )
         if not self.static_nodes or not is_definite(self.K):
             return low
