@@ -18,7 +18,7 @@ from verification_report import Case
 
 from flexura.linalg import lowest
 from flexura.mechanism import Box, Link, Material, Mechanism, Rectangle, RigidBody
-from flexura.reduction.low_order import reduce
+from flexura.reduction import certify, reduce
 from flexura.structure import assemble
 
 
@@ -137,6 +137,15 @@ def test_constraint_modes_alone_miss_the_blades_own_modes(verify):
     assert six[0] == pytest.approx(full[0], rel=1e-3)
     assert six[1] > 2 * full[1]
     assert not ((six > 0.5 * own) & (six < 2 * own)).any()
+    proof = certify(paper, n=6)
+    assert proof.missing == int((frequencies(heavy, 100) < proof.below_hz).sum()) - 6 == 80
+    assert proof.lower_hz[0] <= full[0] <= proof.upper_hz[0]
+    assert proof.is_indexed.tolist() == [True] + [False] * 5
+    small = reduce(heavy, tolerance=1e-3, up_to=1.2 * own)
+    found = hertz(small.K, small.M, small.order)
+    expected = full[full < 1.2 * own]
+    assert small.order == len(expected)
+    np.testing.assert_allclose(found, expected, rtol=1e-3)
     every = reduce(heavy, keep=EVERY_MODE)
     np.testing.assert_allclose(np.sqrt(lowest(every.K, every.M, 12).values) / (2 * np.pi), full, rtol=1e-7)
 
