@@ -59,12 +59,11 @@ def enclose(K: Any, M: Any, vectors: Array, rho: float) -> Enclosures:
     """
     factors = shifted_factors(K, M, rho)
     rho = factors.value
-    wide = _extended(K)
     X, MX = vectors, M @ vectors
-    KX = _product(wide, X)
     Y = factors.solve(MX)
     Y += factors.solve(MX - (K @ Y - rho * (M @ Y)))
-    rest = MX - (_product(wide, Y) - rho * (M @ Y))
+    KX, KY = np.hsplit(_product(K, np.hstack([X, Y])), 2)
+    rest = MX - (KY - rho * (M @ Y))
     # x' M C x exactly: the error of Y comes in as rest' (K - rho M)^-1 rest
     inverse = Y.T @ MX + Y.T @ rest + rest.T @ factors.solve(rest)
     gram = X.T @ MX
@@ -82,14 +81,11 @@ def enclose(K: Any, M: Any, vectors: Array, rho: float) -> Enclosures:
     return Enclosures(rho, factors.count, lower[order] - slack, upper + slack, remainder)
 
 
-def _extended(A: Any) -> Any:
-    """A symmetric matrix in extended precision; a sparse one by rows, which are its columns."""
-    wide = A.astype(Extended)
-    return wide.tocsc().T if sp.issparse(A) else wide
-
-
-def _product(wide: Any, X: Array) -> Array:
-    """A product that cancels, in extended precision, rounded to double."""
+def _product(K: Any, X: Array) -> Array:
+    """K X, which cancels, in extended precision and rounded to double; K symmetric."""
+    wide = K.astype(Extended)
+    if sp.issparse(wide):
+        wide = wide.tocsc().T  # by rows, which are the columns
     return np.asarray(wide @ X.astype(Extended), dtype=np.float64)
 
 

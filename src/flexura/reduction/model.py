@@ -69,6 +69,27 @@ class SubstructureBasis:
         where = (np.concatenate(rows), np.concatenate(columns))
         return sp.csr_matrix((np.concatenate(entries), where), shape=(topology.n_dof, first))
 
+    def recover(self, coordinates: Array) -> Array:
+        """Full-order DOF vectors (full order, k) for coordinates (n, k), without forming the recovery."""
+        topology = self.assembler.plan.topology
+        physical = topology.dof.ravel()[self.assembler.physical]
+        found = np.empty((topology.n_dof, coordinates.shape[1]))
+        found[physical] = coordinates[: len(physical)]
+        first = len(physical)
+        padded = np.vstack([coordinates, np.zeros((1, coordinates.shape[1]))])
+        for name, part in self.parts.items():
+            own, k = self.assembler.reducers[name].part, len(part.frequencies)
+            if len(own.interior):
+                q = padded[self.assembler.coordinates(name, k, first)]
+                b = q.shape[1] - k
+                q[:, :b] = self.assembler.transforms(self.geometry)[name] @ q[:, :b]
+                number = np.array(topology.placed[name].offset)[:, None] + own.interior
+                G = self.assembler.plan.node_transforms(name, own.interior, self.geometry)
+                inside = (part.T[self.assembler.reducers[name].interior_dofs] @ q).reshape(*number.shape, 6, -1)
+                found[topology.dof[number]] = np.swapaxes(G, -1, -2) @ inside
+            first += k * len(topology.placed[name].paths)
+        return found
+
     def _interior_rows(self, name: str, part: ReducedPart) -> tuple[Index, Array]:
         """Full-order DOF numbers (copies, i) of the interior and their recovery (copies, i, b + k), global frame."""
         plan, reducer = self.assembler.plan, self.assembler.reducers[name]
@@ -100,7 +121,11 @@ class ProjectedBasis:
     @cached_property
     def recovery(self) -> Any:
         """All DOFs of the full-order model from the coordinates."""
-        return self.parent.recovery @ self.T
+        return self.parent.recover(self.T)
+
+    def recover(self, coordinates: Array) -> Array:
+        """Full-order DOF vectors (full order, k) for coordinates (n, k)."""
+        return self.parent.recover(self.T @ coordinates)
 
 
 DENSE_ORDER = 1500
@@ -114,8 +139,8 @@ class LowOrderModel:
     """K and M of a low-order model, and how to get every physical displacement back.
 
     K, M: (n, n), dense or sparse, SI; rows follow `coordinate_names`. `steps` say in words what was kept and why.
-    Static response is that of the full-order model at the `static_nodes`: `residual` (6k, 6k) is the flexibility that
-    the coordinates alone lack there.
+    Static response is that of the full-order model at the `static_nodes`: `residual` is the flexibility that the
+    coordinates alone lack there. `origin` is the model that this one was projected from.
     """
 
     plan: Plan
@@ -126,7 +151,7 @@ class LowOrderModel:
     basis: Basis
     steps: tuple[str, ...] = ()
     static_nodes: tuple[str, ...] = ()
-    residual: Array | None = None
+    origin: LowOrderModel | None = None
     certificate: Certificate | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
 
@@ -152,7 +177,7 @@ class LowOrderModel:
 
     def recover(self, coordinates: Array) -> Array:
         """Full-order DOF vectors (full order, k) for low-order coordinates (n, k)."""
-        return self.recovery @ coordinates
+        return self.basis.recover(coordinates)
 
     def node_rows(self, nodes: Sequence[str]) -> Array:
         """B (6k, n): displacements tx ty tz rx ry rz of named nodes, global frame, from the coordinates.
@@ -178,6 +203,14 @@ class LowOrderModel:
         own = self._own_flexibility(nodes)
         return own if self.residual is None else own + self.residual[np.ix_(at, at)]
 
+    @cached_property
+    def residual(self) -> Array | None:
+        """Flexibility (6k, 6k) at the static nodes that the coordinates alone lack; None where they lack none."""
+        if self.origin is None:
+            return None
+        lost = self.origin.compliance(self.static_nodes) - self._own_flexibility(self.static_nodes)
+        return (lost + lost.T) / 2
+
     def _own_flexibility(self, nodes: Sequence[str]) -> Array:
         """Flexibility (6k, 6k) at named nodes of the coordinates alone."""
         if not is_definite(self.K):
@@ -190,27 +223,13 @@ class LowOrderModel:
 
     def projected(self, T: Any, names: list[str], step: str) -> LowOrderModel:
         """The model in fewer coordinates q with this one's = T q, T (n, r); static response at the static nodes stays
-        exact (theory eq. R1).
+        exact, by their `residual` flexibility (theory eq. R1).
 
-        K and M become T' K T and T' M T; the flexibility that is lost at the static nodes goes to `residual`.
+        K and M become T' K T and T' M T.
         """
         K, M = (np.asarray(T.T @ (A @ T)) for A in (self.K, self.M))
-        basis = ProjectedBasis(self.basis, T, names)
-        steps = (*self.steps, step)
-        low = replace(
-            self,
-            K=(K + K.T) / 2,
-            M=(M + M.T) / 2,
-            basis=basis,
-            steps=steps,
-            static_nodes=(),
-            residual=None,
-            certificate=None,
-        )
-        if not self.static_nodes or not is_definite(self.K):
-            return low
-        residual = self.compliance() - low._own_flexibility(self.static_nodes)
-        return replace(low, static_nodes=self.static_nodes, residual=(residual + residual.T) / 2)
+        basis, steps = ProjectedBasis(self.basis, T, names), (*self.steps, step)
+        return replace(self, K=(K + K.T) / 2, M=(M + M.T) / 2, basis=basis, steps=steps, origin=self, certificate=None)
 
 
 def assembled(
