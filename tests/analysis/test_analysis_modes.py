@@ -165,3 +165,36 @@ def test_check_counts() -> None:
     assert report.low_order == 6
     assert report.held == {"f1": fx.DOF_NAMES, "f2": fx.DOF_NAMES}
     assert report.rigid_bodies == {"table": pytest.approx(0.1)}
+
+
+def test_a_reduced_model_stands_in_place_of_the_mechanism():
+    low = fx.reduce(guide(), tolerance=1e-4, up_to=700.0)
+    own, direct = fx.modes(low, n=2), fx.modes(guide(), n=2, tolerance=1e-4, up_to=700.0)
+    np.testing.assert_allclose(own.frequency_hz, direct.frequency_hz[:2], rtol=1e-9)
+    assert own.order == low.order and own.steps == low.steps
+    for mode in own.modes:
+        lower, upper = mode.interval_hz
+        assert (
+            mode.is_indexed
+            and lower <= mode.full_frequency_hz * (1 + 1e-9)
+            and mode.full_frequency_hz <= upper * (1 + 1e-9)
+        )
+        assert upper / lower < 1 + 3e-4
+    with pytest.raises(fx.OptionError, match="already"):
+        fx.modes(low, keep=2)
+
+
+def test_intervals_of_the_full_model_are_those_of_round_off():
+    result = fx.modes(guide(), n=3, order="full")
+    assert result.certificate.is_complete
+    assert result.certificate.error_bound.max() < 1e-8  # what bounds are widened by for round-off
+    data = json.loads(json.dumps(result.to_dict()))
+    assert data["certificate"]["missing"] == 0
+    assert data["modes"][0]["interval_hz"][0] <= data["modes"][0]["frequency_hz"] * (1 + 1e-9)
+
+
+def test_a_missing_mode_widens_intervals_and_is_counted():
+    result = fx.modes(guide(), n=6)
+    assert result.certificate.missing >= len(result.evidence.missed) > 0
+    assert not result.modes[-1].is_indexed
+    assert result.modes[0].is_indexed
