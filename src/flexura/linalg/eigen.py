@@ -18,7 +18,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg.inertia import count_below, scaled
+from flexura.linalg.inertia import count_below, scaled, stable_factors
 
 Array = NDArray[np.float64]
 Matrix = Any
@@ -168,10 +168,7 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eig
     solve = factorise((Ks - shift * Ms).tocsc()).solve
     found = _lanczos(Ks, Ms, solve, count, shift, np.empty((K.shape[0], 0)))
     while True:
-        # whether copies of the last eigenvalue itself are left over does not matter
-        below = float(found.values[:count].max())
-        below -= 1e-6 * abs(below) + 1e-3 * abs(shift)
-        missing = count_below(Ks, Ms, below) - int((found.values < below).sum())
+        missing = _missing(Ks, Ms, found.values, float(found.values[:count].max()), shift)
         if missing <= 0:
             break
         more = _lanczos(Ks, Ms, solve, missing, shift, found.vectors)
@@ -181,6 +178,20 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eig
             np.hstack([found.vectors, more.vectors])[:, order],
         )
     return Eigenpairs(found.values[:count], d[:, None] * found.vectors[:, :count])
+
+
+def _missing(Ks: Any, Ms: Any, values: Array, last: float, shift: float) -> int:
+    """How many eigenvalues below `last` are not among `values`; copies of `last` itself do not matter.
+
+    The count is made a little below it, further off where a factorisation so close to eigenvalues is unstable.
+    """
+    for offset in (1e-6, 1e-5, 1e-4):
+        below = last - offset * abs(last) - 1e-3 * abs(shift)
+        factors = stable_factors((Ks - below * Ms).tocsc(), below)
+        if factors is not None:
+            return factors.count - int((values < below).sum())
+    below = last - 1e-6 * abs(last) - 1e-3 * abs(shift)
+    return count_below(Ks, Ms, below) - int((values < below).sum())
 
 
 def _lanczos(Ks: Any, Ms: Any, solve: Any, count: int, shift: float, known: Array) -> Eigenpairs:

@@ -43,7 +43,7 @@ def shifted_factors(K: Any, M: Any, value: float) -> ShiftedFactors:
     if isinstance(K, np.ndarray):
         return _dense_factors(np.asarray(K) - value * np.asarray(M), value)
     for nudge in _NUDGES:
-        found = _sparse_factors((K - value * (1 + nudge) * M).tocsc(), value * (1 + nudge))
+        found = stable_factors((K - value * (1 + nudge) * M).tocsc(), value * (1 + nudge))
         if found is not None:
             return found
     if K.shape[0] <= DENSE_FALLBACK:
@@ -65,7 +65,8 @@ def scaled(A: sp.csc_matrix, d: Array) -> sp.csc_matrix:
     return sp.csc_matrix((data, A.indices, A.indptr), shape=A.shape)
 
 
-def _sparse_factors(A: sp.csc_matrix, value: float) -> ShiftedFactors | None:
+def stable_factors(A: sp.csc_matrix, value: float) -> ShiftedFactors | None:
+    """Factors of A = K - value M with diagonal pivots; None where those would be unstable."""
     d = np.sqrt(np.abs(A.diagonal()))
     d = 1 / np.where(d > 0, d, 1.0)
     A = scaled(A, d)
