@@ -71,6 +71,9 @@ if TYPE_CHECKING:
     from flexura.mechanism import TwoAxisNotch as TwoAxisNotch
     from flexura.mechanism import VShapedContour as VShapedContour
     from flexura.mechanism import parameter as parameter
+    from flexura.methods import Comparison as Comparison
+    from flexura.methods import ComparisonRow as ComparisonRow
+    from flexura.methods import compare as compare
     from flexura.modelfile import dumps as dumps
     from flexura.modelfile import load as load
     from flexura.modelfile import loads as loads
@@ -79,6 +82,8 @@ if TYPE_CHECKING:
     from flexura.reduction import Certificate as Certificate
     from flexura.reduction import LowOrderModel as LowOrderModel
     from flexura.reduction import certify as certify
+    from flexura.reduction import condense as condense
+    from flexura.reduction import interface_reduction as interface_reduction
     from flexura.reduction import natural_frequencies as natural_frequencies
     from flexura.reduction import reduce as reduce
     from flexura.structure import FullOrderModel as FullOrderModel
@@ -99,8 +104,17 @@ _EXPORTS = {
         *("SectionConstants", "Spring", "StraightContour", "Substructure", "Superelement", "Support"),
         *("TabulatedContour", "Tube", "TwoAxisNotch", "VShapedContour", "parameter"),
     ),
+    "flexura.methods": ("Comparison", "ComparisonRow", "compare"),
     "flexura.modelfile": ("dumps", "load", "loads", "save", "schema"),
-    "flexura.reduction": ("Certificate", "LowOrderModel", "certify", "natural_frequencies", "reduce"),
+    "flexura.reduction": (
+        "Certificate",
+        "LowOrderModel",
+        "certify",
+        "condense",
+        "interface_reduction",
+        "natural_frequencies",
+        "reduce",
+    ),
     "flexura.structure": ("FullOrderModel", "Plan", "assemble"),
     "flexura.view": ("draw_mechanism", "draw_mode", "save_pictures"),
 }

@@ -54,7 +54,7 @@ def holds(proof, true) -> bool:
 @given(mechanisms(), st.integers(0, 3), st.integers(1, 12))
 def test_certificates_hold(mechanism, keep, n):
     low, model = fx.reduce(mechanism, keep=keep), fx.assemble(mechanism)
-    assume(0 < low.order and model.order < 700)
+    assume(low.order > 0 and model.order < 700)
     assert holds(certify(low, model, n=n), true_frequencies(model))
 
 

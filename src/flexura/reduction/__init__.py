@@ -1,8 +1,20 @@
 """From full order to low order: constraint modes, Craig-Bampton, and quick evaluation of many designs."""
 
 from flexura.reduction.certificate import Certificate, certify
+from flexura.reduction.condensation import condense
 from flexura.reduction.craig_bampton import CraigBampton, ReducedPart
+from flexura.reduction.interface import interface_reduction
 from flexura.reduction.low_order import natural_frequencies, reduce
 from flexura.reduction.model import LowOrderModel
 
-__all__ = ["Certificate", "CraigBampton", "LowOrderModel", "ReducedPart", "certify", "natural_frequencies", "reduce"]
+__all__ = [
+    "Certificate",
+    "CraigBampton",
+    "LowOrderModel",
+    "ReducedPart",
+    "certify",
+    "condense",
+    "interface_reduction",
+    "natural_frequencies",
+    "reduce",
+]

@@ -11,6 +11,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, Enclosures, count_below, enclose, lowest
 from flexura.reduction.assembler import LowOrderAssembler
 from flexura.reduction.certificate import HERTZ, Certificate, cluster_end, from_enclosures, shift_beyond
+from flexura.reduction.condensation import condense
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.reduction.low_order import Coordinates
 from flexura.reduction.model import LowOrderModel, assembled
@@ -136,8 +137,8 @@ def _refuse_impossible(tolerance: float, up_to: float, coordinates: str) -> None
         raise OptionError(f"tolerance is a relative error between 0 and 1, such as 1e-3, not {tolerance}")
     if not (np.isfinite(up_to) and up_to > 0):
         raise OptionError(f"up_to is a positive frequency in Hz, not {up_to}")
-    if coordinates not in ("modal", "substructures"):
-        raise OptionError(f"coordinates are modal or substructures, not {coordinates!r}")
+    if coordinates not in ("modal", "physical", "substructures"):
+        raise OptionError(f"coordinates are modal, physical or substructures, not {coordinates!r}")
 
 
 def _refuse_empty(work: _Refinement) -> None:
@@ -163,5 +164,9 @@ def _in_coordinates(
     if coordinates == "substructures":
         return low
     step = f"order {n}: no smaller model has the {n} frequencies that the inertia count proves"
-    small = low.projected(pairs.vectors[:, :n], [f"mode {k + 1}" for k in range(n)], f"modal coordinates; {step}")
+    if coordinates == "modal":
+        small = low.projected(pairs.vectors[:, :n], [f"mode {k + 1}" for k in range(n)], f"modal coordinates; {step}")
+    else:
+        small = condense(low, n, "serep")
+        small = replace(small, steps=(*small.steps, step))
     return replace(small, certificate=low.certificate)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -50,20 +51,35 @@ class CraigBampton:
         self._M_ii = self.M[interior][:, interior]
         self._found = Eigenpairs(np.empty(0), np.empty((len(interior), 0)))
 
+    @property
+    def stiffness(self) -> Any:
+        """Stiffness (i, i) of the interior with the boundary held."""
+        return self._K_ii
+
     @cached_property
-    def constraint_modes(self) -> Array:
-        """Interior displacements (i, b) for unit displacements of each boundary DOF, eq. 6: -K_ii^-1 K_ib (theory
-        eq. 39)."""
-        if not len(self.interior):
-            return np.zeros((0, len(self.boundary)))
+    def _solve(self) -> Callable[[Array], Array]:
         d = 1 / np.sqrt(self._K_ii.diagonal())
         if isinstance(self._K_ii, np.ndarray):
             try:
                 factor = la.cho_factor(self._K_ii * d[:, None] * d, check_finite=False)
             except la.LinAlgError:
                 raise SolverError("the interior of a substructure can move freely with its interface held") from None
-            return -d[:, None] * la.cho_solve(factor, d[:, None] * self._K_ib, check_finite=False)
-        return -d[:, None] * factorise(scaled(self._K_ii, d)).solve(d[:, None] * self._K_ib.toarray())
+            return lambda x: d[:, None] * la.cho_solve(factor, d[:, None] * x, check_finite=False)
+        sparse = factorise(scaled(self._K_ii, d))
+        return lambda x: d[:, None] * sparse.solve(d[:, None] * x)
+
+    def solve(self, forces: Array) -> Array:
+        """Static displacements (i, k) of the interior under forces (i, k), boundary held."""
+        return self._solve(forces)
+
+    @cached_property
+    def constraint_modes(self) -> Array:
+        """Interior displacements (i, b) for unit displacements of each boundary DOF, eq. 6: -K_ii^-1 K_ib (theory
+        eq. 39)."""
+        if not len(self.interior):
+            return np.zeros((0, len(self.boundary)))
+        K_ib = self._K_ib
+        return -self.solve(K_ib if isinstance(K_ib, np.ndarray) else K_ib.toarray())
 
     def count_below(self, hz: float) -> int:
         """Number of fixed-interface normal modes below a frequency, Hz."""
@@ -92,9 +108,17 @@ class CraigBampton:
 
     def reduced(self, count: int = 0) -> ReducedPart:
         """The reduction with the lowest `count` normal modes (theory eqs. 41-42)."""
-        b = len(self.boundary)
-        pairs = self.normal_modes(count)
-        k = len(pairs.values)
+        return self._assembled(self.normal_modes(count))
+
+    def reduced_by(self, vectors: Array) -> ReducedPart:
+        """The reduction with the Ritz vectors of interior displacements (i, k) in place of normal modes."""
+        K, M = (vectors.T @ (A @ vectors) for A in (self._K_ii, self._M_ii))
+        small = lowest((K + K.T) / 2, (M + M.T) / 2, len(K))
+        finite = np.isfinite(small.values)
+        return self._assembled(Eigenpairs(small.values[finite], vectors @ small.vectors[:, finite]))
+
+    def _assembled(self, pairs: Eigenpairs) -> ReducedPart:
+        b, k = len(self.boundary), len(pairs.values)
         T = np.zeros((self.K.shape[0], b + k))
         T[self.boundary, np.arange(b)] = 1.0
         T[self.interior, :b], T[self.interior, b:] = self.constraint_modes, pairs.vectors

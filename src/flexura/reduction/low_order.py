@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,12 +13,14 @@ from flexura.errors import OptionError
 from flexura.linalg.stacked import lowest_values
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import LowOrderAssembler, low_order
+from flexura.reduction.free_interface import free_interface
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
 from flexura.structure.plan import Plan, one_design, plan_of
 
 Array = NDArray[np.float64]
 
-Coordinates = Literal["modal", "substructures"]
+Coordinates = Literal["modal", "physical", "substructures"]
+Method = Literal["craig_bampton", "rubin"]
 
 STACK = 32
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
@@ -30,19 +32,21 @@ def reduce(
     *,
     keep: int | Mapping[str, int] = 0,
     keep_below: float = 0.0,
+    method: Method = "craig_bampton",
     static_at: Sequence[str] | None = None,
     tolerance: float | None = None,
     up_to: float | None = None,
     coordinates: Coordinates = "modal",
 ) -> LowOrderModel:
-    """Reduce a mechanism by Craig-Bampton: constraint modes of every substructure, and normal modes on request.
+    """Reduce a mechanism: constraint modes of every substructure, and normal modes on request.
 
-    `keep` is the number of fixed-interface normal modes kept in each substructure (or a number by prototype name);
-    `keep_below` keeps all below that frequency, Hz. With neither this is the model of the RPR paper.
+    `keep` is the number of normal modes kept in each substructure (or a number by prototype name); `keep_below` keeps
+    all below that frequency, Hz. With neither this is the model of the RPR paper. The normal modes are those with the
+    interface held (`craig_bampton`), or the elastic ones of the free substructure with residual flexibility (`rubin`).
 
     With `tolerance` and `up_to` the modes to keep are found: the result is the smallest model of which every natural
     frequency up to `up_to` Hz is proven to be within `tolerance`, relative, of the full-order model's, none missing.
-    Its `coordinates` are modal, or those of the substructures; `certificate` holds the
+    Its `coordinates` are modal, physical displacements (SEREP), or those of the substructures; `certificate` holds the
     proof and `steps` say what was kept and why.
 
     Static response at the nodes `static_at` stays that of the full-order model through every further step; they must
@@ -57,8 +61,10 @@ def reduce(
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")
     if (tolerance is None) != (up_to is None):
         raise OptionError("tolerance and up_to belong together: a relative error, and the frequency in Hz it holds to")
-    if tolerance is not None and (keep or keep_below):
-        raise OptionError("give either tolerance and up_to, or what to keep")
+    if tolerance is not None and (keep or keep_below or method != "craig_bampton"):
+        raise OptionError("give either tolerance and up_to, or what to keep and how")
+    if method not in get_args(Method):
+        raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
     plan.verify(single)
     values = plan.values(single)
     geometry = plan.geometry(values)
@@ -72,7 +78,10 @@ def reduce(
     parts = {}
     for name, reducer in assembler.reducers.items():
         own = reducer.craig_bampton(matrices[name])
-        parts[name] = own.reduced(max(counts[name], own.count_below(keep_below)))
+        if method == "rubin":
+            parts[name] = free_interface(own, counts[name], keep_below)
+        else:
+            parts[name] = own.reduced(max(counts[name], own.count_below(keep_below)))
     return replace(assembled(assembler, values, geometry, parts, exact_at), parameters=single)
 
 

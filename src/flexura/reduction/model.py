@@ -256,7 +256,7 @@ def _step(parts: dict[str, ReducedPart]) -> str:
     kept = [
         f"{len(part.frequencies)} of {name or 'mechanism'}" for name, part in parts.items() if len(part.frequencies)
     ]
-    return "constraint modes of every substructure" + (f", fixed-interface modes: {', '.join(kept)}" if kept else "")
+    return "constraint modes of every substructure" + (f", normal modes: {', '.join(kept)}" if kept else "")
 
 
 def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> tuple[str, ...]:

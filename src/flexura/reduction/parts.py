@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
-from flexura.structure.part import Part, PartMatrices
+from flexura.structure.part import Lump, Part, PartMatrices
 from flexura.structure.plan import Geometry
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
@@ -41,6 +41,8 @@ class PartReducer:
         ends = {int(n) for group in self.chains for n in group.nodes[:, [0, -1]].ravel()}
         ends |= {n for nodes, _, _ in lumps for n in nodes}
         rest = sorted(ends - set(part.boundary.tolist()))
+        self.remaining = np.array([*part.boundary, *rest], dtype=np.intp)
+        """Nodes that are left, the boundary first."""
         number = np.full(part.n_nodes, -1)
         number[[*part.boundary, *rest]] = np.arange(len(part.boundary) + len(rest))
         chains = [_node_dofs_each(number[group.nodes[:, [0, -1]]]) for group in self.chains]
@@ -55,6 +57,18 @@ class PartReducer:
         K = [Tt @ matrices.elements.K @ T, *(lump.K[None] for lump in matrices.lumps if lump.K is not None)]
         M = [Tt @ matrices.elements.M @ T, *(lump.M[None] for lump in matrices.lumps if lump.M is not None)]
         return self._stiffness.sparse(K), self._mass.sparse(M)
+
+    def assembled_chains(
+        self, K: list[Any], slope: list[Any], lam: float | complex, lumps: list[Lump]
+    ) -> tuple[Any, Any]:
+        """Chains' matrices at one squared frequency lam (K and its derivative, (c, 12, 12) per group) assembled with
+        lumps' K - lam M over the `remaining` nodes."""
+        stiff = [lump.K[None] for lump in lumps if lump.K is not None]
+        masses = [-lump.M[None] for lump in lumps if lump.M is not None]
+        empty = [np.zeros(k.shape) for k in K]
+        stiffness = self._chain_stiffness.dense([*K, *stiff])
+        inertia = self._chain_mass.dense([*empty, *masses])
+        return stiffness + lam * inertia, self._chain_mass.dense([*slope, *masses])
 
     def craig_bampton(self, matrices: PartMatrices) -> CraigBampton:
         """Craig-Bampton modes, one design."""

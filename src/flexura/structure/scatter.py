@@ -88,6 +88,9 @@ class Scatter:
     def dense(self, matrices: Sequence[Array], lead: tuple[int, ...] = ()) -> Array:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""
         n = self.n
+        if any(np.iscomplexobj(m) for m in matrices):
+            real, imaginary = (self.dense([part(m) for m in matrices], lead) for part in (np.real, np.imag))
+            return real + 1j * imaginary
         if self._is_identity:
             only = matrices[0][..., 0, :, :]
             return only if only.shape[:-2] == lead else np.broadcast_to(only, (*lead, n, n))

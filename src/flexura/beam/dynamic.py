@@ -1,0 +1,225 @@
+"""The exact dynamic stiffness of uniform beams at one frequency (Kolousek 1941; theory eqs. D1-D8).
+
+No displacement field is assumed: the equations of motion of the Euler-Bernoulli, Rayleigh or Timoshenko beam are solved
+as they are. A beam's motion is split into the rigid motion r of its first end and the displacement d of its second end
+relative to that. Everything that belongs to r is then inertia, of the order of the squared frequency, and is summed as
+such: short stiff beams keep their digits, which the usual 12 x 12 matrix over both ends does not.
+
+Motions are written as twists at one pole, so that beams join without transformations: [t, e] are the twist of the first
+end and that of the second end less it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam.frames import rigid_arm
+from flexura.beam.uniform import UniformBeam
+
+Array: TypeAlias = NDArray[Any]
+"""Real or complex."""
+
+TERMS = 20
+"""Terms of the power series, which for SMALL end below round-off."""
+
+SMALL = 0.5
+"""Largest number of radians of any wave on a piece whose matrices are summed as power series. No such piece has an
+eigenvalue of its own with both ends held: the first lies beyond pi."""
+
+_AXIAL, _TORSION = ((0, 1.0),), ((3, 1.0),)
+_BENDING_XY, _BENDING_XZ = ((1, 1.0), (5, 1.0)), ((2, 1.0), (4, -1.0))
+
+
+class DynamicBeam(NamedTuple):
+    """Matrices over [t, e] at one squared angular frequency lam: K, its derivative by lam (both (..., 12, 12)), and the
+    number J0 (...) of eigenvalues below lam with both ends held."""
+
+    K: Array
+    slope: Array
+    J0: NDArray[np.intp]
+
+
+class Joint(NamedTuple):
+    """Two beams a and b in series: the joined beam, and P (..., 6, 12): e_a = P [t, e]."""
+
+    beam: DynamicBeam
+    P: Array
+
+
+def join(a: DynamicBeam, b: DynamicBeam) -> Joint:
+    """Join beams end to end, all twists at one pole, and eliminate the node between them (theory eqs. D6-D8).
+
+    The eigenvalues of the pair with both ends held are counted by Wittrick and Williams (1971). Broadcasts over leading
+    axes. Raises numpy.linalg.LinAlgError at an eigenvalue of the pair with both ends held.
+    """
+    A, B = a.K, b.K
+    Brr, Brd, Bdr, Bdd = B[..., :6, :6], B[..., :6, 6:], B[..., 6:, :6], B[..., 6:, 6:]
+    H = A[..., 6:, 6:] + Brr - Brd - Bdr + Bdd
+    g = np.concatenate([A[..., 6:, :6] + Brr - Bdr, Brd - Bdd], axis=-1)
+    d = 1 / np.sqrt(np.abs(np.einsum("...ii->...i", H)))
+    scaled = H * d[..., :, None] * d[..., None, :]
+    P = -d[..., :, None] * np.linalg.solve(scaled, d[..., :, None] * g)
+    Ea, Eb = np.zeros((2, *P.shape[:-2], 12, 12), dtype=P.dtype)
+    Ea[..., :6, :6] = Eb[..., :6, :6] = np.eye(6)
+    Eb[..., 6:, 6:] = np.eye(6)
+    Ea[..., 6:, :] = P
+    Eb[..., :6, :] += P
+    Eb[..., 6:, :] -= P
+    Eat, Ebt = np.swapaxes(Ea, -1, -2), np.swapaxes(Eb, -1, -2)
+    K, slope = (_symmetric(Eat @ x @ Ea + Ebt @ y @ Eb) for x, y in ((A, B), (a.slope, b.slope)))
+    J0 = a.J0 + b.J0
+    if not np.iscomplexobj(H):
+        J0 = J0 + (np.linalg.eigvalsh((scaled + np.swapaxes(scaled, -1, -2)) / 2) < 0).sum(axis=-1)
+    return Joint(DynamicBeam(K, slope, J0), P)
+
+
+def turned(beam: DynamicBeam) -> DynamicBeam:
+    """The beam walked from its second end to its first: t of the other end, and e reversed."""
+    S = np.eye(12)
+    S[:6, 6:], S[6:, 6:] = np.eye(6), -np.eye(6)
+    return DynamicBeam(S.T @ beam.K @ S, S.T @ beam.slope @ S, beam.J0)
+
+
+def at_pole(beam: DynamicBeam, X: Array) -> DynamicBeam:
+    """The beam with twists at another pole: X (..., 6, 6) takes them to twists at the present one."""
+    T = np.zeros((*X.shape[:-2], 12, 12))
+    T[..., :6, :6] = T[..., 6:, 6:] = X
+    Tt = np.swapaxes(T, -1, -2)
+    return DynamicBeam(Tt @ beam.K @ T, Tt @ beam.slope @ T, beam.J0)
+
+
+def dynamic_beam(beam: UniformBeam, lam: float | complex) -> DynamicBeam:
+    """The matrices of uniform beams (...) in their own axes, twists at their first end (theory eqs. D1-D5).
+
+    lam: squared angular frequency, rad^2/s^2, real or complex (J0 is then of no meaning). The beams are halved until
+    power series are exact, and joined again.
+    """
+    halvings = _halvings(beam, abs(lam))
+    piece = _piece(beam.cut(2**halvings), lam)
+    length = np.asarray(beam.length) / 2**halvings
+    for _ in range(halvings):
+        arm = np.zeros((*length.shape, 3))
+        arm[..., 0] = length
+        piece = join(piece, at_pole(piece, rigid_arm(arm))).beam
+        length = 2 * length
+    return piece
+
+
+def radians(beam: UniformBeam, lam: float) -> NDArray[np.float64]:
+    """Upper estimate (...) of the number of radians of the shortest wave along each beam."""
+    L2 = beam.length**2
+    squares = [beam.mass / beam.EA, beam.polar / beam.GJ]
+    for EI, shear, rotary in ((beam.EIz, beam.shear_y, beam.rotary_z), (beam.EIy, beam.shear_z, beam.rotary_y)):
+        squares += [np.sqrt(beam.mass / (EI * max(lam, 1e-300))) + beam.mass * shear + rotary / EI]
+    return np.sqrt(lam * L2 * np.max(np.broadcast_arrays(*squares), axis=0))
+
+
+def _halvings(beam: UniformBeam, lam: float) -> int:
+    if not lam or not np.size(beam.length):
+        return 0
+    return max(0, int(np.ceil(np.log2(np.max(radians(beam, lam)) / SMALL))))
+
+
+def _piece(beam: UniformBeam, lam: float | complex) -> DynamicBeam:
+    """Power series of short beams (theory eqs. D2-D5)."""
+    shape = np.broadcast(*beam).shape
+    K, slope = np.zeros((2, *shape, 12, 12), dtype=complex if np.iscomplexobj(np.asarray(lam)) else float)
+    planes = (
+        (_BENDING_XY, beam.EIz, beam.shear_y, beam.rotary_z),
+        (_BENDING_XZ, beam.EIy, beam.shear_z, beam.rotary_y),
+    )
+    for dofs, EI, shear, rotary in planes:
+        _place(K, slope, dofs, _bending(EI, shear, beam.mass, rotary, beam.length, lam))
+    for dofs, stiff, inertia in ((_AXIAL, beam.EA, beam.mass), (_TORSION, beam.GJ, beam.polar)):
+        _place(K, slope, dofs, _bar(stiff, inertia, beam.length, lam))
+    arm = np.zeros((*shape, 3))
+    arm[..., 0] = beam.length
+    T = np.zeros((*shape, 12, 12))
+    T[..., :6, :6] = np.eye(6)
+    T[..., 6:, 6:] = rigid_arm(arm)
+    Tt = np.swapaxes(T, -1, -2)
+    return DynamicBeam(_symmetric(Tt @ K @ T), _symmetric(Tt @ slope @ T), np.zeros(shape, dtype=np.intp))
+
+
+def _place(K: Array, slope: Array, dofs: tuple[tuple[int, float], ...], own: tuple[Array, Array]) -> None:
+    """Add the matrices over (r, d) of some freedoms, with their signs."""
+    at = [*(k for k, _ in dofs), *(6 + k for k, _ in dofs)]
+    sign = np.array([s for _, s in dofs] * 2)
+    for whole, part in zip((K, slope), own, strict=True):
+        whole[..., np.array(at)[:, None], at] += part * sign[:, None] * sign
+
+
+def _bar(stiff: Array, inertia: Array, length: Array, lam: float | complex) -> tuple[Array, Array]:
+    """Axial or torsional motion: u' = N/S, N' = -lam m u."""
+    shape = np.broadcast(stiff, inertia, length).shape
+    A0, A1 = np.zeros((2, *shape, 2, 2))
+    A0[..., 0, 1] = 1.0
+    A1[..., 1, 0] = -inertia * length**2 / stiff
+    unit = np.ones((*shape, 1))
+    return _condensed(A0, A1, lam, unit, stiff / length)
+
+
+def _bending(
+    EI: Array, shear: Array, mass: Array, rotary: Array, length: Array, lam: float | complex
+) -> tuple[Array, Array]:
+    """One plane: v' = theta + shear V, theta' = M/EI, V' = -lam m v, M' = -V - lam r theta; lengths in units of L."""
+    shape = np.broadcast(EI, shear, mass, rotary, length).shape
+    A0, A1 = np.zeros((2, *shape, 4, 4))
+    A0[..., 0, 1] = A0[..., 1, 3] = 1.0
+    A0[..., 0, 2] = shear * EI / length**2
+    A0[..., 3, 2] = -1.0
+    A1[..., 2, 0] = -mass * length**4 / EI
+    A1[..., 3, 1] = -rotary * length**2 / EI
+    unit = np.ones((*shape, 2))
+    unit[..., 0] = 1 / length
+    return _condensed(A0, A1, lam, unit, EI / length)
+
+
+def _condensed(A0: Array, A1: Array, lam: float | complex, unit: Array, energy: Array) -> tuple[Array, Array]:
+    """Matrices over (r, d) and their slopes from y' = (A0 + lam A1) y on [0, 1], y = displacements, then forces.
+
+    `unit` (..., n) makes displacements dimensionless and `energy` (...) is the unit of K.
+    """
+    n = A0.shape[-1] // 2
+    static, change, slope = _series(A0, A1, lam)
+    u, q = slice(None, n), slice(n, None)
+    R = np.swapaxes(static[..., u, u], -1, -2)
+    phi = static + change
+    F = np.linalg.inv(phi[..., u, q])
+    a, b, c = R @ change[..., q, u], R @ change[..., q, q], change[..., u, u]
+    da, db, dc = R @ slope[..., q, u], R @ slope[..., q, q], slope[..., u, u]
+    dF = -F @ slope[..., u, q] @ F
+    K = _blocks(a - b @ F @ c, b @ F, phi[..., q, q] @ F)
+    dK = _blocks(da - db @ F @ c - b @ dF @ c - b @ F @ dc, db @ F + b @ dF, slope[..., q, q] @ F + phi[..., q, q] @ dF)
+    units = np.concatenate([unit, unit], axis=-1)
+    scale = energy[..., None, None] * units[..., :, None] * units[..., None, :]
+    return _symmetric(K) * scale, _symmetric(dK) * scale
+
+
+def _series(A0: Array, A1: Array, lam: float | complex) -> tuple[Array, Array, Array]:
+    """exp(A0), exp(A0 + lam A1) less that, and the derivative of the latter by lam, summed without cancellation."""
+    A = A0 + lam * A1
+    own, whole = (np.broadcast_to(np.eye(A.shape[-1]), A.shape).astype(A.dtype) for _ in range(2))
+    more, rate = np.zeros_like(A), np.zeros_like(A)
+    static, change, slope = own.copy(), np.zeros_like(A), np.zeros_like(A)
+    for k in range(1, TERMS):
+        more = (A @ more + lam * (A1 @ own)) / k
+        rate = (A @ rate + A1 @ whole) / k
+        own, whole = A0 @ own / k, A @ whole / k
+        static, change, slope = static + own, change + more, slope + rate
+    return static, change, slope
+
+
+def _blocks(rr: Array, rd: Array, dd: Array) -> Array:
+    n = rr.shape[-1]
+    out = np.empty((*rr.shape[:-2], 2 * n, 2 * n), dtype=rr.dtype)
+    out[..., :n, :n], out[..., :n, n:], out[..., n:, n:] = rr, rd, dd
+    out[..., n:, :n] = np.swapaxes(rd, -1, -2)
+    return out
+
+
+def _symmetric(A: Array) -> Array:
+    return (A + np.swapaxes(A, -1, -2)) / 2

@@ -1,0 +1,102 @@
+"""Serial chains of uniform beams, each joined to one exact dynamic stiffness between its end nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm
+from flexura.beam.dynamic import Array, DynamicBeam, Joint, at_pole, dynamic_beam, join, turned
+from flexura.beam.uniform import UniformBeam
+from flexura.reduction.chain import ChainGroup, kinematics
+from flexura.structure.members import Cut
+from flexura.structure.part import Part
+from flexura.structure.plan import Geometry
+from flexura.structure.slots import Index
+
+
+@dataclass(frozen=True)
+class ExactChains:
+    """Chains (c,) of a part that have the same number of uniform pieces (s,), in walking order.
+
+    They are the `members` (c,) of a group; `beam` are all different pieces of the part and `kind` (c, s) which of them each is; `reverse` (c, s) marks those
+    walked from end to start. `X` (c, s, 6, 6) takes twists at the chain's pole, its first node, to those at the
+    start of the piece in its own axes. `B` (c, 12, 12) takes the displacements of the two end nodes to [t, e], and
+    `nodes` (c, e + 1), with `arms` (c, e + 1, 3) from the pole, are the nodes passed, after `passed` (e + 1,) pieces.
+    """
+
+    members: Index
+    beam: UniformBeam
+    kind: Index
+    reverse: NDArray[np.bool_]
+    X: Array
+    B: Array
+    nodes: Index
+    arms: Array
+    passed: Index
+
+    def pieces(self, lam: float | complex) -> DynamicBeam:
+        """All pieces (c, s), twists at the poles of their chains."""
+        own = dynamic_beam(self.beam, lam)
+        placed = at_pole(DynamicBeam(*(field[self.kind] for field in own)), self.X)
+        if not self.reverse.any():
+            return placed
+        back = turned(placed)
+        pick = self.reverse[..., None, None]
+        return DynamicBeam(np.where(pick, back.K, placed.K), np.where(pick, back.slope, placed.slope), placed.J0)
+
+    def joined(self, lam: float | complex) -> tuple[DynamicBeam, list[Joint]]:
+        """The chains (c,), and the joints of every level, each (c, pairs), lowest first."""
+        level, levels = self.pieces(lam), []
+        while level.J0.shape[-1] > 1:
+            pairs = level.J0.shape[-1] // 2
+            first, second = (DynamicBeam(*(f[:, k : 2 * pairs : 2] for f in level)) for k in (0, 1))
+            joint = join(first, second)
+            levels.append(joint)
+            rest = DynamicBeam(*(f[:, 2 * pairs :] for f in level))
+            level = DynamicBeam(*(np.concatenate(f, axis=1) for f in zip(joint.beam, rest, strict=True)))
+        return DynamicBeam(*(f[:, 0] for f in level)), levels
+
+    def twists(self, levels: list[Joint], ends: Array) -> Array:
+        """Twists (c, s + 1, 6, k) of all piece ends at the pole, from displacements (c, 12, k) of the end nodes."""
+        motion = (self.B @ ends)[:, None]
+        for joint in reversed(levels):
+            pairs = joint.P.shape[1]
+            t, e = motion[:, :pairs, :6], motion[:, :pairs, 6:]
+            first = joint.P @ motion[:, :pairs]
+            below = np.empty((len(motion), 2 * pairs, *motion.shape[2:]), dtype=motion.dtype)
+            below[:, ::2] = np.concatenate([t, first], axis=2)
+            below[:, 1::2] = np.concatenate([t + first, e - first], axis=2)
+            motion = np.concatenate([below, motion[:, pairs:]], axis=1)
+        return np.concatenate([motion[:, :1, :6], motion[:, :, :6] + motion[:, :, 6:]], axis=1)
+
+
+def exact_chains(part: Part, group: ChainGroup, geometry: Geometry, cut: Cut) -> list[ExactChains]:
+    """The chains of a group cut into uniform pieces, those of equal numbers of pieces together."""
+    kin = kinematics(part, group, geometry)
+    first = np.concatenate([[0], np.cumsum(cut.counts)])
+    per_chain = cut.counts[group.elements]
+    positions = geometry.parts[part.name].positions
+    found: dict[tuple[int, ...], list[int]] = {}
+    for c, counts in enumerate(per_chain.tolist()):
+        found.setdefault(tuple(counts), []).append(c)
+    chains = []
+    for counts, members in found.items():
+        elements, back = group.elements[members], group.reverse[members]
+        e = np.repeat(np.arange(len(counts)), counts)
+        place = np.concatenate([np.arange(n) for n in counts])
+        # pieces of an element that is walked backwards come in the opposite order
+        place = np.where(back[:, e], np.array(counts)[e] - 1 - place, place)
+        kind = cut.kind[first[elements[:, e]] + place]
+        along = np.zeros((*kind.shape, 3))
+        along[..., 0] = place * cut.beam.length[kind]
+        X = rigid_arm(along) @ kin.X[np.array(members)[:, None], e, :6]
+        nodes = group.nodes[members]
+        arms = positions[nodes] - positions[nodes[:, :1]]
+        passed = np.concatenate([[0], np.cumsum(counts)])
+        chains.append(
+            ExactChains(np.array(members), cut.beam, kind, back[:, e], X, kin.B[members], nodes, arms, passed)
+        )
+    return chains
