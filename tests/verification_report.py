@@ -21,7 +21,8 @@ the tolerance of its row, and when this page no longer says what they measure.
   its last one; elsewhere it covers the discretisation error of the mesh in use, and it is stated, not fitted to pass.
 * *Relative error* is |computed / reference - 1|, as measured when the page was written.
 * Agreement shows that the equations of the named theory are solved correctly. It does not show that the theory
-  describes a given part: short wide leaves, steep notches and clamped torsion are beyond plain beams.
+  describes a given part: short wide leaves, steep notches and clamped torsion are beyond plain beams. Most cases are
+  therefore computed with `corrections: none`; the section on flexures puts the corrections to the test.
 
 To write the page anew: `make verification`, which is
 `pytest tests/literature tests/opensees --verification-page docs/verification.md`.

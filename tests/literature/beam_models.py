@@ -34,6 +34,7 @@ def straight(
     beam = {"section": section, "elements": elements, "reference": "z"}
     return Mechanism(
         theory=theory or "euler_bernoulli",
+        corrections="none",
         nodes={"a": (0.0, 0.0, 0.0), "b": (length, 0.0, 0.0)},
         materials={"metal": material},
         links={"beam": Link(nodes=("a", "b"), material="metal", **beam)},

@@ -117,6 +117,7 @@ def ring(radius, diameter, sides):
     side = {"material": "steel", "section": Circle(diameter=diameter), "elements": 1}
     return Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         materials={"steel": STEEL},
         nodes=corners,
         links={f"side{k}": Link(nodes=(f"n{k}", f"n{(k + 1) % sides}"), **side) for k in range(sides)},
@@ -151,6 +152,7 @@ def guide(leaves, rho, mass):
     body = RigidBody(mass=mass, inertia=(mass * 1e-4,) * 3, carries=("end*",))
     return Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         materials={"leaf": Material(E=E, nu=NU, rho=rho)},
         nodes=nodes,
         links=links,

@@ -33,6 +33,7 @@ def hinge(R, t, elements, integration):
     shape = {"profile": notch, "elements": elements, "integration": integration}
     return Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         nodes={"a": (-R, 0, 0), "b": (R, 0, 0)},
         materials={"unit": Material(E=1.0, nu=0.3, rho=1.0)},
         flexures={"hinge": Flexure(nodes=("a", "b"), material="unit", reference="z", **shape)},

@@ -28,6 +28,7 @@ def cross(elements):
     arm = {"material": "steel", "section": square, "elements": elements, "reference": "z"}
     return Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         materials={"steel": STEEL},
         nodes={
             "centre": (0, 0, 0),
@@ -81,6 +82,7 @@ def test_fv3_free_square_frame(verify):
     side = {"material": "steel", "section": square, "elements": 48, "reference": "z"}
     frame = Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         materials={"steel": STEEL},
         nodes=corners,
         links={p + q: Link(nodes=(p, q), **side) for p, q in ("ab", "bc", "cd", "da")},

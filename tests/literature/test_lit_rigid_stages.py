@@ -66,6 +66,7 @@ def stage_on(flexures, metal, stage_metal, size, centre, elements=1):
     body = RigidBody(centre=centre, carries=("end*",), solid=Box(size=size, material="stage"))
     return Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         materials={"metal": metal, "stage": stage_metal},
         nodes=nodes,
         links=links,

@@ -56,6 +56,7 @@ def gantry(theory, elements):
     count = dict(zip(("ac", "db", "ce", "fd", "cd", "ef"), np.repeat(elements, 2).tolist(), strict=True))
     return Mechanism(
         theory=theory,
+        corrections="none",
         materials={"steel": Material(E=210e9, rho=7800.0, nu=0.3)},
         nodes={name: (*at, 0) for name, at in nodes.items()},
         links={name: Link(nodes=(name[0], name[1]), elements=n, **bar) for name, n in count.items()},
@@ -84,6 +85,7 @@ def flexure(profile, length, ground, elements, integration):
     shape = {"profile": profile, "elements": elements, "integration": integration}
     return Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         nodes={"a": (0, 0, 0), "b": (length, 0, 0)},
         materials={"steel": STEEL},
         flexures={"beam": Flexure(nodes=("a", "b"), material="steel", reference="z", **shape)},

@@ -134,6 +134,8 @@ def branches(draw) -> Substructure:
             "material": draw(st.sampled_from(["own", "Al-7075-T6"])),
             "reference": (0.0, 0.0, 1.0),
             "start_offset": (0.0, 0.0, draw(st.sampled_from([0.0, 1e-3]))),
+            "corrections": draw(st.sampled_from([None, "auto", "none", ("shear",)])),
+            "ends": draw(st.sampled_from([None, ("clamped", "free")])),
         }
         if draw(st.booleans()):
             links[f"l{i}"] = Link(
@@ -184,6 +186,7 @@ def mechanisms(draw) -> Mechanism:
         name=draw(texts),
         description=draw(texts),
         theory=draw(st.sampled_from(["rayleigh", "timoshenko"])),
+        corrections=draw(st.sampled_from(["auto", "none", ("plate", "notch")])),
         parameters=parameters,
         materials={"own": draw(materials)},
         sections={"shared": draw(sections)},

@@ -51,7 +51,7 @@ class OpenSeesMesh:
         plan, geometry, values = self._model.plan, self._model.geometry, self._model.values
         part, own = plan.parts[name], geometry.parts[name]
         E, rho, nu, G = part.table.moduli(values)
-        sections, _ = part.table.section_properties(values, nu, own.length)
+        sections = part.table.section_properties(values, nu, own.length)
         placed = plan.topology.placed[name]
         beams = []
         for instance, offset in zip(placed.number, placed.offset, strict=True):

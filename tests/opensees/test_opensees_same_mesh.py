@@ -49,6 +49,7 @@ def frame() -> fx.Mechanism:
 
     return fx.Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         nodes=corners,
         links={
             "ab": link("a", "b", end_offset=(0.0, 0.01, 0.02)),
@@ -67,6 +68,7 @@ def cantilever() -> fx.Mechanism:
     bar = fx.Rectangle(width=0.012, thickness=0.005)
     return fx.Mechanism(
         theory="euler_bernoulli",
+        corrections="none",
         nodes={"a": (0, 0, 0), "b": (0.2, 0.1, 0.05)},
         links={
             "bar": fx.Link(nodes=("a", "b"), material="Al-6061-T6", section=bar, reference=(0.2, -0.4, 1), elements=10)

@@ -155,7 +155,7 @@ class Flat:
 
 def flatten(mechanism: Mechanism, place: Place = STILL) -> Mechanism:
     """Return the same mechanism without instances, moved or mirrored by `place`; ground must be on own nodes."""
-    fields = {"materials": mechanism.materials, "theory": mechanism.theory, "ground": mechanism.ground}
+    fields = {name: getattr(mechanism, name) for name in ("materials", "theory", "corrections", "ground")}
     return Mechanism(**Flat(mechanism, place).parts, **fields)
 
 

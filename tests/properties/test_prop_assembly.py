@@ -71,10 +71,16 @@ def test_mass_and_inertia_of_rigid_motions_are_exact(mechanism):
     assert abs(difference).max() < 1e-9
 
 
+def uncorrected(mechanism):
+    """Leave corrections out: an interface holds end sections flat, the same node inside a part may not."""
+    return mechanism.model_copy(update={"corrections": "none"})
+
+
 @FEW
 @given(mechanisms(nested=True))
 def test_nested_instances_are_the_same_as_their_parts_laid_out_flat(mechanism):
-    same_frequencies(mechanism, flatten(mechanism))
+    plain = uncorrected(mechanism)
+    same_frequencies(plain, flatten(plain))
 
 
 @FEW
@@ -100,7 +106,8 @@ def test_mirror_images_have_the_same_frequencies(mechanism, seed):
     rng = np.random.default_rng(seed)
     n = np.array(vector(rng, 1.0))
     mirror = np.eye(3) - 2 * np.outer(n, n) / (n @ n)
-    same_frequencies(mechanism, flatten(mechanism, (mirror, np.array(vector(rng, 0.1)))))
+    plain = uncorrected(mechanism)
+    same_frequencies(plain, flatten(plain, (mirror, np.array(vector(rng, 0.1)))))
 
 
 @FEW

@@ -9,49 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence
-from flexura.beam import phi
 from flexura.linalg import is_definite, lowest
-from flexura.mechanism.layout import TOP
-from flexura.mechanism.member import Flexure
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.part import Part, PartGeometry
 from flexura.structure.plan import plan_of
 
 Array = NDArray[np.float64]
 
-SHEAR = 0.03
-"""Share of shear in the deflection between parallel ends from which leaving it out is doubtful."""
-
-SOLID = 2.0
-"""Length over depth below which a member is a solid rather than a beam, whatever the theory."""
-
-SLENDER = 500.0
-"""Length over depth above which a member buckles or vibrates by itself long before it guides anything."""
-
-WIDE = 5.0
-"""Width over thickness above which a leaf bends as a plate."""
-
-STEEP = 0.08
-"""Web over length from which a right-circular notch is softer by more than 6 % than the beam integral says:
-plane-stress elements give 6.5 % at 0.083, 7.7 % at 0.1 and 18 % at 0.25."""
-
 NEAR_MECHANISM = 1e-9
 """Stiffness ratio below which a motion counts as all but free."""
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """Something that is allowed but may not be meant, or that the beam theory does not cover."""
-
-    kind: str
-    place: str
-    text: str
-
-    def __str__(self) -> str:
-        return f"{self.place}: {self.text}"
 
 
 @dataclass(frozen=True)
@@ -70,7 +39,8 @@ class SubstructureSummary:
 
 @dataclass(frozen=True)
 class CheckReport:
-    """What `check` understood: orders of both models, substructures, masses, what is held, and all doubts."""
+    """What `check` understood: orders of both models, substructures, masses, what is held, which members are corrected
+    beyond beam theory, and all doubts."""
 
     name: str
     full_order: int
@@ -80,6 +50,10 @@ class CheckReport:
     held: dict[str, tuple[str, ...]]
     rigid_bodies: dict[str, float]
     parameters: dict[str, float]
+    corrections: dict[str, tuple[str, ...]]
+    """Corrections by member, those without any left out."""
+    ends: dict[str, tuple[str, str]]
+    """Whether the ends of corrected members are clamped or free."""
     doubts: tuple[Doubt, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -102,6 +76,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         for path in plan.topology.placed[name].paths
     }
     used = {**{k: p.value for k, p in plan.mechanism.parameters.items()}, **(parameters or {})}
+    corrections, ends = corrected(full)
     return CheckReport(
         name=plan.mechanism.name,
         full_order=full.order,
@@ -111,7 +86,9 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         held=_held(full),
         rigid_bodies=bodies,
         parameters={k: float(v) for k, v in used.items() if isinstance(v, int | float)},
-        doubts=(*_near_mechanisms(full), *_member_doubts(full), *_overlapping(full)),
+        corrections=corrections,
+        ends=ends,
+        doubts=(*_near_mechanisms(full), *member_doubts(full), *_overlapping(full)),
     )
 
 
@@ -161,65 +138,6 @@ def _near_mechanisms(full: FullOrderModel) -> list[Doubt]:
         text = "free to move" if k in zero else f"all but free to move ({np.sqrt(finite[k]) / 2 / np.pi:.2g} Hz)"
         doubts.append(Doubt("mechanism", where, f"{text}; a joint, a support or a stiffness may be missing"))
     return doubts
-
-
-def _member_doubts(full: FullOrderModel) -> list[Doubt]:
-    doubts = []
-    for name, part in full.plan.parts.items():
-        if part.members:
-            doubts += _part_doubts(full, name, part, full.geometry.parts[name])
-    return doubts
-
-
-def _part_doubts(full: FullOrderModel, name: str, part: Part, geometry: PartGeometry) -> list[Doubt]:
-    E, _, nu, G = part.table.moduli(full.values)
-    sections = part.table.section_properties(full.values, nu, geometry.length)
-    # the sizes of the rectangle with the same area and second moments
-    thickness, width = np.sqrt(12 * sections.Iy / sections.A), np.sqrt(12 * sections.Iz / sections.A)
-    m = part.table.element_member
-    shear = np.minimum(*phi(E[m], G[m], sections, geometry.length[m], 1.0))
-    doubts = []
-    for k, ((key, member), n) in enumerate(zip(part.members.items(), part.counts, strict=True)):
-        own = slice(part.first[k], part.first[k] + n)
-        place = f"{name}.{key}" if name != TOP else key
-        length, is_notch = float(geometry.length[k]), isinstance(member, Flexure) and member.profile.type != "leaf"
-        if is_notch:
-            doubts += _steepness(place, length, min(float(thickness[own].min()), float(width[own].min())))
-        else:
-            doubts += _slenderness(place, length, thickness[own].mean(), width[own].mean())
-            doubts += [] if part.table.shear[k] else _shear(place, float(shear[own].mean()))
-        small, large = sorted((float(thickness[own].min()), float(width[own].min())))
-        if large > WIDE * small:
-            ratio = f"{large / small:.0f} times as wide as thick"
-            text = f"{ratio}: a plate rather than a beam; bending is stiffer by up to 1/(1 - nu^2), torsion by more"
-            doubts.append(Doubt("wide", place, text))
-    return doubts
-
-
-def _steepness(place: str, length: float, web: float) -> list[Doubt]:
-    """A doubt about a notch whose web is thick for its length: the flanks are too steep for beam theory."""
-    if web < STEEP * length:
-        return []
-    text = f"steep notch: web {web / length:.2g} of the length; the beam integral is too stiff by 6 % or more"
-    return [Doubt("steep", place, text)]
-
-
-def _slenderness(place: str, length: float, thickness: float, width: float) -> list[Doubt]:
-    """Doubts about a member's length over its depth."""
-    least, most = min(thickness, width), max(thickness, width)
-    if length < SOLID * least:
-        return [Doubt("stubby", place, f"{length / least:.1f} times as long as thick: a solid rather than a beam")]
-    if length > SLENDER * most:
-        return [Doubt("slender", place, f"slender: {length / most:.0f} times as long as wide")]
-    return []
-
-
-def _shear(place: str, phi: float) -> list[Doubt]:
-    """A doubt about a member without shear, by its shear parameter across the smaller depth."""
-    if phi < SHEAR:
-        return []
-    text = f"shear, left out, would add {phi:.0%} to its deflection between parallel ends; consider theory: timoshenko"
-    return [Doubt("shear", place, text)]
 
 
 def _overlapping(full: FullOrderModel) -> list[Doubt]:

@@ -5,7 +5,8 @@ other; all are symmetric two-sided notches except `tabulated`. None raises anyth
 formulas are continued smoothly, or by the end value where they have a vertical tangent; thicknesses there
 have no meaning. A contour only gives a thickness: beam theory on it assumes plane sections, which fails where
 the profile is steep. Against plane-stress finite elements the beam integral of a right-circular notch is too
-stiff in rotation by 3 % at t/R = 0.075 and 15 % at t/R = 0.5, and along the axis by 12 % and 22 %.
+stiff in rotation by 3 % at t/R = 0.075 and 15 % at t/R = 0.5, and along the axis by 12 % and 22 %; see
+`flexura.beam.wedge`.
 """
 
 import numpy as np

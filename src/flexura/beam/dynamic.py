@@ -153,29 +153,39 @@ def _place(K: Array, slope: Array, dofs: tuple[tuple[int, float], ...], own: tup
 
 
 def _bar(stiff: Array, inertia: Array, length: Array, lam: float | complex) -> tuple[Array, Array]:
-    """Axial or torsional motion: u' = N/S, N' = -lam m u."""
-    shape = np.broadcast(stiff, inertia, length).shape
-    A0, A1 = np.zeros((2, *shape, 2, 2))
+    """Axial or torsional motion."""
+    A0, A1 = _bar_system(stiff, inertia, length)
+    return _condensed(A0, A1, lam, np.ones((*A0.shape[:-2], 1)), stiff / length)
+
+
+def _bar_system(stiff: Array, inertia: Array, length: Array) -> tuple[Array, Array]:
+    """u' = N/S, N' = -lam m u as y' = (A0 + lam A1) y, lengths in units of L and forces of S/L."""
+    A0, A1 = np.zeros((2, *np.broadcast(stiff, inertia, length).shape, 2, 2))
     A0[..., 0, 1] = 1.0
     A1[..., 1, 0] = -inertia * length**2 / stiff
-    unit = np.ones((*shape, 1))
-    return _condensed(A0, A1, lam, unit, stiff / length)
+    return A0, A1
 
 
 def _bending(
     EI: Array, shear: Array, mass: Array, rotary: Array, length: Array, lam: float | complex
 ) -> tuple[Array, Array]:
-    """One plane: v' = theta + shear V, theta' = M/EI, V' = -lam m v, M' = -V - lam r theta; lengths in units of L."""
-    shape = np.broadcast(EI, shear, mass, rotary, length).shape
-    A0, A1 = np.zeros((2, *shape, 4, 4))
+    """One plane of bending."""
+    A0, A1 = _bending_system(EI, shear, mass, rotary, length)
+    unit = np.ones((*A0.shape[:-2], 2))
+    unit[..., 0] = 1 / length
+    return _condensed(A0, A1, lam, unit, EI / length)
+
+
+def _bending_system(EI: Array, shear: Array, mass: Array, rotary: Array, length: Array) -> tuple[Array, Array]:
+    """v' = theta + shear V, theta' = M/EI, V' = -lam m v, M' = -V - lam r theta as y' = (A0 + lam A1) y, lengths in
+    units of L and forces of EI/L^2 (theory eq. D1)."""
+    A0, A1 = np.zeros((2, *np.broadcast(EI, shear, mass, rotary, length).shape, 4, 4))
     A0[..., 0, 1] = A0[..., 1, 3] = 1.0
     A0[..., 0, 2] = shear * EI / length**2
     A0[..., 3, 2] = -1.0
     A1[..., 2, 0] = -mass * length**4 / EI
     A1[..., 3, 1] = -rotary * length**2 / EI
-    unit = np.ones((*shape, 2))
-    unit[..., 0] = 1 / length
-    return _condensed(A0, A1, lam, unit, EI / length)
+    return A0, A1
 
 
 def _condensed(A0: Array, A1: Array, lam: float | complex, unit: Array, energy: Array) -> tuple[Array, Array]:
@@ -223,3 +233,57 @@ def _blocks(rr: Array, rd: Array, dd: Array) -> Array:
 
 def _symmetric(A: Array) -> Array:
     return (A + np.swapaxes(A, -1, -2)) / 2
+
+
+def transfer_matrix(beam: UniformBeam, lam: float | complex) -> Array:
+    """Transfer matrices (..., 12, 12) of uniform beams (Pestel and Leckie 1963; theory eq. W1).
+
+    The state is the twist at the first end and the wrench that the part behind a section exerts on the part before it,
+    both at the pole of the first end; the matrix leads from the first end to the second. Arguments as in
+    `dynamic_beam`; pieces that are short enough for power series are multiplied.
+    """
+    halvings = _halvings(beam, abs(lam))
+    own = beam.cut(2**halvings)
+    shape = np.broadcast(*own).shape
+    L = own.length
+    phi = np.zeros((*shape, 12, 12), dtype=np.result_type(lam, float))
+    for dofs, EI, shear, rotary in (
+        (_BENDING_XY, own.EIz, own.shear_y, own.rotary_z),
+        (_BENDING_XZ, own.EIy, own.shear_z, own.rotary_y),
+    ):
+        A0, A1 = _bending_system(EI, shear, own.mass, rotary, L)
+        _place_transfer(phi, dofs, A0, A1, lam, np.stack([L, np.ones(shape), EI / L**2, EI / L], axis=-1))
+    for dofs, stiff, inertia in ((_AXIAL, own.EA, own.mass), (_TORSION, own.GJ, own.polar)):
+        A0, A1 = _bar_system(stiff, inertia, L)
+        _place_transfer(phi, dofs, A0, A1, lam, np.stack([np.ones(shape), stiff / L], axis=-1))
+    arm = np.zeros((*shape, 3))
+    arm[..., 0] = L
+    D, back = rigid_arm(arm), rigid_arm(-arm)
+    phi = np.concatenate([back @ phi[..., :6, :], np.swapaxes(D, -1, -2) @ phi[..., 6:, :]], axis=-2)
+    for _ in range(halvings):
+        phi = transfer_at_pole(phi, rigid_arm(arm)) @ phi
+        arm = 2 * arm
+    return phi
+
+
+def transfer_at_pole(phi: Array, X: Array) -> Array:
+    """Transfer matrices with the state at another pole: X (..., 6, 6) takes twists there to the present ones."""
+    Xt, inverse = np.swapaxes(X, -1, -2), np.linalg.inv(X)
+    left = np.concatenate([inverse @ phi[..., :6, :], Xt @ phi[..., 6:, :]], axis=-2)
+    return np.concatenate([left[..., :6] @ X, left[..., 6:] @ np.swapaxes(inverse, -1, -2)], axis=-1)
+
+
+def transfer_turned(phi: Array) -> Array:
+    """Transfer matrices from the second end to the first: the wrench then acts the other way round."""
+    sign = np.repeat([1.0, -1.0], 6)
+    return np.linalg.inv(phi) * sign[:, None] * sign
+
+
+def _place_transfer(
+    phi: Array, dofs: tuple[tuple[int, float], ...], A0: Array, A1: Array, lam: float | complex, unit: Array
+) -> None:
+    static, change, _ = _series(A0, A1, lam)
+    own = (static + change) * unit[..., :, None] / unit[..., None, :]
+    at = np.array([*(k for k, _ in dofs), *(6 + k for k, _ in dofs)])
+    sign = np.array([s for _, s in dofs] * 2)
+    phi[..., at[:, None], at] = own * sign[:, None] * sign

@@ -39,8 +39,8 @@ def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionP
     width, thickness: (...) m; nu: (...) Poisson's ratio, -. Raises nothing.
 
     Holds for free warping and an isotropic material: a short leaf with clamped ends is stiffer in torsion
-    than J says, and a wide one is stiffer in bending. The coefficients ignore the aspect ratio; for shear
-    across a wide leaf, where it hardly matters, they are too high (Hutchinson 2001).
+    than J says, and a wide one is stiffer in bending (see `flexura.beam.strip`). The coefficients ignore the aspect
+    ratio; for shear across a wide leaf, where it hardly matters, they are too high (Hutchinson 2001).
     """
     b, t, nu = _common_shape(width, thickness, nu)
     A = b * t

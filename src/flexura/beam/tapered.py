@@ -58,6 +58,7 @@ def tapered(
     rotary: Real,
     points: FloatArray,
     weights: FloatArray,
+    inertia: SectionProperties | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the flexibility and the consistent mass of an element whose section varies along it (theory eqs. 20-21).
 
@@ -68,8 +69,8 @@ def tapered(
 
     E, G, rho, length, shear, rotary: (...) per element, units as in `flexura.beam.element`; section: fields
     (..., n), the last axis running over the stations at points * length from end i; points, weights: (n,), -,
-    from `gauss_stations`. Returns C (..., 6, 6) of end j with end i clamped, and M (..., 12, 12), for the
-    stiffness see `stiffness_from_flexibility`.
+    from `gauss_stations`; inertia: the section whose A, Iy, Iz have the mass, `section` itself when None. Returns C
+    (..., 6, 6) of end j with end i clamped, and M (..., 12, 12), for the stiffness see `stiffness_from_flexibility`.
 
     For n >= 4 a uniform section gives the uniform element to round-off. Otherwise the error falls with n only
     as fast as that of polynomials through 1/EI(x). In rotation, a right-circular notch with t/R = 0.075 comes
@@ -78,7 +79,7 @@ def tapered(
     Raises numpy.linalg.LinAlgError if C is singular, as with n = 1, or if points repeat.
     """
     E, G, rho, L, shear, rotary = (np.asarray(v)[..., None] for v in (E, G, rho, length, shear, rotary))
-    A, Iy, Iz = section[:3]
+    A, Iy, Iz = (section if inertia is None else inertia)[:3]
     x = points * L
     at_stations = _integrals(E, G, section, L, shear, points, *_station_operators(tuple(points)))
     S = combine(at_stations, FLEXIBILITY_BASIS, 6)

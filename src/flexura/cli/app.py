@@ -104,6 +104,40 @@ def check_command(file: File, set: Settings = None, as_json: Json = False) -> No
         tables.print_check(report)
 
 
+@app.command("compare")
+def compare_command(
+    file: File,
+    n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
+    methods: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Only these methods, beside the exact dynamic stiffness.")
+    ] = None,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Natural frequencies by every method, with their errors against the exact ones and their times."""
+    from flexura.cli.comparison import print_comparison
+    from flexura.methods.compare import progressively
+
+    mechanism, parameters = _read(file, set)
+    names = None if methods is None else methods.split(",")
+    done, interrupted = None, False
+    try:
+        for rows_so_far in progressively(mechanism, parameters, n=n, methods=names, announce=_announce):
+            done = rows_so_far
+    except KeyboardInterrupt:
+        interrupted = True
+    if done is not None and as_json:
+        _print_json(done.to_dict())
+    elif done is not None:
+        print_comparison(done)
+    if interrupted:
+        _fail("flexura: interrupted; the rows that were done are shown", 130)
+
+
+def _announce(method: str) -> None:
+    sys.stderr.write(f"{method} ...\n")
+
+
 @app.command("schema")
 def schema_command() -> None:
     """Print the JSON Schema of mechanism files, for completion in editors."""

@@ -118,12 +118,25 @@ def print_check(report: CheckReport) -> None:
         console.print(f"held: {node} {'clamped' if len(dofs) == 6 else ' '.join(dofs)}", markup=False)
     if len(report.held) > 20:
         console.print(f"held: and {len(report.held) - 20} more nodes", markup=False)
+    _print_corrections(console, report)
     if not report.doubts:
         console.print("no doubts", style="green")
         return
     console.print(f"{len(report.doubts)} doubt{'s' if len(report.doubts) > 1 else ''}", style="yellow")
     for doubt in report.doubts:
         console.print(f"  {doubt}", markup=False)
+
+
+def _print_corrections(console: Console, report: CheckReport) -> None:
+    """One line for every set of corrections: the members that have it, with their ends unless both are clamped."""
+    members: dict[tuple[str, ...], list[str]] = {}
+    for place, names in report.corrections.items():
+        ends = report.ends[place]
+        strip = {"plate", "warping"} & set(names)
+        shown = place if ends == ("clamped", "clamped") or not strip else f"{place} ({', '.join(ends)})"
+        members.setdefault(names, []).append(shown)
+    for names, places in members.items():
+        console.print(f"corrected for {', '.join(names)}: {_shorten(tuple(places))}", markup=False)
 
 
 def _shorten(names: tuple[str, ...]) -> str:

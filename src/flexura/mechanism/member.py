@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector
-from flexura.mechanism.profile import Profile
-from flexura.mechanism.section import Section
+from flexura.mechanism.corrections import Correction, Corrections, Ends
+from flexura.mechanism.profile import Leaf, Notch, Profile
+from flexura.mechanism.section import Circle, Rectangle, Section, SectionConstants, Tube
 
 Theory = Literal["rayleigh", "timoshenko", "euler_bernoulli"]
 Integration = Literal["stepped", "tapered"]
@@ -31,6 +32,10 @@ class Member(Part):
     end_offset: Vector = ORIGIN
     theory: Theory | None = None
     """Beam theory; None takes the mechanism's."""
+    corrections: Corrections | None = None
+    """What is added to beam theory; None takes the mechanism's."""
+    ends: Ends | None = None
+    """Whether the end sections are held flat, so that they neither warp nor curl; None works it out."""
 
 
 class Link(Member):
@@ -51,3 +56,13 @@ class Flexure(Member):
     profile: Profile
     elements: ElementCount = 10
     integration: Integration = "stepped"
+
+
+def possible_corrections(form: Section | Profile, theory: Theory) -> frozenset[Correction]:
+    """Corrections that mean something for a section or profile under a beam theory."""
+    names: set[Correction] = set() if theory == "euler_bernoulli" else {"shear"}
+    if isinstance(form, Rectangle | Leaf | Notch):
+        names |= {"plate", "warping"}
+    if not isinstance(form, Rectangle | Circle | Tube | SectionConstants | Leaf):
+        names.add("notch")
+    return frozenset(names)

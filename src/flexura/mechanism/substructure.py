@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Vector, refuse
 from flexura.mechanism.body import PointMass, RigidBody, Rotation, Spring, Superelement
+from flexura.mechanism.corrections import Corrections
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link, Theory
 from flexura.mechanism.parameters import Parameter
@@ -117,6 +118,8 @@ class Mechanism(Substructure):
     description: str = ""
     theory: Theory = "rayleigh"
     """Beam theory of members that do not name their own; the paper's is `rayleigh`."""
+    corrections: Corrections = "auto"
+    """What is added to the beam theory of members that do not say so themselves; the paper adds nothing, `none`."""
     parameters: dict[Name, Parameter] = {}
     materials: dict[Name, Material | str] = {}
     """Own materials, or other names for those of the catalogue."""

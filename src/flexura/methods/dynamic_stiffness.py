@@ -46,6 +46,9 @@ REPEATED = 1e-10
 NEAR = 1e-8
 """Relative size of an eigenvalue of K(omega) that counts as zero when a shape is taken from it."""
 
+VERIFIED = 1e-8
+"""Relative distance on both sides of a squared frequency at which counts confirm its number."""
+
 STEPS = 100
 
 NUDGES = (1e-12, -1e-12, 1e-10, -1e-10)
@@ -144,7 +147,7 @@ class DynamicStiffness:
         if not len(self.assembler.physical):
             raise OptionError("every node that the substructures keep is held: cut a member in two to see it move")
         self.parts = {name: _ExactPart(model, reducer, pieces) for name, reducer in self.assembler.reducers.items()}
-        self._copies = {name: len(model.plan.topology.placed[name].paths) for name in self.parts}
+        self.copies = [len(model.plan.topology.placed[name].paths) for name in self.parts]
 
     def at(self, omega: float | complex) -> tuple[Array, Array, int]:
         """K (n, n), -dK/d(omega^2) (n, n) and J0 at an angular frequency, rad/s, over the kept nodes' DOFs."""
@@ -164,7 +167,7 @@ class DynamicStiffness:
             K.append(Tt @ own.K @ T)
             M.append(-(Tt @ own.slope @ T))
         scatter = self.assembler.scatter((0,) * len(parts))
-        J0 = sum(own.J0 * self._copies[name] for name, own in parts.items())
+        J0 = sum(own.J0 * copies for own, copies in zip(parts.values(), self.copies, strict=True))
         return scatter.dense(K), scatter.dense(M), J0, parts
 
     def count_below(self, hz: float) -> int:
@@ -221,28 +224,28 @@ class _Estimates:
         return self._found.vectors[:, :count]
 
 
-@dataclass
 class _Search:
-    """Natural frequencies by number: Newton's method on the eigenvalue of that number, within bounds from counts."""
+    """The natural frequency of one number, from 0: Newton's method on the eigenvalue of that number, within bounds from
+    counts."""
 
-    method: DynamicStiffness
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
+    def __init__(self, method: DynamicStiffness, number: int) -> None:
+        self.method, self.number = method, number
+        self.lower, self.upper = 0.0, np.inf
 
-    def look(self, lam: float, k: int) -> float:
-        """Distance from lam to the squared frequency number k by the linearised problem, nan where that says nothing;
-        narrows the bounds of every frequency."""
+    def look(self, lam: float) -> tuple[NDArray[np.float64], int]:
+        """Distances (copies,) from lam to this squared frequency and those after it by the linearised problem, empty
+        where that says nothing, and the number of frequencies below lam; narrows the bounds."""
         K, M, J0 = self._evaluate(lam)
         try:
             delta, _ = _pencil(K, M)
-            negative = int((delta < 0).sum())
         except SolverError:  # next to a pole M is all but of rank one
-            delta, negative = np.empty(0), _negative(K)
-        below = J0 + negative
-        number = np.arange(len(self.lower))
-        self.upper[number < below] = np.minimum(self.upper[number < below], lam)
-        self.lower[number >= below] = np.maximum(self.lower[number >= below], lam)
-        return float(delta[k - J0]) if 0 <= k - J0 < len(delta) else np.nan
+            delta = np.empty(0)
+        below = J0 + _negative(K)
+        if below > self.number:
+            self.upper = min(self.upper, lam)
+        else:
+            self.lower = max(self.lower, lam)
+        return (delta[self.number - J0 :] if self.number >= J0 else np.empty(0)), below
 
     def _evaluate(self, lam: float) -> tuple[Array, Array, int]:
         for nudge in (0.0, *NUDGES):
@@ -254,22 +257,31 @@ class _Search:
                 return K, M, J0
         raise SolverError(f"no stable evaluation near {np.sqrt(lam) / HERTZ:.6g} Hz")
 
-    def find(self, k: int, start: float) -> float:
-        """The squared angular frequency number k, from 0."""
+    def find(self, start: float) -> list[float]:
+        """The squared angular frequency of this number, and all its copies."""
         lam, last = start, np.inf
         for _ in range(STEPS):
-            if not self.lower[k] < lam < self.upper[k]:
-                bounded = np.isfinite(self.upper[k])
-                lam = float((self.lower[k] + self.upper[k]) / 2 if bounded else 2 * max(self.lower[k], start))
-            step = self.look(lam, k)
+            if not self.lower < lam < self.upper:
+                lam = (self.lower + self.upper) / 2 if np.isfinite(self.upper) else 2 * max(self.lower, start)
+            delta, _ = self.look(lam)
+            step = float(delta[0]) if len(delta) else np.nan
             if abs(step) <= CONVERGED * lam:
-                return lam + step
-            if self.upper[k] - self.lower[k] <= BRACKETED * lam:
-                return float(self.upper[k] + self.lower[k]) / 2
-            shrinks = abs(step) < 0.5 * last
+                copies = self._confirmed(lam + step)
+                if copies:
+                    return [lam + step, *(lam + delta[1:copies]).tolist()]
+            if self.upper - self.lower <= BRACKETED * lam:
+                return [(self.upper + self.lower) / 2]
+            shrinks = CONVERGED * lam < abs(step) < 0.5 * last
             last = abs(step) if np.isfinite(step) else np.inf
-            lam = lam + step if np.isfinite(step) and shrinks else np.nan
-        raise SolverError(f"natural frequency {k + 1} was not found in {STEPS} steps")
+            lam = lam + step if shrinks else np.nan
+        raise SolverError(f"natural frequency {self.number + 1} was not found in {STEPS} steps")
+
+    def _confirmed(self, lam: float) -> int:
+        """How many frequencies from this number on the counts on both sides of lam show there: at a pole, where
+        Newton's method stands still, none."""
+        _, below = self.look(lam * (1 - VERIFIED))
+        _, above = self.look(lam * (1 + VERIFIED))
+        return above - self.number if below <= self.number < above else 0
 
 
 def dynamic_stiffness(model: FullOrderModel, count: int) -> Solution:
@@ -281,13 +293,12 @@ def dynamic_stiffness(model: FullOrderModel, count: int) -> Solution:
     method = DynamicStiffness(model)
     start = method.estimates.values(count)
     count = len(start)
-    rigid = int((start == 0).sum())
+    found = [0.0] * int((start == 0).sum())
     top = float(start[-1]) if count and start[-1] > 0 else 1.0
-    search = _Search(method, np.zeros(count), np.full(count, np.inf))
-    values = np.zeros(count)
-    for k in range(rigid, count):
-        values[k] = search.find(k, float(start[k]) if start[k] > 0 else top)
-    values = np.sort(values)
+    while len(found) < count:
+        k = len(found)
+        found += _Search(method, k).find(float(start[k]) if start[k] > 0 else top)
+    values = np.sort(found[:count])
     shapes = _shapes(method, values)
     note = "exact for uniform members; none missed (Wittrick and Williams)"
     return Solution("dynamic stiffness", None, np.sqrt(values) / HERTZ, shapes, note)

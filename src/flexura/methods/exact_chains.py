@@ -21,10 +21,11 @@ from flexura.structure.slots import Index
 class ExactChains:
     """Chains (c,) of a part that have the same number of uniform pieces (s,), in walking order.
 
-    They are the `members` (c,) of a group; `beam` are all different pieces of the part and `kind` (c, s) which of them each is; `reverse` (c, s) marks those
-    walked from end to start. `X` (c, s, 6, 6) takes twists at the chain's pole, its first node, to those at the
-    start of the piece in its own axes. `B` (c, 12, 12) takes the displacements of the two end nodes to [t, e], and
-    `nodes` (c, e + 1), with `arms` (c, e + 1, 3) from the pole, are the nodes passed, after `passed` (e + 1,) pieces.
+    They are the `members` (c,) of a group; `beam` are all different pieces of the part, `kind` (c, s) says which of
+    them each is, and `reverse` (c, s) marks those walked from end to start. `X` (c, s, 6, 6) takes twists at the
+    chain's pole, its first node, to those at the start of the piece in its own axes. `B` (c, 12, 12) takes the
+    displacements of the two end nodes to [t, e], and `nodes` (c, e + 1), with `arms` (c, e + 1, 3) from the pole, are
+    the nodes passed, after `passed` (e + 1,) pieces.
     """
 
     members: Index
@@ -49,15 +50,19 @@ class ExactChains:
 
     def joined(self, lam: float | complex) -> tuple[DynamicBeam, list[Joint]]:
         """The chains (c,), and the joints of every level, each (c, pairs), lowest first."""
-        level, levels = self.pieces(lam), []
-        while level.J0.shape[-1] > 1:
-            pairs = level.J0.shape[-1] // 2
-            first, second = (DynamicBeam(*(f[:, k : 2 * pairs : 2] for f in level)) for k in (0, 1))
-            joint = join(first, second)
-            levels.append(joint)
-            rest = DynamicBeam(*(f[:, 2 * pairs :] for f in level))
-            level = DynamicBeam(*(np.concatenate(f, axis=1) for f in zip(joint.beam, rest, strict=True)))
-        return DynamicBeam(*(f[:, 0] for f in level)), levels
+        return in_series(self.pieces(lam))
+
+    def split(self, lam: float | complex) -> tuple[DynamicBeam, DynamicBeam]:
+        """The first two fifths (c,) of the pieces and the others, each joined; there are at least three pieces.
+
+        Modes of a uniform chain with held ends have nodes at halves, thirds and quarters, where a joint does not move.
+        """
+        pieces = self.pieces(lam)
+        middle = 2 * pieces.J0.shape[-1] // 5
+        first, second = (
+            in_series(DynamicBeam(*(f[:, own] for f in pieces)))[0] for own in (slice(middle), slice(middle, None))
+        )
+        return first, second
 
     def twists(self, levels: list[Joint], ends: Array) -> Array:
         """Twists (c, s + 1, 6, k) of all piece ends at the pole, from displacements (c, 12, k) of the end nodes."""
@@ -71,6 +76,19 @@ class ExactChains:
             below[:, 1::2] = np.concatenate([t + first, e - first], axis=2)
             motion = np.concatenate([below, motion[:, pairs:]], axis=1)
         return np.concatenate([motion[:, :1, :6], motion[:, :, :6] + motion[:, :, 6:]], axis=1)
+
+
+def in_series(level: DynamicBeam) -> tuple[DynamicBeam, list[Joint]]:
+    """Beams (c, s) joined along the last axis to (c,), and the joints of every level."""
+    levels = []
+    while level.J0.shape[-1] > 1:
+        pairs = level.J0.shape[-1] // 2
+        first, second = (DynamicBeam(*(f[:, k : 2 * pairs : 2] for f in level)) for k in (0, 1))
+        joint = join(first, second)
+        levels.append(joint)
+        rest = DynamicBeam(*(f[:, 2 * pairs :] for f in level))
+        level = DynamicBeam(*(np.concatenate(f, axis=1) for f in zip(joint.beam, rest, strict=True)))
+    return DynamicBeam(*(f[:, 0] for f in level)), levels
 
 
 def exact_chains(part: Part, group: ChainGroup, geometry: Geometry, cut: Cut) -> list[ExactChains]:

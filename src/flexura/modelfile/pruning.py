@@ -37,6 +37,8 @@ _STAND_INS: dict[str, Any] = {
     "elements": 1,
     "integration": "stepped",
     "theory": "rayleigh",
+    "corrections": "none",
+    "ends": ["clamped", "clamped"],
 }
 """What takes the place of a faulty key of a member, so that the nodes and material that it names are still checked."""
 

@@ -15,6 +15,7 @@ from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
 from flexura.mechanism.member import Flexure, Link
 from flexura.mechanism.substructure import Mechanism
+from flexura.structure.corrections import Factors, MemberCorrections
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
 from flexura.structure.slots import Index, SlotTable
 
@@ -38,6 +39,7 @@ class Cut(NamedTuple):
 class Elements:
     """Matrices of beam elements in their own axes, each worked out when first asked for.
 
+    Mass follows from the sections themselves, stiffness from the effective ones that corrections make of them.
     K, M: (..., e, 12, 12); flexibility C: (..., e, 6, 6), end j loaded with end i clamped; length: (..., e), m.
     """
 
@@ -48,9 +50,11 @@ class Elements:
         finer: Callable[[Array], Stations],
         length: Array,
         flags: tuple[Array, Array],
+        factors: Factors | None = None,
     ) -> None:
         self._E, self._G, self._rho = moduli
-        self._sections, self._finer = sections, finer
+        self._sections, self._finer, self._factors = sections, finer, factors
+        self._stiff = sections if factors is None else factors.applied(sections, slice(None))
         self._stations = finer(STATIONS)
         self.length = length
         self._shear, self._rotary = flags
@@ -62,20 +66,25 @@ class Elements:
         for at, sections in self._stations:
             moduli = (self._E[..., at], self._G[..., at], self._rho[..., at])
             flags = (self._shear[at], self._rotary[at])
-            found.append((at, *tapered(*moduli, sections, self.length[..., at], *flags, STATIONS, WEIGHTS)))
+            stiff = self._effective(sections, at)
+            found.append((at, *tapered(*moduli, stiff, self.length[..., at], *flags, STATIONS, WEIGHTS, sections)))
         return found
+
+    def _effective(self, sections: SectionProperties, at: Index) -> SectionProperties:
+        """Effective sections (..., e', stations) of tapered elements."""
+        return sections if self._factors is None else self._factors.applied(sections, at, stations=True)
 
     @cached_property
     def _phi(self) -> tuple[Array | float, Array | float]:
         """Shear parameters of the two planes, zero where no element shears."""
         if not self._shear.any():
             return 0.0, 0.0
-        return element.phi(self._E, self._G, self._sections, self.length, self._shear)
+        return element.phi(self._E, self._G, self._stiff, self.length, self._shear)
 
     @cached_property
     def K(self) -> Array:
         """Stiffness (..., e, 12, 12)."""
-        K = element.stiffness(self._E, self._G, self._sections, self.length, self._shear)
+        K = element.stiffness(self._E, self._G, self._stiff, self.length, self._shear)
         for at, C, _ in self._tapered:
             K[..., at, :, :] = element.stiffness_from_flexibility(C, self.length[..., at])
         return K
@@ -95,13 +104,14 @@ class Elements:
         """
         if self._stations:
             raise OptionError("elements with integration: tapered have no coefficients; use stepped ones")
-        K = element.stiffness_coefficients(self._E, self._G, self._sections, self.length, self._shear)
+        K = element.stiffness_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
         return K, element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
 
     @cached_property
     def uniform(self) -> UniformBeam:
         """The elements (..., e) as uniform beams, with the section at the middle of each."""
-        return _uniform((self._E, self._G, self._rho), self._sections, self.length, (self._shear, self._rotary))
+        moduli, flags = (self._E, self._G, self._rho), (self._shear, self._rotary)
+        return _uniform(moduli, self._stiff, self._sections, self.length, flags)
 
     def cut(self, own: slice, pieces: int, tapered_pieces: int) -> Cut:
         """A run of elements cut into uniform pieces of equal length, tapered ones tapered_pieces times as finely.
@@ -119,7 +129,7 @@ class Elements:
             moduli = tuple(m[mine][:, None] for m in (self._E, self._G, self._rho))
             flags = (self._shear[mine][:, None], self._rotary[mine][:, None])
             fine = SectionProperties(*(f[e] for f in sections))
-            beam = _uniform(moduli, fine, self.length[mine][:, None] / count, flags)
+            beam = _uniform(moduli, self._effective(fine, mine), fine, self.length[mine][:, None] / count, flags)
             beams.append(UniformBeam(*(f.ravel() for f in beam)))
             for k, element_number in enumerate(mine):
                 kinds[element_number - own.start] = first + count * k + np.arange(count)
@@ -131,7 +141,7 @@ class Elements:
     @cached_property
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
-        C = element.flexibility(self._E, self._G, self._sections, self.length, self._shear)
+        C = element.flexibility(self._E, self._G, self._stiff, self.length, self._shear)
         for at, own, _ in self._tapered:
             C[..., at, :, :] = own
         return C
@@ -169,14 +179,19 @@ class ElementSlice:
 
 
 def _uniform(
-    moduli: tuple[Array, ...], section: SectionProperties, length: Array, flags: tuple[Array, Array]
+    moduli: tuple[Array, ...],
+    stiff: SectionProperties,
+    section: SectionProperties,
+    length: Array,
+    flags: tuple[Array, Array],
 ) -> UniformBeam:
-    """Rigidities and inertias of a section with shear and rotary inertia as flagged."""
+    """Rigidities of the effective section and inertias of the actual one, with shear and rotary inertia as flagged."""
     E, G, rho = moduli
-    A, Iy, Iz, J, ky, kz = section
+    A, Iy, Iz, J, ky, kz = stiff
     shear, rotary = flags
-    slide, turn = shear / (G * A), rho * rotary
-    fields = (E * A, G * J, E * Iy, E * Iz, slide / ky, slide / kz, rho * A, rho * (Iy + Iz), turn * Iy, turn * Iz)
+    slide, mass, polar = shear / (G * A), rho * section.A, rho * (section.Iy + section.Iz)
+    turn_y, turn_z = rho * rotary * section.Iy, rho * rotary * section.Iz
+    fields = (E * A, G * J, E * Iy, E * Iz, slide / ky, slide / kz, mass, polar, turn_y, turn_z)
     return UniformBeam(*np.broadcast_arrays(*fields, length))
 
 
@@ -203,7 +218,9 @@ class Members:
         for group, _, _ in self.groups:
             self.is_round[group.index] = group.kind[0] in ("round", "circle", "tube")
         theories = [m.theory or mechanism.theory for m in members]
+        self.corrections = MemberCorrections(members, mechanism, self.groups)
         self.shear = np.array([t == "timoshenko" for t in theories], dtype=float)
+        self.shear[self.corrections.shear] = 1.0
         self.rotary = np.array([t != "euler_bernoulli" for t in theories], dtype=float)
         self._flags = (self.shear[self.element_member], self.rotary[self.element_member])
 
@@ -260,4 +277,20 @@ class Members:
         m = self.element_member
         moduli = (E[..., m], G[..., m], rho[..., m])
         finer = partial(self.stations, values, nu, length)
-        return Elements(moduli, sections, finer, (length / self.counts)[..., m], self._flags)
+        factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
+        return Elements(moduli, sections, finer, (length / self.counts)[..., m], self._flags, factors)
+
+    def bulk(self, values: Array, length: Array) -> tuple[Array, Array, Array]:
+        """Torsion constants at both ends (m, 2) and the least along the member (m,), m^4; the least thickness (m,), m.
+
+        One design.
+        """
+        _, _, nu, _ = self.moduli(values)
+        ends, least, thickness = np.empty((len(self.counts), 2)), np.empty(len(self.counts)), np.empty(len(self.counts))
+        for group, _, _ in self.groups:
+            at = group.index
+            own = group.properties(values, nu[at], length[at], np.linspace(0, 1, 41))
+            J, depth = (np.broadcast_to(f, (len(at), 41)) for f in (own.J, np.sqrt(12 * own.Iy / own.A)))
+            ends[at], least[at] = J[:, [0, -1]], J.min(axis=1)
+            thickness[at] = np.minimum(depth, np.sqrt(12 * own.Iz / own.A)).min(axis=1)
+        return ends, least, thickness

@@ -19,6 +19,7 @@ from flexura.mechanism.expression import Expression
 from flexura.mechanism.layout import Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
 from flexura.mechanism.substructure import Mechanism
+from flexura.structure.ends import settle_ends
 from flexura.structure.members import ElementSlice, Members
 from flexura.structure.part import Lump, Part, PartGeometry, PartMatrices
 from flexura.structure.slots import Index, SlotTable
@@ -124,6 +125,7 @@ class Plan:
         self.prepared: dict[str, Any] = {}
         """What later steps have worked out from this plan alone, to be used again."""
         self._geometry_slots = self._find_geometry_slots()
+        self._settle_corrections()
 
     @cached_property
     def full_order(self) -> FullOrderAssembler:
@@ -131,6 +133,18 @@ class Plan:
         from flexura.structure.full_order import FullOrderAssembler
 
         return FullOrderAssembler(self)
+
+    def _settle_corrections(self) -> None:
+        """Work out which ends are clamped at the default parameters, where a correction asks for it."""
+        if not self._members.corrections.wanted.any():
+            return
+        values = self.values()
+        geometry = self.geometry(values)
+        settled = [settle_ends(self.layout, p, values, geometry.parts[name]) for name, p in self.parts.items()]
+        for part, found in zip(self.parts.values(), settled, strict=True):
+            part.table.corrections.settle(*found)
+        clamped, slender = (np.concatenate(found) for found in zip(*settled, strict=True))
+        self._members.corrections.settle(clamped, slender)
 
     def _find_geometry_slots(self) -> Index:
         """Slots with expressions on which positions, lengths and orientations depend."""

@@ -6,7 +6,8 @@ import math
 
 from flexura.errors import Path
 from flexura.mechanism.checks.survey import Survey, prefix, shown
-from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism.corrections import CORRECTIONS
+from flexura.mechanism.member import Flexure, Link, possible_corrections
 from flexura.mechanism.placement import Point
 from flexura.mechanism.profile import (
     CircularContour,
@@ -35,6 +36,7 @@ def check_members(survey: Survey) -> None:
 
 
 def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[str, Point]) -> None:
+    _corrections(survey, path, member)
     if not _is_round(survey, member) and member.reference is None:
         hint = "reference: a direction across the member, in the plane of its axis and its thickness"
         survey.report((*path, "reference"), "", "required for a section that is not round, but missing", hint)
@@ -69,6 +71,32 @@ def _is_round(survey: Survey, member: Link | Flexure) -> bool:
     if isinstance(section, str):
         section = survey.layout.mechanism.sections.get(section)
     return section is None or isinstance(section, ROUND_SECTIONS)
+
+
+def _corrections(survey: Survey, path: Path, member: Link | Flexure) -> None:
+    """Report corrections named for a member to which they mean nothing."""
+    mechanism = survey.layout.mechanism
+    form = member.section if isinstance(member, Link) else member.profile
+    if isinstance(form, str):
+        form = mechanism.sections.get(form)
+    if form is None or not isinstance(member.corrections, tuple):
+        return
+    theory = member.theory or mechanism.theory
+    possible = possible_corrections(form, theory)
+    for name in member.corrections:
+        if name not in possible:
+            rule, hint = _MEANINGLESS[name]
+            offered = ", ".join(c for c in CORRECTIONS if c in possible) or "none"
+            survey.report((*path, "corrections"), name, rule, f"{hint}; possible here: {offered}")
+
+
+_MEANINGLESS = {
+    "plate": ("only a strip can be wide: a rectangle, a leaf or a one-axis notch", "leave it out"),
+    "warping": ("warping is known for a rectangle, a leaf or a one-axis notch", "leave it out"),
+    "notch": ("only a flexure with a contour has a notch", "leave it out"),
+    "shear": ("the theory euler_bernoulli is without shear", "theory: rayleigh or timoshenko"),
+}
+"""Why a correction cannot apply, and what to do."""
 
 
 def _reference(survey: Survey, path: Path, member: Link | Flexure, axis: list[float]) -> None:

@@ -1,0 +1,121 @@
+"""Notches whose flanks are steep: every slice between two sections as part of a wedge, with the wedge's exact stresses.
+
+In a wedge the sections that stay free of hoop stress are arcs about its apex. Between straight flanks the stresses of a
+moment (Carothers 1912) and of an axial force (Michell 1900) are exact; at a kink of the flanks the arc turns into the
+next one, and the fan between the two belongs to the notch as well. Beam theory is the limit of a small angle.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import chebyshev, legendre
+from numpy.typing import ArrayLike
+
+from flexura.beam._columns import FloatArray
+
+_DEGREE = 14
+"""Degree of the Chebyshev series, in the square of the angle, of the four functions of the angle: 1e-9 of each."""
+
+
+def notch_flexibility(step: ArrayLike, thickness: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return rotation per moment and stretch per force of every slice of a symmetric notch (theory eqs. F10-F15).
+
+    Twice the strain energy of a plate of unit width and E = 1 under a unit moment or force: per slice
+    F(alpha) int dx / (h^3 cos alpha) and N(alpha) int dx / (h cos alpha), tan alpha = h'/2, and at every section
+    [G(alpha+) - G(alpha-)]/h^2 and [P(alpha+) - P(alpha-)], half of it to either side; flanks go on straight beyond
+    the ends. For small angles 12 int dx/h^3 and int dx/h. What exceeds these is shared out so that no slice has less:
+    kinks to a smaller angle, as at the ends, take away from all slices alike.
+
+    step: (...) m, distance of the sections; thickness h: (..., k + 1) m at k + 1 >= 2 of them. Returns two arrays
+    (..., k): 1/m^2 and -.
+
+    Against plane-stress finite elements, for circular, elliptical, parabolic, V-shaped and corner-filleted notches:
+    rotation within 0.5 % up to web/radius = 0.2 and 2 % up to 0.5, stretch 4 % and 7 % too soft.
+    """
+    dx = np.asarray(step, dtype=np.float64)[..., None]
+    h = np.asarray(thickness, dtype=np.float64)
+    h0, h1 = h[..., :-1], h[..., 1:]
+    half_rise = (h1 - h0) / 2
+    angle = np.arctan2(half_rise, dx)
+    flank = np.hypot(dx, half_rise)
+    rotation, stretch, turn, fan = _of_angle(angle)
+    square = 1 / (h * h)
+    rotation = rotation * flank * (h0 + h1) / 2 * square[..., :-1] * square[..., 1:]
+    stretch = stretch * flank * _mean_inverse(h0, h1)
+    beam = beam_flexibility(step, thickness)
+    return _with_kinks(rotation, turn, square, beam[0]), _with_kinks(stretch, fan, np.ones_like(h), beam[1])
+
+
+def _with_kinks(slices: FloatArray, kink: FloatArray, weight: FloatArray, beam: FloatArray) -> FloatArray:
+    """Slices (..., k) with the fans at k + 1 sections, where the functions `kink` (..., k) jump, times `weight`."""
+    jump = np.zeros_like(weight)
+    jump[..., :-1] = kink
+    jump[..., 1:] -= kink
+    jump *= weight
+    total = (slices - beam).sum(axis=-1, keepdims=True) + jump.sum(axis=-1, keepdims=True)
+    slices = slices - beam
+    slices[..., :-1] += jump[..., 1:-1] / 2
+    slices[..., 1:] += jump[..., 1:-1] / 2
+    excess = np.maximum(slices, 0.0)
+    whole = excess.sum(axis=-1, keepdims=True)
+    return beam + excess * np.maximum(total, 0.0) / np.where(whole > 0, whole, 1.0)
+
+
+def beam_flexibility(step: ArrayLike, thickness: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return 12 int dx/h^3 and int dx/h of every slice, h linear in between: what beam theory has instead.
+
+    Arguments and results as in `notch_flexibility`.
+    """
+    dx = np.asarray(step, dtype=np.float64)[..., None]
+    h = np.asarray(thickness, dtype=np.float64)
+    h0, h1 = h[..., :-1], h[..., 1:]
+    return 6 * dx * (h0 + h1) / (h0 * h1) ** 2, dx * _mean_inverse(h0, h1)
+
+
+def wedge_functions(angle: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return F, N, dG/dalpha and dP/dalpha at half-angles 0 < alpha <= pi/2 by quadrature (theory eqs. F12-F14).
+
+    With e_M = [4 sin^2 2theta + 2 (cos 2theta - cos 2alpha)^2] / (sin 2alpha - 2 alpha cos 2alpha)^2 and e_N =
+    4 cos^2 theta / (2 alpha + sin 2alpha)^2: F = 8 sin^3 alpha int e_M, N = 2 sin alpha int e_N over |theta| < alpha,
+    and the same with the weight (cos theta - cos alpha)/(2 sin^2 alpha).
+
+    angle: (...) rad; digits are lost like 1e-16/alpha^2. Returns four arrays (...), -.
+    """
+    a = np.asarray(angle, dtype=np.float64)[..., None]
+    points, weights = legendre.leggauss(24)
+    theta = a * points
+    s = np.sin(a)
+    bending = 4 * np.sin(2 * theta) ** 2 + 2 * (np.cos(2 * theta) - np.cos(2 * a)) ** 2
+    bending = bending / (np.sin(2 * a) - 2 * a * np.cos(2 * a)) ** 2 * 8 * s**3
+    axial = 8 * s * np.cos(theta) ** 2 / (2 * a + np.sin(2 * a)) ** 2
+    fan = (np.cos(theta) - np.cos(a)) / (2 * s * s)
+    F, N, dG, dP = ((a * weights * f).sum(axis=-1) for f in (bending, axial, bending * fan, axial * fan))
+    return F, N, dG, dP
+
+
+def _mean_inverse(h0: FloatArray, h1: FloatArray) -> FloatArray:
+    """Mean of 1/h over a linear h: ln(h1/h0)/(h1 - h0)."""
+    q = (h1 - h0) / (h1 + h0)
+    small = np.abs(q) < 1e-3
+    safe = np.where(small, 0.5, q)
+    series = 1 + q * q * (1 / 3 + q * q / 5)  # artanh(q)/q
+    return 2 / (h0 + h1) * np.where(small, series, np.arctanh(safe) / safe)
+
+
+def _of_angle(angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """F, N (even) and G, P (odd) of the half-angles (...), |alpha| <= pi/2."""
+    square = (angle * (2 / np.pi)) ** 2
+    F, N, G, P = chebyshev.chebval(2 * square - 1, _series())
+    return F, N, angle * G, angle * P
+
+
+@lru_cache(maxsize=1)
+def _series() -> FloatArray:
+    """Chebyshev coefficients (degree + 1, 4) of F, N, G/alpha and P/alpha in the square of the angle."""
+    points = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
+    alpha = np.pi / 2 * np.sqrt((points + 1) / 2)
+    F, N, _, _ = wedge_functions(alpha)
+    inner, weights = legendre.leggauss(24)
+    _, _, dG, dP = wedge_functions(alpha[:, None] * (inner + 1) / 2)
+    values = np.stack([F, N, dG @ weights / 2, dP @ weights / 2], axis=-1)
+    return np.asarray(np.linalg.solve(chebyshev.chebvander(points, _DEGREE), values), dtype=np.float64)

@@ -1,0 +1,79 @@
+"""Methods side by side on a terminal."""
+
+from __future__ import annotations
+
+from rich.table import Table
+
+from flexura.cli.tables import _console
+from flexura.methods import Comparison, ComparisonRow
+
+BLOCK = 8
+"""So many modes side by side."""
+
+
+def print_comparison(result: Comparison) -> None:
+    """Print one row a method: order, the frequency of every mode compared, worst error, time; then the notes."""
+    console = _console()
+    title = f"{result.name}: frequencies in Hz, errors against {result.reference}"
+    console.print(title, style="bold", markup=False)
+    columns = max((_highest(row, result.n) for row in result.rows), default=0)
+    for first in range(0, max(columns, 1), BLOCK):
+        modes = range(first, min(first + BLOCK, columns))
+        console.print(_table(result, modes, is_last=first + BLOCK >= columns))
+    for row in result.rows:
+        for text in _remarks(row, columns):
+            console.print(f"{row.method}: {text}", markup=False)
+
+
+def _table(result: Comparison, modes: range, is_last: bool) -> Table:
+    """A block of modes; order comes with the first, worst error and time with the last."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("method")
+    before = ["order"] if modes.start == 0 else []
+    after = ["worst error", "time"] if is_last else []
+    for heading in (*before, *(f"mode {k + 1}" for k in modes), *after):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in result.rows:
+        if row.failure:
+            continue
+        of_mode = dict(zip(row.counterpart, row.frequency_hz, strict=True))
+        frequencies = [f"{of_mode[k + 1]:.5g}" if k + 1 in of_mode else "-" for k in modes]
+        order = ["" if row.order is None else str(row.order)] if before else []
+        table.add_row(row.method, *order, *frequencies, *(_last_cells(row, result.reference) if after else []))
+    return table
+
+
+def _highest(row: ComparisonRow, n: int) -> int:
+    """The highest mode compared that a row has, or has missed."""
+    return max([k for k in (*row.counterpart, *row.missed) if k is not None and k <= n], default=0)
+
+
+def _last_cells(row: ComparisonRow, reference: str) -> list[str]:
+    worst = row.worst_error
+    error = "" if row.method == reference else "-" if worst is None else f"{100 * worst:+.2g} %"
+    return [error, _duration(row.seconds)]
+
+
+def _remarks(row: ComparisonRow, columns: int) -> list[str]:
+    """What a row cannot show in its columns."""
+    if row.failure:
+        return [row.failure]
+    said = [row.note] if row.note else []
+    if row.missed:
+        said.append(f"has no mode {', '.join(map(str, row.missed))}")
+    strange = [f"{f:.5g}" for f, k in zip(row.frequency_hz, row.counterpart, strict=True) if k is None or k > columns]
+    if strange:
+        said.append(f"has {', '.join(strange)} Hz beside the modes compared")
+    return said
+
+
+def _duration(seconds: float | None) -> str:
+    if seconds is None:
+        return ""
+    return (
+        f"{seconds:.2f} s"
+        if seconds >= 1
+        else f"{1e3 * seconds:.2g} ms"
+        if seconds < 0.01
+        else f"{1e3 * seconds:.0f} ms"
+    )

@@ -1,0 +1,89 @@
+"""What methods share that write one equation system for all chains and junctions of a mechanism."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from flexura.beam.dynamic import Array
+from flexura.methods.dynamic_stiffness import DynamicStiffness
+from flexura.methods.exact_chains import ExactChains
+from flexura.structure.full_order import FullOrderModel
+from flexura.structure.scatter import Scatter
+from flexura.structure.slots import Index
+
+
+class ChainEquations(ABC):
+    """Equations over the displacements of all junctions and `extra` unknowns of every chain.
+
+    Junctions are the nodes that substructures keep, in the global frame, and those where members branch or lumps sit,
+    in the frame of their part. Elements are cut into `pieces` uniform beams.
+    """
+
+    extra = 6
+    pieces = 1
+
+    def __init__(self, model: FullOrderModel) -> None:
+        self.exact = DynamicStiffness(model, self.pieces)
+        assembler = self.exact.assembler
+        self._ends = {name: self._number(name) for name in self.exact.parts}
+        dofs, first = [], len(assembler.physical)
+        for name, part in self.exact.parts.items():
+            boundary = assembler.coordinates(name, 0, 0)
+            chains = sum(len(own.kind) for own in part.chains)
+            inner = 6 * len(part.reducer.remaining) - boundary.shape[1] + self.extra * chains
+            more = first + np.arange(inner * len(boundary)).reshape(len(boundary), inner)
+            dofs.append(np.hstack([boundary, more]))
+            first += more.size
+        self._scatter = Scatter(dofs, first)
+
+    def _number(self, name: str) -> list[tuple[Index, Index]]:
+        """DOFs (c, 6) of the first and the last node of the chains of every group, among the remaining nodes."""
+        part = self.exact.parts[name]
+        number = np.full(part.reducer.part.n_nodes, -1)
+        number[part.reducer.remaining] = np.arange(len(part.reducer.remaining))
+        ends = [6 * number[own.nodes[:, [0, -1]]][..., None] + np.arange(6) for own in part.chains]
+        return [(own[:, 0], own[:, 1]) for own in ends]
+
+    @property
+    def physical(self) -> int:
+        """How many of the unknowns, the first ones, are kept DOFs of the low-order model."""
+        return len(self.exact.assembler.physical)
+
+    def matrix(self, omega: complex) -> Array:
+        """The matrix (n, n) of all equations at an angular frequency, rad/s; real for real omega."""
+        lam = omega**2
+        transforms = self.exact.assembler.transforms(self.exact.model.geometry)
+        blocks = []
+        for name in self.exact.parts:
+            T = transforms[name]
+            b = T.shape[-1]
+            local = self._part(name, lam)
+            wide = np.zeros((len(T), len(local), len(local)))
+            wide[:, np.arange(b, len(local)), np.arange(b, len(local))] = 1.0
+            wide[:, :b, :b] = T
+            blocks.append(np.swapaxes(wide, -1, -2) @ local @ wide)
+        return self._scatter.dense(blocks)
+
+    def _part(self, name: str, lam: complex) -> Array:
+        """Equations of one prototype: equilibrium of its nodes, then those of its chains."""
+        part = self.exact.parts[name]
+        n = 6 * len(part.reducer.remaining)
+        chains = sum(len(own.kind) for own in part.chains)
+        local = np.zeros((n + self.extra * chains,) * 2, dtype=np.result_type(lam, float))
+        zeros = [np.zeros((len(group.nodes), 12, 12)) for group in part.reducer.chains]
+        local[:n, :n], _ = part.reducer.assembled_chains(zeros, zeros, lam, part.lumps)
+        at = n
+        for own, (first, last) in zip(part.chains, self._ends[name], strict=True):
+            unknowns = at + np.arange(self.extra * len(own.kind)).reshape(-1, self.extra)
+            self.add_chains(local, own, first, last, unknowns, lam)
+            at += unknowns.size
+        return local
+
+    @abstractmethod
+    def add_chains(
+        self, local: Array, chains: ExactChains, first: Index, last: Index, own: Index, lam: complex
+    ) -> None:
+        """Add the equations of chains (c,) to those of their part: DOFs of their ends `first`, `last` (c, 6) and their
+        own unknowns (c, extra)."""

@@ -1,0 +1,112 @@
+"""Which mode of one method is which mode of another: by shape where both have shapes, else by frequency in order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.methods.solution import Solution
+from flexura.structure.full_order import FullOrderModel
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+SAME_MODE = 0.5
+"""Least modal assurance criterion of a pair."""
+
+SAME_FREQUENCY = 1e-3
+"""Frequencies that all agree so well, relative, need no shapes to be paired."""
+
+REPEATED = 1e-5
+"""Frequencies closer than this, relative, are taken as repeated: their shapes are compared as a space."""
+
+SKIP = 0.02
+"""Price of a reference mode without a partner, as a logarithm of frequency."""
+
+STRAY = 0.2
+"""Price of a frequency without a partner."""
+
+
+def pair(model: FullOrderModel, reference: Solution, solution: Solution) -> list[int]:
+    """For every frequency of a solution the number, from 0, of its counterpart in the reference, or -1.
+
+    By `in_order` when all frequencies then agree within `SAME_FREQUENCY`, or when either has no shapes; else by the
+    mass-weighted modal assurance criterion (theory eq. L11).
+    """
+    ordered = in_order(reference.frequency_hz, solution.frequency_hz)
+    if agree(reference, solution, ordered) or reference.shapes is None or solution.shapes is None:
+        return ordered
+    overlap = _overlap(model, reference, solution)
+    distance = np.abs(reference.frequency_hz[:, None] - solution.frequency_hz)
+    partner = np.array(_assigned(overlap, distance), dtype=np.intp)
+    for at in _clusters(reference.frequency_hz):
+        own = np.isin(partner, at)
+        partner[own] = np.sort(partner[own])
+    return [int(p) for p in partner]
+
+
+def agree(reference: Solution, solution: Solution, partner: list[int]) -> bool:
+    """Whether every frequency has a counterpart that it equals within `SAME_FREQUENCY`."""
+    base = reference.frequency_hz[partner]
+    return -1 not in partner and bool((np.abs(solution.frequency_hz - base) <= SAME_FREQUENCY * base).all())
+
+
+def in_order(reference: Array, frequencies: Array) -> list[int]:
+    """Pair ascending frequencies without crossing, so that the sum of |ln f/f_ref| is least.
+
+    Modes on either side may be left out at a price, which is low for the reference's: a method is more likely to miss a
+    mode than to invent one. Reference frequencies beyond the last pair cost nothing.
+    """
+    floor = 1e-6 * float(max(np.max(reference, initial=0.0), np.max(frequencies, initial=0.0), 1e-300))
+    far = np.abs(np.log(np.asarray(frequencies) + floor)[:, None] - np.log(np.asarray(reference) + floor))
+    k, n = far.shape
+    cost = np.full((k + 1, n + 1), np.inf)
+    step = np.zeros((k + 1, n + 1), dtype=int)  # 0 a pair, 1 a reference skipped, 2 a frequency skipped
+    cost[0], step[0] = SKIP * np.arange(n + 1), 1
+    cost[:, 0], step[:, 0] = STRAY * np.arange(k + 1), 2
+    for i in range(1, k + 1):
+        for j in range(1, n + 1):
+            choices = (cost[i - 1, j - 1] + far[i - 1, j - 1], cost[i, j - 1] + SKIP, cost[i - 1, j] + STRAY)
+            step[i, j] = int(np.argmin(choices))
+            cost[i, j] = choices[step[i, j]]
+    partner = [-1] * k
+    i, j = k, int(np.argmin(cost[k]))
+    while i > 0:
+        taken = step[i, j]
+        if taken == 0:
+            partner[i - 1] = j - 1
+        i, j = i - int(taken != 1), j - int(taken != 2)
+    return partner
+
+
+def _overlap(model: FullOrderModel, reference: Solution, solution: Solution) -> Array:
+    """MAC (reference, solution) with every reference mode's space of repeated frequency."""
+    nodes, components = np.nonzero(model.plan.topology.dof >= 0)
+    assert reference.shapes is not None and solution.shapes is not None
+    base, own = reference.shapes[nodes, components], solution.shapes[nodes, components]
+    size = np.einsum("ik,ik->k", own, model.M @ own)
+    overlap = np.zeros((base.shape[1], own.shape[1]))
+    for at in _clusters(reference.frequency_hz):
+        space = base[:, at]
+        gram = space.T @ (model.M @ space)
+        along = space.T @ (model.M @ own)
+        overlap[at] = np.einsum("ik,ik->k", along, np.linalg.lstsq(gram, along, rcond=1e-10)[0]) / size
+    return np.clip(overlap, 0.0, 1.0)
+
+
+def _clusters(frequency: Array) -> list[Index]:
+    """Groups of consecutive frequencies that are repeated."""
+    breaks = np.flatnonzero(np.diff(frequency) > REPEATED * np.abs(frequency[1:])) + 1
+    return [part for part in np.split(np.arange(len(frequency)), breaks) if len(part)]
+
+
+def _assigned(overlap: Array, distance: Array) -> list[int]:
+    """The assignment with the largest sum of MACs, nearer frequencies first among equals."""
+    from scipy.optimize import linear_sum_assignment
+
+    cost = -overlap + 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
+    partner = [-1] * overlap.shape[1]
+    for row, column in zip(*linear_sum_assignment(cost), strict=True):
+        if overlap[row, column] >= SAME_MODE:
+            partner[int(column)] = int(row)
+    return partner

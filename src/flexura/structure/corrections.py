@@ -1,0 +1,216 @@
+"""Corrections of members beyond beam theory, as factors on the stiffness of their elements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import SectionProperties, section, strip, wedge
+from flexura.mechanism.corrections import CORRECTIONS
+from flexura.mechanism.member import Flexure, Link, possible_corrections
+from flexura.mechanism.substructure import Mechanism
+from flexura.structure.sections import SectionGroup
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+Bools = NDArray[Any]
+"""Truth values."""
+
+SLICES = 160
+"""Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""
+
+STUBBY = 2.0
+"""Length over thickness below which a uniform member is no strip, so that `auto` leaves it alone."""
+
+BULKY = 2.0
+"""Ratio of torsion constants above which a section holds another flat."""
+
+
+class Factors(NamedTuple):
+    """Factors (..., e) on the stiffness of elements: EA, EIy, EIz, GJ. Mass and shear stiffness stay as they are."""
+
+    axial: Array
+    bend_y: Array
+    bend_z: Array
+    twist: Array
+
+    def applied(self, own: SectionProperties, at: Index | slice, stations: bool = False) -> SectionProperties:
+        """Effective section of the elements `at`, whose sections are (..., e') or (..., e', stations)."""
+        a, y, z, t = (f[..., at, None] if stations else f[..., at] for f in self)
+        return SectionProperties(own.A * a, own.Iy * y, own.Iz * z, own.J * t, own.ky / a, own.kz / a)
+
+
+class MemberCorrections:
+    """Which corrections the members of a list have, and the factors that they come to.
+
+    `active` (m, 4), in the order of CORRECTIONS, and `clamped` (m, 2) hold once `settle` has been called: they depend
+    on the sizes at the default parameters, so that no correction comes and goes during a sweep.
+    """
+
+    def __init__(
+        self, members: Sequence[Link | Flexure], mechanism: Mechanism, groups: list[tuple[SectionGroup, int, bool]]
+    ) -> None:
+        self._groups = groups
+        self.wanted = np.zeros((len(members), len(CORRECTIONS)), dtype=bool)
+        self.automatic = np.zeros(len(members), dtype=bool)
+        for row, member in enumerate(members):
+            chosen = mechanism.corrections if member.corrections is None else member.corrections
+            form = member.section if isinstance(member, Link) else member.profile
+            form = mechanism.sections[form] if isinstance(form, str) else form
+            possible = possible_corrections(form, member.theory or mechanism.theory)
+            names = possible if chosen == "auto" else possible & set(() if chosen == "none" else chosen)
+            self.wanted[row] = [name in names for name in CORRECTIONS]
+            self.automatic[row] = chosen == "auto"
+        self.shear = self.wanted[:, CORRECTIONS.index("shear")]
+        self.settle(np.zeros((len(members), 2), dtype=bool), np.zeros(len(members), dtype=bool))
+
+    def settle(self, clamped: Bools, slender: Bools) -> None:
+        """Take in which ends are clamped (m, 2) and which members are long enough (m,) for `auto` to apply."""
+        self.clamped = clamped
+        plate, warping, shear, notch = self.wanted.T
+        holds = (slender | ~self.automatic) & clamped.any(axis=1)
+        self.active = np.stack([plate & holds, warping & holds, shear, notch], axis=1)
+        plate, warping, _, notch = self.active.T
+        self.any = bool((plate | warping | notch).any())
+
+    def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
+        """Factors of all elements for slot values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.
+
+        `first` (m + 1,) is the first element of every member.
+        """
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        factors = Factors(*np.ones((4, *lead, first[-1])))
+        for group, n, is_tapered in self._groups:
+            active = self.active[group.index]
+            if not np.delete(active, CORRECTIONS.index("shear"), axis=1).any():
+                continue
+            L, own_nu = length[..., group.index], nu[..., group.index]
+            clamped = self.clamped[group.index]
+            if group.kind in (("leaf",), ("rectangle",)):
+                b, t = group.sizes(values, L, np.array([0.5]))
+                own = _strip(b, t, own_nu[..., None], L[..., None], n, active, clamped)
+            else:
+                own = _notch(group, values, own_nu, L, n, is_tapered, active, clamped)
+            at = first[group.index][:, None] + np.arange(n)
+            for target, value in zip(factors, own, strict=True):
+                target[..., at] = value
+        return factors
+
+
+def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Bools) -> tuple[Array | float, ...]:
+    """Factors, (..., m, n) or 1, of uniform strips; b, t, nu, L: (..., m, 1)."""
+    span, start = _span(clamped)
+    edges = start + np.arange(n + 1) / n
+    place = (span * L, edges[:, :-1] * L, edges[:, 1:] * L)
+    plate, warping = active[:, :1], active[:, 1:2]
+    bend_y, bend_z, twist = 1.0, 1.0, 1.0
+    if plate.any():
+        bend_y = np.where(plate, 1 / strip.anticlastic_compliance(nu, b, *place), 1.0)
+        bend_z = np.where(plate, 1 / strip.anticlastic_compliance(nu, t, *place), 1.0)
+    if warping.any():
+        constants = (strip.warping_constant(b, t), strip.secondary_constant(b, t))
+        compliance = strip.warping_compliance(nu, section.rectangle(b, t, nu).J, *constants, *place)
+        twist = np.where(warping, 1 / compliance, 1.0)
+    return 1.0, bend_y, bend_z, twist
+
+
+def _span(clamped: Bools) -> tuple[Array, Array]:
+    """Span of members and where they begin in it, from its middle, (m, 1) each, in units of their length."""
+    both, first = clamped.all(axis=1), clamped[:, 0]
+    return np.where(both, 1.0, 2.0)[:, None], np.where(both, -0.5, np.where(first, -1.0, 0.0))[:, None]
+
+
+class _Slices(NamedTuple):
+    """A notch in slices (..., m, k) of equal length dx (..., m, 1).
+
+    Rotation per moment and stretch per force with the section's extent across the plane equal to 1, for the profiles
+    along y and z: what the active theory says, and beam theory; sizes at the middles.
+    """
+
+    dx: Array
+    y: tuple[Array, Array]
+    z: tuple[Array, Array]
+    beam_y: tuple[Array, Array]
+    beam_z: tuple[Array, Array]
+    width: Array
+    thickness: Array
+
+
+def _slices(group: SectionGroup, values: Array, L: Array, count: int, notch: Bools) -> _Slices:
+    """Cut notches into `count` slices; `notch` (m, 1) tells which follow wedge theory."""
+    sizes = group.sizes(values, L, np.arange(count + 1) / count)
+    lead = np.broadcast_shapes(values.shape[:-1], L.shape[:-1])
+    extents = [np.broadcast_to(h, (*lead, len(group.index), count + 1)) for h in (sizes[0], sizes[-1])]
+    dx = L / count
+    beam = [wedge.beam_flexibility(dx, h) for h in extents]
+    if notch.any():
+        steep = [wedge.notch_flexibility(dx, h) for h in extents]
+        own = [(np.where(notch, s[0], b[0]), np.where(notch, s[1], b[1])) for s, b in zip(steep, beam, strict=True)]
+    else:
+        own = beam
+    middle = [(h[..., 1:] + h[..., :-1]) / 2 for h in extents]
+    return _Slices(dx[..., None], own[0], own[1], beam[0], beam[1], middle[0], middle[1])
+
+
+def _notch(
+    group: SectionGroup, values: Array, nu: Array, L: Array, n: int, is_tapered: bool, active: Bools, clamped: Bools
+) -> tuple[Array, ...]:
+    """Factors (..., m, n) of notches, relative to the section in the middle of every element or, for tapered ones, to
+    the integral over it (theory eqs. F15-F18). nu, L: (..., m)."""
+    per = -(-SLICES // n)
+    cut = _slices(group, values, L, n * per, active[:, 3:])
+    nu = nu[..., None]
+
+    pairs = ((1, 1), (1, 0), (0, 1))  # rotation or stretch of the profiles along y and z: EA, EIy, EIz
+    beam, own = [], []
+    for y, z in pairs:
+        plain = cut.beam_y[y] * cut.beam_z[z] / cut.dx
+        excess = _together(cut.y[y] / cut.beam_y[y] - 1, cut.z[z] / cut.beam_z[z] - 1)
+        for out, slices in ((beam, plain), (own, plain * (1 + excess))):
+            out.append(slices.reshape(*slices.shape[:-1], n, per).sum(axis=-1))
+    if not is_tapered:
+        sizes = group.sizes(values, L, (np.arange(n) + 0.5) / n)
+        b, t, dx = sizes[0], sizes[-1], per * cut.dx
+        stepped = (dx / (b * t), 12 * dx / (b * t**3), 12 * dx / (b**3 * t))
+        beam = [np.where(active[:, 3:], s, o) for s, o in zip(stepped, own, strict=True)]
+    axial, bend_y, bend_z = (base / o for base, o in zip(beam, own, strict=True))
+    twist = np.ones_like(axial)
+    plate, warping = active[:, :1], active[:, 1:2]
+    if plate.any() or warping.any():
+        bend, turn = _web(cut, nu, clamped)
+        bend_y = np.where(plate, bend_y * bend, bend_y)
+        twist = np.where(warping, twist * turn, twist)
+    return axial, bend_y, bend_z, twist
+
+
+def _together(y: Array, z: Array) -> Array:
+    """Excess over beam theory of a slice whose profiles along y and z exceed it by `y` and `z` (theory eq. F18)."""
+    both = y + z
+    return (y * y + z * z) / np.where(both > 0, both, 1.0)
+
+
+def _web(cut: _Slices, nu: Array, clamped: Bools) -> tuple[Array, Array]:
+    """Factors (..., m, 1) on bending and torsion of notches whose web is wide, as of a leaf of an equivalent length
+    (theory eqs. F16-F17)."""
+    dx, rotation, stretch = cut.dx, cut.z[0], cut.z[1]
+    b = cut.width[..., :1]
+    web = cut.thickness.min(axis=-1, keepdims=True)
+    span = _span(clamped)[0] * (web * stretch.sum(axis=-1, keepdims=True))
+    bend = 1 / strip.anticlastic_compliance(nu, b, span, -span / 2, 0.0)
+
+    x = dx * (np.arange(rotation.shape[-1]) + 0.5)
+    weight = web**3 / 12 * rotation
+    area, first, second = ((weight * x**k).sum(axis=-1, keepdims=True) for k in (0, 1, 2))
+    whole = dx * rotation.shape[-1]
+    free = np.where(clamped[:, :1], whole, 0.0)
+    pole = np.where(clamped[:, :1] & clamped[:, 1:], first / area, free)
+    inertia = second - 2 * pole * first + pole * pole * area
+    J = section.rectangle(cut.width, cut.thickness, nu).J
+    own = section.rectangle(b, web, nu).J
+    length = (own * dx / J).sum(axis=-1, keepdims=True)
+    decay, kappa = strip.warping_decay(nu, own, strip.warping_constant(b, web), strip.secondary_constant(b, web))
+    z = decay * np.sqrt(3 * inertia / length)
+    return bend, 1 / (1 - kappa * np.tanh(z) / z)

@@ -1,0 +1,137 @@
+"""`flexura compare` as a user types it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexura.cli import main
+from flexura.errors import OptionError
+from flexura.methods import Solution
+
+GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "guide.yaml"
+MODULE = import_module("flexura.methods.compare")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """Run the command in this process; exit status, stdout and stderr."""
+
+    def call(*arguments: str | Path) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["flexura", *map(str, arguments)])
+        try:
+            main()
+            status = 0
+        except SystemExit as end:
+            status = end.code if isinstance(end.code, int) else 0
+        captured = capsys.readouterr()
+        return status, captured.out, captured.err
+
+    return call
+
+
+@pytest.fixture
+def methods(monkeypatch: pytest.MonkeyPatch):
+    """Replace the methods after the exact one, which gives 100, 150 and 200 Hz."""
+
+    def install(**solve):
+        exact = MODULE._Method("exact", "exact", lambda task: Solution("", None, np.array([100.0, 150, 200])[: task.n]))
+        others = tuple(MODULE._Method(key, key, function) for key, function in solve.items())
+        monkeypatch.setattr(MODULE, "METHODS", (exact, *others))
+        monkeypatch.setattr(MODULE, "EXACT", exact)
+        monkeypatch.setattr(MODULE, "FINEST", exact)
+
+    return install
+
+
+def blind(task):
+    return Solution("", 7, np.array([101.0, 202.0])[: task.n], note="a remark")
+
+
+def refuses(task):
+    raise OptionError("not for loops")
+
+
+def interrupts(task):
+    raise KeyboardInterrupt
+
+
+def test_one_row_a_method(run, methods) -> None:
+    methods(blind=blind)
+    status, out, err = run("compare", GUIDE, "-n", "3")
+    assert status == 0, err
+    lines = out.splitlines()
+    assert lines[0] == "parallel leaf-spring guide: frequencies in Hz, errors against exact"
+    assert lines[1].split() == ["method", "order", "mode", "1", "mode", "2", "mode", "3", "worst", "error", "time"]
+    assert lines[2].split()[:4] == ["exact", "100", "150", "200"]
+    assert lines[3].split()[:6] == ["blind", "7", "101", "-", "202", "+1"]
+    assert "blind: a remark" in lines and "blind: has no mode 2" in lines
+    assert (
+        err.splitlines() == ["exact ...", "blind ...", "exact, more modes to compare with ..."][: len(err.splitlines())]
+    )
+
+
+def test_many_modes_come_in_blocks(run, methods) -> None:
+    many = np.arange(1.0, 13.0)
+    methods()
+    MODULE.METHODS[0].__dict__["solve"] = lambda task: Solution("", None, many[: task.n])
+    _, out, _ = run("compare", GUIDE, "-n", "12")
+    assert "mode 8" in out.splitlines()[1] and "mode 9" not in out.splitlines()[1]
+    assert out.splitlines()[3].split()[:5] == ["method", "mode", "9", "mode", "10"]
+    assert max(map(len, out.splitlines())) <= 140
+
+
+def test_a_method_that_cannot_answer(run, methods) -> None:
+    methods(choosy=refuses, blind=blind)
+    status, out, _ = run("compare", GUIDE, "-n", "3")
+    assert status == 0
+    assert "choosy: not for loops" in out
+    assert "blind" in out
+
+
+def test_interrupted_between_rows(run, methods) -> None:
+    methods(blind=blind, slow=interrupts, never=blind)
+    status, out, err = run("compare", GUIDE, "-n", "3")
+    assert status == 130
+    assert "blind" in out and "never" not in out
+    assert "interrupted" in err
+    status, out, _ = run("compare", GUIDE, "-n", "3", "--json")
+    assert status == 130
+    assert [row["method"] for row in json.loads(out)["rows"]] == ["exact", "blind"]
+
+
+def test_json_is_one_document(run) -> None:
+    status, out, _ = run("compare", GUIDE, "-n", "2", "--json", "--methods", "lumped-parameter,constraint_modes")
+    assert status == 0
+    data = json.loads(out)
+    assert [row["method"] for row in data["rows"]][1:] == ["constraint modes alone", "lumped parameter"]
+    assert data["mechanism"] == "parallel leaf-spring guide" and data["n"] == 2
+
+
+def test_set_replaces_a_parameter(run) -> None:
+    command = ("compare", GUIDE, "-n", "1", "--json", "--methods", "lumped_parameter", "--set")
+    thin, thick = (
+        json.loads(run(*command, f"thickness={t}")[1])["rows"][-1]["frequency_hz"][0] for t in ("0.4 mm", "0.8 mm")
+    )
+    assert thick > 2.5 * thin
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fragment"),
+    [
+        (("absent.yaml",), "absent.yaml"),
+        ((GUIDE, "--methods", "finite_strips"), "finite_strips"),
+        ((GUIDE, "-n", "0"), "-n"),
+        ((GUIDE, "--set", "thicknes=1 mm"), "thickness"),
+    ],
+)
+def test_bad_arguments_exit_with_status_2(run, arguments, fragment) -> None:
+    status, out, err = run("compare", *arguments)
+    assert status == 2
+    assert fragment in err and "Traceback" not in err
+    assert out == ""

@@ -1,0 +1,280 @@
+"""Which corrections members get, how their ends are held, and that every form of an element has the same ones."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import flexura as fx
+from flexura.beam import element_mass, element_stiffness
+from flexura.linalg import lowest
+from flexura.structure.full_order import block_diagonal
+from flexura.structure.segments import segments
+
+LEAF = fx.Leaf(width=10e-3, thickness=0.5e-3)
+ARC = fx.CircularContour(radius=5e-3, web=0.4e-3)
+
+
+def flexure(a="a", b="b", profile=LEAF, **more):
+    return fx.Flexure(nodes=(a, b), material="Al-7075-T6", reference="z", profile=profile, **more)
+
+
+def chain(flexures, ground=("a",), **more):
+    """Describe nodes a, b, c, d 10 mm apart along x, and e across b."""
+    nodes = {name: (10e-3 * k, 0, 0) for k, name in enumerate("abcd")} | {"e": (10e-3, 10e-3, 0)}
+    ends = {end for member in [*flexures.values(), *more.get("links", {}).values()] for end in member.nodes}
+    used = {name: at for name, at in nodes.items() if name in ends}
+    return fx.Mechanism(nodes=used, flexures=flexures, ground=dict.fromkeys(ground, "clamped"), **more)
+
+
+def ends(mechanism):
+    """Return how the ends of every member are held, all being asked for plates."""
+    plan = fx.Plan(mechanism)
+    part = plan.parts[""]
+    clamped = part.table.corrections.clamped
+    return {name: "".join("cf"[1 - int(end)] for end in pair) for name, pair in zip(part.members, clamped, strict=True)}
+
+
+def test_end_at_a_support_is_clamped_and_one_in_the_air_is_free():
+    assert ends(chain({"leaf": flexure()})) == {"leaf": "cf"}
+
+
+def test_one_leaf_described_as_two_goes_on():
+    assert ends(chain({"one": flexure(), "two": flexure("b", "c")}, ground=("a", "c"))) == {"one": "cf", "two": "fc"}
+
+
+def test_one_leaf_described_as_two_is_as_stiff():
+    whole = chain({"leaf": flexure("a", "c", elements=8)}, ground=("a",), bodies={"tip": tip("c")})
+    halves = {"one": flexure(elements=4), "two": flexure("b", "c", elements=4)}
+    parts = chain(halves, ground=("a",), bodies={"tip": tip("c")})
+    one, two = (fx.modes(m, n=4, order="full").frequency_hz for m in (whole, parts))
+    assert_allclose(two, one, rtol=1e-7)
+    plain = fx.modes(whole.model_copy(update={"corrections": "none"}), n=4, order="full").frequency_hz
+    assert (np.abs(one / plain - 1) > 1e-3).any()
+
+
+def tip(*carries):
+    return fx.RigidBody(centre=(25e-3, 0, 0), mass=0.01, inertia=(1e-6, 2e-6, 3e-6), carries=carries)
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [
+        (fx.Leaf(width=10e-3, thickness=0.4e-3), "f"),
+        (fx.Leaf(width=10e-3, thickness=0.6e-3), "f"),
+        (fx.Leaf(width=10e-3, thickness=3e-3), "c"),
+    ],
+)
+def test_bulkier_members_in_line_hold_the_end(other, expected):
+    found = ends(chain({"leaf": flexure(), "other": flexure("b", "c", other)}))
+    assert found["leaf"][1] == expected
+
+
+@pytest.mark.parametrize(("thickness", "expected"), [(0.2e-3, "f"), (0.5e-3, "c"), (3e-3, "c")])
+def test_members_across_hold_the_end_unless_slim(thickness, expected):
+    across = flexure("b", "e", fx.Leaf(width=10e-3, thickness=thickness))
+    assert ends(chain({"leaf": flexure(), "across": across}))["leaf"] == "c" + expected
+
+
+def test_bodies_arms_interfaces_and_joints_hold_the_end():
+    assert ends(chain({"leaf": flexure()}, bodies={"tip": tip("b")})) == {"leaf": "cc"}
+    on_arm = flexure(end_offset=(0, 0, 1e-3))
+    assert ends(chain({"leaf": on_arm, "more": flexure("b", "c")}))["leaf"] == "cc"
+    assert ends(chain({"leaf": flexure()}, interface=("b",))) == {"leaf": "cc"}
+    inner = fx.Substructure(
+        nodes={"n": (0, 0, 0), "m": (1e-2, 0, 0)}, flexures={"f": flexure("n", "m")}, interface=("n",)
+    )
+    joined = chain(
+        {"leaf": flexure()},
+        substructures={"inner": inner},
+        instances={"i": fx.Instance(of="inner", at=(1e-2, 0, 0))},
+        joints=(("b", "i.n"),),
+    )
+    assert ends(joined) == {"leaf": "cc"}
+    assert fx.Plan(joined).parts["inner"].table.corrections.clamped.tolist() == [[True, False]]
+
+
+def test_notches_hold_their_own_web():
+    assert ends(chain({"notch": flexure(profile=fx.Notch(width=10e-3, contour=ARC)), "more": flexure("b", "c")})) == {
+        "notch": "cc",
+        "more": "cf",
+    }
+
+
+def test_members_may_say_how_their_ends_are_held():
+    assert ends(chain({"leaf": flexure(ends=("free", "clamped"))})) == {"leaf": "fc"}
+
+
+def active(mechanism):
+    """Return the corrections of the first member."""
+    return fx.check(mechanism).corrections
+
+
+@pytest.mark.parametrize("theory", ["rayleigh", "timoshenko", "euler_bernoulli"])
+def test_auto_is_what_a_member_can_have(theory):
+    shear = () if theory == "euler_bernoulli" else ("shear",)
+    notch = fx.Notch(width=10e-3, contour=ARC)
+    bar = {"material": "Al-7075-T6", "elements": 1}
+    square = fx.Link(nodes=("c", "d"), reference="z", section=fx.Rectangle(width=2e-3, thickness=2e-3), **bar)
+    rod = fx.Link(nodes=("c", "e"), section=fx.Circle(diameter=1e-3), **bar)
+    ground = ("a", "d", "e")
+    flexures = {"leaf": flexure(), "notch": flexure("b", "c", notch)}
+    m = chain(flexures, ground, links={"square": square, "rod": rod}, theory=theory)
+    expected = {
+        "leaf": ("plate", "warping", *shear),
+        "notch": ("plate", "warping", *shear, "notch"),
+        "square": ("plate", "warping", *shear),
+        "rod": shear,
+    }
+    assert active(m) == {name: names for name, names in expected.items() if names}
+
+
+def test_auto_leaves_stubby_members_alone_and_names_do_not():
+    block = fx.Leaf(width=10e-3, thickness=6e-3)
+    assert active(chain({"leaf": flexure(profile=block)})) == {"leaf": ("shear",)}
+    assert active(chain({"leaf": flexure(profile=block, corrections="plate")})) == {"leaf": ("plate",)}
+
+
+def test_names_of_the_mechanism_go_to_the_members_they_suit():
+    notch = flexure("b", "c", fx.RoundNotch(contour=ARC))
+    m = chain(
+        {"leaf": flexure(), "notch": notch, "plain": flexure("c", "d", corrections="none")},
+        corrections=("plate", "notch"),
+    )
+    assert active(m) == {"leaf": ("plate",), "notch": ("notch",)}
+
+
+@pytest.mark.parametrize(
+    ("profile", "theory", "name", "text"),
+    [
+        (fx.RoundNotch(contour=ARC), None, "plate", "only a strip"),
+        (fx.TwoAxisNotch(y_contour=ARC, z_contour=ARC), None, "warping", "rectangle"),
+        (LEAF, None, "notch", "contour"),
+        (LEAF, "euler_bernoulli", "shear", "timoshenko"),
+    ],
+)
+def test_corrections_without_meaning_are_errors(profile, theory, name, text):
+    with pytest.raises(fx.ModelError, match=text) as raised:
+        fx.Plan(chain({"leaf": flexure(profile=profile, theory=theory, corrections=(name,))}))
+    assert raised.value.problems[0].path == ("flexures", "leaf", "corrections")
+    assert "possible here" in raised.value.problems[0].hint
+
+
+def all_kinds(**more):
+    """Describe a leaf, a stepped and a tapered notch, a two-axis and a round one, one behind the other."""
+    two = fx.TwoAxisNotch(y_contour=ARC, z_contour=ARC, shift=1e-3)
+    profiles = [LEAF, fx.Notch(width=10e-3, contour=ARC), two, fx.RoundNotch(contour=ARC)]
+    nodes = {f"n{k}": (8e-3 * k, 0, 0) for k in range(6)}
+    flexures = {f"f{k}": flexure(f"n{k}", f"n{k + 1}", profile, elements=4) for k, profile in enumerate(profiles)}
+    flexures["f4"] = flexure("n4", "n5", profiles[1], elements=4, integration="tapered")
+    body = fx.RigidBody(centre=(42e-3, 1e-3, 2e-3), mass=0.02, inertia=(1e-6, 2e-6, 3e-6), carries=("n5",))
+    return fx.Mechanism(nodes=nodes, flexures=flexures, bodies={"tip": body}, ground={"n0": "clamped"}, **more)
+
+
+def test_mass_is_that_of_the_sections():
+    plain, own = (fx.assemble(all_kinds(corrections=c, theory="euler_bernoulli")) for c in ("none", "auto"))
+    uniform = slice(0, 4 * 6)  # the leaf's elements: the mass of tapered ones follows their deflection
+    assert_allclose(own.M[uniform, uniform].toarray(), plain.M[uniform, uniform].toarray(), rtol=1e-12, atol=1e-18)
+    rigid = own.rigid_body_motions()
+    assert_allclose(rigid.T @ own.M @ rigid, rigid.T @ plain.M @ rigid, rtol=1e-10, atol=1e-12)
+    assert abs(own.K - plain.K).max() > 0.01 * abs(plain.K).max()
+
+
+@pytest.mark.parametrize(("pieces", "tapered", "tolerance"), [(1, 1, 0.05), (2, 30, 2e-4)])
+def test_segments_are_the_corrected_elements(pieces, tapered, tolerance):
+    model = fx.assemble(all_kinds())
+    cut = segments(model, pieces, tapered)
+    beam, T = cut.beam.take(cut.kind), block_diagonal(cut.X)
+    K, M = (cut.scatter().sparse([np.swapaxes(T, 1, 2) @ f(beam) @ T]) for f in (element_stiffness, element_mass))
+    own = lowest(model.K, model.M, 4).values
+    assert_allclose(lowest(K + cut.K, M + cut.M, 4).values, own, rtol=2 * tolerance)
+    plain = fx.assemble(all_kinds(corrections="none"))
+    assert (np.abs(lowest(plain.K, plain.M, 4).values / own - 1) > 0.02).all()
+
+
+def test_coefficients_are_those_of_the_matrices():
+    """Stepped elements from coefficients, prepared, and as matrices."""
+    m = all_kinds()
+    m = m.model_copy(update={"flexures": {k: f for k, f in m.flexures.items() if k != "f4"}})
+    m = m.model_copy(update={"nodes": {k: x for k, x in m.nodes.items() if k != "n5"}})
+    m = m.model_copy(update={"bodies": {"tip": m.bodies["tip"].model_copy(update={"carries": ("n4",)})}})
+    plan = fx.Plan(m)
+    values = plan.values()
+    geometry = plan.geometry(values)
+    K, M = plan.full_order(values, geometry)
+    plan.full_order.prepare(geometry)
+    K2, M2 = plan.full_order(values, geometry)
+    assert abs(K - K2).max() < 1e-12 * abs(K).max()
+    assert abs(M - M2).max() < 1e-12 * abs(M).max()
+
+
+def test_design_axis():
+    """Sizes, lengths and Poisson's ratio as arrays give what single designs give."""
+    t, L = fx.parameter("t"), fx.parameter("L")
+    arc = fx.CircularContour(radius=L / 2, web=t)
+    m = fx.Mechanism(
+        parameters={"t": fx.Parameter(value=0.4e-3), "L": fx.Parameter(value=8e-3), "nu": fx.Parameter(value=0.3)},
+        materials={"own": fx.Material(E=70e9, nu=fx.parameter("nu"), rho=2700.0)},
+        nodes={"a": (0, 0, 0), "b": (L, 0, 0), "c": (2 * L, 0, 0)},
+        flexures={
+            "notch": flexure("a", "b", fx.Notch(width=8e-3, contour=arc)).model_copy(update={"material": "own"}),
+            "leaf": flexure("b", "c", fx.Leaf(width=6e-3, thickness=t)).model_copy(update={"material": "own"}),
+        },
+        bodies={"tip": fx.RigidBody(centre=(2 * L, 0, 0), mass=0.02, inertia=(1e-6, 2e-6, 3e-6), carries=("c",))},
+        ground={"a": "clamped"},
+    )
+    plan = fx.Plan(m)
+    sweep = {
+        "t": np.array([0.3, 0.4, 0.5, 0.4]) * 1e-3,
+        "L": np.array([8.0, 8.0, 9.0, 8.0]) * 1e-3,
+        "nu": np.array([0.3, 0.2, 0.0, 0.45]),
+    }
+    together = fx.natural_frequencies(plan, sweep, count=4)
+    for k, row in enumerate(together):
+        single = {name: float(values[k]) for name, values in sweep.items()}
+        assert_allclose(fx.natural_frequencies(plan, single, count=4), row, rtol=1e-7)
+    fixed = fx.natural_frequencies(plan, {"t": sweep["t"]}, count=4)
+    for k, size in enumerate(sweep["t"]):
+        assert_allclose(fx.natural_frequencies(plan, {"t": float(size)}, count=4), fixed[k], rtol=1e-7)
+
+
+def test_long_narrow_members_are_plain_beams():
+    ratios = []
+    for length in (0.02, 0.2, 2.0):
+        leaf = flexure(profile=fx.Leaf(width=5e-3, thickness=0.5e-3), elements=3)
+        m = fx.Mechanism(
+            nodes={"a": (0, 0, 0), "b": (length, 0, 0)},
+            flexures={"leaf": leaf},
+            bodies={"tip": fx.RigidBody(centre=(length, 0, 0), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("b",))},
+            ground={"a": "clamped"},
+        )
+        auto, none = (
+            fx.modes(m.model_copy(update={"corrections": c}), n=4, order="full").frequency_hz for c in ("auto", "none")
+        )
+        ratios.append(np.abs(auto / none - 1).max())
+    assert ratios[0] > 5 * ratios[1] > 25 * ratios[2]
+    assert ratios[2] < 2e-3
+
+
+def test_without_lateral_contraction_a_leaf_bends_as_a_beam():
+    cork = {"materials": {"cork": fx.Material(E=70e9, nu=0.0, rho=2700.0)}}
+    leaf = flexure().model_copy(update={"material": "cork"})
+    plate, none = (fx.assemble(chain({"leaf": leaf}, corrections=c, **cork)).K for c in (("plate",), "none"))
+    assert abs(plate - none).max() <= 1e-14 * abs(none).max()
+
+
+def test_check_tells_what_is_corrected_and_doubts_the_rest():
+    wide = chain({"leaf": flexure()})
+    report = fx.check(wide)
+    assert report.corrections == {"leaf": ("plate", "warping", "shear")}
+    assert report.ends == {"leaf": ("clamped", "free")}
+    assert not report.doubts
+    assert {d.kind for d in fx.check(wide.model_copy(update={"corrections": "none"})).doubts} == {"wide"}
+    steep = fx.Notch(width=8e-3, contour=fx.CircularContour(radius=5e-3, web=2e-3))
+    m = chain({"notch": flexure(profile=steep)})
+    assert {d.kind for d in fx.check(m.model_copy(update={"corrections": "none"})).doubts} == {"steep"}
+    assert not fx.check(m).doubts
+    steeper = fx.Notch(width=8e-3, contour=fx.CircularContour(radius=5e-3, web=6e-3))
+    assert [d.kind for d in fx.check(chain({"notch": flexure(profile=steeper)})).doubts] == ["steep"]
+    short = fx.Leaf(width=40e-3, thickness=0.5e-3)
+    doubts = fx.check(chain({"leaf": flexure(profile=short)}, ground=("a", "b"), bodies={})).doubts
+    assert "short" in {d.kind for d in doubts}
