@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from flexura.errors import SolverError
 
 Array = NDArray[np.float64]
-Problem = Callable[[complex], NDArray[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
+Problem = Callable[[complex], Any]
 """T(z), (n, n), real for real z."""
 
 NODES = 96
@@ -45,22 +46,25 @@ CLOSE = 1e-6
 """Relative distance below which eigenvalues are copies of one."""
 
 
-def real_eigenvalues(problem: Problem, low: float, high: float, guesses: Array, poles: int = 0) -> Array:
+def real_eigenvalues(
+    problem: Problem, low: float, high: float, guesses: Array, poles: int = 0, is_real: bool = True
+) -> Array:
     """All eigenvalues of T(z) x = 0 in [low, high], ascending, repeated ones repeated.
 
     `guesses` are tried besides the values that the moments give, since entries of T that spread over decades can hide
-    an eigenvalue from these. The number of eigenvalues is that of the winding of det T, less its `poles` inside; it
-    is met, or the search goes on with more points. Raises SolverError when it is not met.
+    an eigenvalue from these. The number of eigenvalues is that of the winding of det T, less its `poles` inside; it is
+    met, or the search goes on with more points. `is_real` says that T is real for real z, which halves the work. Raises
+    SolverError when the number is not met.
     """
     centre, radius = (low + high) / 2, (high - low) / 2
     problem = _balanced(problem, centre + 0.3j * radius)
     probes = len(guesses) + 8
     seeds = np.asarray(guesses, dtype=float)
     for nodes in (NODES, 2 * NODES, 4 * NODES):
-        found, count = _moments(problem, centre, radius, probes, nodes)
+        found, count = _moments(problem, centre, radius, probes, nodes, is_real)
         while found is None:
             probes *= 2
-            found, count = _moments(problem, centre, radius, probes, nodes)
+            found, count = _moments(problem, centre, radius, probes, nodes, is_real)
         inside = found[(np.abs(found.real - centre) < radius) & (np.abs(found.imag) < 1e-2 * radius)]
         start = np.concatenate([inside.real, *(_nearby(problem, float(z)) for z in [*inside.real, *seeds])])
         refined = _refined(problem, np.sort(start), low, high)
@@ -82,12 +86,12 @@ def _balanced(problem: Problem, reference: complex) -> Problem:
 
 
 def _moments(
-    problem: Problem, centre: float, radius: float, probes: int, nodes: int
-) -> tuple[NDArray[Any] | None, int]:
+    problem: Problem, centre: float, radius: float, probes: int, nodes: int, is_real: bool
+) -> tuple[Complex | None, int]:
     """Eigenvalues inside the ellipse from the first two moments, None when there are as many as probes; and their
     number from the winding of det T."""
     phases, A0, A1 = [], None, None
-    for k in range(nodes // 2):
+    for k in range(nodes // 2 if is_real else nodes):
         angle = 2 * np.pi * (k + 0.5) / nodes
         z = centre + radius * (np.cos(angle) + 1j * FLATNESS * np.sin(angle))
         weight = radius * (FLATNESS * np.cos(angle) + 1j * np.sin(angle)) / nodes
@@ -97,23 +101,26 @@ def _moments(
             probe = np.random.default_rng(5).normal(size=(len(T), min(probes, len(T))))
             A0, A1 = np.zeros_like(probe), np.zeros_like(probe)
         y = weight * np.linalg.solve(T, probe)
+        x = (z - centre) / radius * y
         # the other half of the ellipse is the complex conjugate
-        A0, A1 = A0 + 2 * y.real, A1 + 2 * ((z - centre) / radius * y).real
+        A0, A1 = (A0 + 2 * y.real, A1 + 2 * x.real) if is_real else (A0 + y, A1 + x)
     assert A0 is not None
-    count = _winding(problem, centre, radius, phases)
+    count = _winding(problem, centre, radius, phases, is_real)
     U, s, Vt = la.svd(A0, full_matrices=False)
     rank = int((s > RANK * s[0]).sum()) if s[0] > 0 else 0
     if rank == A0.shape[1] and rank < len(A0):
         return None, count
-    small = U[:, :rank].T @ A1 @ Vt[:rank].T / s[:rank]
+    small = U[:, :rank].conj().T @ A1 @ Vt[:rank].conj().T / s[:rank]
     return centre + radius * la.eigvals(small), count
 
 
-def _winding(problem: Problem, centre: float, radius: float, phases: list[float]) -> int:
-    """Times that det T goes round zero along the ellipse, from its phases along the upper half."""
-    ends = [float(np.angle(np.linalg.slogdet(problem(centre + side * radius))[0])) for side in (1, -1)]
-    turns = np.diff([ends[0], *phases, ends[1]])
-    return round(float((np.angle(np.exp(1j * turns))).sum() / np.pi))
+def _winding(problem: Problem, centre: float, radius: float, phases: list[float], is_real: bool) -> int:
+    """Times that det T goes round zero along the ellipse, from its phases along it, or along its upper half."""
+    if is_real:
+        ends = [float(np.angle(np.linalg.slogdet(problem(centre + side * radius))[0])) for side in (1, -1)]
+        phases = [ends[0], *phases, ends[1]]
+    turns = np.diff(phases if is_real else [*phases, phases[0]])
+    return round(float(np.angle(np.exp(1j * turns)).sum() / (np.pi if is_real else 2 * np.pi)))
 
 
 def _refined(problem: Problem, start: Array, low: float, high: float) -> Array:
@@ -135,7 +142,7 @@ def _nearby(problem: Problem, z: float) -> Array:
     return z - mu[np.abs(mu.imag) <= 0.1 * np.abs(mu) + CLOSE * abs(z)].real
 
 
-def _steps(problem: Problem, z: float) -> NDArray[Any]:
+def _steps(problem: Problem, z: float) -> Complex:
     """Finite eigenvalues of T(z) x = mu T'(z) x, smallest first."""
     T = problem(z)
     slope = (problem(z * (1 + STEP)) - problem(z * (1 - STEP))) / (2 * STEP * z)

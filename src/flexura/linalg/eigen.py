@@ -27,6 +27,9 @@ Matrix = Any
 SINGULAR_PIVOT = 1e-13
 """A pivot of the diagonally scaled stiffness below this counts as zero."""
 
+SEARCHES = 20
+"""Rounds in which missing copies of repeated eigenvalues are looked for."""
+
 DENSE_LIMIT = 240
 """Up to this order dense routines are as fast as sparse ones."""
 
@@ -167,7 +170,7 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eig
     Ks, Ms = scaled(K, d), scaled(M, d)
     solve = factorise((Ks - shift * Ms).tocsc()).solve
     found = _lanczos(Ks, Ms, solve, count, shift, np.empty((K.shape[0], 0)))
-    while True:
+    for _ in range(SEARCHES):
         missing = _missing(Ks, Ms, found.values, float(found.values[:count].max()), shift)
         if missing <= 0:
             break
@@ -177,6 +180,8 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eig
             np.concatenate([found.values, more.values])[order],
             np.hstack([found.vectors, more.vectors])[:, order],
         )
+    else:
+        raise SolverError("the search for missing eigenvalues does not end: the stiffness has lost its digits")
     return Eigenpairs(found.values[:count], d[:, None] * found.vectors[:, :count])
 
 

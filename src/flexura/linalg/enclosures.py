@@ -83,8 +83,8 @@ def enclose(K: Any, M: Any, vectors: Array, rho: float) -> Enclosures:
 
 def _product(K: Any, X: Array) -> Array:
     """K X, which cancels, in extended precision and rounded to double; K symmetric."""
-    wide = K.astype(Extended)
-    if sp.issparse(wide):
+    wide: Any = K.astype(Extended)
+    if sp.issparse(K):
         wide = wide.tocsc().T  # by rows, which are the columns
     return np.asarray(wide @ X.astype(Extended), dtype=np.float64)
 

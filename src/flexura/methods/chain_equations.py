@@ -13,26 +13,37 @@ from flexura.structure.full_order import FullOrderModel
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
 
+LARGE = 400
+"""Unknowns of chains beyond which they are eliminated."""
+
 
 class ChainEquations(ABC):
-    """Equations over the displacements of all junctions and `extra` unknowns of every chain.
+    """Equations over the displacements of all junctions and further unknowns of every chain.
 
     Junctions are the nodes that substructures keep, in the global frame, and those where members branch or lumps sit,
-    in the frame of their part. Elements are cut into `pieces` uniform beams.
+    in the frame of their part. Elements are cut into `pieces` uniform beams. `is_real` says that the equations are real
+    at real frequencies.
     """
 
-    extra = 6
     pieces = 1
+    is_real = True
 
     def __init__(self, model: FullOrderModel) -> None:
         self.exact = DynamicStiffness(model, self.pieces)
         assembler = self.exact.assembler
         self._ends = {name: self._number(name) for name in self.exact.parts}
+        unknowns = (
+            copies * self.extra(own) * len(own.kind)
+            for part, copies in zip(self.exact.parts.values(), self.exact.copies, strict=True)
+            for own in part.chains
+        )
+        self.condensed = sum(unknowns) > LARGE
+        """Whether the unknowns of chains are eliminated part by part."""
         dofs, first = [], len(assembler.physical)
         for name, part in self.exact.parts.items():
             boundary = assembler.coordinates(name, 0, 0)
-            chains = sum(len(own.kind) for own in part.chains)
-            inner = 6 * len(part.reducer.remaining) - boundary.shape[1] + self.extra * chains
+            chains = 0 if self.condensed else sum(self.extra(own) * len(own.kind) for own in part.chains)
+            inner = 6 * len(part.reducer.remaining) - boundary.shape[1] + chains
             more = first + np.arange(inner * len(boundary)).reshape(len(boundary), inner)
             dofs.append(np.hstack([boundary, more]))
             first += more.size
@@ -70,16 +81,41 @@ class ChainEquations(ABC):
         """Equations of one prototype: equilibrium of its nodes, then those of its chains."""
         part = self.exact.parts[name]
         n = 6 * len(part.reducer.remaining)
-        chains = sum(len(own.kind) for own in part.chains)
-        local = np.zeros((n + self.extra * chains,) * 2, dtype=np.result_type(lam, float))
+        extra = [self.extra(own) for own in part.chains]
+        size = n + sum(more * len(own.kind) for more, own in zip(extra, part.chains, strict=True))
+        local = np.zeros((size, size), dtype=np.result_type(lam, float if self.is_real else complex))
         zeros = [np.zeros((len(group.nodes), 12, 12)) for group in part.reducer.chains]
         local[:n, :n], _ = part.reducer.assembled_chains(zeros, zeros, lam, part.lumps)
         at = n
-        for own, (first, last) in zip(part.chains, self._ends[name], strict=True):
-            unknowns = at + np.arange(self.extra * len(own.kind)).reshape(-1, self.extra)
+        for own, more, (first, last) in zip(part.chains, extra, self._ends[name], strict=True):
+            unknowns = at + np.arange(more * len(own.kind)).reshape(-1, more)
             self.add_chains(local, own, first, last, unknowns, lam)
             at += unknowns.size
-        return local
+        if not self.condensed or at == n:
+            return local
+        inner = local[n:, n:]
+        scale = 1 / np.maximum(np.abs(inner).max(axis=1), 1e-300)
+        return local[:n, :n] - local[:n, n:] @ np.linalg.solve(inner * scale[:, None], scale[:, None] * local[n:, :n])
+
+    def poles(self, omega: float) -> int:
+        """Number of poles of det below omega, rad/s: those of the chains' own equations, or when these have been
+        eliminated, frequencies at which a chain with held ends vibrates."""
+        total = 0
+        for part, copies in zip(self.exact.parts.values(), self.exact.copies, strict=True):
+            for own in part.chains:
+                found = int(own.joined(omega**2)[0].J0.sum()) if self.condensed else self.own_poles(own, omega**2)
+                total += copies * found
+        return total
+
+    def own_poles(self, chains: ExactChains, lam: float) -> int:
+        """Number of poles below lam that the equations of chains have."""
+        del chains, lam
+        return 0
+
+    def extra(self, chains: ExactChains) -> int:
+        """Number of unknowns that each of the chains adds."""
+        del chains
+        return 6
 
     @abstractmethod
     def add_chains(

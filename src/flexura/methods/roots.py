@@ -29,12 +29,14 @@ def natural_frequencies(
     model: FullOrderModel,
     count: int,
     poles: Callable[[float], int] = lambda _: 0,
+    is_real: bool = True,
 ) -> Array:
     """The `count` lowest frequencies, Hz, at which problem(omega) is singular; zero ones are those of rigid motions.
 
     The finite element model tells where gaps are for the contours to run through, and starting values; how many
-    frequencies lie inside a contour is decided by the contour; `poles(omega)` is the number of poles of det problem
-    below a frequency. Raises SolverError when they are not found.
+    frequencies lie inside a contour is decided by the contour. `poles(omega)` is the number of poles of det problem
+    below a frequency, and `is_real` says that the matrix is real for real omega. Raises SolverError when they are not
+    found.
     """
     values = lowest(model.K, model.M, min(count + MARGIN, model.order)).values
     guess = np.sqrt(values[np.isfinite(values)])
@@ -48,6 +50,7 @@ def natural_frequencies(
             end += 1
         end = k + 1 + int(np.argmax(np.diff(guess[k : end + 1]))) if end < len(guess) and end > k + 1 else end
         high = (guess[end - 1] + guess[end]) / 2 if end < len(guess) else 1.1 * guess[end - 1]
-        found += real_eigenvalues(problem, float(low), float(high), guess[k:end], poles(high) - poles(low)).tolist()
+        inside = poles(high) - poles(low)
+        found += real_eigenvalues(problem, float(low), float(high), guess[k:end], inside, is_real).tolist()
         low, k = high, end
     return np.array(found[:count]) / (2 * np.pi)

@@ -32,6 +32,10 @@ class SpectralElements(ChainEquations):
 
     pieces = 5
 
+    def own_poles(self, chains: ExactChains, lam: float) -> int:
+        """Frequencies at which an element with held ends vibrates."""
+        return sum(int(element.J0.sum()) for element in chains.split(lam))
+
     def add_chains(
         self, local: Array, chains: ExactChains, first: Index, last: Index, own: Index, lam: complex
     ) -> None:
@@ -54,16 +58,7 @@ def spectral_element(model: FullOrderModel, count: int) -> Solution:
     Raises OptionError when nothing can move, SolverError when the contours do not separate the frequencies.
     """
     equations = SpectralElements(model)
-
-    def poles(omega: float) -> int:
-        return sum(
-            int(element.J0.sum()) * copies
-            for part, copies in zip(equations.exact.parts.values(), equations.exact.copies, strict=True)
-            for chains in part.chains
-            for element in chains.split(omega**2)
-        )
-
-    hz = natural_frequencies(equations.matrix, model, count, poles)
+    hz = natural_frequencies(equations.matrix, model, count, equations.poles)
     return Solution("spectral element", None, hz, note="two elements for every chain")
 
 

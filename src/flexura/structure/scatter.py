@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -85,7 +86,7 @@ class Scatter:
         place[self._take] = self._inverse
         return place
 
-    def dense(self, matrices: Sequence[Array], lead: tuple[int, ...] = ()) -> Array:
+    def dense(self, matrices: Sequence[Any], lead: tuple[int, ...] = ()) -> Any:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""
         n = self.n
         if any(np.iscomplexobj(m) for m in matrices):
