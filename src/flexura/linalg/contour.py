@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import SolverError
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
 Problem = Callable[[complex], Any]
 """T(z), (n, n), real for real z."""
