@@ -81,10 +81,12 @@ if TYPE_CHECKING:
     from flexura.modelfile import schema as schema
     from flexura.reduction import Certificate as Certificate
     from flexura.reduction import LowOrderModel as LowOrderModel
+    from flexura.reduction import NestedModel as NestedModel
     from flexura.reduction import certify as certify
     from flexura.reduction import condense as condense
     from flexura.reduction import interface_reduction as interface_reduction
     from flexura.reduction import natural_frequencies as natural_frequencies
+    from flexura.reduction import nested as nested
     from flexura.reduction import reduce as reduce
     from flexura.structure import FullOrderModel as FullOrderModel
     from flexura.structure import Plan as Plan
@@ -109,10 +111,12 @@ _EXPORTS = {
     "flexura.reduction": (
         "Certificate",
         "LowOrderModel",
+        "NestedModel",
         "certify",
         "condense",
         "interface_reduction",
         "natural_frequencies",
+        "nested",
         "reduce",
     ),
     "flexura.structure": ("FullOrderModel", "Plan", "assemble"),

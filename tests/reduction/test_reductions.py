@@ -119,6 +119,14 @@ def test_six_coordinates_of_the_platform_show_its_six_modes():
         assert small.recovery.shape == (1062, 6)
 
 
+def test_chosen_modes_are_kept_exactly():
+    low = fx.reduce(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), keep=2)
+    for method in ("serep", "modal"):
+        small = fx.condense(low, 3, method, modes=[2, 5, 9])
+        np.testing.assert_allclose(hertz(small, 3), hertz(low, 9)[[1, 4, 8]], rtol=1e-8)
+    assert small.coordinate_names == ["mode 2", "mode 5", "mode 9"]
+
+
 def test_coordinates_are_chosen_among_the_bodies():
     low = fx.reduce(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), keep=2)
     assert {name.partition(".")[0] for name in fx.condense(low, 6).coordinate_names} == {"platform"}
@@ -156,6 +164,11 @@ def test_interface_reduction_converges_from_above():
         (lambda low: fx.condense(low, 0), "between 1"),
         (lambda low: fx.condense(low, 99), "between 1"),
         (lambda low: fx.condense(low, 3, "magic"), "method is one of"),
+        (lambda low: fx.condense(low, ["rpu1.a.bottom"]), "no coordinate"),
+        (lambda low: fx.condense(low, ["platform.tz"], "serep", modes=[1, 2]), "1 coordinates have 1"),
+        (lambda low: fx.condense(low, 2, "irs", modes=[1, 2]), "finds its own"),
+        (lambda low: fx.condense(low, 2, "modal", modes=[1, 1]), "different modes"),
+        (lambda low: fx.condense(low, 2, "modal", modes=[0, 1]), "numbered from 1"),
         (fx.interface_reduction, "how many"),
         (lambda low: fx.interface_reduction(fx.condense(low, 6), count=3), "before other steps"),
         (lambda low: low.compliance(["upr1.b.top"]), "static_at"),
@@ -171,3 +184,18 @@ def test_impossible_steps_are_refused(step, words):
 def test_unknown_reduction_methods_are_refused():
     with pytest.raises(fx.OptionError, match="method is one of"):
         fx.reduce(fx.load(EXAMPLES / "pivot" / "pivot.yaml"), method="magic")
+
+
+def test_the_command_line_takes_the_method_of_reduction(capsys):
+    import json
+
+    from flexura.cli.app import app
+
+    file = str(EXAMPLES / "pivot" / "pivot.yaml")
+    orders = {}
+    for method in ("craig_bampton", "rubin"):
+        app(["modes", file, "--keep", "1", "--reduction", method, "--json"], standalone_mode=False)
+        orders[method] = json.loads(capsys.readouterr().out)["order"]
+    mechanism = fx.load(file)
+    assert orders == {method: fx.reduce(mechanism, keep=1, method=method).order for method in orders}
+    assert orders["rubin"] > orders["craig_bampton"]

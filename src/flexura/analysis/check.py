@@ -96,14 +96,14 @@ def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
     part, placed = full.plan.parts[name], full.plan.topology.placed[name]
     _, M = low_order(full.plan).reducers[name].assembled(full.matrices[name])
     x = np.zeros(6 * part.n_nodes)
-    x[::6] = 1.0
+    x[: 6 * part.n_placed : 6] = 1.0
     return SubstructureSummary(
         name=name or "mechanism",
         copies=len(placed.paths),
         members=len(part.members),
         elements=len(part.connectivity),
-        nodes=part.n_nodes,
-        interior_dofs=6 * len(part.interior),
+        nodes=part.n_placed,
+        interior_dofs=int((~part.unused[part.interior]).sum()),
         interface=tuple(part.node_names[k] for k in part.boundary),
         mass=float(x @ (M @ x)),
     )

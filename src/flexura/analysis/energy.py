@@ -44,7 +44,8 @@ def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnerg
             Q = model.geometry.Q[instance].T
             turned = block_rotation(Q)
             turned[3:, 3:] *= round(float(np.linalg.det(Q)))
-            u = np.einsum("ij,njk->nik", turned, displacements[offset : offset + part.n_nodes])
+            u = displacements[offset : offset + part.n_nodes].copy()
+            u[: part.n_placed] = np.einsum("ij,njk->nik", turned, u[: part.n_placed])
             strain, kinetic = _elements(part, matrices, u)
             by_name = {
                 member: strain[:, first : first + n].sum(axis=1)

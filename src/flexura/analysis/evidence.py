@@ -51,9 +51,9 @@ class Evidence:
 
     `model_mass` comes from the mass matrices by rigid motions, `described_mass` from density times volume;
     `mass_error` and `inertia_error` are their relative differences. `rigid_body_residual` is the largest
-    |K r| / (|K| |r|) over six rigid motions of every unrestrained part. `full_residual` and `low_residual` are the
-    largest residuals of the reported modes of either model, in the norm that bounds the relative error of the
-    eigenvalue (`flexura.linalg.residuals`).
+    |K r| / (k (k |r|)), k the square roots of the diagonal, over six rigid motions of every unrestrained part.
+    `full_residual` and `low_residual` are the largest residuals of the reported modes of either model, in the norm that
+    bounds the relative error of the eigenvalue (`flexura.linalg.residuals`).
     `sturm_count` full-order eigenvalues lie below `sturm_below_hz`, next to the highest frequency reported, and
     `reported_below` of the model reported; `missed` lists full-order modes there without a counterpart, `more_missed`
     counts those not listed.
@@ -86,7 +86,7 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
     for name, matrices in model.matrices.items():
         part, geometry = model.plan.parts[name], model.geometry.parts[name]
         K, M = reducers[name].assembled(matrices)
-        R = rigid_arm(geometry.positions).reshape(-1, 6)
+        R = _rigid_motions(part, geometry)
         worst = max(worst, _rigid_residual(matrices, K, R))
         masses = (R.T @ (M @ R), _described(part, model.values, geometry))
         for instance in model.plan.topology.placed[name].number:
@@ -107,14 +107,14 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
 
 
 def _rigid_residual(matrices: PartMatrices, K: Any, R: Array) -> float:
-    """Largest |K r| / (|K| |r|) over rigid motions R (6n, 6) and DOFs, springs to ground left out (theory
-    eq. 59)."""
+    """Largest |K r| / (k (k |r|)) over rigid motions R (6n, 6) and DOFs, springs to ground left out (theory eq. 59)."""
     forces = K @ R
     for lump in matrices.lumps:
         if lump.K is not None and len(lump.nodes) == 1:
             rows = slice(6 * lump.nodes[0], 6 * lump.nodes[0] + 6)
             forces[rows] -= lump.K @ R[rows]
-    size = np.abs(K) @ np.abs(R)
+    stiff = np.sqrt(K.diagonal())
+    size = np.outer(stiff, stiff @ np.abs(R))
     return float(np.max(np.abs(forces[size > 0]) / size[size > 0], initial=0.0))
 
 
@@ -131,7 +131,15 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
     for node, lump in [*part.bodies.values(), *part.points.values()]:
         D = rigid_arm(geometry.positions[node])
         total += D.T @ lump.matrix(values) @ D
+    rigid = _rigid_motions(part, geometry).reshape(-1, 6, 6)
     for nodes, _, M in part.superelements.values():
-        R = rigid_arm(geometry.positions[nodes]).reshape(-1, 6)
+        R = rigid[nodes].reshape(-1, 6)
         total += R.T @ M @ R
     return total
+
+
+def _rigid_motions(part: Part, geometry: PartGeometry) -> Array:
+    """Displacements (6n, 6) of all nodes in rigid motions of the part about its origin; amplitudes stay zero."""
+    motions = rigid_arm(geometry.positions)
+    motions[part.n_placed :] = 0.0
+    return motions.reshape(-1, 6)

@@ -16,6 +16,7 @@ from flexura.linalg import Eigenpairs, count_below, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import Certificate, LowOrderModel, certify, reduce
 from flexura.reduction.certificate import certificate
+from flexura.reduction.low_order import Method
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 
@@ -115,21 +116,23 @@ def modes(
     order: Literal["low", "full"] = "low",
     keep: int | Mapping[str, int] = 0,
     keep_below: float = 0.0,
+    reduction: Method = "craig_bampton",
     tolerance: float | None = None,
     up_to: float | None = None,
 ) -> Modes:
     """The `n` lowest modes of the low-order model beside their full-order counterparts, or of the full model alone.
 
-    `parameters` replace default values; `keep`, `keep_below` (Hz), `tolerance` and `up_to` (Hz) as in `reduce`. With a
-    tolerance the modes are all those up to `up_to`, whatever n is. A model that `reduce` has made may stand in place of
-    the mechanism. Raises ModelError, OptionError and SolverError.
+    `parameters` replace default values; `keep`, `keep_below` (Hz), `tolerance`, `up_to` (Hz) and the method `reduction`
+    as in `reduce`. With a tolerance the modes are all those up to `up_to`, whatever n is. A model that `reduce` has
+    made may stand in place of the mechanism. Raises ModelError, OptionError and SolverError.
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
     if isinstance(mechanism, LowOrderModel):
-        if parameters or order == "full" or keep or keep_below or tolerance is not None or up_to is not None:
+        reduced = keep or keep_below or reduction != "craig_bampton" or tolerance is not None or up_to is not None
+        if parameters or order == "full" or reduced:
             raise OptionError("a reduced model has its design and its reduction already; only n can be asked of it")
         full = assemble(mechanism.plan, mechanism.parameters)
         return _low_modes(full, mechanism, min(n, mechanism.order), dict(mechanism.parameters))
@@ -139,7 +142,7 @@ def modes(
         raise OptionError("nothing in this mechanism can move: every node is held")
     if order == "full":
         return _full_modes(full, min(n, full.order), single)
-    low = reduce(plan, single, keep=keep, keep_below=keep_below, tolerance=tolerance, up_to=up_to)
+    low = reduce(plan, single, keep=keep, keep_below=keep_below, method=reduction, tolerance=tolerance, up_to=up_to)
     if tolerance is not None:
         n = low.order
     if low.order == 0:

@@ -76,7 +76,7 @@ def _loose_motions(model: FullOrderModel, u: Array) -> list[str]:
     """What to say of the mechanism's own members where no body moves: the named node that moves most, or the member
     that vibrates between its nodes."""
     part, offset = model.plan.parts[TOP], model.plan.topology.placed[TOP].offset[0]
-    own, turn = (np.linalg.norm(u[offset : offset + part.n_nodes, at], axis=1) for at in (slice(3), slice(3, 6)))
+    own, turn = (np.linalg.norm(u[offset : offset + part.n_placed, at], axis=1) for at in (slice(3), slice(3, 6)))
     size = float(np.ptp(model.geometry.positions, axis=0).max())
     said = []
     for k in range(u.shape[2]):

@@ -29,8 +29,8 @@ SMALL = 0.5
 """Largest number of radians of any wave on a piece whose matrices are summed as power series. No such piece has an
 eigenvalue of its own with both ends held: the first lies beyond pi."""
 
-_AXIAL, _TORSION = ((0, 1.0),), ((3, 1.0),)
-_BENDING_XY, _BENDING_XZ = ((1, 1.0), (5, 1.0)), ((2, 1.0), (4, -1.0))
+AXIAL, TORSION = ((0, 1.0),), ((3, 1.0),)
+BENDING_XY, BENDING_XZ = ((1, 1.0), (5, 1.0)), ((2, 1.0), (4, -1.0))
 
 
 class DynamicBeam(NamedTuple):
@@ -49,11 +49,12 @@ class Joint(NamedTuple):
     P: Array
 
 
-def join(a: DynamicBeam, b: DynamicBeam) -> Joint:
+def join(a: DynamicBeam, b: DynamicBeam, count: bool = True) -> Joint:
     """Join beams end to end, all twists at one pole, and eliminate the node between them (theory eqs. D6-D8).
 
-    The eigenvalues of the pair with both ends held are counted by Wittrick and Williams (1971). Broadcasts over leading
-    axes. Raises numpy.linalg.LinAlgError at an eigenvalue of the pair with both ends held.
+    The eigenvalues of the pair with both ends held are counted by Wittrick and Williams (1971) unless `count` says that
+    there are none. Broadcasts over leading axes. Raises numpy.linalg.LinAlgError at an eigenvalue of the pair with both
+    ends held.
     """
     A, B = a.K, b.K
     Brr, Brd, Bdr, Bdd = B[..., :6, :6], B[..., :6, 6:], B[..., 6:, :6], B[..., 6:, 6:]
@@ -71,7 +72,7 @@ def join(a: DynamicBeam, b: DynamicBeam) -> Joint:
     Eat, Ebt = np.swapaxes(Ea, -1, -2), np.swapaxes(Eb, -1, -2)
     K, slope = (_symmetric(Eat @ x @ Ea + Ebt @ y @ Eb) for x, y in ((A, B), (a.slope, b.slope)))
     J0 = a.J0 + b.J0
-    if not np.iscomplexobj(H):
+    if count and not np.iscomplexobj(H):
         J0 = J0 + (np.linalg.eigvalsh((scaled + np.swapaxes(scaled, -1, -2)) / 2) < 0).sum(axis=-1)
     return Joint(DynamicBeam(K, slope, J0), P)
 
@@ -128,12 +129,12 @@ def _piece(beam: UniformBeam, lam: float | complex) -> DynamicBeam:
     shape = np.broadcast(*beam).shape
     K, slope = np.zeros((2, *shape, 12, 12), dtype=complex if np.iscomplexobj(np.asarray(lam)) else float)
     planes = (
-        (_BENDING_XY, beam.EIz, beam.shear_y, beam.rotary_z),
-        (_BENDING_XZ, beam.EIy, beam.shear_z, beam.rotary_y),
+        (BENDING_XY, beam.EIz, beam.shear_y, beam.rotary_z),
+        (BENDING_XZ, beam.EIy, beam.shear_z, beam.rotary_y),
     )
     for dofs, EI, shear, rotary in planes:
         _place(K, slope, dofs, _bending(EI, shear, beam.mass, rotary, beam.length, lam))
-    for dofs, stiff, inertia in ((_AXIAL, beam.EA, beam.mass), (_TORSION, beam.GJ, beam.polar)):
+    for dofs, stiff, inertia in ((AXIAL, beam.EA, beam.mass), (TORSION, beam.GJ, beam.polar)):
         _place(K, slope, dofs, _bar(stiff, inertia, beam.length, lam))
     arm = np.zeros((*shape, 3))
     arm[..., 0] = beam.length
@@ -154,11 +155,11 @@ def _place(K: Array, slope: Array, dofs: tuple[tuple[int, float], ...], own: tup
 
 def _bar(stiff: Array, inertia: Array, length: Array, lam: float | complex) -> tuple[Array, Array]:
     """Axial or torsional motion."""
-    A0, A1 = _bar_system(stiff, inertia, length)
+    A0, A1 = bar_system(stiff, inertia, length)
     return _condensed(A0, A1, lam, np.ones((*A0.shape[:-2], 1)), stiff / length)
 
 
-def _bar_system(stiff: Array, inertia: Array, length: Array) -> tuple[Array, Array]:
+def bar_system(stiff: Array, inertia: Array, length: Array) -> tuple[Array, Array]:
     """u' = N/S, N' = -lam m u as y' = (A0 + lam A1) y, lengths in units of L and forces of S/L."""
     A0, A1 = np.zeros((2, *np.broadcast(stiff, inertia, length).shape, 2, 2))
     A0[..., 0, 1] = 1.0
@@ -170,13 +171,13 @@ def _bending(
     EI: Array, shear: Array, mass: Array, rotary: Array, length: Array, lam: float | complex
 ) -> tuple[Array, Array]:
     """One plane of bending."""
-    A0, A1 = _bending_system(EI, shear, mass, rotary, length)
+    A0, A1 = bending_system(EI, shear, mass, rotary, length)
     unit = np.ones((*A0.shape[:-2], 2))
     unit[..., 0] = 1 / length
     return _condensed(A0, A1, lam, unit, EI / length)
 
 
-def _bending_system(EI: Array, shear: Array, mass: Array, rotary: Array, length: Array) -> tuple[Array, Array]:
+def bending_system(EI: Array, shear: Array, mass: Array, rotary: Array, length: Array) -> tuple[Array, Array]:
     """v' = theta + shear V, theta' = M/EI, V' = -lam m v, M' = -V - lam r theta as y' = (A0 + lam A1) y, lengths in
     units of L and forces of EI/L^2 (theory eq. D1)."""
     A0, A1 = np.zeros((2, *np.broadcast(EI, shear, mass, rotary, length).shape, 4, 4))
@@ -248,13 +249,13 @@ def transfer_matrix(beam: UniformBeam, lam: float | complex) -> Array:
     L = own.length
     phi = np.zeros((*shape, 12, 12), dtype=np.result_type(lam, float))
     for dofs, EI, shear, rotary in (
-        (_BENDING_XY, own.EIz, own.shear_y, own.rotary_z),
-        (_BENDING_XZ, own.EIy, own.shear_z, own.rotary_y),
+        (BENDING_XY, own.EIz, own.shear_y, own.rotary_z),
+        (BENDING_XZ, own.EIy, own.shear_z, own.rotary_y),
     ):
-        A0, A1 = _bending_system(EI, shear, own.mass, rotary, L)
+        A0, A1 = bending_system(EI, shear, own.mass, rotary, L)
         _place_transfer(phi, dofs, A0, A1, lam, np.stack([L, np.ones(shape), EI / L**2, EI / L], axis=-1))
-    for dofs, stiff, inertia in ((_AXIAL, own.EA, own.mass), (_TORSION, own.GJ, own.polar)):
-        A0, A1 = _bar_system(stiff, inertia, L)
+    for dofs, stiff, inertia in ((AXIAL, own.EA, own.mass), (TORSION, own.GJ, own.polar)):
+        A0, A1 = bar_system(stiff, inertia, L)
         _place_transfer(phi, dofs, A0, A1, lam, np.stack([np.ones(shape), stiff / L], axis=-1))
     arm = np.zeros((*shape, 3))
     arm[..., 0] = L

@@ -37,6 +37,13 @@ class Order(StrEnum):
     full = "full"
 
 
+class Reduction(StrEnum):
+    """How substructures are reduced."""
+
+    craig_bampton = "craig_bampton"
+    rubin = "rubin"
+
+
 def _version(value: bool) -> None:
     if value:
         typer.echo(f"flexura {__version__}")
@@ -57,10 +64,13 @@ def modes_command(
     file: File,
     n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
     order: Annotated[Order, typer.Option(help="Low-order beside full, or the full model alone.")] = Order.low,
-    keep: Annotated[int, typer.Option(min=0, help="Fixed-interface normal modes kept in each substructure.")] = 0,
+    keep: Annotated[int, typer.Option(min=0, help="Normal modes kept in each substructure.")] = 0,
     keep_below: Annotated[
-        float, typer.Option(metavar="HZ", min=0.0, help="Keep all fixed-interface normal modes below this frequency.")
+        float, typer.Option(metavar="HZ", min=0.0, help="Keep all normal modes below this frequency.")
     ] = 0.0,
+    reduction: Annotated[
+        Reduction, typer.Option(help="Kept modes: fixed-interface, or free-interface with residual flexibility.")
+    ] = Reduction.craig_bampton,
     tolerance: Annotated[
         float | None,
         typer.Option(metavar="REL", help="Find the smallest model proven to this relative error, e.g. 1e-3."),
@@ -77,10 +87,11 @@ def modes_command(
     from flexura.cli import tables
 
     mechanism, parameters = _read(file, set)
-    if order is Order.full and (keep or keep_below or tolerance is not None or up_to is not None):
-        raise OptionError("--keep, --keep-below, --tolerance and --up-to belong to --order low")
-    reduction = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
-    result = modes(mechanism, parameters, n=n, order=order.value, **reduction)
+    how = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
+    asked = keep or keep_below or reduction is not Reduction.craig_bampton or tolerance is not None or up_to is not None
+    if order is Order.full and asked:
+        raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
+    result = modes(mechanism, parameters, n=n, order=order.value, reduction=reduction.value, **how)
     pictures: list[Path] = []
     if plot is not None:
         pictures = _plot(result, plot)

@@ -180,6 +180,7 @@ def _matrix(raw: Any) -> Matrix:
     return matrix
 
 
+AmplitudeCount = Annotated[int, Field(ge=0, le=6000, strict=True)]
 SquareMatrix = Annotated[
     Matrix,
     BeforeValidator(_matrix),
@@ -197,25 +198,31 @@ SquareMatrix = Annotated[
 
 
 class Superelement(Part):
-    """Stiffness and mass matrices of an elastic part over named nodes, from another program.
+    """Stiffness and mass matrices of an elastic part over named nodes, from another program or a reduced mechanism.
 
     The 6 DOFs of each node follow each other in the order of `nodes` (tx ty tz rx ry rz), SI units, in the frame of
-    the substructure.
+    the substructure. After them come `amplitudes` generalised coordinates, such as those of fixed-interface normal
+    modes, all zero in a rigid motion.
     """
 
     nodes: tuple[str, ...] = Field(min_length=1)
+    amplitudes: AmplitudeCount = 0
     stiffness: SquareMatrix
     mass: SquareMatrix
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:
-        n = 6 * len(self.nodes)
+        n, a = 6 * len(self.nodes), self.amplitudes
+        rule = f"six DOFs for each of {len(self.nodes)} nodes" + (f", and {a} amplitudes" if a else "")
         for name, matrix in (("stiffness", self.stiffness.array), ("mass", self.mass.array)):
-            if matrix.shape != (n, n):
-                raise refuse(f"{name} is {n} x {n}: six DOFs for each of {len(self.nodes)} nodes")
+            if matrix.shape != (n + a, n + a):
+                hint = "" if a else "`amplitudes` says how many generalised coordinates follow the DOFs of the nodes"
+                raise refuse(f"{name} is {n + a} x {n + a}: {rule}", hint)
             scaled = matrix / (abs(matrix).max() or 1.0)
             if not np.allclose(scaled, scaled.T, rtol=0, atol=1e-6):
                 raise refuse(f"{name} of a superelement is symmetric")
             if np.linalg.eigvalsh((scaled + scaled.T) / 2).min() < -1e-6:
                 raise refuse(f"{name} of a superelement has no negative eigenvalue")
+        if not (self.stiffness.array.diagonal()[n:] > 0).all():
+            raise refuse("every amplitude of a superelement has stiffness", "rigid motions are those of its nodes")
         return self

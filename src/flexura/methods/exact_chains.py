@@ -64,19 +64,6 @@ class ExactChains:
         )
         return first, second
 
-    def twists(self, levels: list[Joint], ends: Array) -> Array:
-        """Twists (c, s + 1, 6, k) of all piece ends at the pole, from displacements (c, 12, k) of the end nodes."""
-        motion = (self.B @ ends)[:, None]
-        for joint in reversed(levels):
-            pairs = joint.P.shape[1]
-            t, e = motion[:, :pairs, :6], motion[:, :pairs, 6:]
-            first = joint.P @ motion[:, :pairs]
-            below = np.empty((len(motion), 2 * pairs, *motion.shape[2:]), dtype=motion.dtype)
-            below[:, ::2] = np.concatenate([t, first], axis=2)
-            below[:, 1::2] = np.concatenate([t + first, e - first], axis=2)
-            motion = np.concatenate([below, motion[:, pairs:]], axis=1)
-        return np.concatenate([motion[:, :1, :6], motion[:, :, :6] + motion[:, :, 6:]], axis=1)
-
 
 def in_series(level: DynamicBeam) -> tuple[DynamicBeam, list[Joint]]:
     """Beams (c, s) joined along the last axis to (c,), and the joints of every level."""
@@ -89,6 +76,21 @@ def in_series(level: DynamicBeam) -> tuple[DynamicBeam, list[Joint]]:
         rest = DynamicBeam(*(f[:, 2 * pairs :] for f in level))
         level = DynamicBeam(*(np.concatenate(f, axis=1) for f in zip(joint.beam, rest, strict=True)))
     return DynamicBeam(*(f[:, 0] for f in level)), levels
+
+
+def twists_inside(levels: list[Joint], motion: Array) -> Array:
+    """Twists (c, s + 1, 6, k) of all ends of beams in series from [t, e] (c, 12, k) of the whole, and the joints that
+    `in_series` made at the same frequency."""
+    motion = motion[:, None]
+    for joint in reversed(levels):
+        pairs = joint.P.shape[1]
+        t, e = motion[:, :pairs, :6], motion[:, :pairs, 6:]
+        first = joint.P @ motion[:, :pairs]
+        below = np.empty((len(motion), 2 * pairs, *motion.shape[2:]), dtype=motion.dtype)
+        below[:, ::2] = np.concatenate([t, first], axis=2)
+        below[:, 1::2] = np.concatenate([t + first, e - first], axis=2)
+        motion = np.concatenate([below, motion[:, pairs:]], axis=1)
+    return np.concatenate([motion[:, :1, :6], motion[:, :, :6] + motion[:, :, 6:]], axis=1)
 
 
 def exact_chains(part: Part, group: ChainGroup, geometry: Geometry, cut: Cut) -> list[ExactChains]:

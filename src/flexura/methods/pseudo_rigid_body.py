@@ -109,7 +109,8 @@ def pseudo_rigid_body_model(model: FullOrderModel) -> PseudoRigidBodyModel:
         M.add(at, at, np.swapaxes(T, -1, -2) @ _end_masses(chains, chains.X.shape[1]) @ T)
     stiffness, mass = model.plan.full_order.lumped(model.values, model.geometry)
     Z = bodies.Z
-    note = f"{bodies.count} rigid {'body' if bodies.count == 1 else 'bodies'} on {_placed(model, springs)} flexures"
+    count = bodies.count - int((~model.plan.topology.has_place).sum())
+    note = f"{count} rigid {'body' if count == 1 else 'bodies'} on {_placed(model, springs)} flexures"
     note += f", {compliant} of them links more compliant than the stiffest flexure" if compliant else ""
     note += f"; {_placed(model, links)} links taken as rigid" if links else ""
     return PseudoRigidBodyModel(
@@ -217,7 +218,8 @@ def _references(model: FullOrderModel, roots: Index, own: Index, count: int) -> 
 
 def _free_motions(model: FullOrderModel, roots: Index, own: Index, reference: Index) -> sp.csc_matrix:
     """Z (6 b, r): displacements of the reference nodes that no support hinders."""
-    held, x = model.plan.topology.held[roots], model.geometry.positions
+    topology, x = model.plan.topology, model.geometry.positions
+    held = (topology.held | topology.unused)[roots]
     bodies = np.arange(len(reference))
     supported = np.unique(own[held.any(axis=1)])
     free = np.setdiff1d(bodies, supported)

@@ -37,7 +37,7 @@ def prepare_superelement(entry: dict[str, Any], directory: FilePath) -> Problem 
                 entry[key] = _from_file(entry[key], (key,), directory)
         if (length, mass, time) != (1.0, 1.0, 1.0):
             for key, scale in (("stiffness", mass / time**2), ("mass", mass)):
-                entry[key] = _scaled(entry.get(key), scale, length)
+                entry[key] = _scaled(entry.get(key), scale, length, entry.get("amplitudes", 0))
     except _RefusedError as refused:
         return refused.problem
     return None
@@ -63,15 +63,17 @@ def _units(raw: Any) -> tuple[float, float, float]:
     return factors["length"], factors["mass"], factors["time"]
 
 
-def _scaled(raw: Any, scale: float, length: float) -> Any:
-    """A stiffness or mass matrix in SI: rows and columns of rotations carry a length each."""
+def _scaled(raw: Any, scale: float, length: float, amplitudes: Any) -> Any:
+    """A stiffness or mass matrix in SI: rows and columns of rotations carry a length each, amplitudes none."""
     try:
         matrix = np.array(raw, dtype=float)
     except (TypeError, ValueError):
         return raw
-    if matrix.ndim != 2 or matrix.shape[0] % 6 or matrix.shape[0] != matrix.shape[1]:
+    amplitudes = amplitudes if isinstance(amplitudes, int) and amplitudes > 0 else 0
+    nodes, rest = divmod(matrix.shape[0] - amplitudes, 6) if matrix.ndim == 2 else (0, 1)
+    if rest or nodes < 0 or matrix.shape[0] != matrix.shape[1]:
         return raw
-    arms = np.tile([1.0, 1.0, 1.0, length, length, length], len(matrix) // 6)
+    arms = np.append(np.tile([1.0, 1.0, 1.0, length, length, length], nodes), np.ones(amplitudes))
     return (scale * np.outer(arms, arms) * matrix).tolist()
 
 

@@ -6,15 +6,18 @@ from flexura.reduction.craig_bampton import CraigBampton, ReducedPart
 from flexura.reduction.interface import interface_reduction
 from flexura.reduction.low_order import natural_frequencies, reduce
 from flexura.reduction.model import LowOrderModel
+from flexura.reduction.nesting import NestedModel, nested
 
 __all__ = [
     "Certificate",
     "CraigBampton",
     "LowOrderModel",
+    "NestedModel",
     "ReducedPart",
     "certify",
     "condense",
     "interface_reduction",
     "natural_frequencies",
+    "nested",
     "reduce",
 ]

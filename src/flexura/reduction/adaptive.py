@@ -67,7 +67,7 @@ class _Refinement:
 
     def shares(self, remainder: Array) -> dict[str, float]:
         """Share of residuals (n, k) in the interior of each prototype, all its copies together (theory eq. C6)."""
-        density = np.einsum("ik,ik->i", remainder, self.M @ remainder)
+        density = np.append(np.einsum("ik,ik->i", remainder, self.M @ remainder), 0.0)
         topology = self.assembler.plan.topology
         found = {}
         for name, reducer in self.assembler.reducers.items():

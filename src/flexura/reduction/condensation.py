@@ -30,28 +30,64 @@ SETTLED = 1e-12
 """Relative change of the squared frequencies at which iterated IRS ends."""
 
 
-def condense(low: LowOrderModel, to: int | Sequence[str], method: Condensation = "serep") -> LowOrderModel:
+def condense(
+    low: LowOrderModel,
+    to: int | Sequence[str],
+    method: Condensation = "serep",
+    modes: Sequence[int] | None = None,
+) -> LowOrderModel:
     """Condense a low-order model to very few of its coordinates (theory eqs. R7-R10).
 
     `to` names coordinates (`platform.tz`) or nodes with all six (`platform`), or is the number of coordinates, which
     are then chosen among those of rigid bodies, or where these do not suffice among all displacements. Methods: `guyan`
     (1965), `irs` (O'Callahan 1989), `iterated_irs` (Friswell, Garvey and Penny 1995), `serep` (O'Callahan, Avitabile
     and Riemer 1989), which has the lowest frequencies of the model exactly, and `modal`, the same in coordinates of
-    the modes. Raises OptionError for coordinates that are not there or do not tell the modes apart.
+    the modes. These two have the lowest modes, or those numbered in `modes`, from 1, as many as coordinates. Raises
+    OptionError for coordinates that are not there or do not tell the modes apart, and for modes that are not there.
     """
     if method not in get_args(Condensation):
         raise OptionError(f"method is one of {', '.join(get_args(Condensation))}, not {method!r}")
     K, M = (np.asarray(A.toarray() if hasattr(A, "toarray") else A) for A in (low.K, low.M))
-    masters = _chosen(low, K, M, to) if isinstance(to, int | np.integer) else _named(low, to)
-    m = len(masters)
-    names = [low.coordinate_names[k] for k in masters]
-    if method == "modal":
-        return low.projected(lowest(K, M, m).vectors, [f"mode {k + 1}" for k in range(m)], f"{m} modal coordinates")
-    step = f"{method.replace('_', ' ')} to {m} coordinates"
-    if method == "serep":
-        modes = lowest(K, M, m).vectors
-        return low.projected(_serep(modes, masters, np.sqrt(np.diagonal(M))), names, step)
-    return low.projected(_reduced_system(K, M, masters, method), names, step)
+    if isinstance(to, int | np.integer):
+        masters, m = None, int(to)
+    else:
+        masters = _named(low, to)
+        m = len(masters)
+    if not 1 <= m <= low.order:
+        raise OptionError(
+            f"a model of order {low.order} is condensed to between 1 and {low.order} coordinates, not {m}"
+        )
+    numbers = np.arange(m) if modes is None else _numbered(modes, m, low.order, method)
+    weight = np.sqrt(np.diagonal(M))
+    if masters is None or method in ("serep", "modal"):
+        pairs = lowest(K, M, int(numbers[-1]) + 1)
+        if not np.isfinite(pairs.values).all():
+            raise OptionError(f"the model has only {np.isfinite(pairs.values).sum()} modes; ask for fewer coordinates")
+        vectors = pairs.vectors[:, numbers]
+        if method == "modal":
+            return low.projected(vectors, [f"mode {k + 1}" for k in numbers], f"{m} modal coordinates")
+        masters = _chosen(low, vectors, weight) if masters is None else masters
+        if method == "serep":
+            return low.projected(_serep(vectors, masters, weight), *_said(low, masters, method))
+    return low.projected(_reduced_system(K, M, masters, method), *_said(low, masters, method))
+
+
+def _said(low: LowOrderModel, masters: Index, method: str) -> tuple[list[str], str]:
+    """Names of the coordinates, and the step in words."""
+    step = f"{method.replace('_', ' ')} to {len(masters)} coordinates"
+    return [low.coordinate_names[k] for k in masters], step
+
+
+def _numbered(modes: Sequence[int], count: int, order: int, method: str) -> Index:
+    """Positions of modes that are numbered from 1."""
+    if method not in ("serep", "modal"):
+        raise OptionError(f"modes are chosen for serep and modal; {method} finds its own")
+    numbers = sorted(set(modes))
+    if len(numbers) != len(modes) or len(numbers) != count:
+        raise OptionError(f"{count} coordinates have {count} different modes, not {', '.join(map(str, modes))}")
+    if not all(isinstance(k, int | np.integer) and 1 <= k <= order for k in numbers):
+        raise OptionError(f"modes are numbered from 1 to {order}, not {', '.join(map(str, modes))}")
+    return np.array(numbers, dtype=np.intp) - 1
 
 
 def _serep(modes: Array, masters: Index, weight: Array) -> Array:
@@ -110,13 +146,10 @@ def _named(low: LowOrderModel, names: Sequence[str]) -> Index:
     return np.array(found, dtype=np.intp)
 
 
-def _chosen(low: LowOrderModel, K: Array, M: Array, count: int) -> Index:
-    """`count` coordinates that tell the lowest modes apart best: pivoted QR of the modes there, bodies first."""
-    if not 1 <= count <= low.order:
-        raise OptionError(
-            f"a model of order {low.order} is condensed to between 1 and {low.order} coordinates, not {count}"
-        )
-    weighted = lowest(K, M, count).vectors * np.sqrt(np.diagonal(M))[:, None]
+def _chosen(low: LowOrderModel, modes: Array, weight: Array) -> Index:
+    """As many coordinates as modes (n, m) that tell them apart best: pivoted QR of the modes there, bodies first."""
+    count = modes.shape[1]
+    weighted = modes * weight[:, None]
     plan, names = low.plan, low.coordinate_names
     bodies = {
         ".".join((*path, key))

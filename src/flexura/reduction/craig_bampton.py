@@ -21,6 +21,10 @@ from flexura.structure.slots import Index
 Array = NDArray[np.float64]
 
 
+REPEATED = 1e-6
+"""Squared frequencies closer than this, relative, are repeated ones."""
+
+
 @dataclass(frozen=True)
 class ReducedPart:
     """A substructure in Craig-Bampton coordinates: interface displacements, then amplitudes of kept normal modes.
@@ -84,6 +88,15 @@ class CraigBampton:
     def count_below(self, hz: float) -> int:
         """Number of fixed-interface normal modes below a frequency, Hz."""
         return count_below(self._K_ii, self._M_ii, (2 * np.pi * hz) ** 2) if hz > 0 and len(self.interior) else 0
+
+    def whole(self, count: int) -> int:
+        """The least number of normal modes from `count` on that cuts no repeated frequency."""
+        while 0 < count < len(self.interior):
+            values = self.normal_modes(count + 1).values
+            if len(values) <= count or values[count] - values[count - 1] > REPEATED * values[count]:
+                break
+            count += 1
+        return count
 
     def normal_modes(self, count: int) -> Eigenpairs:
         """The lowest `count` normal modes of the interior with the boundary held, eq. 2 (theory eq. 40): angular

@@ -42,7 +42,8 @@ def reduce(
 
     `keep` is the number of normal modes kept in each substructure (or a number by prototype name); `keep_below` keeps
     all below that frequency, Hz. With neither this is the model of the RPR paper. The normal modes are those with the
-    interface held (`craig_bampton`), or the elastic ones of the free substructure with residual flexibility (`rubin`).
+    interface held (`craig_bampton`; a repeated frequency is kept whole), or the elastic ones of the free substructure
+    with residual flexibility (`rubin`).
 
     With `tolerance` and `up_to` the modes to keep are found: the result is the smallest model of which every natural
     frequency up to `up_to` Hz is proven to be within `tolerance`, relative, of the full-order model's, none missing.
@@ -81,7 +82,7 @@ def reduce(
         if method == "rubin":
             parts[name] = free_interface(own, counts[name], keep_below)
         else:
-            parts[name] = own.reduced(max(counts[name], own.count_below(keep_below)))
+            parts[name] = own.reduced(own.whole(max(counts[name], own.count_below(keep_below))))
     return replace(assembled(assembler, values, geometry, parts, exact_at), parameters=single)
 
 

@@ -22,6 +22,7 @@ from flexura.structure.plan import Geometry, Plan
 from flexura.structure.slots import Index
 
 if TYPE_CHECKING:
+    from flexura.mechanism.body import Superelement
     from flexura.reduction.certificate import Certificate
 
 Array = NDArray[np.float64]
@@ -61,7 +62,7 @@ class SubstructureBasis:
             if len(own.interior):
                 column = self.assembler.coordinates(name, len(part.frequencies), first)
                 row, value = self._interior_rows(name, part)
-                keep = np.broadcast_to((column >= 0)[:, None, :], value.shape)
+                keep = np.broadcast_to((column >= 0)[:, None, :] & (row >= 0)[:, :, None], value.shape)
                 rows.append(np.broadcast_to(row[:, :, None], value.shape)[keep])
                 columns.append(np.broadcast_to(column[:, None, :], value.shape)[keep])
                 entries.append(value[keep])
@@ -73,7 +74,7 @@ class SubstructureBasis:
         """Full-order DOF vectors (full order, k) for coordinates (n, k), without forming the recovery."""
         topology = self.assembler.plan.topology
         physical = topology.dof.ravel()[self.assembler.physical]
-        found = np.empty((topology.n_dof, coordinates.shape[1]))
+        found = np.empty((topology.n_dof + 1, coordinates.shape[1]))  # DOF -1 goes to the last row
         found[physical] = coordinates[: len(physical)]
         first = len(physical)
         padded = np.vstack([coordinates, np.zeros((1, coordinates.shape[1]))])
@@ -88,7 +89,7 @@ class SubstructureBasis:
                 inside = (part.T[self.assembler.reducers[name].interior_dofs] @ q).reshape(*number.shape, 6, -1)
                 found[topology.dof[number]] = np.swapaxes(G, -1, -2) @ inside
             first += k * len(topology.placed[name].paths)
-        return found
+        return found[:-1]
 
     def _interior_rows(self, name: str, part: ReducedPart) -> tuple[Index, Array]:
         """Full-order DOF numbers (copies, i) of the interior and their recovery (copies, i, b + k), global frame."""
@@ -220,6 +221,12 @@ class LowOrderModel:
             return B @ factorise(self.K.tocsc()).solve(np.ascontiguousarray(B.T))
         d = 1 / np.sqrt(np.diagonal(self.K))
         return (B * d) @ la.cho_solve(la.cho_factor(self.K * d[:, None] * d), d[:, None] * B.T)
+
+    def superelement(self, nodes: Sequence[str] | Mapping[str, str] | None = None) -> Superelement:
+        """The model as a part for other mechanisms, over some of its nodes; see `nested`, which also recovers."""
+        from flexura.reduction.nesting import nested
+
+        return nested(self, nodes).superelement
 
     def projected(self, T: Any, names: list[str], step: str) -> LowOrderModel:
         """The model in fewer coordinates q with this one's = T q, T (n, r); static response at the static nodes stays

@@ -169,7 +169,10 @@ class FullOrderModel:
         return self.plan.matrices(self.values, self.geometry)
 
     def node_displacements(self, vectors: Array) -> Array:
-        """Displacements (n_nodes, 6, k) of all nodes, global frame, for DOF vectors (n, k); held DOFs are zero."""
+        """Displacements (n_nodes, 6, k) of all nodes, global frame, for DOF vectors (n, k); held DOFs are zero.
+
+        Nodes without a place, after the others of each part, hold the amplitudes of superelements.
+        """
         topology = self.plan.topology
         padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
         u = padded[topology.dof[topology.root]]
@@ -190,7 +193,28 @@ class FullOrderModel:
             translational = components < 3
             motions[translational, 3 + j] = turn[translational, components[translational]]
             motions[components == 3 + j, 3 + j] = 1.0
+        motions[~topology.has_place[nodes]] = 0.0
         return motions
+
+    def superelement_coordinates(self, vectors: Array, name: str) -> Array:
+        """Coordinates (6k + amplitudes, m) of a placed superelement, in its own frame, for DOF vectors (n, m).
+
+        `name` is written NAME or INSTANCE.NAME. Raises OptionError when there is no such superelement.
+        """
+        topology = self.plan.topology
+        *path, key = name.split(".")
+        for prototype, placed in topology.placed.items():
+            if tuple(path) in placed.paths and key in placed.part.superelements:
+                copy = placed.paths.index(tuple(path))
+                nodes, K, _ = placed.part.superelements[key]
+                u = self.node_displacements(vectors)[placed.offset[copy] + np.array(nodes)]
+                Q = self.geometry.Q[placed.number[copy]].T
+                own = len(nodes) - sum(n >= placed.part.n_placed for n in nodes)
+                u[:own, :3] = Q @ u[:own, :3]
+                u[:own, 3:] = np.linalg.det(Q).round() * Q @ u[:own, 3:]
+                amplitudes = len(self.plan.layout.prototypes[prototype].superelements[key].stiffness.array) - 6 * own
+                return u.reshape(len(K), -1)[: 6 * own + amplitudes]
+        raise OptionError(f"there is no superelement {name!r}; it is written NAME or INSTANCE.NAME")
 
 
 def assemble(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> FullOrderModel:

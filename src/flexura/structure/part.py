@@ -1,7 +1,9 @@
 """One prototype's own part: the nodes and members declared in it, laid out once and evaluated for many designs.
 
 Quantities are in the prototype's own frame. Nodes are numbered: own nodes, bodies, nodes of instances that own parts
-refer to ("foreign" nodes), then the mesh nodes inside members.
+refer to ("foreign" nodes), then the mesh nodes inside members. Amplitudes of superelements come last, six to a node
+that has no place: frames and rigid arms leave them alone, and what the last of these nodes does not use is unit
+stiffness without mass in the part's matrices and has no DOF.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, member_frame, rigid_arm
@@ -105,6 +108,8 @@ class Part:
         self._position_slots = np.array([slots.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
         self._lay_out_members(layout, slots, np.array(ends, dtype=np.intp).reshape(-1, 2))
         self._mesh(nodes)
+        self.n_placed = len(nodes.names)
+        self._add_amplitudes(nodes)
         self.node_names, self.node_number = nodes.names, nodes.number
         self.boundary = self._boundary(layout, nodes)
 
@@ -130,6 +135,26 @@ class Part:
             self.mesh_fraction += [k / n for k in range(1, n)]
         self.connectivity = np.array(connectivity, dtype=np.intp).reshape(-1, 2)
 
+    def _add_amplitudes(self, nodes: _Nodes) -> None:
+        """Number nodes without a place for the amplitudes of superelements, and let their matrices reach over these."""
+        self.amplitude_names: dict[int, list[str]] = {}
+        self.amplitude_at: list[int] = []
+        for key, (own, K, M) in self.superelements.items():
+            count = len(K) - 6 * len(own)
+            names = [f"{key} amplitude {k + 1}" for k in range(count)]
+            extra = []
+            for first in range(0, count, 6):
+                node = nodes.get(f"{key} amplitudes {first + 1} to {min(first + 6, count)}")
+                self.amplitude_names[node] = names[first : first + 6]
+                self.amplitude_at.append(own[0])
+                extra.append(node)
+            spare = np.eye(-count % 6)
+            self.superelements[key] = ([*own, *extra], la.block_diag(K, spare), la.block_diag(M, 0 * spare))
+        self.unused = np.zeros((len(nodes.names), 6), dtype=bool)
+        """Which freedoms (n, 6) of the nodes for amplitudes stand for nothing."""
+        for node, names in self.amplitude_names.items():
+            self.unused[node, len(names) :] = True
+
     def _boundary(self, layout: Layout, nodes: _Nodes) -> Index:
         """Nodes that a reduction keeps: the interface, what bodies carry, bodies, and nodes shared with instances.
 
@@ -153,7 +178,7 @@ class Part:
 
     @property
     def n_nodes(self) -> int:
-        """Number of nodes, mesh nodes included."""
+        """Number of nodes, mesh nodes and those for amplitudes included."""
         return len(self.node_names)
 
     @cached_property
@@ -199,9 +224,10 @@ class Part:
         ends = positions[..., self.ends, :] + offsets
         axis = ends[..., 1, :] - ends[..., 0, :]
         length = np.sqrt(np.einsum("...i,...i->...", axis, axis))
-        positions[..., self.n_named :, :] = (
+        positions[..., self.n_named : self.n_placed, :] = (
             ends[..., self.mesh_member, 0, :] + np.array(self.mesh_fraction)[:, None] * axis[..., self.mesh_member, :]
         )
+        positions[..., self.n_placed :, :] = positions[..., self.amplitude_at, :]
         reference = values[..., self._reference_slots]
         if self._free_frame.any():
             reference = np.where(self._free_frame[:, None], _least_aligned(axis), reference)

@@ -285,7 +285,8 @@ class Plan:
         (theory eq. 36).
 
         i counts the placed copies of the prototype. Nodes that are their own root are turned only; others follow
-        the root on a rigid arm (eq. 32). Rotations are axial vectors: mirror images turn them the other way.
+        the root on a rigid arm (eq. 32). Rotations are axial vectors: mirror images turn them the other way. Amplitudes
+        are not turned.
         """
         placed = self.topology.placed[name]
         Q = np.swapaxes(geometry.Q[..., placed.number, :, :], -1, -2)
@@ -300,6 +301,7 @@ class Plan:
             at = number[slaved]
             arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
             G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(arm)
+        G[..., np.asarray(nodes) >= self.parts[name].n_placed, :, :] = np.eye(6)
         return G
 
     def node_rows(self, numbers: Index, geometry: Geometry) -> sp.csr_matrix:

@@ -74,6 +74,14 @@ class Topology:
         self._where: dict[tuple[str, ...], tuple[str, int]] = {}
         self.n_nodes = 0
         self._enumerate(layout, parts)
+        self.unused = np.zeros((self.n_nodes, 6), dtype=bool)
+        """Freedoms of nodes for amplitudes of superelements that stand for nothing."""
+        self.has_place = np.ones(self.n_nodes, dtype=bool)
+        """False for nodes that hold amplitudes of superelements."""
+        for placed in self.placed.values():
+            for offset in placed.offset:
+                self.unused[offset : offset + placed.part.n_nodes] = placed.part.unused
+                self.has_place[offset + placed.part.n_placed : offset + placed.part.n_nodes] = False
         self._join(parts)
         self._number_dofs()
 
@@ -157,7 +165,7 @@ class Topology:
         return dict(found.values())
 
     def _number_dofs(self) -> None:
-        free = ~self.held
+        free = ~(self.held | self.unused)
         free[self.root != np.arange(self.n_nodes)] = False
         self.dof = np.full((self.n_nodes, 6), -1, dtype=np.intp)
         self.n_dof = int(free.sum())
@@ -175,10 +183,17 @@ class Topology:
         return names
 
     def dof_names(self) -> list[str]:
-        """Names of the free DOFs in order, e.g. `platform.rz`."""
+        """Names of the free DOFs in order, e.g. `platform.rz`, or `branch1.ring amplitude 2` of a superelement."""
         names = self.node_names
         nodes, components = np.nonzero(self.dof >= 0)
-        return [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
+        found = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
+        for placed in self.placed.values():
+            for path, offset in zip(placed.paths, placed.offset, strict=True):
+                prefix = ".".join(path) + "." if path else ""
+                for node, own in placed.part.amplitude_names.items():
+                    for c, name in enumerate(own):
+                        found[self.dof[offset + node, c]] = prefix + name
+        return found
 
 
 def _two_supports(text: str) -> Problem:

@@ -94,7 +94,7 @@ class _Drawn:
             else:
                 _add_spring(collector, copy, spring, nodes, at, size)
         for nodes, _, _ in self.part.superelements.values():
-            _add_star(collector, copy, nodes)
+            _add_star(collector, copy, [node for node in nodes if node < self.part.n_placed])
         for node, arm in self.arms:
             _add_arm(collector, copy, node, copy.x[node] + copy.Q @ arm)
 

@@ -46,7 +46,7 @@ def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Arra
         raise OptionError(f"displacements have shape ({n}, 6), one row for each node; found {u.shape}")
     if not np.isfinite(u).all():
         raise OptionError("displacements must be finite")
-    return u
+    return np.where(model.plan.topology.has_place[:, None], u, 0.0)
 
 
 def _detail(model: FullOrderModel) -> Detail:

@@ -1,0 +1,303 @@
+"""A mechanism condensed exactly to as few coordinates as it has natural frequencies below a limit.
+
+Chains, then substructures, then the whole are condensed by what is positive definite at the limit and therefore below
+it, so that no eliminated part has an eigenvalue there: K(lam) of what is left has no poles, and as many negative
+eigenvalues as natural frequencies lie below lam (theory eqs. D9-D11). Its entries are summed as energies of branches,
+in which rigid motion is split off, and keep the digits that assembled stiffness loses (theory eq. D12).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from flexura.beam.dynamic import Array, DynamicBeam, Joint
+from flexura.errors import SolverError
+from flexura.methods.exact_branches import PartBranches, branches_below
+from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
+from flexura.structure.full_order import FullOrderModel
+from flexura.structure.part import Lump
+from flexura.structure.scatter import Scatter
+from flexura.structure.slots import Index
+
+TAPERED_PIECES = 16
+"""Uniform pieces for every tapered element."""
+
+BATCH = 4_000_000
+"""About how many numbers matrices hold at once."""
+
+
+@dataclass(frozen=True)
+class Pencil:
+    """K and M = -dK/dlam, (l, n, n), at squared angular frequencies lam (l,)."""
+
+    lam: NDArray[np.float64]
+    K: Array
+    M: Array
+
+    def solve(self) -> tuple[Array, Array]:
+        """Eigenvalues delta (l, n) of K x = delta M x, ascending, and vectors (l, n, n).
+
+        lam + delta is never below the natural frequency of the same number, and equal to it to second order
+        (theory eq. D10). Raises SolverError when M is not positive definite.
+        """
+        d = 1 / np.sqrt(np.einsum("lii->li", self.M))
+        scale = d[:, :, None] * d[:, None, :]
+        try:
+            inverse = np.linalg.inv(np.linalg.cholesky(self.M * scale))
+        except np.linalg.LinAlgError:
+            raise SolverError("something that moves has no inertia at all") from None
+        back = np.swapaxes(inverse, -1, -2)
+        delta, y = np.linalg.eigh(inverse @ (self.K * scale) @ back)
+        return delta, d[:, :, None] * (back @ y)
+
+
+@dataclass(frozen=True)
+class _Elimination:
+    """Elimination of everything but the first `kept` DOFs and, of the rest, what is not positive definite at the limit.
+
+    `scale` (r,) balances the rest y = x / scale, and `V` (r, m) are the directions of it that are kept.
+    """
+
+    kept: int
+    scale: Array
+    V: Array
+
+    @classmethod
+    def at(cls, K: Array, static: Array, kept: int) -> _Elimination:
+        """From K (n, n) at the limit and at zero."""
+        H = K[kept:, kept:]
+        diagonal = np.maximum(np.abs(np.diagonal(H)), np.abs(np.diagonal(static)[kept:]))
+        scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        values, vectors = la.eigh(H * scale[:, None] * scale) if len(H) else (np.empty(0), np.empty((0, 0)))
+        return cls(kept, scale, vectors[:, values <= 0])
+
+    def shapes(self, K: Array) -> Array:
+        """T (l, n, kept + m): all DOFs from those left, for K (l, n, n): the stationary ones."""
+        b, (r, m) = self.kept, self.V.shape
+        T = np.zeros((len(K), b + r, b + m))
+        T[:, :b, :b] = np.eye(b)
+        if not r:
+            return T
+        bordered = np.zeros((len(K), r + m, r + m))
+        bordered[:, :r, :r] = K[:, b:, b:] * self.scale[:, None] * self.scale
+        bordered[:, :r, r:], bordered[:, r:, :r] = self.V, self.V.T
+        right = np.zeros((len(K), r + m, b + m))
+        right[:, :r, :b] = -self.scale[:, None] * K[:, b:, :b]
+        right[:, r:, b:] = np.eye(m)
+        T[:, b:] = self.scale[:, None] * np.linalg.solve(bordered, right)[:, :r]
+        return T
+
+
+@dataclass
+class _Part:
+    """One prototype: where its branches and lumps go, and what its condensation keeps."""
+
+    own: PartBranches
+    lumps: list[Lump]
+    span: slice
+    ends: Index
+    lump_dofs: list[Index]
+    scatter: Scatter
+    boundary: int
+    elimination: _Elimination | None = None
+
+
+@dataclass(frozen=True)
+class _State:
+    """Everything at squared angular frequencies lam (l,): branches, their joints, the condensation of every part and
+    of the whole."""
+
+    lam: NDArray[np.float64]
+    branches: DynamicBeam
+    joints: list[Joint]
+    T: dict[str, Array]
+    X: Array
+
+
+class ExactCondensation:
+    """A mechanism over as many coordinates as it has natural frequencies below `limit`, rad^2/s^2.
+
+    `count` is their number. Good for any lam between zero and the limit. Tapered elements stand as `tapered_pieces`
+    uniform beams; every uniform beam is cut into at least `pieces`, which changes nothing. Raises SolverError.
+    """
+
+    def __init__(
+        self, model: FullOrderModel, limit: float, pieces: int = 1, tapered_pieces: int = TAPERED_PIECES
+    ) -> None:
+        self.model, self.limit = model, limit
+        self.assembler: LowOrderAssembler = low_order(model.plan)
+        self.branches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
+        self._parts = {name: self._part(name, own) for name, own in self.branches.parts.items()}
+        both = np.array([limit, 0.0])
+        exact = self.branches(both)[0]
+        T = {}
+        for name, part in self._parts.items():
+            K = self._part_stiffness(part, exact.K, both)
+            part.elimination = _Elimination.at(K[0], K[1], part.boundary)
+            T[name] = part.elimination.shapes(K)
+        K = self._global(self._condensed(exact.K, both, T))
+        self._elimination = _Elimination.at(K[0], K[1], 0)
+
+    @property
+    def count(self) -> int:
+        """Number of natural frequencies below the limit."""
+        return self._elimination.V.shape[1]
+
+    def pencils(self, lam: Array) -> Pencil:
+        """K and M at squared angular frequencies lam (l,) from 0 to the limit."""
+        found = [self._energies(state) for state in self._states(lam)]
+        K, M = (np.concatenate(each) for each in zip(*found, strict=True))
+        return Pencil(np.asarray(lam, dtype=float), K, M)
+
+    def count_below(self, lam: Array) -> Index:
+        """Numbers of natural frequencies below squared angular frequencies lam (l,) up to the limit
+        (Wittrick and Williams 1971; theory eq. D9)."""
+        pencil = self.pencils(lam)
+        d = 1 / np.sqrt(np.einsum("lii->li", pencil.M))
+        return (np.linalg.eigvalsh(pencil.K * d[:, :, None] * d[:, None, :]) < 0).sum(axis=-1)
+
+    def node_displacements(self, lam: Array, vectors: Array) -> Array:
+        """Displacements (n_nodes, 6, l) of all nodes, global frame, for one vector (l, n) of coordinates at each of the
+        squared angular frequencies lam (l,)."""
+        found, start = [], 0
+        for state in self._states(lam):
+            stop = start + len(state.lam)
+            x = (state.X @ vectors[start:stop, :, None])[..., 0]
+            found.append(self._recovered(state, x))
+            start = stop
+        return np.concatenate(found, axis=-1)
+
+    def _part(self, name: str, own: PartBranches) -> _Part:
+        reducer = own.reducer
+        number = np.full(reducer.part.n_nodes, -1)
+        number[reducer.remaining] = np.arange(len(reducer.remaining))
+        pairs = np.array([branch.junctions for branch in own.branches], dtype=np.intp).reshape(-1, 2)
+        ends = (6 * pairs[..., None] + np.arange(6)).reshape(-1, 12)
+        lumps = self.model.matrices[name].lumps
+        at = [(6 * number[lump.nodes][:, None] + np.arange(6)).ravel() for lump in lumps]
+        scatter = Scatter([*([ends] if len(ends) else []), *(dofs[None] for dofs in at)], 6 * own.n_junctions)
+        return _Part(own, lumps, self.branches.span[name], ends, at, scatter, len(reducer.boundary_dofs))
+
+    def _part_stiffness(self, part: _Part, K: Array, lam: Array) -> Array:
+        """K (l, n, n) of a part over its junctions, in its own frame."""
+        matrices = [_lump(lump, lam)[:, None] for lump in part.lumps]
+        if len(part.ends):
+            B = self.branches.B[part.span, None]
+            matrices = [np.swapaxes(np.swapaxes(B, -1, -2) @ K[part.span] @ B, 0, 1), *matrices]
+        return part.scatter.dense(matrices, (len(lam),))
+
+    def _condensed(self, K: Array, lam: Array, T: dict[str, Array]) -> Iterator[Array]:
+        """K (l, copies, b + m, b + m) of the copies of every part, boundary DOFs in the global frame."""
+        for name, part in self._parts.items():
+            own = np.swapaxes(T[name], -1, -2) @ self._part_stiffness(part, K, lam) @ T[name]
+            G = self._transforms[name]
+            yield np.swapaxes(G, -1, -2) @ own[:, None] @ G
+
+    def _global(self, parts: Iterator[Array]) -> Array:
+        blocks = list(parts)
+        K = self.assembler.scatter(self._modes).dense(blocks, (len(blocks[0]),))
+        return (K + np.swapaxes(K, -1, -2)) / 2
+
+    @cached_property
+    def _modes(self) -> tuple[int, ...]:
+        """How many coordinates every part has beside its boundary."""
+        return tuple(part.elimination.V.shape[1] for part in self._parts.values() if part.elimination is not None)
+
+    @cached_property
+    def _transforms(self) -> dict[str, Array]:
+        transforms = self.assembler.transforms(self.model.geometry)
+        return {name: with_modes(transforms[name], m) for name, m in zip(self._parts, self._modes, strict=True)}
+
+    @cached_property
+    def _coordinates(self) -> dict[str, Index]:
+        """Coordinates (copies, b + m) of every part."""
+        found, first = {}, len(self.assembler.physical)
+        for name, m in zip(self._parts, self._modes, strict=True):
+            found[name] = self.assembler.coordinates(name, m, first)
+            first += m * len(found[name])
+        return found
+
+    def _states(self, lam: Array) -> Iterator[_State]:
+        lam = np.asarray(lam, dtype=float)
+        orders = (self.assembler.scatter(self._modes).n, *(part.scatter.n for part in self._parts.values()))
+        size = max(1, BATCH // (288 * sum(b.size for b in self.branches.all) + sum(n * n for n in orders)))
+        for start in range(0, len(lam), size):
+            own = lam[start : start + size]
+            exact, joints = self.branches(own)
+            T = {}
+            for name, part in self._parts.items():
+                assert part.elimination is not None
+                T[name] = part.elimination.shapes(self._part_stiffness(part, exact.K, own))
+            X = self._elimination.shapes(self._global(self._condensed(exact.K, own, T)))
+            yield _State(own, exact, joints, T, X)
+
+    def _junctions(self, name: str, state: _State, x: Array) -> Array:
+        """Displacements (l, copies, n, k) of a part's junctions, in its frame, from coordinates (l, n, k)."""
+        padded = np.concatenate([x, np.zeros((len(x), 1, x.shape[2]))], axis=1)
+        return state.T[name][:, None] @ (self._transforms[name] @ padded[:, self._coordinates[name]])
+
+    def _energies(self, state: _State) -> tuple[Array, Array]:
+        """K and M (l, n, n) from the energies of branches and lumps (theory eq. D12)."""
+        K, M = np.zeros((2, len(state.lam), self.count, self.count))
+        for name, part in self._parts.items():
+            u = self._junctions(name, state, state.X)
+            motion = self.branches.B[part.span] @ u[:, :, part.ends]
+            K += _energy(motion, np.swapaxes(state.branches.K[part.span], 0, 1)[:, None])
+            M -= _energy(motion, np.swapaxes(state.branches.slope[part.span], 0, 1)[:, None])
+            for lump, dofs in zip(part.lumps, part.lump_dofs, strict=True):
+                K += _energy(u[:, :, dofs], _lump(lump, state.lam)[:, None])
+                if lump.M is not None:
+                    M += _energy(u[:, :, dofs], lump.M)
+        return (K + np.swapaxes(K, -1, -2)) / 2, (M + np.swapaxes(M, -1, -2)) / 2
+
+    def _recovered(self, state: _State, x: Array) -> Array:
+        """Displacements (n_nodes, 6, l) of all nodes for one vector of coordinates (l, n) at each frequency."""
+        topology = self.model.plan.topology
+        found = np.zeros((topology.n_dof + 1, len(x)))  # DOF -1 goes to the last row
+        found[topology.dof.ravel()[self.assembler.physical]] = x[:, : len(self.assembler.physical)].T
+        u = {name: self._junctions(name, state, x[..., None])[..., 0] for name in self._parts}
+        motion = np.zeros((len(self.branches.all), len(x), max((v.shape[1] for v in u.values()), default=0), 12))
+        for name, part in self._parts.items():
+            own = (self.branches.B[part.span] @ u[name][:, :, part.ends, None])[..., 0]
+            motion[part.span, :, : own.shape[1]] = np.moveaxis(own, 2, 0)
+        twists = self.branches.twists(state.joints, motion)
+        for name, part in self._parts.items():
+            interior = part.own.reducer.part.interior
+            nodes = _node_displacements(part, u[name], twists[part.span])[:, :, interior]
+            number = np.array(topology.placed[name].offset, dtype=np.intp)[:, None] + interior
+            G = self.model.plan.node_transforms(name, interior, self.model.geometry)
+            outward = (np.swapaxes(G, -1, -2) @ nodes[..., None])[..., 0]
+            found[topology.dof[number]] = np.moveaxis(outward, 0, -1)
+        return self.model.node_displacements(found[:-1])
+
+
+def _node_displacements(part: _Part, u: Array, twists: list[Array]) -> Array:
+    """Displacements (l, copies, n, 6) of all nodes of a part that branches pass, in its frame."""
+    own = u.reshape(*u.shape[:2], -1, 6)
+    nodes = np.zeros((*u.shape[:2], part.own.reducer.part.n_nodes, 6))
+    at = np.concatenate([part.own.reducer.remaining, np.array(part.own.cut_nodes, dtype=np.intp)])
+    nodes[:, :, at[at >= 0]] = own[:, :, at >= 0]
+    for branch, twist in zip(part.own.branches, twists, strict=True):
+        number, passed, displaced = branch.nodes()
+        inside = displaced[:, None, None] @ twist[passed, :, : u.shape[1], :, None]
+        nodes[:, :, number] = np.moveaxis(inside[..., 0], 0, 2)
+    return nodes
+
+
+def _lump(lump: Lump, lam: Array) -> Array:
+    """K - lam M (l, n, n) of a lump."""
+    n = 6 * len(lump.nodes)
+    K = np.zeros((n, n)) if lump.K is None else lump.K
+    return K - lam[:, None, None] * (0.0 if lump.M is None else lump.M) + np.zeros((len(lam), 1, 1))
+
+
+def _energy(motion: Array, matrix: Array) -> Array:
+    """Sum of x^T A x (l, k, k) for x (l, ..., n, k) and A that broadcasts to (l, ..., n, n)."""
+    work = (matrix @ motion).reshape(len(motion), -1, motion.shape[-1])
+    return np.swapaxes(motion.reshape(work.shape), -1, -2) @ work
