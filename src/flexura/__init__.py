@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from flexura.analysis import Evidence as Evidence
     from flexura.analysis import Mode as Mode
     from flexura.analysis import Modes as Modes
+    from flexura.analysis import Preload as Preload
     from flexura.analysis import check as check
     from flexura.analysis import modes as modes
+    from flexura.analysis import preload as preload
     from flexura.errors import ExpressionError as ExpressionError
     from flexura.errors import FlexuraError as FlexuraError
     from flexura.errors import ModelError as ModelError
@@ -96,7 +98,7 @@ if TYPE_CHECKING:
     from flexura.view import save_pictures as save_pictures
 
 _EXPORTS = {
-    "flexura.analysis": ("CheckReport", "Doubt", "Evidence", "Mode", "Modes", "check", "modes"),
+    "flexura.analysis": ("CheckReport", "Doubt", "Evidence", "Mode", "Modes", "Preload", "check", "modes", "preload"),
     "flexura.errors": ("ExpressionError", "FlexuraError", "ModelError", "OptionError", "Problem", "SolverError"),
     "flexura.mechanism": (
         *("CATALOGUE", "DOF_NAMES", "Box", "Circle", "CircularContour", "CircularPattern", "CornerFilletedContour"),

@@ -3,5 +3,6 @@
 from flexura.analysis.check import CheckReport, Doubt, check
 from flexura.analysis.evidence import Evidence, MissedMode
 from flexura.analysis.modes import Mode, Modes, modes
+from flexura.analysis.preload import Preload, preload
 
-__all__ = ["CheckReport", "Doubt", "Evidence", "MissedMode", "Mode", "Modes", "check", "modes"]
+__all__ = ["CheckReport", "Doubt", "Evidence", "MissedMode", "Mode", "Modes", "Preload", "check", "modes", "preload"]

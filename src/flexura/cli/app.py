@@ -149,6 +149,52 @@ def _announce(method: str) -> None:
     sys.stderr.write(f"{method} ...\n")
 
 
+@app.command("buckling")
+def buckling_command(
+    file: File,
+    gravity: Annotated[str, typer.Option(metavar="X,Y,Z", help="Acceleration in m/s^2, e.g. 0,0,-9.81.")] = "0,0,0",
+    load: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NODE=FX,FY,FZ[,MX,MY,MZ]", help="Dead load at a node, N and N m. May be repeated."),
+    ] = None,
+    n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles."""
+    from flexura.analysis import preload
+    from flexura.cli import tables
+
+    mechanism, parameters = _read(file, set)
+    loads = dict(_load(text) for text in load or [])
+    state = preload(mechanism, parameters, gravity=_vector(gravity), loads=loads)
+    data = {
+        "axial_force": state.axial_force,
+        "buckling_factors": state.buckling_factors(n).tolist(),
+        "frequency_hz": state.natural_frequencies(n).tolist(),
+        "unloaded_frequency_hz": state.natural_frequencies(n, 0.0).tolist(),
+    }
+    if as_json:
+        _print_json(data)
+    else:
+        tables.print_preload(data)
+
+
+def _vector(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise OptionError(f"numbers separated by commas are expected, not {text!r}") from None
+
+
+def _load(text: str) -> tuple[str, list[float]]:
+    node, equals, numbers = text.partition("=")
+    if not equals:
+        raise OptionError(f"a load is NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ, not {text!r}")
+    force = _vector(numbers)
+    return node, force + [0.0] * 3 if len(force) == 3 else force
+
+
 @app.command("schema")
 def schema_command() -> None:
     """Print the JSON Schema of mechanism files, for completion in editors."""

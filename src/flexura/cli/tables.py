@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -96,6 +97,23 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
     console.print(
         "  keep fixed-interface normal modes to see them: --tolerance 1e-3 --up-to HZ, or --keep 2", markup=False
     )
+
+
+def print_preload(data: dict[str, Any]) -> None:
+    """Print frequencies with and without load, buckling factors, and the members that carry most."""
+    console = _console()
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("mode", "Hz", "unloaded Hz"):
+        table.add_column(heading, justify="right")
+    pairs = zip(data["frequency_hz"], data["unloaded_frequency_hz"], strict=True)
+    for k, (loaded, unloaded) in enumerate(pairs):
+        table.add_row(str(k + 1), f"{loaded:.5g}", f"{unloaded:.5g}")
+    console.print(table)
+    factors = ", ".join(f"{f:.5g}" for f in data["buckling_factors"]) or "none: no load of this direction buckles it"
+    console.print(f"buckling factors on all loads: {factors}", markup=False)
+    forces = sorted(data["axial_force"].items(), key=lambda item: -max(abs(f) for f in item[1]))
+    for name, (least, most) in forces[:10]:
+        console.print(f"axial force in {name}: {least:.4g} to {most:.4g} N", markup=False)
 
 
 def print_check(report: CheckReport) -> None:

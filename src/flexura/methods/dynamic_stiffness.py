@@ -41,7 +41,7 @@ CLEAR = 1.02
 SPARE = 30
 """The limit is lowered when it lies above more than twice the frequencies asked for and so many more."""
 
-WINDOW = 1e-8
+WINDOW = 1e-5
 """Squared frequencies below so much of the limit of a condensation are worked out from another one."""
 
 CONVERGED = 1e-8
@@ -199,20 +199,20 @@ def _windows(model: FullOrderModel, guesses: Floats, count: int) -> Iterator[tup
     """Condensations, highest limit first, each with the numbers of the frequencies taken from it and their squares:
     those that are not too small beside its limit to keep their digits."""
     zero = int((guesses == 0).sum())
-    condensed, values = _search(model, guesses, count)
     while True:
-        low = values < WINDOW * condensed.limit
-        low[:zero] = zero < len(low) and low[zero : zero + 1].all()
-        yield condensed, np.flatnonzero(~low), values[~low]
-        if not low.any():
+        condensed, values = _search(model, guesses, count, zero)
+        low = np.flatnonzero(values < WINDOW * condensed.limit)
+        if len(low) == zero:
+            low = low[:0]
+        yield condensed, np.arange(len(low), count), values[len(low) :]
+        if not len(low):
             return
-        condensed = ExactCondensation(model, BEYOND * float(values[low][-1]))
-        values = _refined(condensed, values[low], zero)
+        guesses, count = values[low], len(low)
 
 
-def _search(model: FullOrderModel, guesses: Floats, count: int) -> tuple[ExactCondensation, Floats]:
-    """The mechanism condensed for a limit beyond the lowest `count` squared frequencies, and these."""
-    zero = int((guesses == 0).sum())
+def _search(model: FullOrderModel, guesses: Floats, count: int, zero: int) -> tuple[ExactCondensation, Floats]:
+    """The mechanism condensed for a limit beyond the lowest `count` squared frequencies, and these; `zero` of them are
+    zero."""
     limit = BEYOND * float(guesses[-1]) if len(guesses) >= count and guesses[-1] > 0 else _short_waves(model)
     for _ in range(STEPS):
         condensed = ExactCondensation(model, limit)
@@ -251,17 +251,17 @@ def _short_waves(model: FullOrderModel) -> float:
 
 def _refined(condensed: ExactCondensation, start: Floats, zero: int) -> Floats:
     """Squared frequencies from starting values, the first of them zero, all at once: Newton's method on the eigenvalue
-    of each number, which comes from above after one step (theory eq. D10)."""
+    of each number, which comes from above after one step (theory eq. D11). Those below the window are rough."""
     values = np.minimum(start, condensed.limit / CLEAR)
-    left = np.arange(zero, len(values))
+    left, floor = np.arange(zero, len(values)), WINDOW * condensed.limit
     for _ in range(STEPS):
         if not len(left):
             return np.maximum.accumulate(values)
         lam, place = np.unique(values[left], return_inverse=True)
         delta, _ = condensed.pencils(lam).solve()
         step = delta[place, left]
-        values[left] = np.clip(lam[place] + step, 0.0, condensed.limit)
-        left = left[np.abs(step) > CONVERGED * values[left]]
+        values[left] = np.clip(lam[place] + step, 1e-3 * floor, condensed.limit)
+        left = left[(np.abs(step) > CONVERGED * values[left]) & (values[left] >= floor)]
     raise SolverError(f"natural frequency {left[0] + 1} was not found in {STEPS} steps")
 
 

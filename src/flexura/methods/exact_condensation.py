@@ -2,7 +2,7 @@
 
 Chains, then substructures, then the whole are condensed by what is positive definite at the limit and therefore below
 it, so that no eliminated part has an eigenvalue there: K(lam) of what is left has no poles, and as many negative
-eigenvalues as natural frequencies lie below lam (theory eqs. D9-D11). Its entries are summed as energies of branches,
+eigenvalues as natural frequencies lie below lam (theory eqs. D9-D10). Its entries are summed as energies of branches,
 in which rigid motion is split off, and keep the digits that assembled stiffness loses (theory eq. D12).
 """
 
@@ -43,8 +43,8 @@ class Pencil:
     def solve(self) -> tuple[Array, Array]:
         """Eigenvalues delta (l, n) of K x = delta M x, ascending, and vectors (l, n, n).
 
-        lam + delta is never below the natural frequency of the same number, and equal to it to second order
-        (theory eq. D10). Raises SolverError when M is not positive definite.
+        lam + delta is never below the squared frequency of the same number, and equal to it to second order
+        (theory eq. D11). Raises SolverError when M is not positive definite.
         """
         d = 1 / np.sqrt(np.einsum("lii->li", self.M))
         scale = d[:, :, None] * d[:, None, :]
@@ -59,7 +59,8 @@ class Pencil:
 
 @dataclass(frozen=True)
 class _Elimination:
-    """Elimination of everything but the first `kept` DOFs and, of the rest, what is not positive definite at the limit.
+    """Elimination of everything but the first `kept` DOFs and, of the rest, what is not positive definite at the limit
+    (theory eq. D10).
 
     `scale` (r,) balances the rest y = x / scale, and `V` (r, m) are the directions of it that are kept.
     """

@@ -21,7 +21,8 @@ Array = NDArray[np.float64]
 
 
 class _Placed(NamedTuple):
-    """A member as placed: prototype, copy, elements, and their frame (6, 6) from global axes to the member's."""
+    """A member as placed: its prototype, elements and their nodes (e, 2); from global axes to the member's (6, 6), and
+    from displacements of the nodes to those of the elements' ends in the member's axes (e, 12, 12)."""
 
     name: str
     elements: range
@@ -33,10 +34,10 @@ class _Placed(NamedTuple):
 def inside_member(model: FullOrderModel, solution: Solution, member: str, fractions: ArrayLike) -> Array:
     """Displacements (points, 6, k), global frame, of the modes of `dynamic_stiffness` along a placed member.
 
-    `member` is written NAME or INSTANCE.NAME; `fractions` (points,) run from 0 at its start to 1 at its end, without the
-    rigid arms of end offsets. The motion of the ends of an element, which are nodes, and the frequency determine it
-    inside: a beam cut at the point has the twist that `join` eliminates (theory eq. D6). Raises OptionError for unknown
-    members, fractions outside [0, 1], and solutions without shapes.
+    `member` is written NAME or INSTANCE.NAME; `fractions` (points,) run from 0 at its start to 1 at its end, without
+    the rigid arms of end offsets. The motion of the ends of an element, which are nodes, and the frequency determine
+    it inside: a beam cut at the point has the twist there that `join` eliminates (theory eq. D7). Raises OptionError
+    for unknown members, fractions outside [0, 1], and solutions without shapes.
     """
     at = np.atleast_1d(np.asarray(fractions, dtype=float))
     if solution.shapes is None:
@@ -93,18 +94,16 @@ def _along(beam: UniformBeam, lam: float, ends: Array, x: Array) -> Array:
     found = np.empty((len(x), 6))
     for row, fraction in enumerate(x * s):
         piece = min(int(fraction), s - 1)
-        at = _within(
-            beam.take(piece), lam, rigid_arm(-step[piece]) @ twist[piece : piece + 2, :, None], fraction - piece
-        )
-        found[row] = at
+        own = rigid_arm(-step[piece]) @ twist[piece : piece + 2, :, None]
+        found[row] = _within(beam.take(piece), lam, own, float(fraction - piece))
     return found
 
 
 def _within(beam: UniformBeam, lam: float, twist: Array, fraction: float) -> Array:
     """Displacement (6,) at a fraction of a uniform beam from the twists of both its ends (2, 6, 1) at its first."""
-    if fraction in (0.0, 1.0):
-        return (rigid_arm([fraction * beam.length, 0.0, 0.0]) @ twist[int(fraction)])[:, 0]
     arm = rigid_arm([fraction * float(beam.length), 0.0, 0.0])
+    if fraction in (0.0, 1.0):
+        return (arm @ twist[int(fraction)])[:, 0]
     parts = [dynamic_beam(beam._replace(length=share * beam.length), lam) for share in (fraction, 1 - fraction)]
     P = join(parts[0], at_pole(parts[1], arm)).P
     middle = twist[0] + P @ np.concatenate([twist[0], twist[1] - twist[0]])

@@ -1,0 +1,228 @@
+"""Statics under dead loads and gravity, stiffness and frequencies about that state, and where it buckles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.beam import element_mass, element_stiffness
+from flexura.beam.geometric import geometric_stiffness
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import count_below, factorise, is_definite, lowest
+from flexura.mechanism.substructure import Mechanism
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.scatter import Scatter
+from flexura.structure.segments import Segments, segments
+
+Array = NDArray[np.float64]
+
+DENSE = 1200
+"""Up to this order buckling loads come from a dense solver."""
+
+
+ROUNDING = 1e-8
+"""Relative size of an eigenvalue of K_g beside K that is round-off: a load that buckles nothing."""
+
+
+@dataclass(frozen=True)
+class Preload:
+    """A mechanism under dead loads.
+
+    `load` (n,) acts on the DOFs of `model`, `displacement_vector` (n,) is the linear static response, `K_g` (n, n) the
+    geometric stiffness of that state, and `axial_force` the least and the largest axial force of every member, N,
+    tension positive.
+    """
+
+    model: FullOrderModel
+    load: Array
+    displacement_vector: Array
+    K_g: sp.csc_matrix
+    axial_force: dict[str, tuple[float, float]]
+
+    def stiffness(self, factor: float = 1.0) -> sp.csc_matrix:
+        """K (n, n) about the state under `factor` times the loads."""
+        return (self.model.K + factor * self.K_g).tocsc()
+
+    def displacement(self, node: str, factor: float | None = None) -> Array:
+        """Displacement (6,) of a node, m and rad, global frame: linear, or with the stiffness about the state under
+        `factor` times the loads. Raises OptionError for unknown nodes and SolverError beyond buckling."""
+        u = self.displacement_vector
+        if factor is not None:
+            u = factor * _solve(self._definite(factor), self.load)
+        plan = self.model.plan
+        return np.asarray(plan.node_rows(plan.topology.numbers([node]), self.model.geometry) @ u)
+
+    def natural_frequencies(self, n: int = 6, factor: float = 1.0) -> Array:
+        """The `n` lowest natural frequencies, Hz, about the state under `factor` times the loads.
+
+        Raises SolverError when that state is beyond buckling.
+        """
+        values = lowest(self._definite(factor), self.model.M, min(n, self.model.order)).values
+        return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+
+    @cached_property
+    def buckling_factor(self) -> float:
+        """The lowest factor on all loads together at which the mechanism buckles; infinite when it does not."""
+        factors = self.buckling_factors(1)
+        return float(factors[0]) if len(factors) else np.inf
+
+    def buckling_factors(self, n: int = 3) -> Array:
+        """The `n` lowest positive factors (k,) on all loads at which K + factor K_g is singular (theory eq. P7).
+
+        Fewer when there are fewer. The first is confirmed by inertia counts. Raises OptionError for n below one,
+        SolverError when the unloaded mechanism can move freely or the counts contradict.
+        """
+        if n < 1:
+            raise OptionError(f"the number of buckling factors is at least 1, not {n}")
+        K = self.model.K
+        if not is_definite(K):
+            raise SolverError("something can move freely without load: there is nothing to buckle")
+        d = 1 / np.sqrt(K.diagonal())
+        D = sp.diags(d)
+        Ks, Gs = (D @ K @ D).tocsc(), (D @ self.K_g @ D).tocsc()
+        count = min(n, K.shape[0])
+        if K.shape[0] <= DENSE:
+            mu = la.eigh(Gs.toarray(), Ks.toarray(), eigvals_only=True, subset_by_index=[0, count - 1])
+        else:
+            inverse = spla.LinearOperator(Ks.shape, matvec=factorise(Ks).solve, dtype=float)
+            mu = spla.eigsh(Gs, k=count, M=Ks, Minv=inverse, which="SA", return_eigenvectors=False)
+        factors = np.sort(-1 / mu[mu < -ROUNDING * max(float(abs(Gs).max()), 1e-300)])
+        if len(factors):
+            sides = (self.stiffness(f * factors[0]) for f in (1 - 1e-4, 1 + 1e-4))
+            below, above = (count_below(K, self.model.M, 0.0) for K in sides)
+            if below or not above:
+                raise SolverError("inertia counts do not confirm the buckling factor")
+        return factors
+
+    def _definite(self, factor: float) -> sp.csc_matrix:
+        K = self.stiffness(factor)
+        if is_definite(self.model.K) and not is_definite(K):
+            first = self.buckling_factor
+            raise SolverError(f"buckled under {factor:g} times the loads: it buckles at {first:.5g} times")
+        return K
+
+
+def preload(
+    mechanism: Mechanism | Plan,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    gravity: Sequence[float] | None = None,
+    loads: Mapping[str, ArrayLike] | None = None,
+) -> Preload:
+    """The state of a mechanism under gravity, (3,) m/s^2, and dead loads, (6,) N and N m by node, global frame.
+
+    Axial forces of the linear static response give the geometric stiffness of members; forces on rigid arms, of
+    members, loads and weights, add the stiffness that turning these arms takes (theory eqs. P4-P6).
+
+    Raises ModelError; OptionError for unknown nodes, impossible loads, tapered elements and springs on rigid arms;
+    SolverError when something can move freely under the load.
+    """
+    model = assemble(mechanism, parameters)
+    g = _numbers("gravity", gravity if gravity is not None else (0.0, 0.0, 0.0), 3)
+    cut = segments(model)
+    if cut.n != model.order:
+        raise OptionError("preload is for stepped elements: set integration: stepped on tapered flexures")
+    _refuse_springs_on_arms(model)
+    T = cut.transforms
+    Tt = np.swapaxes(T, -1, -2)
+    own_loads = _segment_weights(cut, g)
+    load = np.zeros(model.order + 1)
+    np.add.at(load, cut.dof.reshape(-1, 12), (Tt @ own_loads[..., None])[..., 0])
+    load = load[:-1] + cut.M @ (model.rigid_body_motions()[:, :3] @ g)
+    plan = model.plan
+    arms = []
+    for node, value in (loads or {}).items():
+        force = _numbers(f"load on {node}", value, 6)
+        number = plan.topology.numbers([node])
+        load += plan.node_rows(number, model.geometry).T @ force
+        root = plan.topology.root[number[0]]
+        arm = model.geometry.positions[number[0]] - model.geometry.positions[root]
+        if plan.topology.is_rigid[number[0]]:
+            arms.append((plan.topology.dof[root], -force[:3], arm))
+    u = _solve(model.K, load)
+    ends = np.append(u, 0.0)[cut.dof.reshape(-1, 12)]
+    inner = (element_stiffness(cut.beam)[cut.kind] @ (T @ ends[..., None]))[..., 0] - own_loads
+    axial = (inner[:, 6] - inner[:, 0]) / 2
+    own = Tt @ geometric_stiffness(axial, cut.beam.take(cut.kind)) @ T
+    K_g = cut.scatter().sparse([own]) + _arm_stiffness(cut, inner, arms, g)
+    spans = {m.name: axial[m.segments.start : m.segments.stop] for m in cut.members}
+    forces = {name: (float(f.min()), float(f.max())) for name, f in spans.items()}
+    return Preload(model, load, u, ((K_g + K_g.T) / 2).tocsc(), forces)
+
+
+def _refuse_springs_on_arms(model: FullOrderModel) -> None:
+    """Raise OptionError where a spring or superelement pulls on a rigid arm: how its force turns is not known."""
+    topology = model.plan.topology
+    for name, placed in topology.placed.items():
+        part = model.plan.parts[name]
+        ends = [n for spring in part.springs.values() for n in spring.nodes]
+        ends += [n for nodes, *_ in part.superelements.values() for n in nodes]
+        number = np.array(placed.offset, dtype=np.intp)[:, None] + np.array(sorted(set(ends)), dtype=np.intp)
+        if (topology.is_rigid[number] & (topology.root[number] != number)).any():
+            where = name or "the mechanism"
+            raise OptionError(f"a spring or superelement of {where} is attached off a body's centre: use a short link")
+
+
+def _numbers(what: str, value: ArrayLike, n: int) -> Array:
+    found = np.asarray(value, dtype=float)
+    if found.shape != (n,) or not np.isfinite(found).all():
+        raise OptionError(f"{what} is a list of {n} finite numbers, not {value!r}")
+    return found
+
+
+def _solve(K: sp.csc_matrix, load: Array) -> Array:
+    d = 1 / np.sqrt(K.diagonal())
+    if not is_definite(K):
+        raise SolverError("something can move freely under the load: hold it, or attach it by a stiffness")
+    D = sp.diags(d)
+    return d * factorise((D @ K @ D).tocsc()).solve(d * load)
+
+
+def _segment_weights(cut: Segments, g: Array) -> Array:
+    """Consistent loads (s, 12) of the members' weight in segment axes."""
+    local = np.zeros((len(cut.kind), 12))
+    local[:, :3] = cut.X[:, 0, :3, :3] @ g
+    local[:, 6:9] = cut.X[:, 1, :3, :3] @ g
+    return (element_mass(cut.beam)[cut.kind] @ local[..., None])[..., 0]
+
+
+def _arm_stiffness(
+    cut: Segments, inner: Array, arms: list[tuple[NDArray[np.intp], Array, Array]], g: Array
+) -> sp.csc_matrix:
+    """Stiffness of rigid arms a that carry forces f on the member: (f a' + a f')/2 - (f.a) I on the rotation of their
+    node (theory eq. P5); dead loads count with the opposite sign."""
+    R = cut.X[..., :3, :3]
+    Rt = np.swapaxes(R, -1, -2)
+    skew = -Rt @ cut.X[..., :3, 3:]
+    a = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1).reshape(-1, 3)
+    f = (Rt @ inner.reshape(-1, 2, 6)[..., :3, None])[..., 0].reshape(-1, 3)
+    dof = cut.dof.reshape(-1, 6)
+    for dofs, force, arm in (*arms, *_weights_of_lumps(cut, g)):
+        a, f, dof = np.vstack([a, arm]), np.vstack([f, force]), np.vstack([dof, dofs])
+    outer = (f[:, :, None] * a[:, None, :] + a[:, :, None] * f[:, None, :]) / 2
+    K = outer - np.einsum("ei,ei->e", f, a)[:, None, None] * np.eye(3)
+    return Scatter([dof[:, 3:]], cut.n).sparse([K])
+
+
+def _weights_of_lumps(cut: Segments, g: Array) -> list[tuple[NDArray[np.intp], Array, Array]]:
+    """Weights of bodies and masses whose centre is off the node with the DOFs: its DOFs, minus the weight, the arm."""
+    topology = cut.model.plan.topology
+    found = []
+    M = cut.M.tocsr()
+    for node in np.flatnonzero((topology.dof >= 0).all(axis=1)):
+        dofs = topology.dof[node]
+        own = M[dofs][:, dofs].toarray()
+        mass = own[0, 0]
+        if mass > 0:
+            moment = own[3:, :3] / mass
+            arm = np.array([moment[2, 1], moment[0, 2], moment[1, 0]])
+            if np.abs(arm).max() > 0:
+                found.append((dofs, -mass * g, arm))
+    return found

@@ -1,0 +1,172 @@
+"""Preloaded states against closed forms: columns, tensioned beams, guides, arms."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from typer.testing import CliRunner
+
+import flexura as fx
+from flexura.cli.app import app
+
+STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
+B, T, L = 0.01, 0.004, 0.2
+EI = 200e9 * B * T**3 / 12
+PINNED = {"a": fx.Support(fixed=("tx", "ty", "tz", "rx")), "b": fx.Support(fixed=("ty", "tz"))}
+PUSH = (-1.0, 0, 0, 0, 0, 0)
+
+
+def column(ground, elements=8, theory="euler_bernoulli", length=L, **more):
+    """A straight bar from a to b along x."""
+    link = fx.Link(
+        nodes=("a", "b"),
+        material="steel",
+        section=fx.Rectangle(width=B, thickness=T),
+        reference=(0, 0, 1),
+        elements=elements,
+    )
+    nodes = {"a": (0, 0, 0), "b": (length, 0, 0)}
+    data = {"materials": {"steel": STEEL}, "nodes": nodes, "links": {"bar": link}, "ground": ground}
+    return fx.Mechanism(theory=theory, corrections="none", **(data | more))
+
+
+def clamped(*free):
+    """Ground for a clamped at a, with some freedoms at b."""
+    return {"a": "clamped", **({"b": fx.Support(free=free)} if free else {})}
+
+
+@pytest.mark.parametrize(
+    ("ground", "k"),
+    [
+        (clamped(), 2.0),
+        (PINNED, 1.0),
+        (clamped("tx", "ty", "tz"), 1.0),
+        (clamped("tx"), 0.5),
+        (clamped("tx", "ry", "rz"), np.pi / brentq(lambda x: np.tan(x) - x, 4.4, 4.6)),
+    ],
+    ids=["free", "pinned", "guided", "clamped", "propped"],
+)
+def test_euler_columns(ground, k):
+    exact = (np.pi / (k * L)) ** 2 * EI
+    errors = [fx.preload(column(ground, n), loads={"b": PUSH}).buckling_factor / exact - 1 for n in (8, 16)]
+    assert 0 < errors[1] < 1e-4
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.15)
+
+
+def test_column_with_shear_buckles_at_engesser_s_load():
+    length, n = 0.02, 64
+    state = fx.preload(column(clamped(), n, "timoshenko", length), loads={"b": PUSH})
+    k = 10 * 1.3 / (12 + 11 * 0.3)
+    euler = (np.pi / (2 * length)) ** 2 * EI
+    exact = euler / (1 + euler / (k * 200e9 / 2.6 * B * T))
+    assert euler / exact > 1.02
+    assert state.buckling_factor == pytest.approx(exact, rel=2e-4)
+
+
+def test_column_under_its_own_weight():
+    exact = 7.837347 * EI / (7800 * B * T * 9.81 * 1.0**3)
+    coarse, fine = (
+        fx.preload(column(clamped(), n, length=1.0), gravity=(-9.81, 0, 0)).buckling_factor for n in (16, 32)
+    )
+    assert fine == pytest.approx(exact, rel=6e-4)
+    assert abs(coarse / exact - 1) / abs(fine / exact - 1) == pytest.approx(4, abs=0.5)
+
+
+@pytest.mark.parametrize("force", [5e3, -100.0])
+def test_pinned_beam_under_axial_force(force):
+    state = fx.preload(column(PINNED, 16), loads={"b": (force, 0, 0, 0, 0, 0)})
+    k, m = np.pi / L, 7800 * B * T
+    exact = np.sqrt((EI * k**4 + force * k**2) / m) / (2 * np.pi)
+    assert state.natural_frequencies(1)[0] == pytest.approx(exact, rel=2e-5)
+    assert state.axial_force["bar"] == pytest.approx((force, force))
+
+
+def test_guided_column_loses_its_lateral_stiffness():
+    push = 0.6 * (np.pi / L) ** 2 * EI
+    loads = {"b": (-push, 0, 1e-3, 0, 0, 0)}
+    state = fx.preload(column(clamped("tx", "ty", "tz"), 16), loads=loads)
+    k = np.sqrt(push / EI)
+    exact = push * k / (2 * np.tan(k * L / 2) - k * L)
+    assert 1e-3 / state.displacement("b", 1.0)[2] == pytest.approx(exact, rel=1e-4)
+    assert 1e-3 / state.displacement("b")[2] == pytest.approx(12 * EI / L**3, rel=1e-6)
+
+
+@pytest.mark.parametrize("arm", [0.03, 0.1])
+def test_load_on_a_rigid_arm_beyond_the_tip(arm):
+    body = fx.RigidBody(centre=(L + arm / 3, 0, 0), carries=("b", "end"), mass=1e-6, inertia=(1e-9, 1e-9, 1e-9))
+    nodes = {"a": (0, 0, 0), "b": (L, 0, 0), "end": (L + arm, 0, 0)}
+    state = fx.preload(column(clamped(), 16, nodes=nodes, bodies={"head": body}), loads={"end": PUSH})
+    k = brentq(lambda x: x * arm * np.tan(x * L) - 1, 1e-6, 0.999 * np.pi / (2 * L))
+    assert state.buckling_factor == pytest.approx(k**2 * EI, rel=1e-5)
+
+
+@pytest.mark.parametrize("arm", [0.02, 0.08])
+def test_weight_of_a_body_counts_where_its_centre_is(arm):
+    mass, g = 2.0, 9.81
+    body = fx.RigidBody(centre=(L + arm, 0, 0), carries=("b",), mass=mass, inertia=(1e-4, 1e-4, 1e-4))
+    light = fx.Material(E=200e9, nu=0.3, rho=1e-6)
+    tower = column(clamped(), 16, bodies={"head": body}, materials={"steel": light})
+    k = brentq(lambda x: x * arm * np.tan(x * L) - 1, 1e-6, 0.999 * np.pi / (2 * L))
+    standing, hanging = (fx.preload(tower, gravity=(s * g, 0, 0)) for s in (-1, 1))
+    assert standing.buckling_factor == pytest.approx(k**2 * EI / (mass * g), rel=1e-5)
+    assert not len(hanging.buckling_factors(1)) or hanging.buckling_factor > 100 * standing.buckling_factor
+    assert (
+        hanging.natural_frequencies(1)[0] > hanging.natural_frequencies(1, 0.0)[0] > standing.natural_frequencies(1)[0]
+    )
+
+
+def test_a_point_mass_beside_its_node_is_the_same_body():
+    arm = 0.05
+    point = fx.PointMass(node="b", mass=2.0, offset=(arm, 0, 0), inertia=(1e-4, 1e-4, 1e-4))
+    body = fx.RigidBody(centre=(L + arm, 0, 0), carries=("b",), mass=2.0, inertia=(1e-4, 1e-4, 1e-4))
+    states = [
+        fx.preload(column(clamped(), 8, **part), gravity=(-9.81, 0, 3.0))
+        for part in ({"masses": {"m": point}}, {"bodies": {"m": body}})
+    ]
+    np.testing.assert_allclose(*(s.natural_frequencies(4) for s in states), rtol=1e-7)
+    np.testing.assert_allclose(*(s.buckling_factors(1) for s in states), rtol=1e-7)
+
+
+def test_loads_scale_and_factors_with_them():
+    one, three = (fx.preload(column(PINNED), loads={"b": (-f, 0, 0, 0, 0, 0)}) for f in (1.0, 3.0))
+    assert one.buckling_factor == pytest.approx(3 * three.buckling_factor, rel=1e-9)
+    np.testing.assert_allclose(one.natural_frequencies(3, 3.0), three.natural_frequencies(3), rtol=1e-9)
+
+
+def test_beyond_buckling_is_refused():
+    state = fx.preload(column(PINNED), loads={"b": PUSH})
+    with pytest.raises(fx.SolverError, match="buckles at"):
+        state.natural_frequencies(1, 2 * state.buckling_factor)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"loads": {"nowhere": PUSH}}, "there is no node"),
+        ({"loads": {"b": (1, 2)}}, "6 finite numbers"),
+        ({"gravity": (0, 0)}, "3 finite numbers"),
+        ({"gravity": (0, 0, float("nan"))}, "3 finite numbers"),
+    ],
+)
+def test_impossible_loads_are_refused(options, words):
+    with pytest.raises(fx.OptionError, match=words):
+        fx.preload(column(PINNED), **options)
+
+
+def test_a_loose_mechanism_is_refused():
+    with pytest.raises(fx.SolverError, match="move freely"):
+        fx.preload(column({}), loads={"b": PUSH})
+
+
+def test_command_line(tmp_path):
+    file = tmp_path / "column.yaml"
+    fx.save(column(clamped(), 8), file)
+    done = CliRunner().invoke(app, ["buckling", str(file), "--load", "b=-1,0,0", "-n", "2", "--json"])
+    assert done.exit_code == 0
+    data = json.loads(done.stdout)
+    assert data["buckling_factors"][0] == pytest.approx((np.pi / (2 * L)) ** 2 * EI, rel=1e-4)
+    shown = CliRunner().invoke(app, ["buckling", str(file), "--gravity", "-9.81,0,0", "-n", "1"])
+    assert "buckling factors on all loads" in shown.stdout and "axial force in bar" in shown.stdout
