@@ -51,6 +51,9 @@ APART = 1e-8
 """Relative distance on both sides of squared frequencies at which counts confirm their numbers; those not three times
 as far apart count as one."""
 
+NOISE = 1e14
+"""Ratio of squared frequencies of which the higher is round-off."""
+
 STEPS = 60
 
 
@@ -188,11 +191,12 @@ def dynamic_stiffness(model: FullOrderModel, count: int) -> Solution:
 
 
 def _guesses(model: FullOrderModel, count: int) -> Floats:
-    """At most `count` squared frequencies of the finite element model, where the search begins; zeros are exact."""
+    """At most `count` squared frequencies of the finite element model, where the search begins; zeros are exact, and
+    those that only round-off in M makes finite are left out."""
     if model.order == 0:
         return np.empty(0)
     values = lowest(model.K, model.M, min(count, model.order)).values
-    return values[np.isfinite(values)]
+    return values[values <= NOISE * np.min(values[values > 0], initial=np.inf)] if values.any() else values
 
 
 def _windows(model: FullOrderModel, guesses: Floats, count: int) -> Iterator[tuple[ExactCondensation, Index, Floats]]:
