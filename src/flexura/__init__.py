@@ -17,33 +17,67 @@ from typing import TYPE_CHECKING, Any
 from flexura._version import __version__
 
 if TYPE_CHECKING:
+    from flexura.analysis import ActuatorState as ActuatorState
     from flexura.analysis import CheckReport as CheckReport
     from flexura.analysis import Doubt as Doubt
+    from flexura.analysis import Drift as Drift
     from flexura.analysis import Evidence as Evidence
+    from flexura.analysis import Freedom as Freedom
+    from flexura.analysis import FrequencyResponse as FrequencyResponse
+    from flexura.analysis import Kinetostatics as Kinetostatics
+    from flexura.analysis import MemberStress as MemberStress
     from flexura.analysis import Mode as Mode
     from flexura.analysis import Modes as Modes
     from flexura.analysis import Preload as Preload
+    from flexura.analysis import ScrewAxis as ScrewAxis
+    from flexura.analysis import SignalFile as SignalFile
+    from flexura.analysis import Statics as Statics
+    from flexura.analysis import Stresses as Stresses
+    from flexura.analysis import TimeResponse as TimeResponse
     from flexura.analysis import check as check
+    from flexura.analysis import compliance as compliance
+    from flexura.analysis import drift as drift
+    from flexura.analysis import frequency_response as frequency_response
+    from flexura.analysis import internal_force_rows as internal_force_rows
+    from flexura.analysis import kinetostatics as kinetostatics
+    from flexura.analysis import member_stresses as member_stresses
     from flexura.analysis import modes as modes
     from flexura.analysis import preload as preload
+    from flexura.analysis import read_signals as read_signals
+    from flexura.analysis import screw_axis as screw_axis
+    from flexura.analysis import signals as signals
+    from flexura.analysis import statics as statics
+    from flexura.analysis import stress_rows as stress_rows
+    from flexura.analysis import tangent_stiffness as tangent_stiffness
+    from flexura.analysis import time_response as time_response
     from flexura.errors import ExpressionError as ExpressionError
     from flexura.errors import FlexuraError as FlexuraError
     from flexura.errors import ModelError as ModelError
     from flexura.errors import OptionError as OptionError
     from flexura.errors import Problem as Problem
     from flexura.errors import SolverError as SolverError
+    from flexura.exports import export as export
+    from flexura.exports import to_control as to_control
     from flexura.mechanism import CATALOGUE as CATALOGUE
     from flexura.mechanism import DOF_NAMES as DOF_NAMES
+    from flexura.mechanism import BaseMotion as BaseMotion
+    from flexura.mechanism import BaseRotation as BaseRotation
     from flexura.mechanism import Box as Box
     from flexura.mechanism import Circle as Circle
     from flexura.mechanism import CircularContour as CircularContour
     from flexura.mechanism import CircularPattern as CircularPattern
     from flexura.mechanism import CornerFilletedContour as CornerFilletedContour
     from flexura.mechanism import Cylinder as Cylinder
+    from flexura.mechanism import Damping as Damping
+    from flexura.mechanism import DampingBand as DampingBand
+    from flexura.mechanism import Dashpot as Dashpot
+    from flexura.mechanism import DiagonalDamping as DiagonalDamping
     from flexura.mechanism import DiagonalStiffness as DiagonalStiffness
     from flexura.mechanism import EllipticalContour as EllipticalContour
     from flexura.mechanism import Expression as Expression
     from flexura.mechanism import Flexure as Flexure
+    from flexura.mechanism import ForceActuator as ForceActuator
+    from flexura.mechanism import ForceSensor as ForceSensor
     from flexura.mechanism import HyperbolicContour as HyperbolicContour
     from flexura.mechanism import Instance as Instance
     from flexura.mechanism import Leaf as Leaf
@@ -53,11 +87,15 @@ if TYPE_CHECKING:
     from flexura.mechanism import Matrix as Matrix
     from flexura.mechanism import Mechanism as Mechanism
     from flexura.mechanism import MirrorPattern as MirrorPattern
+    from flexura.mechanism import MomentActuator as MomentActuator
+    from flexura.mechanism import MotionSensor as MotionSensor
     from flexura.mechanism import Notch as Notch
     from flexura.mechanism import ParabolicContour as ParabolicContour
     from flexura.mechanism import Parameter as Parameter
+    from flexura.mechanism import PiezoStack as PiezoStack
     from flexura.mechanism import Plate as Plate
     from flexura.mechanism import PointMass as PointMass
+    from flexura.mechanism import Rayleigh as Rayleigh
     from flexura.mechanism import Rectangle as Rectangle
     from flexura.mechanism import RigidBody as RigidBody
     from flexura.mechanism import Rotation as Rotation
@@ -93,36 +131,59 @@ if TYPE_CHECKING:
     from flexura.structure import FullOrderModel as FullOrderModel
     from flexura.structure import Plan as Plan
     from flexura.structure import assemble as assemble
+    from flexura.systems import Channel as Channel
+    from flexura.systems import ComplexModes as ComplexModes
+    from flexura.systems import ModalSystem as ModalSystem
+    from flexura.systems import StateSpace as StateSpace
+    from flexura.systems import System as System
+    from flexura.systems import neglected_bound as neglected_bound
+    from flexura.systems import state_space as state_space
+    from flexura.systems import system as system
+    from flexura.view import draw_bode as draw_bode
     from flexura.view import draw_mechanism as draw_mechanism
     from flexura.view import draw_mode as draw_mode
+    from flexura.view import draw_nyquist as draw_nyquist
+    from flexura.view import draw_response_matrix as draw_response_matrix
+    from flexura.view import draw_time as draw_time
+    from flexura.view import save_figures as save_figures
     from flexura.view import save_pictures as save_pictures
 
 _EXPORTS = {
-    "flexura.analysis": ("CheckReport", "Doubt", "Evidence", "Mode", "Modes", "Preload", "check", "modes", "preload"),
+    "flexura.analysis": (
+        *("ActuatorState", "CheckReport", "Doubt", "Drift", "Evidence", "Freedom", "FrequencyResponse"),
+        *("Kinetostatics", "MemberStress", "Mode", "Modes", "Preload", "ScrewAxis", "SignalFile", "Statics"),
+        *("Stresses", "TimeResponse", "check", "compliance", "drift", "frequency_response"),
+        *("internal_force_rows", "kinetostatics", "member_stresses", "modes", "preload", "read_signals"),
+        *("screw_axis", "signals", "statics", "stress_rows", "tangent_stiffness", "time_response"),
+    ),
     "flexura.errors": ("ExpressionError", "FlexuraError", "ModelError", "OptionError", "Problem", "SolverError"),
+    "flexura.exports": ("export", "to_control"),
     "flexura.mechanism": (
-        *("CATALOGUE", "DOF_NAMES", "Box", "Circle", "CircularContour", "CircularPattern", "CornerFilletedContour"),
-        *("Cylinder", "DiagonalStiffness", "EllipticalContour", "Expression", "Flexure", "HyperbolicContour"),
-        *("Instance", "Leaf", "LinearPattern", "Link", "Material", "Matrix", "Mechanism", "MirrorPattern", "Notch"),
-        *("ParabolicContour", "Parameter", "Plate", "PointMass", "Rectangle", "RigidBody", "Rotation", "RoundNotch"),
-        *("SectionConstants", "Spring", "StraightContour", "Substructure", "Superelement", "Support"),
-        *("TabulatedContour", "Tube", "TwoAxisNotch", "VShapedContour", "parameter"),
+        *("CATALOGUE", "DOF_NAMES", "BaseMotion", "BaseRotation", "Box", "Circle", "CircularContour"),
+        *("CircularPattern", "CornerFilletedContour", "Cylinder", "Damping", "DampingBand", "Dashpot"),
+        *("DiagonalDamping", "DiagonalStiffness", "EllipticalContour", "Expression", "Flexure"),
+        *("ForceActuator", "ForceSensor", "HyperbolicContour", "Instance", "Leaf", "LinearPattern", "Link"),
+        *("Material", "Matrix", "Mechanism", "MirrorPattern", "MomentActuator", "MotionSensor", "Notch"),
+        *("ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh", "Rectangle"),
+        *("RigidBody", "Rotation", "RoundNotch", "SectionConstants", "Spring", "StraightContour"),
+        *("Substructure", "Superelement", "Support", "TabulatedContour", "Tube", "TwoAxisNotch"),
+        *("VShapedContour", "parameter"),
     ),
     "flexura.methods": ("Comparison", "ComparisonRow", "compare"),
     "flexura.modelfile": ("dumps", "load", "loads", "save", "schema"),
     "flexura.reduction": (
-        "Certificate",
-        "LowOrderModel",
-        "NestedModel",
-        "certify",
-        "condense",
-        "interface_reduction",
-        "natural_frequencies",
-        "nested",
-        "reduce",
+        *("Certificate", "LowOrderModel", "NestedModel", "certify", "condense", "interface_reduction"),
+        *("natural_frequencies", "nested", "reduce"),
     ),
     "flexura.structure": ("FullOrderModel", "Plan", "assemble"),
-    "flexura.view": ("draw_mechanism", "draw_mode", "save_pictures"),
+    "flexura.systems": (
+        *("Channel", "ComplexModes", "ModalSystem", "StateSpace", "System", "neglected_bound", "state_space"),
+        *("system",),
+    ),
+    "flexura.view": (
+        *("draw_bode", "draw_mechanism", "draw_mode", "draw_nyquist", "draw_response_matrix", "draw_time"),
+        *("save_figures", "save_pictures"),
+    ),
 }
 _MODULE_OF = {name: module for module, names in _EXPORTS.items() for name in names}
 

@@ -3,6 +3,7 @@
 import inspect
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -11,20 +12,29 @@ from flexura.mechanism import expression
 from flexura.mechanism import member as members
 from flexura.mechanism import substructure as placing
 from flexura.mechanism.checks import assembly
-from flexura.modelfile import document, superelements
+from flexura.modelfile import document, extension, superelements
+from flexura.systems.channel import UNITS
 
 DOCS = Path(__file__).parents[2] / "docs"
 DOUBTS = inspect.getmodule(flexura.Doubt)
 
+ACTUATORS = (
+    *(flexura.ForceActuator, flexura.MomentActuator, flexura.BaseMotion, flexura.BaseRotation, flexura.PiezoStack),
+)
+SENSORS = (flexura.MotionSensor, flexura.ForceSensor)
 TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Top level": (flexura.Mechanism,),
     "Parameters": (flexura.Parameter,),
     "Materials": (flexura.Material,),
     "Links and flexures": (flexura.Link, flexura.Flexure),
     "Springs": (flexura.Spring,),
+    "Dashpots": (flexura.Dashpot,),
     "Bodies": (flexura.RigidBody,),
     "Masses": (flexura.PointMass,),
     "Superelements": (flexura.Superelement,),
+    "Actuators": ACTUATORS,
+    "Sensors": SENSORS,
+    "Damping": (flexura.Damping,),
     "Substructures": (flexura.Substructure,),
     "Instances": (flexura.Instance,),
 }
@@ -36,10 +46,17 @@ KINDS = {  # heading: the classes that its second table tells apart by `shape` o
         *(flexura.CornerFilletedContour, flexura.VShapedContour, flexura.TabulatedContour, flexura.StraightContour),
     ),
     "Bodies": (flexura.Box, flexura.Cylinder, flexura.Plate),
+    "Actuators": ACTUATORS,
+    "Sensors": SENSORS,
     "Instances": (flexura.CircularPattern, flexura.LinearPattern, flexura.MirrorPattern),
 }
-FILE_ONLY = {"Top level": {"flexura"}, "Superelements": {"units"}}
-NOT_IN_FILES = {"Parameters": {"unit"}, "Top level": set(flexura.Substructure.model_fields)}
+FILE_ONLY = {"Top level": {"flexura", "extends"}, "Superelements": {"units"}}
+NOT_IN_FILES = {
+    "Parameters": {"unit"},
+    "Top level": set(flexura.Substructure.model_fields),
+    "Actuators": {"type"},
+    "Sensors": {"type"},
+}
 
 
 def section(page: str, heading: str) -> str:
@@ -65,22 +82,32 @@ def names(cell: str) -> list[str]:
 def test_keys(heading):
     rows = next(t for t in tables(section("file-format.md", heading)) if names(t[0][0]) == [] and "key" in t[0][0])[2:]
     cells = {names(row[0])[0]: row[2] for row in rows}
-    fields = {name: field for part in TABLES[heading] for name, field in part.model_fields.items()}
-    expected = (set(fields) | FILE_ONLY.get(heading, set())) - NOT_IN_FILES.get(heading, set())
+    required: dict[str, list[bool]] = {}
+    for part in TABLES[heading]:
+        for name, field in part.model_fields.items():
+            required.setdefault(name, []).append(field.is_required())
+    expected = (set(required) | FILE_ONLY.get(heading, set())) - NOT_IN_FILES.get(heading, set())
     assert set(cells) == expected
-    for name in expected & set(fields):
-        assert (cells[name] == "required") == fields[name].is_required(), name
+    for name in expected & set(required):
+        assert (cells[name] == "required") == all(required[name]), name
 
 
 @pytest.mark.parametrize("heading", KINDS)
 def test_kinds(heading):
     rows = next(t for t in tables(section("file-format.md", heading)) if names(t[0][0]) in (["shape"], ["type"]))[2:]
-    described = {names(row[0])[0]: set(names(row[1])) for row in rows}
+    described = {kind: set(names(row[1])) for row in rows for kind in names(row[0])}
     expected = {}
     for part in KINDS[heading]:
         key = "shape" if "shape" in part.model_fields else "type"
-        expected[part.model_fields[key].default] = set(part.model_fields) - {key}
+        expected |= {kind: set(part.model_fields) - {key} for kind in get_args(part.model_fields[key].annotation)}
     assert described == expected
+
+
+def test_outputs_of_sensors():
+    rows = next(t for t in tables(section("file-format.md", "Sensors")) if names(t[0][0]) == ["type"])[2:]
+    for row in rows[:2]:
+        units = [UNITS[kind].replace("*", " ") for kind in names(row[0])]
+        assert ", ".join(units) in row[2]
 
 
 def test_catalogue():
@@ -123,6 +150,7 @@ def test_limits():
         "numbers and names in an expression": expression.MAX_OPERANDS,
         "nesting of an expression": expression.MAX_DEPTH,
         "exponent": expression.MAX_EXPONENT,
+        "files below one that extends others": extension.MAX_BASES,
         "elements of a member": most(members.ElementCount),
         "copies of one pattern": most(placing.PatternCount),
         "placed substructures": assembly.MAX_INSTANCES,
@@ -161,7 +189,11 @@ def test_signatures():
         assert f"### `{name}{text}`" in page
 
 
-RESULTS = ("CheckReport", "Doubt", "Modes", "Mode", "Evidence", "FullOrderModel", "LowOrderModel", "Problem")
+RESULTS = (
+    *("CheckReport", "Modes", "Mode", "Evidence", "FullOrderModel", "LowOrderModel"),
+    *("Channel", "System", "ModalSystem", "ComplexModes", "StateSpace", "FrequencyResponse", "TimeResponse"),
+    *("SignalFile", "Statics", "ActuatorState", "Kinetostatics", "Freedom"),
+)
 
 
 @pytest.mark.parametrize("name", RESULTS)
@@ -171,6 +203,7 @@ def test_fields_of_results_exist(name):
     rows = [row for table in tables(page) if names(table[0][0]) == [name] for row in table[2:]]
     said = [field.partition("(")[0] for row in rows for field in names(row[0])]
     kind = getattr(flexura, name)
+    assert said
     assert [field for field in said if not hasattr(kind, field) and field not in kind.__dataclass_fields__] == []
 
 
@@ -178,7 +211,9 @@ def test_description_classes():
     rows = next(t for t in tables(section("api.md", "The description classes")) if "class" in t[0][0])[2:]
     for row in rows:
         part = getattr(flexura, names(row[0])[0])
-        fields = set(part.model_fields) - {"type", "shape"}
+        fields = {
+            name for name, field in part.model_fields.items() if name not in ("type", "shape") or field.is_required()
+        }
         if part is flexura.Mechanism:
             fields = fields - set(flexura.Substructure.model_fields) | {"Substructure"}
         assert set(names(row[1])) == fields

@@ -74,7 +74,7 @@ def test_values_are_those_of_python(tree):
     with np.errstate(all="ignore"):
         scope = {n: np.float64(v) for n, v in VALUES.items()} | {"abs": np.abs, "max": np.maximum}
         try:
-            expected = eval(code, {"__builtins__": {}}, scope)  # noqa: S307
+            expected = float(eval(code, {"__builtins__": {}}, scope))  # noqa: S307
         except (ZeroDivisionError, OverflowError):
             return
         got = Expression(tree).evaluate(VALUES)

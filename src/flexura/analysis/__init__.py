@@ -1,8 +1,53 @@
-"""What is asked of a model: natural modes with evidence, and a check of what was understood."""
+"""What is asked of a model: modes with evidence, statics, frequency and time response, and a check of what was
+understood."""
 
+from flexura.analysis import signals
 from flexura.analysis.check import CheckReport, Doubt, check
+from flexura.analysis.drift import Drift, ScrewAxis, drift, screw_axis
 from flexura.analysis.evidence import Evidence, MissedMode
+from flexura.analysis.frequency_response import FrequencyResponse, frequency_response
+from flexura.analysis.kinetostatics import Freedom, Kinetostatics, kinetostatics
 from flexura.analysis.modes import Mode, Modes, modes
 from flexura.analysis.preload import Preload, preload
+from flexura.analysis.signals import SignalFile, read_signals
+from flexura.analysis.statics import ActuatorState, Statics, compliance, statics
+from flexura.analysis.stress import MemberStress, Stresses, internal_force_rows, member_stresses, stress_rows
+from flexura.analysis.tangent import tangent_stiffness
+from flexura.analysis.time_response import TimeResponse, time_response
 
-__all__ = ["CheckReport", "Doubt", "Evidence", "MissedMode", "Mode", "Modes", "Preload", "check", "modes", "preload"]
+__all__ = [
+    "ActuatorState",
+    "CheckReport",
+    "Doubt",
+    "Drift",
+    "Evidence",
+    "Freedom",
+    "FrequencyResponse",
+    "Kinetostatics",
+    "MemberStress",
+    "MissedMode",
+    "Mode",
+    "Modes",
+    "Preload",
+    "ScrewAxis",
+    "SignalFile",
+    "Statics",
+    "Stresses",
+    "TimeResponse",
+    "check",
+    "compliance",
+    "drift",
+    "frequency_response",
+    "internal_force_rows",
+    "kinetostatics",
+    "member_stresses",
+    "modes",
+    "preload",
+    "read_signals",
+    "screw_axis",
+    "signals",
+    "statics",
+    "stress_rows",
+    "tangent_stiffness",
+    "time_response",
+]

@@ -16,6 +16,8 @@ from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
+from flexura.systems.damping import damping_law
+from flexura.systems.placed import Placement
 
 Array = NDArray[np.float64]
 
@@ -40,7 +42,7 @@ class SubstructureSummary:
 @dataclass(frozen=True)
 class CheckReport:
     """What `check` understood: orders of both models, substructures, masses, what is held, which members are corrected
-    beyond beam theory, and all doubts."""
+    beyond beam theory, actuators, sensors, damping, and all doubts."""
 
     name: str
     full_order: int
@@ -54,6 +56,12 @@ class CheckReport:
     """Corrections by member, those without any left out."""
     ends: dict[str, tuple[str, str]]
     """Whether the ends of corrected members are clamped or free."""
+    actuators: dict[str, str]
+    """Inputs by name: quantity, unit and range."""
+    sensors: dict[str, str]
+    """Outputs by name: quantity and unit."""
+    damping: str
+    """What dissipates, in words."""
     doubts: tuple[Doubt, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -88,6 +96,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         parameters={k: float(v) for k, v in used.items() if isinstance(v, int | float)},
         corrections=corrections,
         ends=ends,
+        **_channels(full),
         doubts=(*_near_mechanisms(full), *member_doubts(full), *_overlapping(full)),
     )
 
@@ -107,6 +116,33 @@ def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
         interface=tuple(part.node_names[k] for k in part.boundary),
         mass=float(x @ (M @ x)),
     )
+
+
+def _channels(full: FullOrderModel) -> dict[str, Any]:
+    """Actuators, sensors and damping in words."""
+    plan = full.plan
+    place = Placement(plan, full.values, full.geometry)
+    law = damping_law(plan.mechanism.damping, plan.parameter_values(full.parameters), None)
+    C, H = plan.full_order.dissipation(full.values, full.geometry, law.loss_factor)
+    words = []
+    if law.is_modal:
+        ratios = sorted({law.ratio, *law.ratios, *(ratio for _, ratio in law.bands)} - {0.0})
+        words.append(f"modal damping ratios {', '.join(f'{z:g}' for z in ratios)}")
+    if law.alpha or law.beta:
+        words.append(f"Rayleigh, alpha {law.alpha:.4g} 1/s, beta {law.beta:.4g} s")
+    if H.nnz and abs(H).max() > 0:
+        words.append("structural damping")
+    if C.nnz:
+        words.append("dashpots")
+    ranges = {i.channel.name: (i.channel, i.limits) for i in place.inputs()}
+    return {
+        "actuators": {
+            name: f"{c.quantity} [{c.unit}]" + (f", {low:.5g} to {high:.5g}" if np.isfinite(high) else "")
+            for name, (c, (low, high)) in ranges.items()
+        },
+        "sensors": {o.channel.name: f"{o.channel.quantity} [{o.channel.unit}]" for o in place.outputs()},
+        "damping": " and ".join(words) or "none",
+    }
 
 
 def _held(full: FullOrderModel) -> dict[str, tuple[str, ...]]:

@@ -131,6 +131,11 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
     for node, lump in [*part.bodies.values(), *part.points.values()]:
         D = rigid_arm(geometry.positions[node])
         total += D.T @ lump.matrix(values) @ D
+    for key, piezo in part.channels.piezos.items():
+        total += part.channels.described_mass(key, values, geometry.positions[piezo.nodes])
+    for _, node, M in part.channels.mass_matrices(values):
+        D = rigid_arm(geometry.positions[node])
+        total += D.T @ M @ D
     rigid = _rigid_motions(part, geometry).reshape(-1, 6, 6)
     for nodes, _, M in part.superelements.values():
         R = rigid[nodes].reshape(-1, 6)

@@ -13,13 +13,14 @@ import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import element_mass, element_stiffness
-from flexura.beam.geometric import geometric_stiffness
+from flexura.beam.geometric import arm_stiffness, geometric_stiffness
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import count_below, factorise, is_definite, lowest
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.scatter import Scatter
 from flexura.structure.segments import Segments, segments
+from flexura.systems.placed import PlacedInput, Placement
 
 Array = NDArray[np.float64]
 
@@ -115,21 +116,24 @@ def preload(
     *,
     gravity: Sequence[float] | None = None,
     loads: Mapping[str, ArrayLike] | None = None,
+    actuators: Mapping[str, float] | None = None,
 ) -> Preload:
-    """The state of a mechanism under gravity, (3,) m/s^2, and dead loads, (6,) N and N m by node, global frame.
+    """The state of a mechanism under gravity, (3,) m/s^2, dead loads, (6,) N and N m by node, global frame, and
+    actuator commands in the units of their inputs, by name.
 
-    Axial forces of the linear static response give the geometric stiffness of members; forces on rigid arms, of
-    members, loads and weights, add the stiffness that turning these arms takes (theory eqs. P4-P6).
+    Axial forces of the linear static response give the geometric stiffness of members and, as of strings, of piezo
+    stacks; forces on rigid arms, of members, loads and weights, add the stiffness that turning these arms takes (theory
+    eqs. P4-P6).
 
-    Raises ModelError; OptionError for unknown nodes, impossible loads, tapered elements and springs on rigid arms;
-    SolverError when something can move freely under the load.
+    Raises ModelError; OptionError for unknown nodes and actuators, impossible loads, moved bases, tapered elements and
+    springs on rigid arms; SolverError when something can move freely under the load.
     """
     model = assemble(mechanism, parameters)
-    g = _numbers("gravity", gravity if gravity is not None else (0.0, 0.0, 0.0), 3)
+    g = finite_numbers("gravity", gravity if gravity is not None else (0.0, 0.0, 0.0), 3)
     cut = segments(model)
     if cut.n != model.order:
         raise OptionError("preload is for stepped elements: set integration: stepped on tapered flexures")
-    _refuse_springs_on_arms(model)
+    refuse_springs_on_arms(model)
     T = cut.transforms
     Tt = np.swapaxes(T, -1, -2)
     own_loads = _segment_weights(cut, g)
@@ -139,25 +143,52 @@ def preload(
     plan = model.plan
     arms = []
     for node, value in (loads or {}).items():
-        force = _numbers(f"load on {node}", value, 6)
+        force = finite_numbers(f"load on {node}", value, 6)
         number = plan.topology.numbers([node])
         load += plan.node_rows(number, model.geometry).T @ force
         root = plan.topology.root[number[0]]
         arm = model.geometry.positions[number[0]] - model.geometry.positions[root]
         if plan.topology.is_rigid[number[0]]:
             arms.append((plan.topology.dof[root], -force[:3], arm))
+    driven = _driven(model, actuators or {})
+    load = load + sum((value * own.load for own, value in driven), np.zeros(model.order))
     u = _solve(model.K, load)
     ends = np.append(u, 0.0)[cut.dof.reshape(-1, 12)]
     inner = (element_stiffness(cut.beam)[cut.kind] @ (T @ ends[..., None]))[..., 0] - own_loads
     axial = (inner[:, 6] - inner[:, 0]) / 2
     own = Tt @ geometric_stiffness(axial, cut.beam.take(cut.kind)) @ T
-    K_g = cut.scatter().sparse([own]) + _arm_stiffness(cut, inner, arms, g)
+    K_g = cut.scatter().sparse([own]) + _arm_stiffness(cut, inner, arms, g) + _stack_stiffness(model, driven, u)
     spans = {m.name: axial[m.segments.start : m.segments.stop] for m in cut.members}
     forces = {name: (float(f.min()), float(f.max())) for name, f in spans.items()}
     return Preload(model, load, u, ((K_g + K_g.T) / 2).tocsc(), forces)
 
 
-def _refuse_springs_on_arms(model: FullOrderModel) -> None:
+def _driven(model: FullOrderModel, actuators: Mapping[str, float]) -> list[tuple[PlacedInput, float]]:
+    """Described actuators and those named, with their commands."""
+    place = Placement(model.plan, model.values, model.geometry)
+    named = [(own, float(value)) for name, value in actuators.items() for own in place.inputs([name])]
+    if any(own.base is not None or not np.isfinite(value) for own, value in named):
+        raise OptionError("commands are finite numbers of forces, moments and piezo stacks; a base at rest is assumed")
+    known = {own.channel.name for own, _ in named}
+    return named + [(own, 0.0) for own in place.inputs(place.actuators) if own.channel.name not in known]
+
+
+def _stack_stiffness(model: FullOrderModel, driven: list[tuple[PlacedInput, float]], u: Array) -> sp.csc_matrix:
+    """Geometric stiffness of piezo stacks as strings: their tension over their length, across their line."""
+    K = sp.csc_matrix((model.order, model.order))
+    for own, value in driven:
+        if own.stiffness is None:
+            continue
+        tension = own.stiffness * (float(own.row @ u) - own.stroke * value)
+        axis = np.diff(model.geometry.positions[list(own.nodes)], axis=0)[0]
+        length = float(np.linalg.norm(axis))
+        rows = model.plan.node_rows(np.array(own.nodes, dtype=np.intp), model.geometry).tocsr()
+        across = sp.csr_matrix(np.eye(3) - np.outer(axis, axis) / length**2) @ (rows[6:9] - rows[:3])
+        K = K + tension / length * (across.T @ across)
+    return sp.csc_matrix(K)
+
+
+def refuse_springs_on_arms(model: FullOrderModel) -> None:
     """Raise OptionError where a spring or superelement pulls on a rigid arm: how its force turns is not known."""
     topology = model.plan.topology
     for name, placed in topology.placed.items():
@@ -170,7 +201,8 @@ def _refuse_springs_on_arms(model: FullOrderModel) -> None:
             raise OptionError(f"a spring or superelement of {where} is attached off a body's centre: use a short link")
 
 
-def _numbers(what: str, value: ArrayLike, n: int) -> Array:
+def finite_numbers(what: str, value: ArrayLike, n: int) -> Array:
+    """A vector (n,) from what a caller gave. Raises OptionError when it is none."""
     found = np.asarray(value, dtype=float)
     if found.shape != (n,) or not np.isfinite(found).all():
         raise OptionError(f"{what} is a list of {n} finite numbers, not {value!r}")
@@ -196,8 +228,8 @@ def _segment_weights(cut: Segments, g: Array) -> Array:
 def _arm_stiffness(
     cut: Segments, inner: Array, arms: list[tuple[NDArray[np.intp], Array, Array]], g: Array
 ) -> sp.csc_matrix:
-    """Stiffness of rigid arms a that carry forces f on the member: (f a' + a f')/2 - (f.a) I on the rotation of their
-    node (theory eq. P5); dead loads count with the opposite sign."""
+    """Stiffness of rigid arms that carry forces on the members, on the rotation of their node (theory eq. P5); dead
+    loads count with the opposite sign."""
     R = cut.X[..., :3, :3]
     Rt = np.swapaxes(R, -1, -2)
     skew = -Rt @ cut.X[..., :3, 3:]
@@ -206,9 +238,7 @@ def _arm_stiffness(
     dof = cut.dof.reshape(-1, 6)
     for dofs, force, arm in (*arms, *_weights_of_lumps(cut, g)):
         a, f, dof = np.vstack([a, arm]), np.vstack([f, force]), np.vstack([dof, dofs])
-    outer = (f[:, :, None] * a[:, None, :] + a[:, :, None] * f[:, None, :]) / 2
-    K = outer - np.einsum("ei,ei->e", f, a)[:, None, None] * np.eye(3)
-    return Scatter([dof[:, 3:]], cut.n).sparse([K])
+    return Scatter([dof[:, 3:]], cut.n).sparse([arm_stiffness(f, a)])
 
 
 def _weights_of_lumps(cut: Segments, g: Array) -> list[tuple[NDArray[np.intp], Array, Array]]:

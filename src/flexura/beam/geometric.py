@@ -1,4 +1,4 @@
-"""Geometric stiffness of uniform beams under axial force."""
+"""Geometric stiffness of uniform beams under axial force, and of rigid arms."""
 
 import numpy as np
 
@@ -38,3 +38,13 @@ def geometric_stiffness(force: FloatArray, beam: UniformBeam) -> FloatArray:
     out[..., 3, 9] -= twist
     out[..., 9, 3] -= twist
     return (out + np.swapaxes(out, -1, -2)) / 2
+
+
+def arm_stiffness(force: FloatArray, arm: FloatArray) -> FloatArray:
+    """Return the stiffness (f a' + a f')/2 - (f.a) I of the rotation of a rigid arm a that exerts a force f (theory eq.
+    P5).
+
+    force: (..., 3) N; arm: (..., 3) m. Returns (..., 3, 3), N m. Second order in the rotation, as a vector.
+    """
+    outer = force[..., :, None] * arm[..., None, :]
+    return (outer + np.swapaxes(outer, -1, -2)) / 2 - (force * arm).sum(axis=-1)[..., None, None] * np.eye(3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -11,6 +10,21 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from flexura._version import __version__
+from flexura.cli.handover import export_command
+from flexura.cli.options import (
+    Commands,
+    File,
+    Gravity,
+    Json,
+    Loads,
+    Settings,
+    command_of,
+    load_of,
+    print_json,
+    read,
+    vector,
+)
+from flexura.cli.response import COMMANDS
 from flexura.errors import ExpressionError, FlexuraError, ModelError, OptionError
 
 app = typer.Typer(
@@ -21,13 +35,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Replace a parameter, e.g. --set 'web=0.4 mm'. May be repeated."),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 
 
 class Order(StrEnum):
@@ -86,7 +93,7 @@ def modes_command(
     from flexura.analysis import modes
     from flexura.cli import tables
 
-    mechanism, parameters = _read(file, set)
+    mechanism, parameters = read(file, set)
     how = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
     asked = keep or keep_below or reduction is not Reduction.craig_bampton or tolerance is not None or up_to is not None
     if order is Order.full and asked:
@@ -96,7 +103,7 @@ def modes_command(
     if plot is not None:
         pictures = _plot(result, plot)
     if as_json:
-        _print_json(result.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
+        print_json(result.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
     else:
         tables.print_modes(result, pictures)
 
@@ -107,10 +114,10 @@ def check_command(file: File, set: Settings = None, as_json: Json = False) -> No
     from flexura.analysis import check
     from flexura.cli import tables
 
-    mechanism, parameters = _read(file, set)
+    mechanism, parameters = read(file, set)
     report = check(mechanism, parameters)
     if as_json:
-        _print_json(report.to_dict())
+        print_json(report.to_dict())
     else:
         tables.print_check(report)
 
@@ -129,7 +136,7 @@ def compare_command(
     from flexura.cli.comparison import print_comparison
     from flexura.methods.compare import progressively
 
-    mechanism, parameters = _read(file, set)
+    mechanism, parameters = read(file, set)
     names = None if methods is None else methods.split(",")
     done, interrupted = None, False
     try:
@@ -138,7 +145,7 @@ def compare_command(
     except KeyboardInterrupt:
         interrupted = True
     if done is not None and as_json:
-        _print_json(done.to_dict())
+        print_json(done.to_dict())
     elif done is not None:
         print_comparison(done)
     if interrupted:
@@ -152,11 +159,9 @@ def _announce(method: str) -> None:
 @app.command("buckling")
 def buckling_command(
     file: File,
-    gravity: Annotated[str, typer.Option(metavar="X,Y,Z", help="Acceleration in m/s^2, e.g. 0,0,-9.81.")] = "0,0,0",
-    load: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NODE=FX,FY,FZ[,MX,MY,MZ]", help="Dead load at a node, N and N m. May be repeated."),
-    ] = None,
+    gravity: Gravity = "0,0,0",
+    load: Loads = None,
+    actuator: Commands = None,
     n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
     set: Settings = None,
     as_json: Json = False,
@@ -165,9 +170,10 @@ def buckling_command(
     from flexura.analysis import preload
     from flexura.cli import tables
 
-    mechanism, parameters = _read(file, set)
-    loads = dict(_load(text) for text in load or [])
-    state = preload(mechanism, parameters, gravity=_vector(gravity), loads=loads)
+    mechanism, parameters = read(file, set)
+    loads = dict(load_of(text) for text in load or [])
+    commands = dict(command_of(text) for text in actuator or [])
+    state = preload(mechanism, parameters, gravity=vector(gravity), loads=loads, actuators=commands)
     data = {
         "axial_force": state.axial_force,
         "buckling_factors": state.buckling_factors(n).tolist(),
@@ -175,24 +181,13 @@ def buckling_command(
         "unloaded_frequency_hz": state.natural_frequencies(n, 0.0).tolist(),
     }
     if as_json:
-        _print_json(data)
+        print_json(data)
     else:
         tables.print_preload(data)
 
 
-def _vector(text: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise OptionError(f"numbers separated by commas are expected, not {text!r}") from None
-
-
-def _load(text: str) -> tuple[str, list[float]]:
-    node, equals, numbers = text.partition("=")
-    if not equals:
-        raise OptionError(f"a load is NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ, not {text!r}")
-    force = _vector(numbers)
-    return node, force + [0.0] * 3 if len(force) == 3 else force
+for _name, _command in {**COMMANDS, "export": export_command}.items():
+    app.command(_name)(_command)
 
 
 @app.command("schema")
@@ -200,7 +195,7 @@ def schema_command() -> None:
     """Print the JSON Schema of mechanism files, for completion in editors."""
     from flexura.modelfile import schema
 
-    _print_json(schema())
+    print_json(schema())
 
 
 @app.command("view")
@@ -213,16 +208,9 @@ def view_command(
     from flexura.structure import assemble
     from flexura.view import save_pictures
 
-    mechanism, parameters = _read(file, set)
+    mechanism, parameters = read(file, set)
     for path in save_pictures(assemble(mechanism, parameters), None, [], [], plot):
         typer.echo(str(path))
-
-
-def _read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]:
-    from flexura.modelfile import load, parse_override
-
-    mechanism = load(file)
-    return mechanism, dict(parse_override(mechanism, text) for text in settings or [])
 
 
 def _plot(result: Any, folder: Path) -> list[Path]:
@@ -230,10 +218,6 @@ def _plot(result: Any, folder: Path) -> list[Path]:
 
     titles = [f"mode {mode.number}: {mode.frequency_hz:.4g} Hz" for mode in result.modes]
     return save_pictures(result.model, result.shapes, titles, [mode.motion.summary for mode in result.modes], folder)
-
-
-def _print_json(data: Any) -> None:
-    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
 
 
 def _fail(text: str, status: int) -> NoReturn:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from flexura.cli.tables import _console
+from flexura.cli.tables import console_of_width
 from flexura.methods import Comparison, ComparisonRow
 
 BLOCK = 8
@@ -13,7 +13,7 @@ BLOCK = 8
 
 def print_comparison(result: Comparison) -> None:
     """Print one row a method: order, the frequency of every mode compared, worst error, time; then the notes."""
-    console = _console()
+    console = console_of_width()
     title = f"{result.name}: frequencies in Hz, errors against {result.reference}"
     console.print(title, style="bold", markup=False)
     columns = max((_highest(row, result.n) for row in result.rows), default=0)

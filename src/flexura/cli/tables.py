@@ -12,8 +12,12 @@ from rich.table import Table
 from flexura.analysis import CheckReport, Mode, Modes
 from flexura.analysis.evidence import Evidence
 
+RESOLVED = 1e-6
+"""Relative differences below this are lost in the round-off of the full-order solution."""
 
-def _console() -> Console:
+
+def console_of_width() -> Console:
+    """A console; a pipe is given a width."""
     console = Console(highlight=False, soft_wrap=False)
     # a pipe has no width; wide tables are easier to read there than wrapped ones
     return console if console.is_terminal else Console(highlight=False, width=140)
@@ -21,7 +25,7 @@ def _console() -> Console:
 
 def print_modes(result: Modes, pictures: list[Path]) -> None:
     """Print frequencies of both models, what moves, and the evidence."""
-    console = _console()
+    console = console_of_width()
     full_only = result.evidence.low_residual is None
     title = f"{result.name}: {'full model' if full_only else 'low-order model'}, order {result.order}"
     console.print(title + ("" if full_only else f" (full model {result.full_order})"), style="bold", markup=False)
@@ -53,6 +57,8 @@ def _difference(mode: Mode) -> str:
     """Relative difference of the pair, with its MAC where the two shapes differ visibly."""
     if mode.relative_error is None or mode.mac is None:
         return ""
+    if abs(mode.relative_error) < RESOLVED:
+        return f"below {100 * RESOLVED:g} %"
     return f"{100 * mode.relative_error:+.2g} %" + (f" (MAC {mode.mac:.2f})" if mode.mac < 0.98 else "")
 
 
@@ -101,7 +107,7 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
 
 def print_preload(data: dict[str, Any]) -> None:
     """Print frequencies with and without load, buckling factors, and the members that carry most."""
-    console = _console()
+    console = console_of_width()
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in ("mode", "Hz", "unloaded Hz"):
         table.add_column(heading, justify="right")
@@ -118,7 +124,7 @@ def print_preload(data: dict[str, Any]) -> None:
 
 def print_check(report: CheckReport) -> None:
     """Print what was understood of a mechanism, and the doubts."""
-    console = _console()
+    console = console_of_width()
     console.print(report.name, style="bold", markup=False)
     console.print(f"full order {report.full_order}, low order {report.low_order}", markup=False)
     x, y, z = (round(1e3 * c, 6) + 0.0 for c in report.mass.centre)
@@ -137,6 +143,13 @@ def print_check(report: CheckReport) -> None:
     if len(report.held) > 20:
         console.print(f"held: and {len(report.held) - 20} more nodes", markup=False)
     _print_corrections(console, report)
+    for what, channels in (("actuator", report.actuators), ("sensor", report.sensors)):
+        for name, about in list(channels.items())[:20]:
+            console.print(f"{what} {name}: {about}", markup=False)
+        if len(channels) > 20:
+            console.print(f"{what}: and {len(channels) - 20} more")
+    if report.damping != "none" or report.actuators or report.sensors:
+        console.print(f"damping: {report.damping}", markup=False)
     if not report.doubts:
         console.print("no doubts", style="green")
         return

@@ -12,6 +12,16 @@ from flexura.mechanism.body import (
     Spring,
     Superelement,
 )
+from flexura.mechanism.channels import (
+    BaseMotion,
+    BaseRotation,
+    ForceActuator,
+    ForceSensor,
+    MomentActuator,
+    MotionSensor,
+    PiezoStack,
+)
+from flexura.mechanism.damping import Damping, DampingBand, Dashpot, DiagonalDamping, Rayleigh
 from flexura.mechanism.expression import Expression, parameter
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link
@@ -45,16 +55,24 @@ from flexura.mechanism.substructure import (
 __all__ = [
     "CATALOGUE",
     "DOF_NAMES",
+    "BaseMotion",
+    "BaseRotation",
     "Box",
     "Circle",
     "CircularContour",
     "CircularPattern",
     "CornerFilletedContour",
     "Cylinder",
+    "Damping",
+    "DampingBand",
+    "Dashpot",
+    "DiagonalDamping",
     "DiagonalStiffness",
     "EllipticalContour",
     "Expression",
     "Flexure",
+    "ForceActuator",
+    "ForceSensor",
     "HyperbolicContour",
     "Instance",
     "Leaf",
@@ -64,11 +82,15 @@ __all__ = [
     "Matrix",
     "Mechanism",
     "MirrorPattern",
+    "MomentActuator",
+    "MotionSensor",
     "Notch",
     "ParabolicContour",
     "Parameter",
+    "PiezoStack",
     "Plate",
     "PointMass",
+    "Rayleigh",
     "Rectangle",
     "RigidBody",
     "Rotation",

@@ -12,6 +12,7 @@ from flexura.mechanism.quantity import (
     Angle,
     Inertia,
     NonNegativeMass,
+    NonNegativeNumber,
     PositiveLength,
     PositiveMass,
     RotationalStiffness,
@@ -137,6 +138,8 @@ class Spring(Part):
     at: Vector | None = None
     rotate: Rotation | None = None
     """Turns the axes of the spring."""
+    loss_factor: NonNegativeNumber | None = None
+    """Structural loss factor."""
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:

@@ -78,6 +78,11 @@ PRESSURE = _dim(length=-1, mass=1, time=-2)
 FORCE = _dim(length=1, mass=1, time=-2)
 TRANSLATIONAL_STIFFNESS = _dim(mass=1, time=-2)
 ROTATIONAL_STIFFNESS = _dim(length=2, mass=1, time=-2)
+FREQUENCY = _dim(time=-1)
+TRANSLATIONAL_DAMPING = _dim(mass=1, time=-1)
+ROTATIONAL_DAMPING = _dim(length=2, mass=1, time=-1)
+VOLTAGE = Dimension(Fraction(2), Fraction(1), Fraction(-3), Fraction(-1))
+STROKE_PER_VOLT = LENGTH.times(VOLTAGE, -1)
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\*\*(?:(-?\d{1,3})|\((-?\d{1,3}(?:/\d{1,3})?)\)))?")
 _COHERENT = {
     "1": NUMBER,
@@ -91,5 +96,6 @@ _COHERENT = {
     "Pa": PRESSURE,
     "J": ROTATIONAL_STIFFNESS,
     "W": _dim(length=2, mass=1, time=-3),
-    "Hz": _dim(time=-1),
+    "Hz": FREQUENCY,
+    "V": VOLTAGE,
 }

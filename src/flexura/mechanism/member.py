@@ -9,6 +9,7 @@ from pydantic import Field
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector
 from flexura.mechanism.corrections import Correction, Corrections, Ends
 from flexura.mechanism.profile import Leaf, Notch, Profile
+from flexura.mechanism.quantity import NonNegativeNumber
 from flexura.mechanism.section import Circle, Rectangle, Section, SectionConstants, Tube
 
 Theory = Literal["rayleigh", "timoshenko", "euler_bernoulli"]
@@ -34,6 +35,8 @@ class Member(Part):
     """Beam theory; None takes the mechanism's."""
     corrections: Corrections | None = None
     """What is added to beam theory; None takes the mechanism's."""
+    loss_factor: NonNegativeNumber | None = None
+    """Structural loss factor; None takes the material's."""
     ends: Ends | None = None
     """Whether the end sections are held flat, so that they neither warp nor curl; None works it out."""
 

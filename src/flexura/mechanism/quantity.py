@@ -20,6 +20,7 @@ from flexura.mechanism import dimension as dim
 from flexura.mechanism.expression import Expression, checked
 
 CONTEXT_KEY = "read_quantity"
+FRACTION = "at least 0 and below 1"
 Scalar = float | Expression
 
 
@@ -30,7 +31,7 @@ class Quantity:
     kind: str
     dimension: dim.Dimension | None
     example: str
-    sign: str = "any"  # any | positive | non-negative
+    sign: str = "any"  # any | positive | non-negative | FRACTION
     angle: bool = False
 
     @property
@@ -42,6 +43,8 @@ class Quantity:
         """True when `value` has the permitted sign."""
         if self.sign == "positive":
             return value > 0
+        if self.sign == FRACTION:
+            return 0 <= value < 1
         return value >= 0 or self.sign == "any"
 
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> core_schema.CoreSchema:
@@ -117,4 +120,16 @@ RotationalStiffness = Annotated[
 StiffnessTT = Annotated[Scalar, Quantity("stiffness", dim.TRANSLATIONAL_STIFFNESS, "2 N/um")]
 StiffnessTR = Annotated[Scalar, Quantity("coupling stiffness", dim.FORCE, "5 N/rad")]
 StiffnessRR = Annotated[Scalar, Quantity("rotational stiffness", dim.ROTATIONAL_STIFFNESS, "3 N*m/rad")]
+PositiveStiffness = Annotated[Scalar, Quantity("stiffness", dim.TRANSLATIONAL_STIFFNESS, "2 N/um", "positive")]
+PositiveForce = Annotated[Scalar, Quantity("force", dim.FORCE, "100 N", "positive")]
+PositiveMoment = Annotated[Scalar, Quantity("moment", dim.ROTATIONAL_STIFFNESS, "0.5 N*m", "positive")]
+PositiveStroke = Annotated[Scalar, Quantity("stroke per volt", dim.STROKE_PER_VOLT, "0.1 um/V", "positive")]
+PositiveFrequency = Annotated[Scalar, Quantity("frequency", dim.FREQUENCY, "100 Hz", "positive")]
+DampingRatio = Annotated[Scalar, Quantity("damping ratio", dim.NUMBER, "0.01", FRACTION)]
+TranslationalDamping = Annotated[
+    Scalar, Quantity("damping coefficient", dim.TRANSLATIONAL_DAMPING, "5 N*s/m", "non-negative")
+]
+RotationalDamping = Annotated[
+    Scalar, Quantity("rotational damping coefficient", dim.ROTATIONAL_DAMPING, "0.01 N*m*s/rad", "non-negative")
+]
 AnyQuantity = Annotated[Scalar, Quantity("quantity", None, "0.3 mm")]

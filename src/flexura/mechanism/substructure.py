@@ -8,7 +8,9 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Vector, refuse
 from flexura.mechanism.body import PointMass, RigidBody, Rotation, Spring, Superelement
+from flexura.mechanism.channels import Actuator, Sensor
 from flexura.mechanism.corrections import Corrections
+from flexura.mechanism.damping import Damping, Dashpot
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link, Theory
 from flexura.mechanism.parameters import Parameter
@@ -75,6 +77,9 @@ class Substructure(Part):
     bodies: dict[Name, RigidBody] = {}
     masses: dict[Name, PointMass] = {}
     superelements: dict[Name, Superelement] = {}
+    dashpots: dict[Name, Dashpot] = {}
+    actuators: dict[Name, Actuator] = {}
+    sensors: dict[Name, Sensor] = {}
     instances: dict[Name, Instance] = {}
     joints: tuple[tuple[str, str], ...] = ()
     """Pairs of nodes that are one; nodes of instances are written INSTANCE.NODE."""
@@ -120,6 +125,8 @@ class Mechanism(Substructure):
     """Beam theory of members that do not name their own; the paper's is `rayleigh`."""
     corrections: Corrections = "auto"
     """What is added to the beam theory of members that do not say so themselves; the paper adds nothing, `none`."""
+    damping: Damping = Damping()
+    """Damping of the mechanism as a whole; a single number is the modal damping ratio of all modes."""
     parameters: dict[Name, Parameter] = {}
     materials: dict[Name, Material | str] = {}
     """Own materials, or other names for those of the catalogue."""

@@ -21,14 +21,19 @@ MAX_NODES = 500_000
 MAX_DEPTH = 30
 
 
+Place = tuple[str, int]
+"""Name of a document, and a line of it."""
+
+
 @dataclass
 class Node:
-    """A scalar, list or mapping of a document; `size` counts the nodes in it, aliases written out."""
+    """A scalar, list or mapping of the document `name`; `size` counts the nodes in it, aliases written out."""
 
     line: int
     value: Any = None
     size: int = 1
-    key_lines: dict[str, int] = field(default_factory=dict)
+    key_places: dict[str, Place] = field(default_factory=dict)
+    name: str = ""
 
     def plain(self) -> Any:
         """The data as dicts, lists and scalars; nothing is shared between two places."""
@@ -45,28 +50,49 @@ class Node:
             node = node.value[key]
         return node
 
-    def locate(self, path: Path) -> tuple[Path, int]:
-        """The part of a path that the document has, and the line of its end.
+    def locate(self, path: Path) -> tuple[Path, Place]:
+        """The part of a path that the document has, and the place of its end.
 
         One key more is kept where a mapping lacks it; positions are dropped where there is no list.
         """
-        node, line = self, self.line
+        node, place = self, (self.name, self.line)
         found: list[str | int] = []
         for key in path:
             if isinstance(node.value, dict):
                 if key in node.value:
-                    node, line = node.value[key], node.key_lines[str(key)]
+                    node, place = node.value[key], node.key_places[str(key)]
                 elif isinstance(key, int):
                     continue
                 else:
-                    return (*found, key), line
+                    return (*found, key), place
             elif isinstance(node.value, list) and isinstance(key, int) and key < len(node.value):
                 node = node.value[key]
-                line = node.line
+                place = (node.name, node.line)
             else:
                 break
             found.append(key)
-        return tuple(found), line
+        return tuple(found), place
+
+    def extended(self, over: Node, path: Path = ()) -> Node:
+        """This document with what another says in its place: mappings are joined key by key, null takes a key out.
+
+        Raises ModelError where there is no such key to take out.
+        """
+        if not (isinstance(self.value, dict) and isinstance(over.value, dict)):
+            return over
+        joined, places = dict(self.value), dict(self.key_places)
+        for key, node in over.value.items():
+            places[key] = over.key_places[key]
+            if node.value is None and key not in joined:
+                name, line = places[key]
+                raise _error(
+                    name, line, "there is nothing here to take out", "null removes what a file extends", (*path, key)
+                )
+            if node.value is None:
+                del joined[key]
+            else:
+                joined[key] = joined[key].extended(node, (*path, key)) if key in joined else node
+        return Node(over.line, joined, self.size + over.size, places, over.name)
 
 
 def parse(text: str, name: str) -> Node:
@@ -147,7 +173,7 @@ class _Builder:
             raise self.fail(event, path[:3], f"a description nests at most {MAX_DEPTH} deep")
         if event.anchor is not None:
             self.anchors[event.anchor] = None
-        node = Node(event.start_mark.line + 1)
+        node = Node(event.start_mark.line + 1, name=self.name)
         self.grow(event, path, 1)
         if kind == "ScalarEvent":
             node.value = resolve(event.value) if event.implicit[0] else self.text(event, path)
@@ -175,11 +201,11 @@ class _Builder:
                 raise self.fail(event, path, "a key is plain text", "e.g. base: [0, 0, 0]")
             key, line = self.text(event, path), event.start_mark.line + 1
             if key in node.value:
-                hint = f"it is already on line {node.key_lines[key]}"
+                hint = f"it is already on line {node.key_places[key][1]}"
                 raise self.fail(event, (*path, key), "the same key twice in one mapping", hint)
             child = self.node(self.next(), (*path, key))
             node.value[key] = child
-            node.key_lines[key] = line
+            node.key_places[key] = (self.name, line)
             node.size += child.size
 
     def alias(self, event: Any, path: Path) -> Node:

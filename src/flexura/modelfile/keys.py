@@ -12,7 +12,7 @@ from flexura.mechanism.checks.survey import suggestion
 from flexura.mechanism.parameters import Parameter
 
 _KINDS = ("type", "shape")
-FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura",), Superelement: ("units",)}
+FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",)}
 _NOT_IN_FILES: dict[type[Part], tuple[str, ...]] = {Parameter: ("unit",)}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from flexura.errors import ExpressionError
 from flexura.mechanism.checks.survey import suggestion
-from flexura.mechanism.dimension import NUMBER, Dimension
+from flexura.mechanism.dimension import FREQUENCY, NUMBER, Dimension
 from flexura.mechanism.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.quantity import Quantity, Scalar
 from flexura.units import FAMILIAR, parse_quantity, parse_unit
@@ -19,6 +19,7 @@ _LITERAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.
 _FACTOR = r"[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*(?:-?\d+|\(-?\d+(?:/\d+)?\)))?"
 _PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/]\s*(?:{_FACTOR}|\({_FACTOR}(?:\s*[*/]\s*{_FACTOR})*\)))*")
 _BRACKETED = re.compile(r"\[[^\[\]]*\]")
+_TURNS = re.compile(r"rad|deg|rpm|turn|rev")
 _IDENTIFIER = re.compile(r"[^\W\d]\w*")
 
 
@@ -60,6 +61,8 @@ class QuantityReader:
         if literal is None:
             return self.expression(raw, quantity)
         value, dimension = literal
+        if quantity.dimension == FREQUENCY and _TURNS.search(raw):
+            raise ExpressionError("a frequency is in Hz here, not in rad/s or rpm", "divide rad/s by 2 pi")
         if dimension == NUMBER and _is_bare(raw):
             return self.bare(value, quantity)
         if quantity.dimension not in (None, dimension):

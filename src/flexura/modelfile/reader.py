@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -15,7 +14,8 @@ from flexura.mechanism import Expression, Mechanism
 from flexura.mechanism.base import UNKNOWN_KEY, Part, problems_of
 from flexura.mechanism.checks import problems as problems_of_whole
 from flexura.mechanism.quantity import CONTEXT_KEY
-from flexura.modelfile.document import MAX_CHARACTERS, Node, parse
+from flexura.modelfile.document import Node, parse
+from flexura.modelfile.extension import text_of, with_bases
 from flexura.modelfile.keys import unknown_key_hint
 from flexura.modelfile.parameters import prepare_parameters
 from flexura.modelfile.pruning import Pruned
@@ -32,7 +32,7 @@ def load(path: str | FilePath) -> Mechanism:
     Raises ModelError listing every problem with its file and line.
     """
     file = FilePath(path)
-    return _read(_text_of(file), str(path), file.parent)
+    return _read(text_of(file), str(path), file.parent)
 
 
 def loads(text: str, name: str = "<text>") -> Mechanism:
@@ -43,31 +43,8 @@ def loads(text: str, name: str = "<text>") -> Mechanism:
     return _read(text, name, FilePath())
 
 
-def _text_of(file: FilePath) -> str:
-    def refused(rule: str, hint: str = "") -> ModelError:
-        return ModelError([Problem((), "", rule, hint, str(file))])
-
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(4 * MAX_CHARACTERS + 1)
-    except FileNotFoundError:
-        nearby = [p.name for p in file.parent.glob("*") if p.is_file()] if file.parent.is_dir() else []
-        close = get_close_matches(file.name, nearby, n=1)
-        hint = f"did you mean {close[0]}?" if close else ""
-        raise refused("the file does not exist", hint) from None
-    except IsADirectoryError:
-        raise refused("this is a directory, not a model file") from None
-    except (OSError, ValueError) as error:
-        raise refused(f"the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ModelError([Problem((), "", "a model file is text in UTF-8", "", f"{file}:{line}")]) from None
-
-
 def _read(text: str, name: str, directory: FilePath) -> Mechanism:
-    root = parse(text, name)
+    root = with_bases(parse(text, name), directory)
     data = root.plain()
     pruned = Pruned(data)
     found = [*_version(data, pruned), *_superelements(data, pruned, directory)]
@@ -171,8 +148,8 @@ def _missing(pruned: Pruned) -> Collection[str]:
 
 def _located(problems: list[Problem], root: Node, name: str) -> list[Problem]:
     """Problems at their places and lines in the file, in that order and each once."""
-    located: dict[Problem, int] = {}
+    located: dict[Problem, tuple[bool, str, int]] = {}
     for problem in problems:
-        path, line = root.locate(problem.path)
-        located[replace(problem, path=path, where=f"{name}:{line}")] = line
+        path, (file, line) = root.locate(problem.path)
+        located[replace(problem, path=path, where=f"{file}:{line}")] = (file != name, file, line)
     return sorted(located, key=lambda problem: located[problem])

@@ -16,6 +16,11 @@ _DIRECTIONS = {
     "Cylinder": ("axis",),
     "Link": ("reference",),
     "Flexure": ("reference",),
+    "ForceActuator": ("direction",),
+    "MomentActuator": ("direction",),
+    "BaseMotion": ("direction",),
+    "BaseRotation": ("direction",),
+    "MotionSensor": ("direction",),
 }
 _SHORTHAND = {"anyOf": [{"type": "string"}, {"type": "number"}]}
 
@@ -37,10 +42,17 @@ def schema() -> dict[str, Any]:
         "description": "units in which the matrices are given; SI where left out",
     }
     del parts["Parameter"]["properties"]["unit"]
+    parts["Damping"] = {"anyOf": [*_SHORTHAND["anyOf"], parts["Damping"]]}
     parts["Support"] = {"anyOf": [{"const": "clamped"}, parts["Support"]]}
     parameters = result["properties"]["parameters"]
     parameters["additionalProperties"] = {"anyOf": [*_SHORTHAND["anyOf"], parameters["additionalProperties"]]}
     result["properties"]["flexura"] = {"const": VERSION, "description": "version of the file format"}
+    for holder in (result, parts["Substructure"]):
+        for entry in holder["properties"].values():
+            if isinstance(entry.get("additionalProperties"), dict):
+                entry["additionalProperties"] = {"anyOf": [{"type": "null"}, entry["additionalProperties"]]}
+    about = "model file that this one is laid over: mappings are joined, null takes an entry out"
+    result["properties"]["extends"] = {"type": "string", "description": about}
     return {"$schema": _DIALECT, **result, "title": "flexura model file"}
 
 

@@ -18,13 +18,14 @@ MAX_FLOW = 88
 """Longest mapping that is written on one line, in characters."""
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 _AXES |= {(-x, -y, -z): f"-{name}" for (x, y, z), name in _AXES.items()}
-_DIRECTIONS = frozenset({"axis", "normal", "reference"})
+_DIRECTIONS = frozenset({"axis", "normal", "reference", "direction"})
 _ONE_OR_MORE = frozenset({"rotate", "pattern"})
 _INDICATORS = ":#?&!|>%@`"
 """Characters that may end a plain scalar, or begin something else, depending on where they stand."""
 _KINDS = frozenset({"type", "shape"})
 _ORDER = (
-    *("name", "description", "theory", "corrections", "parameters", "materials", "sections", "substructures"),
+    *("name", "description", "theory", "corrections", "damping"),
+    *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
     "ground",
 )

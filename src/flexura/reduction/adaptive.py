@@ -122,7 +122,7 @@ def reduce_to_tolerance(
         vectors = low.recover(pairs.vectors[:, :n])
         enclosures = enclose(work.K, work.M, vectors, shift_beyond(pairs.values, n, up_to))
         proof = from_enclosures(pairs.values[:n], enclosures)
-        failing = proof.error_bound > tolerance
+        failing = (proof.error_bound > tolerance) & (pairs.values[:n] > 0)
         if proof.is_complete and not failing.any():
             return _in_coordinates(replace(low, certificate=proof), pairs, n, _reason(work, grown, proof), coordinates)
         grown += work.refine(_failing(enclosures, failing if proof.is_complete else np.ones(n, dtype=bool)))
@@ -152,7 +152,7 @@ def _reason(work: _Refinement, grown: list[str], proof: Certificate) -> str:
     words = [f"{name or 'mechanism'} {count}" for name, count in kept.items()]
     modes = f"fixed-interface modes kept: {', '.join(words)}" if words else "constraint modes suffice"
     refined = f" (refined for the tolerance: {', '.join(sorted({g or 'mechanism' for g in grown}))})" if grown else ""
-    worst = float(proof.error_bound.max())
+    worst = float(proof.error_bound[proof.frequency_hz > 0].max(initial=0.0))
     return f"{modes}{refined}; {proof.count} frequencies below {proof.below_hz:.5g} Hz, proven within {worst:.1g}"
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.beam import MASS_BASIS, STIFFNESS_BASIS
+from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure.part import Lump, PartMatrices
@@ -73,6 +73,58 @@ class FullOrderAssembler:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
         lumps_K, lumps_M = self._lumps(self.plan.lumps(values, geometry), self._transforms(geometry))
         return self._lump_stiffness.sparse(lumps_K), self._lump_mass.sparse(lumps_M)
+
+    def dissipation(
+        self, values: Array, geometry: Geometry, default: float = 0.0
+    ) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """C (N s/m, N s, N m s) of dashpots and H (N/m, N, N m) of structural damping, K + i H, both (n, n).
+
+        H sums the stiffness of every part times its loss factor, `default` where it has none (theory eq. T5). One
+        design.
+        """
+        transforms = self._transforms(geometry)
+        matrices = self.plan.matrices(values, geometry)
+        C: list[Array] = []
+        H: list[Array] = []
+        lumps: list[Array] = []
+        places: list[Index] = []
+        for name, G in transforms.items():
+            part, own = self.plan.parts[name], matrices[name]
+            eta = part.table.loss_factors(values, default)
+            T = own.T @ block_diagonal(G[:, part.connectivity])
+            H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * own.elements.K) @ T)
+            for lump, loss in zip(own.lumps, part.lump_losses(values, default), strict=True):
+                if lump.K is not None:
+                    T = block_diagonal(G[:, lump.nodes])
+                    lumps.append(np.swapaxes(T, -1, -2) @ (loss * lump.K) @ T)
+            for dashpot, matrix in zip(
+                part.dashpots.values(), part.dashpot_matrices(values, geometry.parts[name]), strict=True
+            ):
+                T = block_diagonal(G[:, dashpot.nodes])
+                C.append(np.swapaxes(T, -1, -2) @ matrix @ T)
+                places.append(_dofs(self._dofs[name], np.array([dashpot.nodes])))
+        return Scatter(places, self.plan.topology.n_dof).sparse(C), self._stiffness.sparse([*H, *lumps])
+
+    def carried(self, values: Array, geometry: Geometry) -> Array:
+        """Forces (n, 6) on the DOFs that it takes to accelerate everything, what is held included, in unit rigid
+        motions of and about the global origin: kg, kg m, kg m^2. One design.
+
+        This is M times `rigid_body_motions` and, beside it, the inertia of members between free and held nodes.
+        """
+        topology, found = self.plan.topology, np.zeros((self.plan.topology.n_dof + 1, 6))
+        matrices = self.plan.matrices(values, geometry)
+        for name, G in self._transforms(geometry).items():
+            part, own = self.plan.parts[name], matrices[name]
+            number = np.array(topology.placed[name].offset)[:, None] + np.arange(part.n_nodes)
+            rigid = rigid_arm(geometry.positions[topology.root[number]])
+            rigid[~topology.has_place[number]] = 0.0
+            groups = [(part.connectivity, own.T, own.elements.M)]
+            groups += [(np.array([u.nodes]), np.eye(6 * len(u.nodes)), u.M) for u in own.lumps if u.M is not None]
+            for nodes, turn, M in groups:
+                T = turn @ block_diagonal(G[:, nodes])
+                force = np.swapaxes(T, -1, -2) @ (M @ (T @ rigid[:, nodes].reshape(*T.shape[:-1], 6)))
+                np.add.at(found, self._dofs[name][:, nodes].reshape(T.shape[:-1]), force)
+        return found[:-1]
 
     def prepare(self, geometry: Geometry) -> None:
         """Work out the linear map from element coefficients to K and M for designs with this geometry.
@@ -195,6 +247,13 @@ class FullOrderModel:
             motions[components == 3 + j, 3 + j] = 1.0
         motions[~topology.has_place[nodes]] = 0.0
         return motions
+
+    @cached_property
+    def carried(self) -> Array:
+        """Forces (n, 6) that accelerate everything, what is held included, in unit rigid motions of and about the
+        global origin: kg, kg m, kg m^2. Times gravity they are the weight of everything.
+        """
+        return self.plan.full_order.carried(self.values, self.geometry)
 
     def superelement_coordinates(self, vectors: Array, name: str) -> Array:
         """Coordinates (6k + amplitudes, m) of a placed superelement, in its own frame, for DOF vectors (n, m).

@@ -7,9 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import block_rotation, rigid_arm
-from flexura.mechanism import Box, Cylinder, Mechanism, Plate, PointMass, RigidBody, Rotation, Spring
+from flexura.beam import SectionProperties, block_rotation, element_mass, element_stiffness, member_frame, rigid_arm
+from flexura.beam.uniform import UniformBeam
+from flexura.mechanism import (
+    Box,
+    Cylinder,
+    Dashpot,
+    Mechanism,
+    PiezoStack,
+    Plate,
+    PointMass,
+    RigidBody,
+    Rotation,
+    Spring,
+)
 from flexura.mechanism.placement import rotation_matrix
+from flexura.structure.sections import family_properties
 from flexura.structure.slots import Index, SlotTable
 
 Array = NDArray[np.float64]
@@ -116,24 +129,24 @@ class PointLump:
 
 
 class SpringLump:
-    """Stiffness of a spring over its one or two nodes (theory eq. 30)."""
+    """Stiffness of a spring, or damping of a dashpot, over its one or two nodes (theory eq. 30)."""
 
-    def __init__(self, slots: SlotTable, spring: Spring, nodes: list[int]) -> None:
+    def __init__(self, slots: SlotTable, spring: Spring | Dashpot, nodes: list[int]) -> None:
         self.nodes = nodes
         self._frame = _Frame.of(slots, spring.rotate)
         self._at = None if spring.at is None else _slots(slots, spring.at)
-        if spring.stiffness is not None:
-            s = spring.stiffness
+        s = spring.stiffness if isinstance(spring, Spring) else spring.damping
+        if s is not None:
             diagonal = _slots(slots, (s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))
             zero = slots.add(0.0)
             self._entries = np.full((6, 6), zero, dtype=np.intp)
             np.fill_diagonal(self._entries, diagonal)
         else:
-            assert spring.matrix is not None
+            assert isinstance(spring, Spring) and spring.matrix is not None
             self._entries = np.array([_slots(slots, row) for row in spring.matrix])
 
     def matrix(self, values: Array, positions: Array) -> Array:
-        """Stiffness (..., 6n, 6n) over the n nodes at `positions` (..., n, 3), part's axes."""
+        """Matrix (..., 6n, 6n) over the n nodes at `positions` (..., n, 3), part's axes."""
         K = values[..., self._entries]
         X = block_rotation(self._frame.matrix(values))
         K = X @ K @ np.swapaxes(X, -1, -2)
@@ -141,3 +154,75 @@ class SpringLump:
         reach = [rigid_arm(at - positions[..., k, :]) for k in range(len(self.nodes))]
         B = reach[0] if len(reach) == 1 else np.concatenate([-reach[0], reach[1]], axis=-1)
         return np.swapaxes(B, -1, -2) @ K @ B
+
+
+class PiezoLump:
+    """Stiffness and mass of a piezo stack over its two nodes: a spring along its line, or a bonded prism.
+
+    The prism has the stack's axial stiffness k = E A / L; its other stiffnesses follow from its section (theory
+    eq. T2).
+    """
+
+    def __init__(self, slots: SlotTable, piezo: PiezoStack, nodes: list[int]) -> None:
+        self.nodes = nodes
+        self._numbers = _slots(slots, (piezo.stiffness, piezo.mass, piezo.nu))
+        self._shape, self._sizes = "", _slots(slots, ())
+        if piezo.section is not None:
+            self._shape = piezo.section.shape
+            names = [name for name in type(piezo.section).model_fields if name != "shape"]
+            self._sizes = _slots(slots, [getattr(piezo.section, name) for name in names])
+
+    def stiffness(self, values: Array) -> Array:
+        """Axial stiffness (...), N/m."""
+        return values[..., self._numbers[0]]
+
+    def mass(self, values: Array) -> Array:
+        """Mass (...), kg."""
+        return values[..., self._numbers[1]]
+
+    def section(self, values: Array) -> SectionProperties | None:
+        """Section of a bonded stack."""
+        if not self._shape:
+            return None
+        return family_properties(self._shape, [values[..., k] for k in self._sizes], values[..., self._numbers[2]])
+
+    @staticmethod
+    def frame(positions: Array) -> Array:
+        """Axes (..., 3, 3) of the prism as rows."""
+        axis = (positions[..., 1, :] - positions[..., 0, :])[..., None, :]
+        return member_frame(axis, least_aligned(axis))[..., 0, :, :]
+
+    @staticmethod
+    def elongation(positions: Array) -> Array:
+        """Rows (..., 12): elongation from the displacements of both nodes at `positions` (..., 2, 3)."""
+        axis = positions[..., 1, :] - positions[..., 0, :]
+        axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+        rows = np.zeros((*axis.shape[:-1], 12))
+        rows[..., :3], rows[..., 6:9] = -axis, axis
+        return rows
+
+    def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
+        """K and M (..., 12, 12), part's axes, for nodes at `positions` (..., 2, 3)."""
+        k, mass, nu = (values[..., slot] for slot in self._numbers)
+        if not self._shape:
+            rows = self.elongation(positions)
+            K = k[..., None, None] * rows[..., :, None] * rows[..., None, :]
+            points = np.diag(np.tile([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], 2))
+            return K, mass[..., None, None] / 2 * points
+        length = np.linalg.norm(positions[..., 1, :] - positions[..., 0, :], axis=-1)
+        s = self.section(values)
+        assert s is not None
+        E, rho = k * length / s.A, mass / (s.A * length)
+        R = self.frame(positions)
+        T = np.zeros((*R.shape[:-2], 12, 12))
+        for i in range(4):
+            T[..., 3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = R
+        fields = (E * s.A, E / (2 * (1 + nu)) * s.J, E * s.Iy, E * s.Iz, 0.0, 0.0, rho * s.A, rho * (s.Iy + s.Iz))
+        beam = UniformBeam(*np.broadcast_arrays(*fields, rho * s.Iy, rho * s.Iz, length))
+        Tt = np.swapaxes(T, -1, -2)
+        return Tt @ element_stiffness(beam) @ T, Tt @ element_mass(beam) @ T
+
+
+def least_aligned(axis: Array) -> Array:
+    """The coordinate direction (..., m, 3) that is least aligned with each axis: a frame for round sections."""
+    return np.eye(3)[np.argmin(np.abs(axis), axis=-1)]

@@ -205,9 +205,16 @@ class Members:
         materials = [mechanism.material(m.material) for m in members]
         self._E = np.array([slots.add(m.E) for m in materials], dtype=np.intp)
         self._rho = np.array([slots.add(m.rho) for m in materials], dtype=np.intp)
+        loss = [
+            m.loss_factor if m.loss_factor is not None else own.loss_factor
+            for m, own in zip(members, materials, strict=True)
+        ]
+        self._loss = np.array([slots.add(np.nan if eta is None else eta) for eta in loss], dtype=np.intp)
         self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
         elastic = [m.nu if m.nu is not None else m.G for m in materials]
         self._nu_or_G = np.array([slots.add(v) for v in elastic if v is not None], dtype=np.intp)
+        strength = [np.nan if m.yield_stress is None else m.yield_stress for m in materials]
+        self._yield = np.array([slots.add(value) for value in strength], dtype=np.intp)
         groups = SectionGroups(slots)
         for position, member in enumerate(members):
             own = member.section if isinstance(member, Link) else None
@@ -242,6 +249,15 @@ class Members:
             return E, rho, other, E / (2 * (1 + other))
         nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
         return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
+
+    def loss_factors(self, values: Array, default: float = 0.0) -> Array:
+        """Structural loss factors of the elements (..., e); `default` for members and materials without any."""
+        own = values[..., self._loss]
+        return np.where(np.isnan(own), default, own)[..., self.element_member]
+
+    def yield_stress(self, values: Array) -> Array:
+        """Yield stress of the members (..., m), Pa; NaN where the material has none."""
+        return values[..., self._yield]
 
     def section_properties(self, values: Array, nu: Array, length: Array) -> SectionProperties:
         """Sections (..., e) at the middle of every element."""

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.member import Flexure, Link
-from flexura.structure.lumps import BodyLump, PointLump, SpringLump
+from flexura.structure.channels import PartChannels
+from flexura.structure.lumps import BodyLump, PointLump, SpringLump, least_aligned
 from flexura.structure.members import STATIONS, WEIGHTS, Elements, ElementSlice, Members
 from flexura.structure.slots import Index, SlotTable
 
@@ -96,6 +97,16 @@ class Part:
             key: ([nodes.get(n) for n in part.nodes], part.stiffness.array, part.mass.array)
             for key, part in prototype.superelements.items()
         }
+        self.dashpots = {
+            key: SpringLump(slots, dashpot, [nodes.get(n) for n in dashpot.nodes])
+            for key, dashpot in prototype.dashpots.items()
+        }
+        self._spring_loss = {
+            key: slots.add(spring.loss_factor)
+            for key, spring in prototype.springs.items()
+            if spring.loss_factor is not None
+        }
+        self.channels = PartChannels(slots, prototype, nodes.get)
         exposed = layout.exposed(name)
         self.carried: dict[int, list[int]] = {
             nodes.number[key]: [nodes.get(n) for text in body.carries for n in matching(text, exposed)]
@@ -189,7 +200,8 @@ class Part:
     @property
     def has_matrices(self) -> bool:
         """True when anything elastic or massive is declared in this prototype itself."""
-        return bool(self.members or self.bodies or self.points or self.springs or self.superelements)
+        lumps = self.bodies or self.points or self.springs or self.superelements or self.dashpots
+        return bool(self.members or lumps or self.channels.has_matrices)
 
     @property
     def counts(self) -> Index:
@@ -206,7 +218,9 @@ class Part:
         lumps: list[tuple[list[int], bool, bool]] = [([node], False, True) for node, _ in self.bodies.values()]
         lumps += [([node], False, True) for node, _ in self.points.values()]
         lumps += [(spring.nodes, True, False) for spring in self.springs.values()]
-        return lumps + [(nodes, True, True) for nodes, _, _ in self.superelements.values()]
+        lumps += [(nodes, True, True) for nodes, _, _ in self.superelements.values()]
+        lumps += [(piezo.nodes, True, True) for piezo in self.channels.piezos.values()]
+        return lumps + [([node], False, True) for _, node, _ in self.channels.masses]
 
     def geometry_slots(self) -> set[int]:
         """Slots on which node positions, member lengths and orientations depend."""
@@ -230,7 +244,7 @@ class Part:
         positions[..., self.n_placed :, :] = positions[..., self.amplitude_at, :]
         reference = values[..., self._reference_slots]
         if self._free_frame.any():
-            reference = np.where(self._free_frame[:, None], _least_aligned(axis), reference)
+            reference = np.where(self._free_frame[:, None], least_aligned(axis), reference)
         return PartGeometry(positions, length, member_frame(axis, reference), offsets)
 
     def element_transforms(self, geometry: PartGeometry) -> Array:
@@ -287,9 +301,18 @@ class Part:
             K = spring.matrix(values, geometry.positions[..., spring.nodes, :])
             lumps.append(Lump(key, spring.nodes, K, None))
         lumps += [Lump(key, nodes, K, M) for key, (nodes, K, M) in self.superelements.items()]
+        for key, piezo in self.channels.piezos.items():
+            lumps.append(Lump(key, piezo.nodes, *piezo.matrices(values, geometry.positions[..., piezo.nodes, :])))
+        lumps += [Lump(key, [node], None, M) for key, node, M in self.channels.mass_matrices(values)]
         return lumps
 
+    def lump_losses(self, values: Array, default: float) -> list[float]:
+        """Loss factors of the lumps in the order of `lumps`; `default` where there is none. One design."""
+        losses = [default] * (len(self.bodies) + len(self.points))
+        own = (self._spring_loss.get(key) for key in self.springs)
+        losses += [default if slot is None else float(values[slot]) for slot in own]
+        return losses + [default] * (len(self.superelements) + len(self.channels.piezos) + len(self.channels.masses))
 
-def _least_aligned(axis: Array) -> Array:
-    """The coordinate direction (..., m, 3) that is least aligned with each axis: a frame for round sections."""
-    return np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
+    def dashpot_matrices(self, values: Array, geometry: PartGeometry) -> list[Array]:
+        """Damping matrices (6n, 6n) of the dashpots over their nodes, part's axes."""
+        return [d.matrix(values, geometry.positions[..., d.nodes, :]) for d in self.dashpots.values()]

@@ -193,6 +193,10 @@ class Plan:
         designs = {len(value) for name in changed if isinstance(value := resolved[name], np.ndarray)}
         return self.slots.fill(resolved, changed, designs.pop() if designs else None)
 
+    def parameter_values(self, parameters: Mapping[str, ArrayLike] | None = None) -> dict[str, Any]:
+        """Values of all parameters in SI, with some replaced. Raises OptionError as `values` does."""
+        return self._parameters(parameters or {})[0]
+
     def verify(self, parameters: Mapping[str, ArrayLike]) -> None:
         """Raise ModelError with everything that replacing these parameters breaks in the description, one design."""
         resolved, changed = self._parameters(parameters)

@@ -30,6 +30,16 @@ _CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
     "straight": lambda x, _, s: s["web"] + 0 * x,
 }
 
+_ROOTS: dict[str, Callable[[Array, Sizes], Array]] = {
+    "circular": lambda _, s: s["radius"],
+    "elliptical": lambda a, s: a * a / s["depth"],
+    "parabolic": lambda a, s: a * a / (2 * s["depth"]),
+    "hyperbolic": lambda a, s: a * a * s["web"] / (2 * s["depth"] * (s["depth"] + s["web"])),
+    "corner_filleted": lambda _, s: np.where(s["fillet_radius"] > 0, s["fillet_radius"], np.inf),
+    "v_shaped": lambda _, s: s["root_radius"],
+}
+"""Radius of curvature at the root of contours that have one; a fillet without radius counts as none."""
+
 
 @dataclass
 class SectionGroup:
@@ -58,7 +68,8 @@ class SectionGroup:
         """Arguments of the family's section formula, each (..., members, stations) or broadcastable to that.
 
         Width and thickness; diameter; outer and inner diameter; or the six constants. `values` are all slots, `length`
-        (..., members) belongs to this group's members, and `fractions` (stations,) of it are the stations.
+        (..., members) belongs to this group's members, and `fractions`, (stations,) or (members, stations), of it are
+        the stations.
         """
         own = {name: values[..., slots] for name, slots in self._slot_arrays.items()}
         match self.kind:
@@ -84,9 +95,44 @@ class SectionGroup:
         y, z = (np.minimum(np.maximum(x + sign * own["shift"] / 2, -half), half) for sign in (1, -1))
         return _CONTOURS[y_shape](y, half, y_sizes), _CONTOURS[z_shape](z, half, z_sizes)
 
+    def notch_ratios(self, values: Array, length: Array, fractions: Array) -> tuple[Array, Array]:
+        """Half the web over the radius of the root, (..., members, stations) or broadcastable to that, of the notches
+        in the faces across y and across z; zero where there is none. Arguments as in `sizes`."""
+        own = {name: values[..., slots] for name, slots in self._slot_arrays.items()}
+        L, none = length[..., None], np.zeros(1)
+        match self.kind:
+            case ("notch", shape):
+                return none, _notch_ratio(shape, L / 2, own)
+            case ("round", shape):
+                ratio = _notch_ratio(shape, L / 2, own)
+                return ratio, ratio
+            case ("two_axis", *shapes):
+                half, x = (L - np.abs(own["shift"])) / 2, (fractions - 0.5) * L
+                found = []
+                for shape, prefix, sign in zip(shapes, ("y_", "z_"), (1, -1), strict=True):
+                    sizes = {name[2:]: size for name, size in own.items() if name.startswith(prefix)}
+                    inside = np.abs(x + sign * own["shift"] / 2) <= half * (1 + 1e-9)
+                    found.append(np.where(inside, _notch_ratio(shape, half, sizes), 0.0))
+                return found[0], found[1]
+        return none, none
+
+    def corners(self, values: Array, length: Array) -> Array:
+        """Fractions of the length (members, points) at which the thickness of a tabulated notch turns. One design."""
+        if "positions" not in self._slot_arrays:
+            return np.empty((len(self.index), 0))
+        return np.clip(values[self._slot_arrays["positions"]][:, 0] / length[:, None], 0.0, 1.0)
+
     def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
         """Section properties (..., members, stations); arguments as in `sizes`, `nu` (..., members)."""
         return family_properties(self.family, self.sizes(values, length, fractions), nu[..., None])
+
+
+def _notch_ratio(shape: str, half: Array, sizes: Sizes) -> Array:
+    """Half the web over the radius of the root, zero for contours without one."""
+    if shape not in _ROOTS:
+        return np.zeros(1)
+    with np.errstate(divide="ignore"):
+        return sizes["web"] / 2 / _ROOTS[shape](half, sizes)
 
 
 def family_properties(family: str, sizes: Sequence[Array], nu: Array) -> SectionProperties:

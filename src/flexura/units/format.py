@@ -28,6 +28,10 @@ _PRETTY = (
     ("W",),
     ("K",),
     ("A",),
+    ("V",),
+    ("um/V", "m/V"),
+    ("N*s/m",),
+    ("N*m*s/rad",),
 )
 """Units to choose from, by dimension; the first is preferred."""
 _ANGLES = ("deg", "rad")

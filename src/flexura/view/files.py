@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,6 +57,16 @@ def save_pictures(
     if titles:
         pictures["modes.png"] = _png(draw_sheet(model, u, titles, subtitles, elev=elev, azim=azim))
     return write_files(pictures, target)
+
+
+def save_figures(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
+    """Write figures by file name, such as `bode.png`, into a folder, which is made when it is missing.
+
+    All are drawn before any is written, and every file appears complete or not at all. Raises OptionError when the
+    folder cannot be written to.
+    """
+    contents = {name: _png(figure) for name, figure in figures.items()}
+    return write_files(contents, _folder(Path(folder)))
 
 
 def write_files(contents: dict[str, bytes], folder: Path) -> list[Path]:

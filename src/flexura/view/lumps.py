@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.beam import SectionProperties
 from flexura.mechanism import Box, Cylinder, Plate, PointMass, RigidBody, Rotation, Spring
 from flexura.mechanism.evaluation import evaluated, parameter_values
 from flexura.mechanism.placement import rotation_matrix
@@ -58,6 +59,7 @@ def add_lumps(collector: Collector, model: FullOrderModel, u: Array) -> None:
             {key: evaluated(mass, values) for key, mass in prototype.masses.items()},
             {key: evaluated(spring, values) for key, spring in prototype.springs.items()},
             _member_arms(part, geometry.parts[name].offsets),
+            model.values,
             hulls,
         )
         for number, offset in zip(placed.number, placed.offset, strict=True):
@@ -77,6 +79,8 @@ class _Drawn:
     springs: Mapping[str, Spring]
     arms: list[tuple[int, Array]]
     """Nodes of members and the arms, m, to where the members begin or end."""
+    values: Array
+    """Slot values of the design."""
     hulls: list[Mesh]
     """Bodies drawn so far, global frame, those of all other parts included."""
 
@@ -95,6 +99,8 @@ class _Drawn:
                 _add_spring(collector, copy, spring, nodes, at, size)
         for nodes, _, _ in self.part.superelements.values():
             _add_star(collector, copy, [node for node in nodes if node < self.part.n_placed])
+        for piezo in self.part.channels.piezos.values():
+            _add_stack(collector, copy, piezo.nodes, piezo.section(self.values), cell)
         for node, arm in self.arms:
             _add_arm(collector, copy, node, copy.x[node] + copy.Q @ arm)
 
@@ -230,6 +236,23 @@ def _add_star(collector: Collector, copy: _Copy, nodes: list[int]) -> None:
             path, moved = np.stack([middle, copy.x[node]]), np.stack([motion, copy.u[node, :3]])
             collector.path(path, moved, Kind.SUPERELEMENT)
     collector.dot(middle, motion, Kind.SUPERELEMENT)
+
+
+def _add_stack(
+    collector: Collector, copy: _Copy, nodes: list[int], section: SectionProperties | None, cell: float
+) -> None:
+    """A piezo stack as a square prism between its nodes, a tenth of its length thick where its section is not known."""
+    ends, motions = copy.x[nodes], copy.u[nodes, :3]
+    along = ends[1] - ends[0]
+    length = float(np.linalg.norm(along))
+    side = 0.1 * length if section is None else float(np.sqrt(section.A))
+    x = along / length
+    y = np.cross(x, np.eye(3)[np.argmin(abs(x))])
+    y /= np.linalg.norm(y)
+    mesh = box(np.array([length, side, side]), cell)
+    points = ends.mean(axis=0) + mesh.points @ np.stack([x, y, np.cross(x, y)])
+    share = (mesh.points[:, :1] / length) + 0.5
+    collector.mesh(Mesh(points, mesh.faces), motions[0] + share * (motions[1] - motions[0]), Kind.PIEZO)
 
 
 def _add_spring(

@@ -21,6 +21,7 @@ COLOURS: dict[Kind, tuple[float, float, float]] = {
     Kind.ARM: (0.20, 0.20, 0.22),
     Kind.NODE: (1.0, 1.0, 1.0),
     Kind.CENTRE: (0.10, 0.10, 0.10),
+    Kind.PIEZO: (0.35, 0.75, 0.78),
 }
 """Colour of each kind of part, RGB."""
 NAMES: dict[Kind, str] = {
@@ -36,6 +37,7 @@ NAMES: dict[Kind, str] = {
     Kind.ARM: "rigid arm",
     Kind.NODE: "node",
     Kind.CENTRE: "centre of mass",
+    Kind.PIEZO: "piezo stack",
 }
 WIDTHS = {Kind.ARM: 0.8, Kind.SPRING: 1.2, Kind.SUPERELEMENT: 1.1, Kind.FLEXURE: 1.6, Kind.LINK: 1.0}
 INK = "#22262b"

@@ -26,6 +26,7 @@ class Kind(IntEnum):
     ARM = 9
     NODE = 10
     CENTRE = 11
+    PIEZO = 12
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from fnmatch import translate
 
 from flexura.errors import Path
 from flexura.mechanism.body import RigidBody
+from flexura.mechanism.channels import ForceActuator, ForceSensor, PiezoStack
 from flexura.mechanism.checks.assembly import number_of_copies
 from flexura.mechanism.checks.survey import Survey, Use, prefix, suggestion
 from flexura.mechanism.layout import TOP, is_pattern
@@ -136,6 +137,7 @@ def _between_nodes(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
                 twice = next(n for n in part.nodes if part.nodes.count(n) > 1)
                 survey.report((*path, "nodes"), ", ".join(part.nodes), f"the node {twice} is named twice")
             yield Use(path, found, joins=True)
+    yield from _channels(survey, name, nodes)
     for key, mass in prototype.masses.items():
         path = (*prefix(name), "masses", key)
         yield Use(path, nodes.find((*path, "node"), mass.node), joins=False)
@@ -144,6 +146,32 @@ def _between_nodes(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
         if pair[0] == pair[1]:
             survey.report(path, ", ".join(pair), "a joint ties two different nodes together")
         yield Use(path, [n for k, text in enumerate(pair) for n in nodes.find((*path, k), text)], joins=True)
+
+
+def _channels(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
+    """Dashpots, actuators and sensors."""
+    prototype = survey.layout.prototypes[name]
+    for kind in ("dashpots", "actuators", "sensors"):
+        for key, part in getattr(prototype, kind).items():
+            path = (*prefix(name), kind, key)
+            if isinstance(part, ForceSensor):
+                _sensed_actuator(survey, name, path, part)
+            own = getattr(part, "nodes", ())
+            found = [n for i, text in enumerate(own) for n in nodes.find((*path, "nodes", i), text)]
+            if len(own) == 2 and own[0] == own[1]:
+                survey.report((*path, "nodes"), ", ".join(own), f"the node {own[0]} is named twice")
+            yield Use(path, found, joins=isinstance(part, PiezoStack))
+
+
+def _sensed_actuator(survey: Survey, name: str, path: Path, sensor: ForceSensor) -> None:
+    actuators = survey.layout.prototypes[name].actuators
+    actuator = actuators.get(sensor.actuator)
+    if actuator is None and sensor.actuator not in survey.ignored:
+        hint = suggestion(sensor.actuator, actuators, "actuators")
+        survey.report((*path, "actuator"), sensor.actuator, "there is no such actuator here", hint)
+    elif actuator is not None and not isinstance(actuator, PiezoStack | ForceActuator):
+        rule = f"the actuator {sensor.actuator} of type {actuator.type} exerts no force that could be read"
+        survey.report((*path, "actuator"), sensor.actuator, rule, "name a piezo stack or a force")
 
 
 def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:

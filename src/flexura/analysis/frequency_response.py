@@ -1,0 +1,359 @@
+"""Frequency response between named inputs and outputs, of the low-order, full-order and exact models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import count_below
+from flexura.mechanism.damping import Damping
+from flexura.mechanism.substructure import Mechanism
+from flexura.methods.exact_response import ExactResponse
+from flexura.reduction import LowOrderModel
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.plan import plan_of
+from flexura.systems import Channel, ModalSystem, StateSpace, System, neglected_bound, system
+from flexura.systems.system import as_quantity
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Order = Literal["low", "full", "exact"]
+Method = Literal["modal", "direct"]
+Quantity = Literal["receptance", "mobility", "accelerance", "transmissibility"]
+
+BEYOND = 4.0
+"""Modes up to so many times the highest frequency asked for are in the modal sum of a full-order model."""
+
+TOLERANCE = 1e-3
+"""Relative error to which frequencies of the low-order model are proven when nothing else is said."""
+
+PEAK_POINTS = 24
+"""Points beside every resonance on each of its sides."""
+
+SHARPEST = 1e-5
+"""Damping ratio with which the grid is refined around undamped resonances."""
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """H (f, p, m) at `frequency_hz` (f,): complex amplitude of each output per unit of each input, e^(+i omega t).
+
+    `resonances_hz` (k,) are the natural frequencies in the range and `ratios` (k,) their damping ratios; `notes` say
+    which model was used and what to beware of.
+    """
+
+    name: str
+    frequency_hz: Array
+    response: Complex
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+    resonances_hz: Array
+    ratios: Array
+    order: int
+    notes: tuple[str, ...] = ()
+
+    def of(self, output: str, input: str) -> Complex:
+        """The response (f,) of one output to one input, by name. Raises OptionError for others."""
+        found = []
+        for channels, name, what in ((self.outputs, output, "output"), (self.inputs, input, "input")):
+            names = [c.name for c in channels]
+            if name not in names:
+                raise OptionError(f"there is no {what} {name!r}; known: {', '.join(names)}")
+            found.append(names.index(name))
+        return self.response[:, found[0], found[1]]
+
+    def unit(self, output: str, input: str) -> str:
+        """Unit of a response, e.g. `m/N`."""
+        units = {(c.name, k): c.unit for k, channels in enumerate((self.outputs, self.inputs)) for c in channels}
+        above, below = units[output, 0], units[input, 1]
+        if above == below:
+            return "1"
+        return f"({above})/({below})" if {"*", "/"} & set(above + below) else f"{above}/{below}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain data, complex numbers as two lists."""
+        return {
+            "name": self.name,
+            "frequency_hz": self.frequency_hz.tolist(),
+            "real": self.response.real.tolist(),
+            "imaginary": self.response.imag.tolist(),
+            "inputs": [{"name": c.name, "quantity": c.quantity, "unit": c.unit} for c in self.inputs],
+            "outputs": [{"name": c.name, "quantity": c.quantity, "unit": c.unit} for c in self.outputs],
+            "resonances_hz": self.resonances_hz.tolist(),
+            "damping_ratios": self.ratios.tolist(),
+            "order": self.order,
+            "notes": list(self.notes),
+        }
+
+
+def frequency_response(
+    mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem | StateSpace,
+    frequency_hz: ArrayLike | None = None,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    *,
+    band: tuple[float, float] | None = None,
+    points: int = 400,
+    quantity: Quantity | None = None,
+    order: Order = "low",
+    method: Method = "modal",
+    damping: Damping | float | Mapping[str, Any] | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    **how: Any,
+) -> FrequencyResponse:
+    """Frequency response between named inputs and outputs (theory eqs. T10-T14).
+
+    At the frequencies given, Hz, or over a `band` (from, to) with at least `points` of them, to which points around
+    every resonance are added. Inputs, outputs and damping as in `system`. `quantity` reads all motions as receptance,
+    mobility, accelerance, or, with inputs such as `ground.tx`, as transmissibility: absolute motion over that of the
+    base.
+
+    `order`: low (a mechanism is reduced until its frequencies up to the highest one are proven to 0.1 %, or as `how`
+    says), full, or exact (dynamic stiffness, no mesh). `method`: modal sum with static correction, or direct solution
+    at every frequency, which takes any damping but modal ratios.
+
+    Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
+    combinations that make no sense; SolverError at an undamped resonance.
+    """
+    wanted = _wanted(frequency_hz, band, points)
+    if order not in get_args(Order):
+        raise OptionError(f"order is low, full or exact, not {order!r}")
+    if method not in get_args(Method):
+        raise OptionError(f"method is modal or direct, not {method!r}")
+    if isinstance(mechanism, StateSpace | ModalSystem):
+        given = (order != "low", method != "modal", quantity, damping is not None, parameters, how)
+        if any(given):
+            raise OptionError(
+                "order, method, quantity, damping, parameters and ways of reduction belong to a mechanism"
+            )
+    if isinstance(mechanism, StateSpace):
+        own = mechanism.selected(_listed(inputs), _listed(outputs))
+        hz = _grid(wanted, band, points, *_of_poles(own, wanted[-1]))
+        H = own.frequency_response(hz)
+        found = _of_poles(own, wanted[-1])
+        return FrequencyResponse(own.name, hz, H, own.inputs, own.outputs, *found, own.order, own.notes)
+    if isinstance(mechanism, ModalSystem):
+        modes = mechanism.selected(inputs, outputs)
+    else:
+        built = _system(mechanism, inputs, outputs, wanted[-1], order, damping, parameters, how)
+        built = as_quantity(built, quantity)
+        if order == "exact":
+            return _exact(built, wanted, band, points)
+        if method == "direct":
+            return _direct(built, wanted, band, points)
+        modes = built.modal(up_to=BEYOND * wanted[-1]) if isinstance(built.model, FullOrderModel) else built.modal()
+    resonances = _resonances(modes, wanted)
+    hz = _grid(wanted, band, points, *resonances)
+    H = modes.response(hz)
+    _refuse_infinite(H, hz)
+    notes = (*_notes(modes, hz, resonances), *_left_out(modes, H, wanted[-1]))
+    return FrequencyResponse(modes.system.name, hz, H, modes.inputs, modes.outputs, *resonances, modes.order, notes)
+
+
+def _listed(names: Sequence[str] | None) -> list[str] | None:
+    return None if names is None else [names] if isinstance(names, str) else list(names)
+
+
+def _wanted(frequency_hz: ArrayLike | None, band: tuple[float, float] | None, points: int) -> Array:
+    """The frequencies asked for, in order. Raises OptionError for impossible ones."""
+    if (frequency_hz is None) == (band is None):
+        raise OptionError("give either frequencies or a band (from, to), Hz")
+    if band is not None:
+        low, high = (float(x) for x in band)
+        if not (np.isfinite(high) and 0 < low < high):
+            raise OptionError(f"a band is two frequencies in Hz, 0 < from < to, not {low:g}, {high:g}")
+        if not 2 <= points <= 10_000_000:
+            raise OptionError(f"a band has between 2 and 10 million points, not {points}")
+        return np.geomspace(low, high, points)
+    hz = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+    bad = hz[~(np.isfinite(hz) & (hz > 0))]
+    if hz.ndim != 1 or not len(hz) or len(bad):
+        what = f"{bad.flat[0]:g}" if bad.size else "none"
+        raise OptionError(f"frequencies are positive finite numbers in Hz; found {what}")
+    return np.sort(hz)
+
+
+def _system(
+    mechanism: Any,
+    inputs: Sequence[str] | None,
+    outputs: Sequence[str] | None,
+    top: float,
+    order: Order,
+    damping: Any,
+    parameters: Mapping[str, ArrayLike] | None,
+    how: dict[str, Any],
+) -> System:
+    if isinstance(mechanism, System):
+        if damping is not None or parameters or how:
+            raise OptionError(
+                "damping, parameters and ways of reduction belong to a mechanism, not to a finished system"
+            )
+        return mechanism.selected(inputs, outputs)
+    if order == "low" and isinstance(mechanism, Mechanism | Plan) and not how:
+        how = proven_reduction(mechanism, parameters, top)
+    if order == "exact" and isinstance(mechanism, Mechanism | Plan):
+        mechanism = assemble(mechanism, parameters)
+        parameters = None
+    if order != "low" and isinstance(mechanism, LowOrderModel):
+        raise OptionError(f"order {order} needs the mechanism, not a model reduced from it")
+    return system(
+        mechanism,
+        inputs,
+        outputs,
+        parameters=parameters,
+        order="low" if order == "low" else "full",
+        damping=damping,
+        static_correction=order != "exact",
+        **how,
+    )
+
+
+def proven_reduction(
+    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None, top: float
+) -> dict[str, Any]:
+    """How to reduce so that frequencies up to the highest one are proven; constraint modes where there are none."""
+    plan = plan_of(mechanism)
+    values = plan.values(parameters)
+    K, M = plan.full_order(values, plan.geometry(values))
+    if count_below(K, M, (2 * np.pi * top) ** 2):
+        return {"tolerance": TOLERANCE, "up_to": top, "coordinates": "substructures"}
+    return {}
+
+
+def _resonances(modes: ModalSystem, wanted: Array) -> tuple[Array, Array]:
+    """Natural frequencies in the range, Hz, and their damping ratios."""
+    own = (modes.frequency_hz >= wanted[0]) & (modes.frequency_hz <= wanted[-1])
+    if modes.is_proportional:
+        return modes.frequency_hz[own], modes.total_ratios[own]
+    try:
+        found = modes.complex_modes
+    except SolverError:
+        return modes.frequency_hz[own], modes.total_ratios[own]
+    own = (found.poles.imag > 0) & (found.frequency_hz >= wanted[0]) & (found.frequency_hz <= wanted[-1])
+    return found.frequency_hz[own], found.ratios[own]
+
+
+def _of_poles(model: StateSpace, top: float) -> tuple[Array, Array]:
+    poles = model.poles()
+    if model.dt is not None:
+        poles = np.log(poles[np.abs(poles) > 1e-12]) / model.dt
+    hz = np.abs(poles) / (2 * np.pi)
+    own = (poles.imag > 0) & (hz <= top)
+    order = np.argsort(hz[own])
+    return hz[own][order], (-poles.real / np.abs(poles))[own][order]
+
+
+def _grid(wanted: Array, band: tuple[float, float] | None, points: int, resonances: Array, ratios: Array) -> Array:
+    """The frequencies asked for, and for a band points on both sides of every resonance, from a twentieth of its
+    half-power width outwards to the spacing of the others."""
+    if band is None or not len(resonances):
+        return wanted
+    step = np.log(wanted[-1] / wanted[0]) / (points - 1)
+    found = [wanted]
+    for f, zeta in zip(resonances, ratios, strict=True):
+        width = max(float(zeta), SHARPEST)
+        apart = np.geomspace(0.05 * width, max(step, 4 * width), PEAK_POINTS)
+        found += [f * np.exp(apart), f * np.exp(-apart)]
+        if zeta > 0:
+            found.append(np.array([f]))
+    hz = np.unique(np.concatenate(found))
+    return hz[(hz >= wanted[0]) & (hz <= wanted[-1])]
+
+
+def _notes(modes: ModalSystem, hz: Array, resonances: tuple[Array, Array]) -> tuple[str, ...]:
+    model = modes.system.model
+    kind = "full-order" if isinstance(model, FullOrderModel) else "low-order"
+    notes = [f"{kind} model, order {model.order}, {modes.order} modes with static correction"]
+    if isinstance(model, LowOrderModel):
+        notes += list(model.steps)
+    if not modes.system.is_damped:
+        notes.append("no damping is given: resonances are infinitely high")
+    missed = _between(hz, *resonances)
+    if missed:
+        listed = ", ".join(f"{f:.5g}" for f in missed[:5])
+        notes.append(
+            f"{len(missed)} resonance(s) fall between the frequencies given, at {listed} Hz; a band adds points"
+        )
+    return tuple(notes)
+
+
+def _left_out(modes: ModalSystem, H: Complex, top: float) -> list[str]:
+    """What the modes left out of a full-order model can add, where that can be bounded."""
+    if not isinstance(modes.system.model, FullOrderModel) or not H.size:
+        return []
+    if not np.isfinite(modes.next_omega):
+        return []
+    try:
+        bound = neglected_bound(modes, top)[0] * (2 * np.pi * top) ** modes.derivative[:, None]
+    except SolverError:
+        return []
+    peak = np.abs(H).max(axis=0)
+    scale = np.sqrt(np.outer(peak.max(axis=1), peak.max(axis=0)))
+    share = float((bound / np.where(scale > 0, scale, np.inf)).max())
+    return [f"modes left out add at most {share:.1g} of the largest responses up to {top:.5g} Hz"]
+
+
+def _between(hz: Array, resonances: Array, ratios: Array) -> list[float]:
+    """Resonances with no frequency within their half-power width."""
+    if not len(hz):
+        return []
+    nearest = np.abs(resonances[:, None] - hz).min(axis=1, initial=np.inf)
+    return [float(f) for f in resonances[nearest > np.maximum(ratios, SHARPEST) * resonances]]
+
+
+def _refuse_infinite(H: Complex, hz: Array) -> None:
+    bad = ~np.isfinite(H).all(axis=(1, 2))
+    if bad.any():
+        f = hz[bad][0]
+        raise SolverError(f"{f:.6g} Hz is an undamped resonance, where the response is infinite: give some damping")
+
+
+def _direct(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
+    """K + i H + i omega C - omega^2 M solved at every frequency (theory eq. T14)."""
+    if built.law.is_modal:
+        raise OptionError(
+            "method direct takes no modal damping ratios; give Rayleigh damping, loss factors or dashpots"
+        )
+    modes = built.modal(up_to=BEYOND * wanted[-1])
+    resonances = _resonances(modes, wanted)
+    hz = _grid(wanted, band, points, *resonances)
+    H = np.empty((len(hz), len(built.outputs), len(built.inputs)), dtype=complex)
+    K = built.K if built.H is None else built.K + 1j * built.H
+    stiff, heavy = np.abs(K.diagonal()), np.abs(built.M.diagonal())
+    for k, f in enumerate(hz):
+        w = 2 * np.pi * f
+        Z = K + 1j * w * built.C - w * w * built.M
+        d = 1 / np.sqrt(stiff + w * w * heavy)
+        try:
+            if isinstance(Z, np.ndarray):
+                q = d[:, None] * np.linalg.solve(Z * d[:, None] * d, d[:, None] * built.B.astype(complex))
+            else:
+                D = sp.diags(d)
+                q = d[:, None] * spla.splu((D @ Z @ D).tocsc()).solve(d[:, None] * built.B.astype(complex))
+        except (np.linalg.LinAlgError, RuntimeError):
+            q = np.full(built.B.shape, np.nan, dtype=complex)
+        own = built.rows @ q + built.residual
+        H[k] = own * ((1j * w) ** built.derivative)[:, None] + built.D
+    _refuse_infinite(H, hz)
+    notes = (f"solved directly at every frequency, order {built.order}",)
+    return FrequencyResponse(built.name, hz, H, built.inputs, built.outputs, *resonances, built.order, notes)
+
+
+def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
+    if not isinstance(built.model, FullOrderModel):
+        raise OptionError("order exact needs the mechanism, not a system reduced from it")
+    exact = ExactResponse(built.model, built.law, built.placed_inputs, built.placed_outputs, built.D)
+    resonances = _resonances(built.modal(up_to=BEYOND * wanted[-1]), wanted)
+    hz = _grid(wanted, band, points, *resonances)
+    H = np.stack([exact.at(2 * np.pi * f) for f in hz])
+    _refuse_infinite(H, hz)
+    n = len(exact.kept)
+    notes = (f"exact dynamic stiffness over {n} kept DOFs; resonances are those of the finite elements",)
+    return FrequencyResponse(built.name, hz, H, built.inputs, built.outputs, *resonances, n, notes)

@@ -1,0 +1,159 @@
+"""Static response of the full-order model to loads, gravity and actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.analysis.preload import finite_numbers
+from flexura.analysis.stress import Stresses, member_stresses
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import is_definite
+from flexura.mechanism.substructure import Mechanism
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.systems.channel import matched
+from flexura.systems.placed import PlacedInput, Placement
+from flexura.systems.system import static_solution
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ActuatorState:
+    """An actuator in a static state: its command, in `unit`, the change of its length (or the motion that it works on),
+    m or rad, and the force that it exerts, N, pushing apart positive, or moment, N m."""
+
+    name: str
+    command: float
+    unit: str
+    elongation: float
+    force: float
+
+
+@dataclass(frozen=True)
+class Statics:
+    """The linear static response u (n,) of `model` to a load vector (n,), m and rad, N and N m.
+
+    `readings` are those of the described displacement, rotation and force sensors, `actuators` the state of each
+    described actuator, `gravity` (3,) m/s^2 what the members' own weight came from.
+    """
+
+    model: FullOrderModel
+    load: Array
+    displacement_vector: Array
+    gravity: tuple[float, float, float]
+    readings: dict[str, float]
+    actuators: tuple[ActuatorState, ...]
+
+    def displacement(self, node: str) -> Array:
+        """Displacement (6,) of a node, m and rad, global frame. Raises OptionError for unknown nodes."""
+        plan = self.model.plan
+        rows = plan.node_rows(plan.topology.numbers([node]), self.model.geometry)
+        return np.asarray(rows @ self.displacement_vector)
+
+    def stresses(self) -> Stresses:
+        """The largest stress in every link and flexure."""
+        own = self.gravity if any(self.gravity) else None
+        return member_stresses(self.model, self.displacement_vector, gravity=own)
+
+    def to_dict(self, nodes: Sequence[str] = ()) -> dict[str, Any]:
+        """Readings, actuators, displacements of some nodes and stresses as plain data."""
+        stresses = self.stresses()
+        return {
+            "displacement": {node: self.displacement(node).tolist() for node in nodes},
+            "readings": self.readings,
+            "actuators": [vars(a) for a in self.actuators],
+            "stress": [
+                {"member": m.name, "von_mises_Pa": m.von_mises, "factor_to_yield": _finite(m.factor_to_yield)}
+                for m in stresses.members
+            ],
+            "factor_to_yield": _finite(stresses.factor_to_yield),
+        }
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else value
+
+
+def statics(
+    mechanism: Mechanism | Plan | FullOrderModel,
+    *,
+    loads: Mapping[str, ArrayLike] | None = None,
+    gravity: Sequence[float] | None = None,
+    actuators: Mapping[str, float] | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+) -> Statics:
+    """Linear static response to loads, (6,) N and N m by node, gravity, (3,) m/s^2, and actuator commands by name,
+    wildcards allowed.
+
+    Commands are in the units of the inputs: N, N m, m of free expansion, V, or m/s^2 of a steadily accelerated base
+    (theory eq. T1). Raises ModelError; OptionError for unknown nodes and actuators and for impossible numbers;
+    SolverError when something can move freely.
+    """
+    model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
+    if isinstance(mechanism, FullOrderModel) and parameters:
+        raise OptionError("parameters belong to a mechanism, not to an assembled model")
+    g = finite_numbers("gravity", gravity if gravity is not None else (0.0, 0.0, 0.0), 3)
+    place = Placement(model.plan, model.values, model.geometry)
+    load = model.carried[:, :3] @ g
+    for node, value in (loads or {}).items():
+        force = finite_numbers(f"load on {node}", value, 6)
+        load = load + model.plan.node_rows(model.plan.topology.numbers([node]), model.geometry).T @ force
+    named = matched(actuators or {}, place.actuators)
+    commands = {own: _number(name, value) for name, value in (actuators or {}).items() for own in named[name]}
+    driven = place.inputs(list(commands))
+    base = np.zeros(6)
+    for own, value in zip(driven, commands.values(), strict=True):
+        load = load + value * own.load
+        if own.base is not None:
+            base += value * own.base
+    load = load - model.carried @ base
+    if not is_definite(model.K):
+        raise SolverError("something can move freely under the load: hold it, or attach it by a stiffness")
+    u = static_solution(model.K, model.M, load[:, None])[:, 0]
+    known = {i.channel.name: i for i in place.inputs(place.actuators)} | {i.channel.name: i for i in driven}
+    states = tuple(_state(own, commands.get(name, 0.0), u) for name, own in known.items() if own.base is None)
+    readings = {}
+    for out in place.outputs(place.sensors):
+        if out.derivative == 0:
+            fed = sum(out.feed.get(name, 0.0) * value for name, value in commands.items())
+            readings[out.channel.name] = float(out.row @ u + fed)
+    return Statics(model, load, u, (float(g[0]), float(g[1]), float(g[2])), readings, states)
+
+
+def _number(name: str, value: object) -> float:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise OptionError(f"the command of {name} is a number, not {value!r}") from None
+    if not np.isfinite(number):
+        raise OptionError(f"the command of {name} is a finite number, not {number}")
+    return number
+
+
+def _state(own: PlacedInput, command: float, u: Array) -> ActuatorState:
+    elongation = float(own.row @ u)
+    force = command if own.stiffness is None else own.stiffness * (own.stroke * command - elongation)
+    return ActuatorState(own.channel.name, command, own.channel.unit, elongation, force)
+
+
+def compliance(
+    mechanism: Mechanism | Plan | FullOrderModel,
+    nodes: Sequence[str],
+    parameters: Mapping[str, ArrayLike] | None = None,
+) -> Array:
+    """Displacements (6k, 6k) of nodes per unit force and moment at them: m/N, rad/N, rad/(N m), global frame.
+
+    The stiffness at a single node is its inverse. Raises OptionError for unknown nodes, SolverError when something can
+    move freely.
+    """
+    model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
+    if not is_definite(model.K):
+        raise SolverError("compliance is undefined: something can move freely")
+    rows = model.plan.node_rows(model.plan.topology.numbers(nodes), model.geometry).toarray()
+    C = rows @ static_solution(model.K, model.M, np.ascontiguousarray(rows.T))
+    return (C + C.T) / 2

@@ -1,0 +1,328 @@
+"""Time response to signals at named inputs: exact recursions in modal coordinates, or generalised-alpha."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.analysis.integration import generalised_alpha
+from flexura.analysis.stress import Stresses, member_stresses
+from flexura.errors import OptionError
+from flexura.mechanism.damping import Damping
+from flexura.mechanism.substructure import Mechanism
+from flexura.reduction import LowOrderModel
+from flexura.structure import FullOrderModel, Plan
+from flexura.structure.plan import plan_of
+from flexura.systems import Channel, ModalSystem, System, system
+from flexura.systems.blocks import block_response, suits_blocks
+from flexura.systems.channel import matched
+from flexura.systems.placed import actuator_names
+from flexura.systems.recurrences import Hold, motion
+
+Array = NDArray[np.float64]
+Method = Literal["exact", "generalised_alpha"]
+Samples = ArrayLike | Callable[[Array], ArrayLike]
+
+PER_PERIOD = 10
+"""Steps per period of the highest kept mode below which a step counts as coarse."""
+
+STATES = 50_000_000
+"""Most values of modal coordinates that are kept."""
+
+
+@dataclass(frozen=True)
+class TimeResponse:
+    """Outputs `response` (p, N) at `time` (N,), s, under `signals` (m, N) at the inputs.
+
+    `modal` (r, N) are the modal coordinates of `modes` where these were kept; `notes` say how this was computed and
+    what to beware of.
+    """
+
+    name: str
+    time: Array
+    response: Array
+    signals: Array
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+    notes: tuple[str, ...]
+    modes: ModalSystem | None = None
+    modal: Array | None = None
+
+    def of(self, output: str) -> Array:
+        """One output (N,) by name. Raises OptionError for others."""
+        names = [c.name for c in self.outputs]
+        if output not in names:
+            raise OptionError(f"there is no output {output!r}; known: {', '.join(names)}")
+        return self.response[names.index(output)]
+
+    def displacements(self, at: int | Sequence[int]) -> Array:
+        """DOF vectors (n, k) of the full-order model at samples `at`, for shapes and stresses.
+
+        Raises OptionError when modal coordinates were not kept.
+        """
+        if self.modes is None or self.modal is None:
+            raise OptionError("ask for keep_modes=True to recover the motion of everything")
+        q = self.modes.shapes @ self.modal[:, np.atleast_1d(np.asarray(at, dtype=np.intp))]
+        model = self.modes.system.model
+        return q if isinstance(model, FullOrderModel) else model.recover(q)
+
+    def stresses(self, at: int | Sequence[int] | None = None) -> Stresses:
+        """The largest stress in every link and flexure over samples `at`, by default all.
+
+        From the modes that are kept, so that it lacks what stiffer modes carry statically. Raises OptionError when
+        modal coordinates were not kept.
+        """
+        u = self.displacements(range(len(self.time)) if at is None else at)
+        assert self.modes is not None
+        return member_stresses(self.modes.system.full_order, u)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain data."""
+        return {
+            "name": self.name,
+            "time_s": self.time.tolist(),
+            "outputs": {str(c): y.tolist() for c, y in zip(self.outputs, self.response, strict=True)},
+            "inputs": {str(c): u.tolist() for c, u in zip(self.inputs, self.signals, strict=True)},
+            "notes": list(self.notes),
+        }
+
+
+def time_response(
+    mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem,
+    inputs: Mapping[str, Samples],
+    outputs: Sequence[str] | None = None,
+    *,
+    dt: float,
+    duration: float | None = None,
+    hold: Hold = "foh",
+    impulses: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    method: Method = "exact",
+    rho_infinity: float = 0.9,
+    keep_modes: bool = False,
+    damping: Damping | float | Mapping[str, Any] | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    **how: Any,
+) -> TimeResponse:
+    """Response from time zero in steps of `dt`, s, to signals at named inputs.
+
+    A signal is a list of samples (N,) at 0, dt, 2 dt, ... or a function of time (of `flexura.signals`, or your own)
+    over a `duration`. Between samples inputs go on in straight lines (`foh`) or are held (`zoh`), for which the result
+    is exact whatever the step (theory eqs. T15-T17). `impulses` act at time zero, N s or N m s by input; `start` is a
+    static state under constant inputs, let go at time zero.
+
+    A mechanism is reduced until its frequencies below 1/(10 dt) are proven, or as `how` says; structural damping
+    becomes viscous damping that dissipates the same at each resonance. `generalised_alpha` (Chung and Hulbert 1993,
+    with `rho_infinity`) integrates M, C, K as they are, for any damping, with an error of order dt^2.
+
+    Raises ModelError, and OptionError for unknown names, impossible steps, and signals that differ in length or are not
+    finite.
+    """
+    if not (np.isfinite(dt) and dt > 0):
+        raise OptionError(f"dt is a positive time in s, not {dt}")
+    if hold not in get_args(Hold):
+        raise OptionError(f"hold is zoh or foh, not {hold!r}")
+    if method not in get_args(Method):
+        raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
+    known = _known_inputs(mechanism)
+    inputs, impulses, start = (_spread(given or {}, known) for given in (inputs, impulses, start))
+    names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
+    if not names:
+        raise OptionError("nothing acts on the mechanism: give inputs, impulses or a state to start from")
+    time, u = _signals(inputs, names, dt, duration)
+    built = _built(mechanism, names, outputs, dt, damping, parameters, how)
+    if method == "generalised_alpha":
+        if isinstance(built, ModalSystem):
+            raise OptionError("generalised_alpha integrates a mechanism, a model or a System, not its modal form")
+        return _integrated(built, time, u, dt, rho_infinity, _by_name(names, impulses), _by_name(names, start))
+    modes = built if isinstance(built, ModalSystem) else _modes(built, dt, mechanism)
+    return _exact(modes, time, u, dt, hold, _by_name(names, impulses), _by_name(names, start), keep_modes)
+
+
+def _known_inputs(mechanism: Any) -> list[str]:
+    """Names that wildcards may stand for."""
+    if isinstance(mechanism, System | ModalSystem):
+        return [c.name for c in mechanism.inputs]
+    plan = mechanism.plan if isinstance(mechanism, FullOrderModel | LowOrderModel) else plan_of(mechanism)
+    return actuator_names(plan)
+
+
+def _spread(given: Mapping[str, Any], known: list[str]) -> dict[str, Any]:
+    """Values by name with wildcards written out."""
+    names = matched(given, known)
+    return {own: value for name, value in given.items() for own in names[name]}
+
+
+def _by_name(names: list[str], given: Mapping[str, float] | None) -> Array:
+    found = np.zeros(len(names))
+    for name, value in (given or {}).items():
+        try:
+            found[names.index(name)] = float(value)
+        except (TypeError, ValueError):
+            raise OptionError(f"{name}: a number is expected, not {value!r}") from None
+    if not np.isfinite(found).all():
+        raise OptionError("impulses and states to start from are finite numbers")
+    return found
+
+
+def _signals(inputs: Mapping[str, Samples], names: list[str], dt: float, duration: float | None) -> tuple[Array, Array]:
+    """Times (N,) and samples (m, N) of all inputs. Raises OptionError where they do not fit."""
+    sampled = {name: _numbers(name, s) for name, s in inputs.items() if not callable(s)}
+    if duration is not None and not (np.isfinite(duration) and duration > 0):
+        raise OptionError(f"duration is a positive time in s, not {duration}")
+    lengths = {name: s.shape for name, s in sampled.items()}
+    if any(len(shape) != 1 for shape in lengths.values()) or len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{name} has {'x'.join(map(str, shape))}" for name, shape in lengths.items())
+        raise OptionError(f"signals are lists of samples of one length: {listed}")
+    if sampled:
+        count = len(next(iter(sampled.values())))
+        if duration is not None and count < round(duration / dt) + 1:
+            raise OptionError(f"the signals end after {count} samples; {duration:g} s in steps of {dt:g} s need more")
+        if duration is not None:
+            count = round(duration / dt) + 1
+    elif duration is None:
+        raise OptionError("a duration in s is needed: the inputs are functions of time")
+    else:
+        count = round(duration / dt) + 1
+    if count < 2:
+        raise OptionError("a time response has at least two samples: shorten dt or lengthen the signals")
+    time: Array = dt * np.arange(count, dtype=float)
+    u = np.zeros((len(names), count))
+    for k, name in enumerate(names):
+        own = inputs.get(name)
+        if own is not None:
+            u[k] = _called(name, own, time) if callable(own) else sampled[name][:count]
+            if not np.isfinite(u[k]).all():
+                first = int(np.flatnonzero(~np.isfinite(u[k]))[0])
+                raise OptionError(f"the signal of {name} is not finite at sample {first}")
+    return time, u
+
+
+def _numbers(name: str, samples: Any) -> Array:
+    try:
+        return np.asarray(samples, dtype=float)
+    except (TypeError, ValueError):
+        raise OptionError(
+            f"the signal of {name} is a list of numbers, or a function of time that returns one"
+        ) from None
+
+
+def _called(name: str, signal: Callable[[Array], ArrayLike], time: Array) -> Array:
+    """Samples (N,) of a function of time."""
+    found = _numbers(name, signal(time))
+    if found.shape not in ((), time.shape):
+        raise OptionError(f"the signal of {name} returns {len(time)} values for as many times, not {found.shape}")
+    return found
+
+
+def _built(
+    mechanism: Any,
+    inputs: list[str],
+    outputs: Sequence[str] | None,
+    dt: float,
+    damping: Any,
+    parameters: Mapping[str, ArrayLike] | None,
+    how: dict[str, Any],
+) -> System | ModalSystem:
+    if isinstance(mechanism, System | ModalSystem):
+        if damping is not None or parameters or how:
+            raise OptionError(
+                "damping, parameters and ways of reduction belong to a mechanism, not to a finished system"
+            )
+        return mechanism.selected(inputs, outputs)
+    if isinstance(mechanism, Mechanism | Plan) and not how:
+        from flexura.analysis.frequency_response import proven_reduction
+
+        how = proven_reduction(mechanism, parameters, 1 / (PER_PERIOD * dt))
+    return system(mechanism, inputs, outputs, parameters=parameters, damping=damping, **how)
+
+
+def _modes(built: System, dt: float, mechanism: Any) -> ModalSystem:
+    """All modes of a low-order system that the caller chose, else those that the step resolves."""
+    if isinstance(built.model, FullOrderModel) or isinstance(mechanism, Mechanism | Plan):
+        return built.modal(up_to=1 / (PER_PERIOD * dt))
+    return built.modal()
+
+
+def _exact(
+    modes: ModalSystem, time: Array, u: Array, dt: float, hold: Hold, impulses: Array, start: Array, keep: bool
+) -> TimeResponse:
+    notes = _notes(modes, dt, hold)
+    modes = modes.viscous()
+    eta0, rate0, y = _static(modes, start), modes.B @ impulses, modes.D @ u
+    if not keep and suits_blocks(modes, len(u)):
+        y += block_response(modes, u, dt, hold, eta0, rate0)
+        y += np.where(modes.derivative[:, None] == 0, modes.residual, 0.0) @ u
+        return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes)
+    orders = set(modes.derivative.tolist())
+    wanted = {min(k, 1) for k in orders} | ({0} if keep or 2 in orders else set())
+    eta, rate = motion(modes, u, dt, hold, eta0, rate0, wanted)
+    for order in orders:
+        at = np.flatnonzero(modes.derivative == order)
+        y[at] += _read(modes, eta, rate, u, modes.C[at], order)
+        if order == 0:
+            y[at] += modes.residual[at] @ u
+    if keep and modes.order * len(time) > STATES:
+        raise OptionError(f"keep_modes keeps at most {STATES} values: ask for fewer modes or samples")
+    kept = (modes, eta) if keep else (None, None)
+    return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, *kept)
+
+
+def _read(modes: ModalSystem, eta: Array | None, rate: Array | None, u: Array, C: Array, order: int) -> Array:
+    """C eta, C eta' or C eta'' (o, N), the last from the equation of motion."""
+    if order == 0:
+        assert eta is not None
+        return C @ eta
+    assert rate is not None
+    if order == 1:
+        return C @ rate
+    assert eta is not None
+    return (C @ modes.B) @ u - (C @ modes.damping) @ rate - (C * modes.omega**2) @ eta
+
+
+def _static(modes: ModalSystem, start: Array) -> Array:
+    """Modal coordinates (r,) of the static state under constant inputs."""
+    if not start.any():
+        return np.zeros(modes.order)
+    if (modes.omega == 0).any():
+        raise OptionError("there is no static state to start from: something can move freely")
+    return modes.B @ start / modes.omega**2
+
+
+def _notes(modes: ModalSystem, dt: float, hold: Hold) -> tuple[str, ...]:
+    shape = "straight lines between samples" if hold == "foh" else "samples held"
+    notes = [f"{modes.order} modes, exact for {shape}"]
+    if modes.loss is not None:
+        notes.append("structural damping taken as viscous damping that dissipates the same at each resonance")
+    highest = float(modes.frequency_hz[-1]) if modes.order else 0.0
+    if dt * highest * PER_PERIOD > 1 + 1e-9:
+        needed = 1 / (PER_PERIOD * highest)
+        notes.append(
+            f"the step is coarse for the highest kept mode, {highest:.5g} Hz: what happens between samples is not seen;"
+            f" {needed:.2g} s would do, or keep fewer modes"
+        )
+    later = [c.name for c, k in zip(modes.outputs, modes.derivative, strict=True) if k]
+    if later and modes.residual.any():
+        notes.append(f"velocities and accelerations lack the static correction of modes left out: {', '.join(later)}")
+    return tuple(notes)
+
+
+def _integrated(
+    built: System, time: Array, u: Array, dt: float, rho: float, impulses: Array, start: Array
+) -> TimeResponse:
+    if built.law.is_modal:
+        raise OptionError("generalised_alpha takes no modal damping ratios; give Rayleigh damping or dashpots")
+    if built.H is not None:
+        raise OptionError("structural damping has no causal time response: use method exact, or viscous damping")
+    q, v, a = generalised_alpha(built.M, built.C, built.K, built.B, u, dt, rho, start, impulses)
+    y = built.D @ u
+    for order, own in enumerate((q, v, a)):
+        at = built.derivative == order
+        y[at] += built.rows[at] @ own
+    y[built.derivative == 0] += built.residual[built.derivative == 0] @ u
+    notes = (f"generalised-alpha, rho_infinity {rho:g}, {built.order} coordinates: error of order dt^2",)
+    return TimeResponse(built.name, time, y, u, built.inputs, built.outputs, notes)

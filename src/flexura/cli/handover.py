@@ -1,0 +1,106 @@
+"""The command that writes models for other programs."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexura.cli.options import File, Inputs, Json, Outputs, Ratio, Settings, band_of, print_json, read
+from flexura.cli.response import Hold, seconds
+from flexura.errors import OptionError
+
+
+class What(StrEnum):
+    """What is written."""
+
+    state_space = "state-space"
+    low = "low"
+    full = "full"
+    modes = "modes"
+    response = "response"
+
+
+DEFAULTS = {"simscape": What.low, "matrix-market": What.full, "vtu": What.modes, "uff": What.modes}
+"""What a format gets when nothing is said; the others get a state space."""
+
+
+def export_command(
+    file: File,
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write; its suffix says the format.")],
+    to: Annotated[str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix does not say it.")] = None,
+    what: Annotated[
+        What | None, typer.Option(help="State space, low- or full-order matrices, modes, response.")
+    ] = None,
+    input: Inputs = None,
+    output: Outputs = None,
+    n: Annotated[int | None, typer.Option("-n", min=1, help="Modes that are kept (6).")] = None,
+    up_to: Annotated[float | None, typer.Option(metavar="HZ", help="Keep modes up to this frequency instead.")] = None,
+    balanced: Annotated[int | None, typer.Option(min=1, help="Then truncate to so many balanced states.")] = None,
+    dt: Annotated[
+        str | None, typer.Option(metavar="STEP", help="Discretise in steps with their unit, e.g. 0.1ms.")
+    ] = None,
+    hold: Annotated[Hold, typer.Option(help="Inputs between steps.")] = Hold.zoh,
+    delay: Annotated[str, typer.Option(metavar="TIME", help="Dead time of the inputs with its unit.")] = "0 s",
+    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Band of a response, Hz.")] = None,
+    damping: Ratio = None,
+    keep: Annotated[int, typer.Option(min=0, help="Normal modes kept in each substructure of a low-order model.")] = 0,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Write a state space (of the full-order model, static gain kept), matrices, modes or responses for other tools."""
+    from flexura.exports import export, format_of
+
+    own = what or DEFAULTS.get(format_of(out, to), What.state_space)
+    mechanism, parameters = read(file, set)
+    thing: Any
+    if own is What.state_space:
+        thing = _state_space(
+            mechanism, parameters, (input, output), n, up_to, balanced, damping, seconds(delay, "delay")
+        )
+        if dt is not None:
+            thing = thing.discretised(seconds(dt, "dt"), hold.value)
+    elif own is What.modes:
+        from flexura.analysis import modes
+
+        thing = modes(mechanism, parameters, n=n or 6)
+    elif own is What.response:
+        from flexura.analysis import frequency_response
+
+        if band is None:
+            raise OptionError("a response needs a --band FROM,TO in Hz")
+        thing = frequency_response(
+            mechanism, None, input, output, band=band_of(band), damping=damping, parameters=parameters
+        )
+    else:
+        from flexura.reduction import reduce
+        from flexura.structure import assemble
+
+        full = own is What.full
+        thing = assemble(mechanism, parameters) if full else reduce(mechanism, parameters, keep=keep)
+    written = [str(path) for path in export(thing, out, to)]
+    notes = list(getattr(thing, "notes", ()))
+    if as_json:
+        print_json({"files": written, "notes": notes})
+    else:
+        for line in (*notes, *(f"wrote {path}" for path in written)):
+            typer.echo(line)
+
+
+def _state_space(
+    mechanism: Any,
+    parameters: dict[str, float],
+    channels: tuple[list[str] | None, list[str] | None],
+    n: int | None,
+    up_to: float | None,
+    balanced: int | None,
+    damping: float | None,
+    delay: float,
+) -> Any:
+    from flexura.systems import state_space, system
+
+    full = system(mechanism, *channels, parameters=parameters, order="full", damping=damping)
+    count = 6 if n is None and up_to is None else n
+    return state_space(full, count, up_to, balanced=balanced, delay=delay)

@@ -1,0 +1,89 @@
+"""Arguments and small readers that the commands share."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexura.errors import OptionError
+
+File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Replace a parameter, e.g. --set 'web=0.4 mm'. May be repeated."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+Inputs = Annotated[
+    list[str] | None,
+    typer.Option("--input", "-i", metavar="NAME", help="Actuator (* allowed), DOF such as platform.tz, or ground.tx."),
+]
+Outputs = Annotated[
+    list[str] | None,
+    typer.Option("--output", "-o", metavar="NAME", help="Sensor (* allowed), or DOF such as platform.tz:velocity."),
+]
+Ratio = Annotated[
+    float | None,
+    typer.Option("--damping", metavar="RATIO", help="Damping ratio of all modes, in place of what the file says."),
+]
+Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Acceleration in m/s^2, e.g. 0,0,-9.81.")]
+Loads = Annotated[
+    list[str] | None,
+    typer.Option("--load", metavar="NODE=FX,FY,FZ[,MX,MY,MZ]", help="Dead load at a node, N and N m. May be repeated."),
+]
+Commands = Annotated[
+    list[str] | None,
+    typer.Option("--actuator", metavar="NAME=VALUE", help="Command in SI of its unit (* allowed). May be repeated."),
+]
+
+
+def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]:
+    """The mechanism of a file, and the parameters that are replaced."""
+    from flexura.modelfile import load, parse_override
+
+    mechanism = load(file)
+    return mechanism, dict(parse_override(mechanism, text) for text in settings or [])
+
+
+def print_json(data: Any) -> None:
+    """Print one JSON document."""
+    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+
+
+def vector(text: str) -> list[float]:
+    """Numbers separated by commas. Raises OptionError for anything else."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise OptionError(f"numbers separated by commas are expected, not {text!r}") from None
+
+
+def load_of(text: str) -> tuple[str, list[float]]:
+    """A load at a node. Raises OptionError when it is none."""
+    node, equals, numbers = text.partition("=")
+    if not equals:
+        raise OptionError(f"a load is NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ, not {text!r}")
+    force = vector(numbers)
+    return node, force + [0.0] * 3 if len(force) == 3 else force
+
+
+def command_of(text: str) -> tuple[str, float]:
+    """A command to an actuator. Raises OptionError when it is none."""
+    name, equals, number = text.partition("=")
+    if not equals:
+        raise OptionError(f"a command is NAME=VALUE, a number in the unit of the actuator's input, not {text!r}")
+    values = vector(number)
+    if len(values) != 1:
+        raise OptionError(f"{text!r}: one number is expected")
+    return name, values[0]
+
+
+def band_of(text: str) -> tuple[float, float]:
+    """A band of frequencies, Hz. Raises OptionError when it is none."""
+    values = vector(text)
+    if len(values) != 2:
+        raise OptionError(f"a band is FROM,TO in Hz, not {text!r}")
+    return values[0], values[1]

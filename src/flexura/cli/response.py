@@ -1,0 +1,292 @@
+"""Commands of statics and response: loads and actuators in, motions and stresses out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexura.cli.options import (
+    Commands,
+    File,
+    Gravity,
+    Inputs,
+    Json,
+    Loads,
+    Outputs,
+    Ratio,
+    Settings,
+    band_of,
+    command_of,
+    load_of,
+    print_json,
+    read,
+    vector,
+)
+from flexura.errors import OptionError
+
+Plot = Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures here.")]
+
+
+class Order(StrEnum):
+    """Which model answers."""
+
+    low = "low"
+    full = "full"
+    exact = "exact"
+
+
+class Method(StrEnum):
+    """How frequency response is worked out."""
+
+    modal = "modal"
+    direct = "direct"
+
+
+class Quantity(StrEnum):
+    """As what motions are read."""
+
+    receptance = "receptance"
+    mobility = "mobility"
+    accelerance = "accelerance"
+    transmissibility = "transmissibility"
+
+
+class Hold(StrEnum):
+    """How inputs go on between samples."""
+
+    foh = "foh"
+    zoh = "zoh"
+
+
+def statics_command(
+    file: File,
+    gravity: Gravity = "0,0,0",
+    load: Loads = None,
+    actuator: Commands = None,
+    node: Annotated[
+        list[str] | None,
+        typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated."),
+    ] = None,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Static response to loads, gravity and actuators: displacements, readings, forces, and what yields first."""
+    from flexura.analysis import statics
+    from flexura.cli.response_tables import print_statics
+
+    mechanism, parameters = read(file, set)
+    commands = dict(command_of(text) for text in actuator or [])
+    loads = dict(load_of(text) for text in load or [])
+    result = statics(mechanism, loads=loads, gravity=vector(gravity), actuators=commands, parameters=parameters)
+    nodes = list(node or loads)
+    if as_json:
+        print_json(result.to_dict(nodes))
+    else:
+        print_statics(result, nodes)
+
+
+def kinetostatics_command(
+    file: File,
+    platform: Annotated[
+        str | None, typer.Argument(metavar="[PLATFORM]", help="Node; the only body by default.")
+    ] = None,
+    actuators: Inputs = None,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """How actuators move a platform: freedoms and their screw axes, coupling, amplification, stiffness, workspace."""
+    from flexura.analysis import kinetostatics
+    from flexura.cli.response_tables import print_kinetostatics
+
+    mechanism, parameters = read(file, set)
+    result = kinetostatics(mechanism, platform, actuators, parameters=parameters)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        print_kinetostatics(mechanism.name, result)
+
+
+def frequency_response_command(
+    file: File,
+    band: Annotated[str, typer.Option(metavar="FROM,TO", help="Band of frequencies, Hz.")],
+    points: Annotated[int, typer.Option(min=2, help="Least number of frequencies; resonances get more.")] = 400,
+    input: Inputs = None,
+    output: Outputs = None,
+    quantity: Annotated[Quantity | None, typer.Option(help="Read all motions as this.")] = None,
+    order: Annotated[Order, typer.Option(help="Proven low-order, full-order, or exact beams.")] = Order.low,
+    method: Annotated[Method, typer.Option(help="Modal sum, or solved at every frequency.")] = Method.modal,
+    damping: Ratio = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write magnitudes and phases here.")] = None,
+    plot: Plot = None,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Frequency response between actuators and sensors, or any DOFs."""
+    from flexura.analysis import frequency_response
+    from flexura.cli.response_tables import print_frequency_response, write_frequency_csv
+
+    mechanism, parameters = read(file, set)
+    result = frequency_response(
+        mechanism,
+        None,
+        input,
+        output,
+        band=band_of(band),
+        points=points,
+        quantity=None if quantity is None else quantity.value,
+        order=order.value,
+        method=method.value,
+        damping=damping,
+        parameters=parameters,
+    )
+    written = [] if csv is None else [write_frequency_csv(result, csv)]
+    if plot is not None:
+        from flexura.view import draw_bode, draw_nyquist, draw_response_matrix
+        from flexura.view.curves import MOST_PANELS
+
+        figures = {"bode.png": draw_bode(result), "nyquist.png": draw_nyquist(result)}
+        if max(result.response.shape[1:]) <= MOST_PANELS:
+            figures["matrix.png"] = draw_response_matrix(result)
+        written += _save(figures, plot)
+    if as_json:
+        print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
+    else:
+        print_frequency_response(result, written)
+
+
+def time_response_command(
+    file: File,
+    dt: Annotated[str, typer.Option(metavar="STEP", help="Time step with its unit, e.g. 0.1ms.")],
+    duration: Annotated[str | None, typer.Option(metavar="TIME", help="With its unit, e.g. 0.5s.")] = None,
+    step: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="A step at time zero.")] = None,
+    impulse: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="An impulse at time zero, N s.")
+    ] = None,
+    hammer: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=PEAK,WIDTH", help="A half-sine pulse: peak in SI, width in s.")
+    ] = None,
+    sweep: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=AMPLITUDE,FROM,TO", help="A sine sweep over the duration, Hz.")
+    ] = None,
+    noise: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=RMS[,FROM,TO]", help="Random, in a band, Hz.")
+    ] = None,
+    signals: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="CSV with time and columns named as inputs.")
+    ] = None,
+    release: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Let go of a static state at time zero.")
+    ] = None,
+    output: Outputs = None,
+    hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = Hold.foh,
+    damping: Ratio = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write time, inputs and outputs here.")] = None,
+    plot: Plot = None,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples."""
+    from flexura.analysis import read_signals, time_response
+    from flexura.cli.response_tables import print_time_response, write_time_csv
+
+    mechanism, parameters = read(file, set)
+    h, total = seconds(dt, "dt"), None if duration is None else seconds(duration, "duration")
+    inputs: dict[str, Any] = _signals(step, hammer, sweep, noise, total)
+    if signals is not None:
+        found = read_signals(signals)
+        if abs(found.dt - h) > 1e-6 * h:
+            raise OptionError(f"{signals} is in steps of {found.dt:.6g} s, not {h:.6g} s: give --dt {found.dt:.6g}s")
+        for name, samples in found.signals.items():
+            _add(inputs, name, samples)
+        total = found.time[-1] if total is None else total
+    result = time_response(
+        mechanism,
+        inputs,
+        output,
+        dt=h,
+        duration=total if total is not None or not inputs else None,
+        hold=hold.value,
+        impulses=dict(command_of(text) for text in impulse or []),
+        start=dict(command_of(text) for text in release or []),
+        damping=damping,
+        parameters=parameters,
+    )
+    written = [] if csv is None else [write_time_csv(result, csv)]
+    if plot is not None:
+        from flexura.view import draw_time
+
+        written += _save({"time.png": draw_time(result)}, plot)
+    if as_json:
+        print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
+    else:
+        print_time_response(result, written)
+
+
+def seconds(text: str, what: str) -> float:
+    """A time in s from text with its unit. Raises OptionError for anything else."""
+    from flexura.mechanism.dimension import Dimension
+    from flexura.units import parse_quantity
+
+    value, exponents = parse_quantity(text)
+    if Dimension(*exponents).unit() != "s":
+        raise OptionError(f"{what} is a time with its unit, e.g. 0.1ms, not {text!r}")
+    return float(value)
+
+
+def _signals(
+    step: list[str] | None,
+    hammer: list[str] | None,
+    sweep: list[str] | None,
+    noise: list[str] | None,
+    total: float | None,
+) -> dict[str, Any]:
+    from flexura.analysis import signals as s
+
+    found: dict[str, Any] = {}
+    for text in step or []:
+        name, value = command_of(text)
+        _add(found, name, s.step(value))
+    for text in hammer or []:
+        name, (peak, width) = _numbers(text, "NAME=PEAK,WIDTH", 2)
+        _add(found, name, s.half_sine(peak, width))
+    for text in sweep or []:
+        name, (amplitude, first, last) = _numbers(text, "NAME=AMPLITUDE,FROM,TO", 3)
+        if total is None:
+            raise OptionError("a sweep needs a --duration")
+        _add(found, name, s.sweep(amplitude, first, last, total))
+    for text in noise or []:
+        name, numbers = _numbers(text, "NAME=RMS[,FROM,TO]", 1, 3)
+        _add(found, name, s.random(numbers[0], (numbers[1], numbers[2]) if len(numbers) == 3 else None))
+    return found
+
+
+def _add(found: dict[str, Any], name: str, signal: Any) -> None:
+    if name in found:
+        raise OptionError(f"two signals are given for {name}")
+    found[name] = signal
+
+
+def _numbers(text: str, form: str, *counts: int) -> tuple[str, list[float]]:
+    name, equals, rest = text.partition("=")
+    values = vector(rest) if equals else []
+    if len(values) not in counts:
+        raise OptionError(f"{form} is expected, not {text!r}")
+    return name, values
+
+
+def _save(figures: dict[str, Any], folder: Path) -> list[Path]:
+    from flexura.view import save_figures
+
+    return save_figures(figures, folder)
+
+
+COMMANDS: dict[str, Callable[..., None]] = {
+    "statics": statics_command,
+    "kinetostatics": kinetostatics_command,
+    "frequency-response": frequency_response_command,
+    "time-response": time_response_command,
+}

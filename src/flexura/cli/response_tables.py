@@ -1,0 +1,182 @@
+"""Statics and responses as tables on a terminal and in CSV files."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, TimeResponse
+from flexura.cli.tables import console_of_width
+from flexura.errors import OptionError
+from flexura.mechanism import DOF_NAMES
+
+MOST_ROWS = 12
+"""Members, and pairs of channels, that are listed."""
+
+
+def _table(*headings: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(headings):
+        table.add_column(escape(heading), justify="left" if k == 0 else "right")
+    return table
+
+
+def print_statics(result: Statics, nodes: list[str]) -> None:
+    """Print displacements of nodes, readings, actuators, and the members with the largest stress."""
+    console = console_of_width()
+    console.print(f"{result.model.plan.mechanism.name}: static response, linear", style="bold", markup=False)
+    if nodes:
+        table = _table("node", *(f"{dof} {'m' if k < 3 else 'rad'}" for k, dof in enumerate(DOF_NAMES)))
+        for node in nodes:
+            table.add_row(node, *(f"{x:.5g}" for x in result.displacement(node)))
+        console.print(table)
+    for name, value in result.readings.items():
+        console.print(f"sensor {name}: {value:.6g}", markup=False)
+    if result.actuators:
+        table = _table("actuator", "command", "elongation", "force")
+        for a in result.actuators:
+            table.add_row(a.name, f"{a.command:g} {a.unit}", f"{a.elongation:.5g}", f"{a.force:.5g}")
+        console.print(table)
+    stresses = result.stresses()
+    loaded = [m for m in stresses.members if m.von_mises]
+    if loaded:
+        table = _table("member", "von Mises MPa", "factor to yield", "at")
+        for m in loaded[:MOST_ROWS]:
+            factor = "" if m.factor_to_yield is None else f"{m.factor_to_yield:.4g}"
+            table.add_row(m.name, f"{1e-6 * (m.von_mises or 0):.5g}", factor, f"{m.position:.2f} of its length")
+        console.print(table)
+        if len(loaded) > MOST_ROWS:
+            console.print(f"and {len(loaded) - MOST_ROWS} members with less")
+    factor = stresses.factor_to_yield
+    if factor is not None and np.isfinite(factor):
+        console.print(f"yields at {factor:.4g} times these loads and commands", markup=False)
+
+
+def print_kinetostatics(name: str, result: Kinetostatics) -> None:
+    """Print freedoms with their screw axes, the coupling matrix, stiffness and workspace."""
+    console = console_of_width()
+    console.print(f"{name}: {result.platform} has {result.kind}", style="bold", markup=False)
+    table = _table("freedom", "axis", "through mm", "pitch mm/rad", "owned", "reach", "axis drifts", "yields at")
+    for f in result.freedoms:
+        axis = " ".join(f"{x:+.4f}" for x in f.axis.direction)
+        if f.kind == "T":
+            through, pitch, unit = "", "", "mm"
+        else:
+            through = " ".join(f"{1e3 * x:.4g}" for x in np.round(f.axis.point, 9) + 0.0)
+            pitch, unit = f"{1e3 * f.axis.pitch:.3g}", "mrad"
+        share = "" if np.isnan(f.share) else f"{100 * f.share:.1f} %"
+        reach = "" if f.stroke is None else f"+-{1e3 * f.stroke:.4g} {unit}"
+        drift = "" if f.shift is None or f.tilt is None else f"{1e3 * f.shift:.3g} mm, {1e3 * f.tilt:.3g} mrad"
+        limit = "" if f.yield_stroke is None else f"{1e3 * f.yield_stroke:.4g} {unit}"
+        kind = "rotation" if f.kind == "R" else "translation"
+        table.add_row(kind, axis, through, pitch, share, reach, drift, limit)
+    console.print(table)
+    if result.inputs:
+        table = _table("per unit command", *(f"{c.name} [{c.unit}]" for c in result.inputs))
+        for k, dof in enumerate(DOF_NAMES):
+            table.add_row(f"{dof} {'m' if k < 3 else 'rad'}", *(f"{x:.4g}" for x in result.coupling[k]))
+        table.add_row("input stiffness N/m", *(f"{x:.4g}" for x in result.input_stiffness))
+        console.print(table)
+    table = _table("coordinate", "stiffness", "actuators free", "actuators locked", "workspace")
+    for k, dof in enumerate(DOF_NAMES):
+        unit = "N/m" if k < 3 else "N m/rad"
+        free, locked = float(result.compliance_free[k, k]), float(result.compliance_locked[k, k])
+        low, high = result.workspace[k]
+        span = f"{low:.4g} to {high:.4g} {'m' if k < 3 else 'rad'}" if np.isfinite([low, high]).all() else "no limits"
+        held = "held" if locked < 1e-9 * free else f"{1 / locked:.4g}"
+        row = (f"{result.stiffness[k]:.4g} {unit}", f"{1 / free:.4g}", held)
+        table.add_row(dof, *row, span if result.inputs else "")
+    console.print(table)
+    if result.inputs:
+        gain = result.amplification()
+        clean = ", ".join(
+            f"{dof} {g:.4g}" for dof, g in zip(DOF_NAMES, gain, strict=True) if abs(g) > 1e-9 * abs(gain).max()
+        )
+        console.print(f"all actuators driven alike, per elongation of each: {clean}", markup=False)
+    for note in result.notes:
+        console.print(note, markup=False)
+
+
+def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> None:
+    """Print what was computed, the resonances, and the gains and peaks of the pairs."""
+    console = console_of_width()
+    p, m = len(result.outputs), len(result.inputs)
+    hz = result.frequency_hz
+    title = f"{result.name}: {p} x {m} responses at {len(hz)} frequencies, {hz[0]:.5g} to {hz[-1]:.5g} Hz"
+    console.print(title, style="bold", markup=False)
+    if len(result.resonances_hz):
+        table = _table("resonance", "Hz", "damping ratio")
+        for k, (f, zeta) in enumerate(zip(result.resonances_hz, result.ratios, strict=True)):
+            table.add_row(str(k + 1), f"{f:.5g}", f"{zeta:.4g}")
+        console.print(table)
+    table = _table("output / input", f"at {hz[0]:.5g} Hz", "largest", "at Hz", "unit")
+    size = np.abs(result.response)
+    peak = size.max(axis=0)
+    order = [(i, j) for i in range(p) for j in range(m)]
+    shown = [(i, j) for i, j in order if peak[i, j] > 1e-9 * np.sqrt(peak[i].max() * peak[:, j].max())]
+    for i, j in shown[:MOST_ROWS]:
+        own = size[:, i, j]
+        out, into = result.outputs[i].name, result.inputs[j].name
+        at = hz[int(own.argmax())]
+        table.add_row(f"{out} / {into}", f"{own[0]:.5g}", f"{own.max():.5g}", f"{at:.5g}", result.unit(out, into))
+    console.print(table)
+    if len(shown) > MOST_ROWS:
+        console.print(f"and {len(shown) - MOST_ROWS} more pairs; --json or --csv has all")
+    _end(console, result.notes, written)
+
+
+def print_time_response(result: TimeResponse, written: list[Path]) -> None:
+    """Print extremes and final values of the outputs."""
+    console = console_of_width()
+    title = f"{result.name}: {len(result.time)} samples up to {result.time[-1]:.5g} s"
+    console.print(title, style="bold", markup=False)
+    table = _table("output", "least", "at s", "largest", "at s", "last")
+    for channel, y in zip(result.outputs, result.response, strict=True):
+        low, high = int(y.argmin()), int(y.argmax())
+        row = (y[low], result.time[low], y[high], result.time[high], y[-1])
+        table.add_row(escape(str(channel)), *(f"{x:.5g}" for x in row))
+    console.print(table)
+    _end(console, result.notes, written)
+
+
+def _end(console: Console, notes: tuple[str, ...], written: list[Path]) -> None:
+    for note in notes:
+        console.print(note, markup=False)
+    for path in written:
+        console.print(f"wrote {path}", markup=False)
+
+
+def write_frequency_csv(result: FrequencyResponse, path: Path) -> Path:
+    """Write frequency, magnitude and phase of every pair as columns, in one step."""
+    heading, columns = ["frequency [Hz]"], [result.frequency_hz]
+    for out in result.outputs:
+        for into in result.inputs:
+            H = result.of(out.name, into.name)
+            heading += [f"{out.name} / {into.name} [{result.unit(out.name, into.name)}]", "phase [deg]"]
+            columns += [np.abs(H), np.degrees(np.angle(H))]
+    return _write_csv(heading, columns, path)
+
+
+def write_time_csv(result: TimeResponse, path: Path) -> Path:
+    """Write time, inputs and outputs as columns, in one step."""
+    heading = ["time [s]", *map(str, result.inputs), *map(str, result.outputs)]
+    return _write_csv(heading, [result.time, *result.signals, *result.response], path)
+
+
+def _write_csv(heading: list[str], columns: list[Any], path: Path) -> Path:
+    from flexura.view.files import write_files
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heading)
+    writer.writerows(np.stack(columns, axis=1).tolist())
+    if not path.parent.is_dir():
+        raise OptionError(f"{path} cannot be written: there is no folder {path.parent}")
+    return write_files({path.name: text.getvalue().encode()}, path.parent)[0]

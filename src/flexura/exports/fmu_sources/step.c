@@ -1,0 +1,121 @@
+#include "step.h"
+
+#include <math.h>
+#include <string.h>
+
+#define DEGREE 18
+
+double flexura_row(const Rows *matrix, int i, const double *vector)
+{
+    double sum = 0.0;
+    for (int k = matrix->start[i]; k < matrix->start[i + 1]; k++)
+        sum += matrix->value[k] * vector[matrix->column[k]];
+    return sum;
+}
+
+/* out = a b, all b x b and apart from each other. */
+static void multiply(int b, const double *left, const double *right, double *out)
+{
+    memset(out, 0, sizeof(double) * (size_t)b * (size_t)b);
+    for (int i = 0; i < b; i++)
+        for (int k = 0; k < b; k++) {
+            const double factor = left[i * b + k];
+            if (factor != 0.0)
+                for (int j = 0; j < b; j++)
+                    out[i * b + j] += factor * right[k * b + j];
+        }
+}
+
+/* Z = scale^-1 A scale h of a block; returns its infinity norm. */
+static double gather(const Model *model, int block, double h, double *Z)
+{
+    const int first = model->first[block], b = model->first[block + 1] - first;
+    double norm = 0.0;
+    memset(Z, 0, sizeof(double) * (size_t)b * (size_t)b);
+    for (int i = 0; i < b; i++) {
+        const int row = model->member[first + i];
+        double sum = 0.0;
+        for (int k = model->A.start[row]; k < model->A.start[row + 1]; k++) {
+            const int column = model->A.column[k];
+            const int j = model->place[column];
+            Z[i * b + j] = model->A.value[k] * h * (model->scale[column] / model->scale[row]);
+            sum += fabs(Z[i * b + j]);
+        }
+        if (!(sum <= norm))
+            norm = sum;
+    }
+    return norm;
+}
+
+/* F = sum of Z^k / (k + 1)!, so that exp Z = 1 + Z F, for a small Z; then doubled `doublings` times. */
+static void integrate(int b, int doublings, const double *Z, double *E, double *F, double *work)
+{
+    const int size = b * b;
+    memset(F, 0, sizeof(double) * (size_t)size);
+    for (int i = 0; i < b; i++)
+        F[i * b + i] = 1.0;
+    for (int k = DEGREE; k > 1; k--) {
+        multiply(b, Z, F, work);
+        for (int i = 0; i < size; i++)
+            F[i] = work[i] / k;
+        for (int i = 0; i < b; i++)
+            F[i * b + i] += 1.0;
+    }
+    multiply(b, Z, F, E); /* E - 1, which keeps its digits while it is small */
+    for (; doublings > 0; doublings--) {
+        multiply(b, E, F, work);
+        for (int i = 0; i < size; i++)
+            F[i] += 0.5 * work[i];
+        multiply(b, E, E, work);
+        for (int i = 0; i < size; i++)
+            E[i] = 2.0 * E[i] + work[i];
+    }
+    for (int i = 0; i < b; i++)
+        E[i * b + i] += 1.0;
+}
+
+int flexura_hold(const Model *model, double h, double *E, double *G, double *work)
+{
+    double *Z = work, *rest = work + (size_t)model->largest * (size_t)model->largest;
+    int finite = 1;
+    for (int block = 0; block < model->blocks; block++) {
+        const int first = model->first[block], b = model->first[block + 1] - first;
+        double *own_E = E + model->offset[block], *own_G = G + model->offset[block];
+        const double norm = gather(model, block, h, Z);
+        int exponent = 0;
+        if (!isfinite(norm))
+            return 0;
+        frexp(norm, &exponent);
+        const int doublings = exponent > 0 ? exponent : 0;
+        for (int i = 0; i < b * b; i++)
+            Z[i] = ldexp(Z[i], -doublings);
+        integrate(b, doublings, Z, own_E, own_G, rest);
+        for (int i = 0; i < b; i++)
+            for (int j = 0; j < b; j++) {
+                const double back = model->scale[model->member[first + i]] / model->scale[model->member[first + j]];
+                own_E[i * b + j] *= back;
+                own_G[i * b + j] *= back * h;
+                finite = finite && isfinite(own_E[i * b + j]) && isfinite(own_G[i * b + j]);
+            }
+    }
+    return finite;
+}
+
+void flexura_step(const Model *model, const double *E, const double *G, const double *u, double *x, double *work)
+{
+    double *before = work, *drive = work + model->largest;
+    for (int block = 0; block < model->blocks; block++) {
+        const int first = model->first[block], b = model->first[block + 1] - first;
+        const double *own_E = E + model->offset[block], *own_G = G + model->offset[block];
+        for (int i = 0; i < b; i++) {
+            before[i] = x[model->member[first + i]];
+            drive[i] = flexura_row(&model->B, model->member[first + i], u);
+        }
+        for (int i = 0; i < b; i++) {
+            double sum = 0.0;
+            for (int j = 0; j < b; j++)
+                sum += own_E[i * b + j] * before[j] + own_G[i * b + j] * drive[j];
+            x[model->member[first + i]] = sum;
+        }
+    }
+}

@@ -1,0 +1,109 @@
+"""Frequency response by the exact dynamic stiffness: every mode of every member, no mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm
+from flexura.errors import OptionError
+from flexura.methods.dynamic_stiffness import DynamicStiffness
+from flexura.structure.full_order import FullOrderModel
+from flexura.systems.damping import DampingLaw
+from flexura.systems.placed import PlacedInput, PlacedOutput
+from flexura.systems.system import uniform_loss
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+class ExactResponse:
+    """Displacements of the kept nodes per unit input, with damping that is the same everywhere and dashpots.
+
+    Rayleigh damping and one loss factor eta turn K(omega) into s K0(mu) with s = 1 + i eta + i beta omega and
+    mu^2 = omega^2 (1 - i alpha/omega)/s, K0 being the undamped dynamic stiffness (theory eq. T12). Raises OptionError
+    for modal damping ratios, loss factors that differ, and inputs and outputs at nodes that a substructure does not
+    keep.
+    """
+
+    def __init__(
+        self,
+        model: FullOrderModel,
+        law: DampingLaw,
+        inputs: Sequence[PlacedInput],
+        outputs: Sequence[PlacedOutput],
+        direct: Array,
+    ) -> None:
+        if law.is_modal:
+            hint = "give Rayleigh damping, a loss factor or dashpots"
+            raise OptionError(f"the exact dynamic stiffness has no modes to which damping ratios could belong; {hint}")
+        self.stiffness = DynamicStiffness(model)
+        self.model, self.law, self.direct = model, law, direct
+        plan = model.plan
+        C, H = plan.full_order.dissipation(model.values, model.geometry, law.loss_factor)
+        loss = uniform_loss(H, model.K)
+        if loss is None:
+            hint = "use the full-order model with method direct"
+            raise OptionError(f"the exact dynamic stiffness takes one loss factor for everything elastic; {hint}")
+        self.loss_factor = loss
+        self.kept = plan.topology.dof.ravel()[self.stiffness.assembler.physical]
+        self.C = self._over_kept(C.toarray(), "a dashpot")[self.kept] if C.nnz else None
+        self.derivative = np.array([o.derivative for o in outputs], dtype=np.intp)
+        self.rows = np.stack([self._over_kept(o.row[None], o.channel.name)[0] for o in outputs])
+        self.loads = np.stack([self._over_kept(i.load[None], i.channel.name)[0] for i in inputs], axis=1)
+        self.base = [i.base for i in inputs]
+
+    def _over_kept(self, rows: Array, name: str) -> Array:
+        """Rows over the kept DOFs. Raises OptionError where they reach others."""
+        other = np.ones(rows.shape[1], dtype=bool)
+        other[self.kept] = False
+        if np.abs(rows[:, other]).max(initial=0.0) > 0:
+            hint = "make its node an interface of its substructure"
+            raise OptionError(f"{name} is at a node that the exact dynamic stiffness eliminates; {hint}")
+        return rows[:, self.kept]
+
+    def at(self, omega: float) -> Complex:
+        """H (p, m) at an angular frequency, rad/s, above zero."""
+        law = self.law
+        s = 1 + 1j * (self.loss_factor + law.beta * omega)
+        mu = omega * np.sqrt((1 - 1j * law.alpha / omega) / s)
+        K, _, _ = self.stiffness.at(mu if mu.imag else omega)
+        Z = s * K
+        if self.C is not None:
+            Z = Z + 1j * omega * self.C
+        loads = self.loads.astype(complex)
+        if any(base is not None for base in self.base):
+            F = s * self._rigid_load(mu) / (omega**2 - 1j * law.alpha * omega)
+            for k, base in enumerate(self.base):
+                if base is not None:
+                    loads[:, k] = F @ base
+        d = 1 / np.sqrt(np.abs(np.diagonal(Z)))
+        q = d[:, None] * np.linalg.solve(Z * d[:, None] * d, d[:, None] * loads)
+        H = (self.rows @ q) * ((1j * omega) ** self.derivative)[:, None]
+        return H + self.direct
+
+    def _rigid_load(self, mu: complex) -> Complex:
+        """Load (n, 6) on the kept DOFs when everything is carried along in rigid motions of and about the origin.
+
+        Springs to ground ride along and are left out (theory eq. T13).
+        """
+        plan, assembler = self.model.plan, self.stiffness.assembler
+        transforms = assembler.transforms(self.model.geometry)
+        found = np.zeros((len(self.kept) + 1, 6), dtype=complex)
+        for name, part in self.stiffness.parts.items():
+            own = part.at(mu**2).K.astype(complex)
+            boundary = assembler.reducers[name].part.boundary
+            position = {int(node): k for k, node in enumerate(boundary)}
+            for lump in part.lumps:
+                if lump.K is not None and len(lump.nodes) == 1:
+                    at = 6 * position[lump.nodes[0]] + np.arange(6)
+                    own[np.ix_(at, at)] -= lump.K
+            T = transforms[name]
+            number = np.array(plan.topology.placed[name].offset)[:, None] + boundary
+            root = plan.topology.root[number]
+            rigid = rigid_arm(self.model.geometry.positions[root]).reshape(len(T), -1, 6)
+            force = np.swapaxes(T, -1, -2) @ (own @ (T @ rigid))
+            np.add.at(found, assembler.coordinates(name, 0, 0), force)
+        return found[:-1]

@@ -1,0 +1,9 @@
+"""Models with named inputs and outputs: second-order systems, their modal form, and state space."""
+
+from flexura.systems.channel import Channel
+from flexura.systems.modal import ComplexModes, ModalSystem
+from flexura.systems.reduction import neglected_bound, state_space
+from flexura.systems.state_space import StateSpace
+from flexura.systems.system import System, system
+
+__all__ = ["Channel", "ComplexModes", "ModalSystem", "StateSpace", "System", "neglected_bound", "state_space", "system"]

@@ -1,0 +1,66 @@
+"""Inputs and outputs by name, with what they are and their unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from flexura.errors import OptionError
+from flexura.mechanism.layout import is_pattern
+
+UNITS = {
+    "force": "N",
+    "moment": "N*m",
+    "expansion": "m",
+    "voltage": "V",
+    "displacement": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s^2",
+    "rotation": "rad",
+    "angular_velocity": "rad/s",
+    "angular_acceleration": "rad/s^2",
+    "stress": "Pa",
+}
+"""SI unit of every quantity that a channel may be."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """An input or an output: its name, e.g. `platform.tz` or `rpu1.piezo`, and the quantity, a key of `UNITS`."""
+
+    name: str
+    quantity: str
+
+    @property
+    def unit(self) -> str:
+        """SI unit, e.g. `m/s^2`."""
+        return UNITS[self.quantity]
+
+    def __str__(self) -> str:
+        return f"{self.name} [{self.unit}]"
+
+
+def matched(names: Iterable[str], known: Sequence[str]) -> dict[str, list[str]]:
+    """Names with the known ones that each stands for: those that match its wildcards, or itself.
+
+    Raises OptionError for a pattern that nothing matches.
+    """
+    found = {}
+    for name in names:
+        found[name] = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) and name not in known else [name]
+        if not found[name]:
+            raise OptionError(f"nothing matches {name!r}; known: {', '.join(known) or 'none'}")
+    return found
+
+
+def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[int]:
+    """Positions of channels by name, wildcards allowed; all for None. Raises OptionError for others."""
+    known = [c.name for c in channels]
+    if names is None:
+        return list(range(len(known)))
+    wanted = [n for found in matched([names] if isinstance(names, str) else names, known).values() for n in found]
+    unknown = [name for name in wanted if name not in known]
+    if unknown:
+        raise OptionError(f"there is no channel {unknown[0]!r}; known: {', '.join(known) or 'none'}")
+    return [known.index(name) for name in wanted]

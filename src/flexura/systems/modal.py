@@ -1,0 +1,324 @@
+"""The system in coordinates of its natural modes: what frequency response, time response and state space start from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import Eigenpairs, count_below, lowest
+from flexura.systems.channel import Channel, positions
+from flexura.systems.system import System, floating_shift, static_solution
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+COUPLED = 1e-7
+"""Relative size of a damping coefficient between two modes from which damping is not proportional."""
+
+UNCERTAIN = 1e-10
+"""Size of such a coefficient, beside the larger of the two modes' own, below which it is the modes' round-off."""
+
+IN_CACHE = 512
+"""Frequencies that are summed at a time, so that their arrays stay in the processor's cache."""
+
+NEGLIGIBLE = 1e-14
+"""Size of a damping ratio or loss factor, or of an entry of a matrix in modes beside its terms, that is round-off."""
+
+SPARE = 6
+"""Modes sought beyond the number asked for, to see how far the next one is."""
+
+
+@dataclass(frozen=True)
+class ModalSystem:
+    """Mass-normalised modes: eta'' + damping eta' + (omega^2 + i loss) eta = B u.
+
+    Outputs y = (d/dt)^derivative (C eta + residual u) + D u. omega (r,), rad/s, ascending; `damping` (r, r), 1/s, and
+    `loss` (r, r), 1/s^2 (None without structural damping); B (r, m); C (p, r); D and `residual` (p, m), the static
+    gain of the modes that are left out. `shapes` (n, r) lead back to the coordinates of `system`, and `next_omega` is
+    the first frequency left out, infinite when none is.
+    """
+
+    system: System
+    omega: Array
+    damping: Array
+    loss: Array | None
+    B: Array
+    C: Array
+    derivative: NDArray[np.intp]
+    D: Array
+    residual: Array
+    shapes: Array
+    next_omega: float
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+
+    @property
+    def order(self) -> int:
+        """Number of modes."""
+        return len(self.omega)
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Undamped natural frequencies (r,), Hz."""
+        return self.omega / (2 * np.pi)
+
+    @cached_property
+    def is_proportional(self) -> bool:
+        """True when damping does not couple the modes."""
+        return not self.coupled.any()
+
+    @cached_property
+    def coupled(self) -> NDArray[np.bool_]:
+        """Whether damping couples each mode (r,) to others."""
+        found = np.zeros(self.order, dtype=bool)
+        for A, scale in ((self.damping, np.sqrt(self.omega)), (self.loss, self.omega)):
+            if A is not None:
+                found |= _couples(A, scale)
+        return found
+
+    def part(self, own: NDArray[np.bool_]) -> ModalSystem:
+        """The system of some modes (r,) alone, to which damping couples no others."""
+        at = np.ix_(own, own)
+        return replace(
+            self,
+            omega=self.omega[own],
+            damping=self.damping[at],
+            loss=None if self.loss is None else self.loss[at],
+            B=self.B[own],
+            C=self.C[:, own],
+            shapes=self.shapes[:, own],
+        )
+
+    @property
+    def ratios(self) -> Array:
+        """Viscous damping ratios (r,), those of the diagonal where damping couples the modes."""
+        return self.damping.diagonal() / (2 * np.where(self.omega > 0, self.omega, np.inf))
+
+    @property
+    def loss_factors(self) -> Array:
+        """Structural loss factors (r,): dissipated over stored energy (Johnson and Kienholz 1982; theory eq. T6)."""
+        if self.loss is None:
+            return np.zeros(self.order)
+        return self.loss.diagonal() / np.where(self.omega > 0, self.omega**2, np.inf)
+
+    @property
+    def total_ratios(self) -> Array:
+        """Damping ratios (r,) at resonance: viscous ones and half the loss factors."""
+        return self.ratios + self.loss_factors / 2
+
+    def viscous(self) -> ModalSystem:
+        """The system with structural damping replaced by viscous damping that dissipates the same at each resonance,
+        loss_rs / sqrt(omega_r omega_s): structural damping has no causal time response (Crandall 1970; theory eq. T7).
+        """
+        if self.loss is None:
+            return self
+        w = np.sqrt(self.omega)
+        w = np.where(w > 0, w, np.inf)
+        return replace(self, damping=self.damping + self.loss / w[:, None] / w, loss=None)
+
+    def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> ModalSystem:
+        """The system with some of its inputs and outputs, by name. Raises OptionError for others."""
+        i, o = positions(self.inputs, inputs), positions(self.outputs, outputs)
+        return replace(
+            self,
+            system=self.system.selected(inputs, outputs),
+            B=self.B[:, i],
+            C=self.C[o],
+            derivative=self.derivative[o],
+            D=self.D[np.ix_(o, i)],
+            residual=self.residual[np.ix_(o, i)],
+            inputs=tuple(self.inputs[k] for k in i),
+            outputs=tuple(self.outputs[k] for k in o),
+        )
+
+    def response(self, frequency_hz: ArrayLike) -> Complex:
+        """H (f, p, m) at frequencies (f,), Hz, by modal sum; damping that couples modes is solved as it is.
+
+        The sum takes two real matrix products (theory eq. T10). At an undamped resonance H is infinite.
+        """
+        w = 2 * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        if self.is_proportional:
+            H = self._sum(w)
+        elif self.loss is None:
+            H = self._partly_coupled(w)
+        else:
+            H = self._direct(w)
+        return self._outward(H, w)
+
+    def _outward(self, H: Complex, w: Array) -> Complex:
+        """Add the static correction, differentiate, and add what goes directly."""
+        H += self.residual
+        for k, order in enumerate(self.derivative):
+            if order:
+                H[:, k] *= ((1j * w) ** int(order))[:, None]
+        H += self.D
+        return H
+
+    def _sum(self, w: Array) -> Complex:
+        """Sum over modes of c_r b_r / (omega_r^2 - w^2 + i (w d_r + l_r))."""
+        p, m = len(self.C), self.B.shape[1]
+        residues = (self.C.T[:, :, None] * self.B[:, None, :]).reshape(self.order, p * m)
+        damping, loss = self.damping.diagonal(), None if self.loss is None else self.loss.diagonal()
+        H: Complex = np.empty((len(w), p * m), dtype=complex)
+        for start in range(0, len(w), IN_CACHE):
+            own = slice(start, start + IN_CACHE)
+            stiff, lossy = self.omega**2 - w[own, None] ** 2, np.multiply.outer(w[own], damping)
+            if loss is not None:
+                lossy += loss * np.sign(w[own, None])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                size = stiff * stiff
+                size += lossy * lossy
+                np.divide(1.0, size, out=size)
+                np.multiply(stiff, size, out=stiff)
+                np.multiply(lossy, size, out=lossy)
+                H[own].real, H[own].imag = stiff @ residues, -(lossy @ residues)
+        return H.reshape(len(w), p, m)
+
+    def _partly_coupled(self, w: Array) -> Complex:
+        """Real modes where damping does not couple them, and complex ones where it does and where there are any."""
+        together = self.part(self.coupled)
+        try:
+            H = together._complex_sum(w)
+        except SolverError:
+            H = together._direct(w)
+        return H if self.coupled.all() else H + self.part(~self.coupled)._sum(w)
+
+    def _complex_sum(self, w: Array) -> Complex:
+        """The same with complex modes, where viscous damping couples the real ones (Foss 1958; theory eq. T11)."""
+        modes = self.complex_modes
+        left = modes.right[: self.order]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factor = 1 / (1j * w[:, None] - modes.poles)
+        residues = (self.C @ left).T[:, :, None] * (modes.left @ self.B)[:, None, :]
+        return (factor @ residues.reshape(len(modes.poles), -1)).reshape(len(w), len(self.C), -1)
+
+    def _direct(self, w: Array) -> Complex:
+        """Dynamic stiffness of the modes solved frequency by frequency."""
+        H = np.empty((len(w), len(self.C), self.B.shape[1]), dtype=complex)
+        loss = np.zeros_like(self.damping) if self.loss is None else self.loss
+        for start in range(0, len(w), 256):
+            own = w[start : start + 256, None, None]
+            Z = np.diag(self.omega**2) - own**2 * np.eye(self.order) + 1j * (own * self.damping + np.sign(own) * loss)
+            H[start : start + 256] = self.C @ np.linalg.solve(Z, np.broadcast_to(self.B, (len(Z), *self.B.shape)))
+        return H
+
+    @cached_property
+    def complex_modes(self) -> ComplexModes:
+        """Poles and complex modes, with structural damping as equivalent viscous damping."""
+        return complex_modes(self.omega, self.viscous().damping)
+
+
+@dataclass(frozen=True)
+class ComplexModes:
+    """Poles (2r,), rad/s, in conjugate pairs or real, the lowest first; states (eta, eta') = right z, where
+    z' = poles z + left f for modal forces f. right (2r, 2r), left (2r, r)."""
+
+    poles: Complex
+    right: Complex
+    left: Complex
+
+    @property
+    def frequency_hz(self) -> Array:
+        """|pole| / 2 pi (2r,), Hz."""
+        return np.abs(self.poles) / (2 * np.pi)
+
+    @property
+    def ratios(self) -> Array:
+        """Damping ratios (2r,): -Re(pole)/|pole|; 1 for real poles."""
+        size = np.abs(self.poles)
+        return -self.poles.real / np.where(size > 0, size, np.inf)
+
+
+DEFECTIVE = 1e10
+"""Condition number of the complex modes from which they are taken as defective."""
+
+
+def complex_modes(omega: Array, damping: Array) -> ComplexModes:
+    """Complex modes of eta'' + damping eta' + omega^2 eta = f (Foss 1958, Trans. ASME J. Appl. Mech. 25, 361).
+
+    omega (r,), rad/s; damping (r, r), 1/s. Raises SolverError where poles coincide so that there are no such modes
+    (critical damping); generalised-alpha time integration and direct frequency response need none.
+    """
+    r = len(omega)
+    scale = np.where(omega > 0, omega, 1.0)
+    A = np.zeros((2 * r, 2 * r))
+    A[:r, r:] = np.diag(scale)
+    A[r:, :r], A[r:, r:] = np.diag(-(omega**2) / scale), -damping
+    found = np.linalg.eig(A)
+    poles: Complex = found[0].astype(complex)
+    vectors: Complex = found[1].astype(complex)
+    order = np.lexsort((poles.imag < 0, np.abs(poles.imag), np.abs(poles)))
+    poles, vectors = poles[order], vectors[:, order]
+    if np.linalg.cond(vectors) > DEFECTIVE:
+        raise SolverError("some poles coincide (critical damping, or a free rigid motion): there are no complex modes")
+    left: Complex = np.asarray(np.linalg.inv(vectors)[:, r:], dtype=complex)
+    right = vectors.copy()
+    right[:r] /= scale[:, None]
+    return ComplexModes(poles, right, left)
+
+
+def modal_system(system: System, n: int | None = None, up_to: float | None = None) -> ModalSystem:
+    """A system in coordinates of its `n` lowest modes, of those up to `up_to` Hz, or of all (theory eq. T8).
+
+    What the modes left out add at frequency zero is kept as `residual`, so that static gains are those of the whole.
+    Raises OptionError for impossible numbers.
+    """
+    if n is not None and up_to is not None:
+        raise OptionError("give the number of modes or the highest frequency, not both")
+    if n is not None and n < 1:
+        raise OptionError(f"the number of modes is at least 1, not {n}")
+    if up_to is not None and not (np.isfinite(up_to) and up_to > 0):
+        raise OptionError(f"up_to is a positive frequency in Hz, not {up_to}")
+    count = system.order
+    if up_to is not None:
+        count = count_below(system.K, system.M, (2 * np.pi * up_to) ** 2)
+    elif n is not None:
+        count = min(n, count)
+    pairs = lowest(system.K, system.M, min(count + SPARE, system.order))
+    finite = np.isfinite(pairs.values)
+    values = np.maximum(pairs.values[finite], 0.0)
+    following = float(np.sqrt(values[count])) if len(values) > count else np.inf
+    count = min(count, len(values))
+    return _in_modes(system, Eigenpairs(values[:count], pairs.vectors[:, finite][:, :count]), following)
+
+
+def _in_modes(system: System, pairs: Eigenpairs, following: float) -> ModalSystem:
+    V, omega = pairs.vectors, np.sqrt(pairs.values)
+    law = system.law
+    proportional = 2 * law.modal_ratios(omega / (2 * np.pi)) * omega + law.alpha + law.beta * pairs.values
+    damping = np.diag(proportional) + _in_coordinates(system.dashpots, V)
+    loss = None
+    if system.uniform_loss is None:
+        loss = _in_coordinates(system.H, V)
+    elif system.uniform_loss:
+        loss = np.diag(system.uniform_loss * pairs.values)
+    B, C = V.T @ system.B, system.rows @ V
+    residual = system.residual
+    if V.shape[1] < system.order and residual.size:
+        shift = floating_shift(system.K, system.M)
+        whole = system.rows @ static_solution(system.K, system.M, system.B, shift)
+        residual = residual + whole - (C / (pairs.values + shift)) @ B
+    return ModalSystem(
+        system, omega, damping, loss, B, C, system.derivative, system.D, residual, V, following,
+        system.inputs, system.outputs,
+    )  # fmt: skip
+
+
+def _in_coordinates(A: Any, V: Array) -> Array:
+    """V' A V without entries that are round-off beside the terms they sum."""
+    found, size = V.T @ (A @ V), np.abs(V).T @ (abs(A) @ np.abs(V))
+    return np.where(np.abs(found) > NEGLIGIBLE * size, found, 0.0)
+
+
+def _couples(A: Array, scale: Array) -> NDArray[np.bool_]:
+    """Whether each mode (r,) is coupled by the coefficients A (r, r), which are of size `scale` (r,) squared."""
+    d = np.abs(A.diagonal())
+    off = np.abs(A - np.diag(A.diagonal()))
+    least = np.maximum(COUPLED * np.sqrt(np.outer(d, d)), UNCERTAIN * np.maximum(d[:, None], d))
+    return (off > np.maximum(least, NEGLIGIBLE * np.outer(scale, scale))).any(axis=1)

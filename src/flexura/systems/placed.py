@@ -1,0 +1,313 @@
+"""Actuators and sensors where they are placed: vectors over the DOFs of the full-order model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import ModelError, OptionError, Problem
+from flexura.mechanism import (
+    DOF_NAMES,
+    BaseMotion,
+    BaseRotation,
+    ForceSensor,
+    MomentActuator,
+    PiezoStack,
+)
+from flexura.mechanism.channels import Actuator, Sensor
+from flexura.mechanism.checks.survey import suggestion
+from flexura.mechanism.layout import is_pattern
+from flexura.structure.plan import Geometry, Plan
+from flexura.structure.slots import Index
+from flexura.systems.channel import Channel
+
+Array = NDArray[np.float64]
+
+DERIVATIVE = {
+    "displacement": 0,
+    "rotation": 0,
+    "velocity": 1,
+    "angular_velocity": 1,
+    "acceleration": 2,
+    "angular_acceleration": 2,
+}
+"""How often displacements are differentiated for a quantity."""
+
+GROUND = "ground"
+"""Name under which inputs like `ground.tx` move everything that is held."""
+
+_WORDS = ("displacement", "velocity", "acceleration")
+
+
+@dataclass(frozen=True)
+class PlacedInput:
+    """An input: the load (n,) that one unit of it puts on the DOFs of the full-order model, or the motion of the base.
+
+    `base` (6,) is a unit acceleration of the ground, of and about the global origin; loads follow from masses.
+    `stiffness` is that of a piezo stack, N/m, between the global nodes `nodes`, `row` (n,) its elongation or the motion
+    that a force works on, and `stroke` the free expansion per unit of input, m. `limits` bound the input; infinite
+    where nothing does.
+    """
+
+    channel: Channel
+    load: Array
+    row: Array
+    base: Array | None = None
+    stiffness: float | None = None
+    stroke: float = 0.0
+    nodes: tuple[int, ...] = ()
+    limits: tuple[float, float] = (-np.inf, np.inf)
+
+
+@dataclass(frozen=True)
+class PlacedOutput:
+    """An output: row (n,) over the DOFs, differentiated `derivative` times.
+
+    `absolute` (6,) is its reading in unit rigid motions of the base, of and about the global origin; `feed` what inputs
+    add to it directly, by name.
+    """
+
+    channel: Channel
+    row: Array
+    derivative: int
+    absolute: Array
+    feed: dict[str, float] = field(default_factory=dict)
+
+
+class Placement:
+    """Everything that can drive a mechanism of one design, or be read from it, by name.
+
+    Described actuators and sensors go by `NAME` or `INSTANCE.NAME`; beside them any DOF of a node is an input, a force
+    or a moment, and an output, as in `platform.tz`, `platform.tz:velocity` or `platform.tz:acceleration`; `ground.tx`
+    is the acceleration of everything that is held.
+    """
+
+    def __init__(self, plan: Plan, values: Array, geometry: Geometry) -> None:
+        self.plan, self.values, self.geometry = plan, values, geometry
+        self._actuators = dict(self._described("actuator"))
+        self._sensors = dict(self._described("sensor"))
+
+    def _described(self, kind: str) -> Iterator[tuple[str, tuple[str, int, str]]]:
+        for name, placed in self.plan.topology.placed.items():
+            entries = getattr(placed.part.channels, f"{kind}s")
+            for copy, path in enumerate(placed.paths):
+                for key in entries:
+                    yield ".".join((*path, key)), (name, copy, key)
+
+    @property
+    def actuators(self) -> list[str]:
+        """Names of the described actuators."""
+        return list(self._actuators)
+
+    @property
+    def sensors(self) -> list[str]:
+        """Names of the described sensors."""
+        return list(self._sensors)
+
+    def inputs(self, names: Sequence[str] | None = None) -> list[PlacedInput]:
+        """Inputs by name, wildcards allowed; all described actuators when none are named.
+
+        Raises OptionError for names that mean nothing, and ModelError for actuators that can move nothing.
+        """
+        found = []
+        for name in self._expanded(names, self._actuators, "input"):
+            found.append(self._actuator(name) if name in self._actuators else self._dof_input(name))
+        return found
+
+    def outputs(self, names: Sequence[str] | None = None) -> list[PlacedOutput]:
+        """Outputs by name, wildcards allowed; all described sensors when none are named.
+
+        Raises OptionError for names that mean nothing, and ModelError for sensors where nothing can move.
+        """
+        found = []
+        for name in self._expanded(names, self._sensors, "output"):
+            found.append(self._sensor(name) if name in self._sensors else self._dof_output(name))
+        return found
+
+    def _expanded(self, names: Sequence[str] | None, known: dict[str, tuple[str, int, str]], what: str) -> list[str]:
+        if names is None:
+            return list(known)
+        if isinstance(names, str):
+            names = [names]
+        found: list[str] = []
+        for name in names:
+            if not isinstance(name, str):
+                raise OptionError(f"an {what} is named by text, not by {name!r}")
+            own = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) else [name]
+            if not own:
+                raise OptionError(f"no {what} matches {name!r}; known: {', '.join(known) or 'none'}")
+            found += own
+        twice = next((n for n in found if found.count(n) > 1), None)
+        if twice is not None:
+            raise OptionError(f"the {what} {twice} is named twice")
+        return found
+
+    def _rows(self, numbers: Sequence[int]) -> Array:
+        """Displacements (6k, n) of global nodes."""
+        return self.plan.node_rows(np.array(numbers, dtype=np.intp), self.geometry).toarray()
+
+    def _rigid(self, number: int) -> Array:
+        """Displacement (6, 6) of a node in unit rigid motions of and about the global origin."""
+        x = self.geometry.positions[number]
+        R = np.eye(6)
+        R[:3, 3:] = np.array([[0, x[2], -x[1]], [-x[2], 0, x[0]], [x[1], -x[0], 0]])
+        return R
+
+    def _along(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[Array, Array]:
+        """Row (n,) of the motion along or about a direction, of one node or of the second against the first, and its
+        reading (6,) in rigid motions of the base."""
+        name, copy, key = entry
+        placed = self.plan.topology.placed[name]
+        channels = placed.part.channels
+        numbers = [placed.offset[copy] + k for k in channels.nodes[kind, key]]
+        direction = channels.number(kind, key, "direction", self.values)
+        if direction is None:
+            ends = self.geometry.positions[numbers]
+            d = ends[1] - ends[0]
+            if not np.linalg.norm(d) > 0:
+                raise ModelError([Problem((f"{kind}s", key), "", "its two nodes are at one place", "give a direction")])
+        else:
+            Q = self.geometry.Q[placed.number[copy]]
+            d = Q @ direction * (round(float(np.linalg.det(Q))) if turns else 1)
+        d = d / np.linalg.norm(d)
+        at = slice(3, 6) if turns else slice(0, 3)
+        rows, signs = self._rows(numbers), (1.0,) if len(numbers) == 1 else (-1.0, 1.0)
+        row = sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs))
+        absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
+        return np.asarray(row), np.asarray(absolute)
+
+    def _actuator(self, name: str) -> PlacedInput:
+        entry = self._actuators[name]
+        prototype, _, key = entry
+        placed = self.plan.topology.placed[prototype]
+        channels = placed.part.channels
+        part: Actuator = channels.actuators[key]
+        nothing = np.zeros(self.plan.topology.n_dof)
+        if isinstance(part, BaseMotion | BaseRotation):
+            return PlacedInput(Channel(name, _BASE[part.type]), nothing, nothing, self._base(entry))
+        row, _ = self._along(entry, "actuator", isinstance(part, MomentActuator))
+        if not row.any():
+            _refuse_still("actuators", prototype, key)
+        value = {
+            k: float(v)
+            for k in ("limit", "stiffness", "free_stroke", "blocked_force", "gain")
+            if (v := channels.number("actuator", key, k, self.values)) is not None
+        }
+        if not isinstance(part, PiezoStack):
+            limit = value.get("limit", np.inf)
+            quantity = "moment" if isinstance(part, MomentActuator) else "force"
+            return PlacedInput(Channel(name, quantity), row, row, limits=(-limit, limit))
+        k = value["stiffness"]
+        top = value.get("free_stroke", value.get("blocked_force", np.inf) / k)
+        gain = value.get("gain")
+        stroke = 1.0 if gain is None else gain
+        quantity = "expansion" if gain is None else "voltage"
+        nodes = tuple(placed.offset[entry[1]] + n for n in channels.nodes["actuator", key])
+        return PlacedInput(Channel(name, quantity), k * stroke * row, row, None, k, stroke, nodes, (0.0, top / stroke))
+
+    def _base(self, entry: tuple[str, int, str]) -> Array:
+        prototype, copy, key = entry
+        placed = self.plan.topology.placed[prototype]
+        channels = placed.part.channels
+        direction = channels.number("actuator", key, "direction", self.values)
+        assert direction is not None
+        Q, t = self.geometry.Q[placed.number[copy]], self.geometry.t[placed.number[copy]]
+        d = Q @ direction / np.linalg.norm(direction)
+        if isinstance(channels.actuators[key], BaseMotion):
+            return np.concatenate([d, np.zeros(3)])
+        point = channels.number("actuator", key, "point", self.values)
+        d = d * round(float(np.linalg.det(Q)))
+        return np.concatenate([np.cross(Q @ point + t, d), d])
+
+    def _sensor(self, name: str) -> PlacedOutput:
+        prototype, _, key = self._sensors[name]
+        part: Sensor = self.plan.topology.placed[prototype].part.channels.sensors[key]
+        if isinstance(part, ForceSensor):
+            return self._force_sensor(name, part)
+        turns = part.type.startswith(("rotation", "angular"))
+        row, absolute = self._along(self._sensors[name], "sensor", turns)
+        if not row.any():
+            _refuse_still("sensors", prototype, key)
+        return PlacedOutput(Channel(name, part.type), row, DERIVATIVE[part.type], absolute)
+
+    def _force_sensor(self, name: str, sensor: ForceSensor) -> PlacedOutput:
+        source = self._actuator(".".join((*name.split(".")[:-1], sensor.actuator)))
+        if source.stiffness is None:
+            return PlacedOutput(Channel(name, "force"), 0 * source.row, 0, np.zeros(6), {source.channel.name: 1.0})
+        feed = {source.channel.name: source.stiffness * source.stroke}
+        return PlacedOutput(Channel(name, "force"), -source.stiffness * source.row, 0, np.zeros(6), feed)
+
+    def _dof_input(self, name: str) -> PlacedInput:
+        node, dof = self._node_and_dof(name, "input", self._actuators)
+        turns = dof >= 3
+        nothing = np.zeros(self.plan.topology.n_dof)
+        if node is None:
+            base = np.eye(6)[dof]
+            return PlacedInput(Channel(name, _BASE["base_rotation" if turns else "base"]), nothing, nothing, base)
+        row = self._rows([node])[dof]
+        if not row.any():
+            raise OptionError(f"{name} is held: it can be neither driven nor read")
+        return PlacedInput(Channel(name, "moment" if turns else "force"), row, row)
+
+    def _dof_output(self, name: str) -> PlacedOutput:
+        where, _, word = name.partition(":")
+        if word and word not in _WORDS:
+            raise OptionError(f"{name}: after the colon stands {', '.join(_WORDS)}, not {word!r}")
+        node, dof = self._node_and_dof(where, "output", self._sensors)
+        if node is None:
+            raise OptionError(f"{name} is an input; name a node whose motion is read")
+        row = self._rows([node])[dof]
+        if not row.any():
+            raise OptionError(f"{name} is held: it can be neither driven nor read")
+        derivative = _WORDS.index(word) if word else 0
+        quantity = (_TURNS if dof >= 3 else _WORDS)[derivative]
+        return PlacedOutput(Channel(name, quantity), row, derivative, self._rigid(node)[dof])
+
+    def _node_and_dof(self, name: str, what: str, known: dict[str, tuple[str, int, str]]) -> tuple[int | None, int]:
+        node, _, dof = name.rpartition(".")
+        if dof in DOF_NAMES and node:
+            try:
+                return int(self.plan.topology.numbers([node])[0]), DOF_NAMES.index(dof)
+            except OptionError:
+                if node == GROUND:
+                    return None, DOF_NAMES.index(dof)
+        hint = suggestion(name, known, f"described {what}s") if known else ""
+        rule = f"there is no {what} {name!r}: it is a described {_PARTS[what]}, or a DOF such as NODE.tx"
+        raise OptionError(f"{rule}; {hint}" if hint else rule)
+
+
+def actuator_names(plan: Plan) -> list[str]:
+    """Names of all described actuators as placed."""
+    return [
+        ".".join((*path, key))
+        for placed in plan.topology.placed.values()
+        for path in placed.paths
+        for key in placed.part.channels.actuators
+    ]
+
+
+def default_dofs(plan: Plan, nodes: Sequence[str]) -> list[str]:
+    """Names of the free DOFs of nodes."""
+    topology = plan.topology
+    numbers: Index = topology.numbers(nodes)
+    return [
+        f"{node}.{dof}"
+        for node, root in zip(nodes, topology.root[numbers], strict=True)
+        for dof, held in zip(DOF_NAMES, topology.held[root], strict=True)
+        if not held
+    ]
+
+
+def _refuse_still(kind: str, prototype: str, key: str) -> None:
+    path = (kind, key) if not prototype else ("substructures", prototype, kind, key)
+    rule = "nothing can move here: the DOF is held"
+    raise ModelError([Problem(path, "", rule, "name a node that is free in this direction")])
+
+
+_BASE = {"base": "acceleration", "base_rotation": "angular_acceleration"}
+_TURNS = ("rotation", "angular_velocity", "angular_acceleration")
+_PARTS = {"input": "actuator", "output": "sensor"}

@@ -1,0 +1,178 @@
+"""Statics, kinetostatics, responses and hand-over from the command line: right numbers, whole files, clear refusals."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.cli import main
+
+BEAM = """
+flexura: 1
+name: driven cantilever
+corrections: none
+damping: 0.02
+parameters: {length: 100 mm}
+nodes: {root: [0, 0, 0], tip: [length, 0, 0]}
+links:
+  beam:
+    nodes: [root, tip]
+    material: Al-6061-T6
+    section: {shape: rectangle, width: 10 mm, thickness: 2 mm}
+    reference: z
+    theory: euler_bernoulli
+    elements: 8
+actuators:
+  coil: {type: force, nodes: [tip], direction: z, limit: 2 N}
+sensors:
+  gap: {type: displacement, nodes: [tip], direction: z}
+  accelerometer: {type: acceleration, nodes: [tip], direction: z}
+ground: {root: clamped}
+"""
+E, L = 68.9e9, 0.1
+I_Y = 10e-3 * (2e-3) ** 3 / 12
+
+
+@pytest.fixture
+def beam(tmp_path):
+    path = tmp_path / "beam.yaml"
+    path.write_text(BEAM, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def flexura(capsys, monkeypatch):
+    """Run a command; returns exit status, stdout and stderr."""
+
+    def run(*words):
+        monkeypatch.setattr("sys.argv", ["flexura", *map(str, words)])
+        status = 0
+        try:
+            main()
+        except SystemExit as end:
+            status = end.code or 0
+        out = capsys.readouterr()
+        return status, out.out, out.err
+
+    return run
+
+
+def test_statics_of_a_cantilever(beam, flexura):
+    status, out, _ = flexura("statics", beam, "--actuator", "c*=1.5", "--node", "tip", "--json")
+    data = json.loads(out)
+    assert status == 0
+    assert data["readings"]["gap"] == pytest.approx(1.5 * L**3 / (3 * E * I_Y), rel=1e-9)
+    assert data["displacement"]["tip"][4] == pytest.approx(-1.5 * L**2 / (2 * E * I_Y), rel=1e-9)
+    assert data["stress"][0]["von_mises_Pa"] == pytest.approx(1.5 * L * 1e-3 / I_Y, rel=1e-3)
+    assert "yields at" in flexura("statics", beam, "--load", "tip=0,0,1")[1]
+
+
+def test_kinetostatics_of_a_cantilever(beam, flexura):
+    status, out, _ = flexura("kinetostatics", beam, "tip", "--json")
+    data = json.loads(out)
+    assert status == 0
+    assert data["kind"] == "1R" and data["freedoms"][0]["direction"] == pytest.approx([0, 1, 0], abs=1e-6)
+    # a tip force turns the end of a cantilever about a point two thirds of the length behind it
+    assert data["freedoms"][0]["point"][0] == pytest.approx(L / 3, rel=1e-6)
+    assert data["workspace"][2] == pytest.approx([-2 * L**3 / (3 * E * I_Y), 2 * L**3 / (3 * E * I_Y)], rel=1e-9)
+    assert "1R" in flexura("kinetostatics", beam, "tip")[1]
+
+
+def test_frequency_response_and_its_files(beam, flexura, tmp_path):
+    table = tmp_path / "h.csv"
+    words = ("frequency-response", beam, "--band", "20,400", "--csv", table, "--plot", tmp_path / "out")
+    status, out, _ = flexura(*words, "--json")
+    data = json.loads(out)
+    assert status == 0
+    assert data["damping_ratios"][0] == pytest.approx(0.02)
+    first = 1.8751040687**2 / (2 * np.pi) * np.sqrt(E * I_Y / (2700 * 20e-6 * L**4))
+    assert data["resonances_hz"][0] == pytest.approx(first, rel=1e-3)  # proven to that
+    with table.open(encoding="utf-8") as stream:
+        rows = list(csv.reader(stream))
+    assert rows[0][1] == "gap / coil [m/N]" and len(rows) == len(data["frequency_hz"]) + 1
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["bode.png", "matrix.png", "nyquist.png"]
+    assert "resonance" in flexura(*words)[1]
+
+
+def test_time_response_and_its_file(beam, flexura, tmp_path):
+    table = tmp_path / "y.csv"
+    words = ("time-response", beam, "--dt", "50 us", "--step", "coil=1", "--duration", "2 s", "-o", "gap")
+    status, out, _ = flexura(*words, "--csv", table, "--json")
+    data = json.loads(out)
+    assert status == 0
+    assert data["outputs"]["gap [m]"][-1] == pytest.approx(L**3 / (3 * E * I_Y), rel=1e-3)
+    with table.open(encoding="utf-8") as stream:
+        assert next(csv.reader(stream)) == ["time [s]", "coil [N]", "gap [m]"]
+    assert "gap" in flexura(*words)[1]
+
+
+def test_a_signal_file_drives_the_mechanism(beam, flexura, tmp_path):
+    signal = tmp_path / "u.csv"
+    time = np.arange(2001) * 1e-4
+    rows = "\n".join(f"{t:.4f},{np.sin(60 * t):.9f}" for t in time)
+    signal.write_text(f"time [s],coil [N]\n{rows}\n", encoding="utf-8")
+    status, out, _ = flexura("time-response", beam, "--dt", "0.1ms", "--signals", signal, "-o", "gap", "--json")
+    mechanism = fx.load(beam)
+    ours = fx.time_response(mechanism, {"coil": np.sin(60 * time)}, ["gap"], dt=1e-4).of("gap")
+    assert status == 0
+    assert json.loads(out)["outputs"]["gap [m]"] == pytest.approx(ours, abs=1e-8 * abs(ours).max())
+
+
+@pytest.mark.parametrize("name", ["b.npz", "b.mat", "b.h5", "b.mtx", "b.vtu", "b.uff"])
+def test_every_format_is_written(beam, flexura, tmp_path, name):
+    status, out, err = flexura("export", beam, tmp_path / name, "-n", "2", "-i", "coil", "-o", "gap")
+    assert (status, err) == (0, "")
+    assert out.count("wrote ") >= 1
+
+
+def test_a_discrete_state_space_is_written(beam, flexura, tmp_path):
+    words = (
+        "export",
+        beam,
+        tmp_path / "d.npz",
+        "-n",
+        "2",
+        "-i",
+        "coil",
+        "-o",
+        "gap",
+        "--dt",
+        "0.1ms",
+        "--delay",
+        "50us",
+    )
+    assert flexura(*words)[0] == 0
+    data = np.load(tmp_path / "d.npz")
+    assert float(data["dt"]) == 1e-4
+    gain = data["C"] @ np.linalg.solve(np.eye(len(data["A"])) - data["A"], data["B"]) + data["D"]
+    assert gain[0, 0] == pytest.approx(L**3 / (3 * E * I_Y), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("frequency-response", "--band", "0,100"), "0 < from < to"),
+        (("frequency-response", "--band", "100"), "FROM,TO"),
+        (("frequency-response", "--band", "1,100", "-i", "coal"), "did you mean coil"),
+        (("frequency-response", "--band", "1,100", "-o", "tip.tw"), "there is no output"),
+        (("frequency-response", "--band", "1,100", "--damping", "1.0"), "below 1"),
+        (("frequency-response", "--band", "1,100", "-o", "root.tz"), "held"),
+        (("time-response", "--dt", "1", "--step", "coil=1", "--duration", "1s"), "time with its unit"),
+        (("time-response", "--dt", "1ms", "--step", "coil=1"), "duration"),
+        (("time-response", "--dt", "1ms", "--duration", "1 s"), "nothing acts"),
+        (("time-response", "--dt", "1ms", "--signals", "nowhere.csv"), "does not exist"),
+        (("statics", "--actuator", "coil"), "NAME=VALUE"),
+        (("statics", "--actuator", "coil=nan"), "finite"),
+        (("kinetostatics", "root"), "held"),
+        (("export", "x.xyz"), "no format"),
+        (("export", "x.uff", "--what", "response"), "--band"),
+    ],
+)
+def test_bad_input_is_refused_in_words(beam, flexura, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = flexura(words[0], beam, *words[1:])
+    assert (status, out) == (2, "")
+    assert said in err
+    assert [p.name for p in tmp_path.iterdir()] == ["beam.yaml"]
