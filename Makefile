@@ -1,5 +1,5 @@
 # flexura: everything runs in an environment of its own, .venv, that the first target called sets up.
-#   make demo    the paper's mechanism: modes, check and pictures in out/
+#   make demo    the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
 #   make test    the whole test suite
 #   make lint    ruff, pyright, import rules
 #   make bench   speed and memory, in one run
@@ -25,6 +25,8 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	$(BIN)/flexura check examples/rpr/rpr.yaml
 	$(BIN)/flexura modes examples/rpr/rpr.yaml -n 6 --plot out/rpr
+	$(BIN)/flexura frequency-response examples/rpr/rpr.yaml --band 3,60 --damping 0.01 --plot out/rpr
+	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
 
 test: $(STAMP)
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)
@@ -41,6 +43,8 @@ format: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/response.py
+	$(BIN)/python benchmarks/control_step.py
 
 verification: $(STAMP)
 	$(BIN)/python -m pytest tests/literature tests/opensees --verification-page docs/verification.md

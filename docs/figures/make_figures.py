@@ -2,6 +2,8 @@
 
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -62,7 +64,22 @@ def rpr() -> None:
             shutil.copy(Path(folder) / f"{name}.png", HERE / f"rpr_{name}.png")
 
 
+def rpr_response() -> None:
+    """All frequency responses of the platform of the RPR mechanism, damping ratios of 1 % assumed."""
+    mechanism = fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml")
+    result = fx.frequency_response(mechanism, band=(3, 60), damping=0.01)
+    fx.draw_response_matrix(result).savefig(HERE / "rpr_response.png", dpi=100)
+
+
+def closed_loop() -> None:
+    """Loops and steps of the platform under control, by the example itself."""
+    script = HERE.parents[1] / "examples" / "rpr" / "closed_loop.py"
+    subprocess.run([sys.executable, script, HERE], check=True)
+
+
 if __name__ == "__main__":
     contours()
     pivot()
     rpr()
+    rpr_response()
+    closed_loop()

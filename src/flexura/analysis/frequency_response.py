@@ -31,7 +31,10 @@ Quantity = Literal["receptance", "mobility", "accelerance", "transmissibility"]
 BEYOND = 4.0
 """Modes up to so many times the highest frequency asked for are in the modal sum of a full-order model."""
 
-TOLERANCE = 1e-3
+MARGIN = 2.0
+"""Frequencies of the low-order model are proven up to so many times the highest one asked for."""
+
+TOLERANCE = 1e-4
 """Relative error to which frequencies of the low-order model are proven when nothing else is said."""
 
 PEAK_POINTS = 24
@@ -115,9 +118,9 @@ def frequency_response(
     mobility, accelerance, or, with inputs such as `ground.tx`, as transmissibility: absolute motion over that of the
     base.
 
-    `order`: low (a mechanism is reduced until its frequencies up to the highest one are proven to 0.1 %, or as `how`
-    says), full, or exact (dynamic stiffness, no mesh). `method`: modal sum with static correction, or direct solution
-    at every frequency, which takes any damping but modal ratios.
+    `order`: low (a mechanism is reduced until its frequencies up to twice the highest one asked for are proven to
+    0.01 %, or as `how` says), full, or exact (dynamic stiffness, no mesh). `method`: modal sum with static correction,
+    or direct solution at every frequency, which takes any damping but modal ratios.
 
     Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
     combinations that make no sense; SolverError at an undamped resonance.
@@ -197,7 +200,7 @@ def _system(
             )
         return mechanism.selected(inputs, outputs)
     if order == "low" and isinstance(mechanism, Mechanism | Plan) and not how:
-        how = proven_reduction(mechanism, parameters, top)
+        how = proven_reduction(mechanism, parameters, MARGIN * top)
     if order == "exact" and isinstance(mechanism, Mechanism | Plan):
         mechanism = assemble(mechanism, parameters)
         parameters = None

@@ -11,6 +11,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.drift import ScrewAxis, screw_axis
+from flexura.analysis.preload import finite_numbers
 from flexura.analysis.statics import statics
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.errors import OptionError, SolverError
@@ -100,9 +101,8 @@ class Kinetostatics:
 
         By default all are driven alike. Raises OptionError for commands that do not fit or stretch nothing.
         """
-        given = np.ones(len(self.inputs)) if command is None else np.asarray(command, dtype=float)
-        if given.shape != (len(self.inputs),) or not np.isfinite(given).all():
-            raise OptionError(f"a command is a list of {len(self.inputs)} finite numbers")
+        n = len(self.inputs)
+        given = np.ones(n) if command is None else finite_numbers("a command", command, n)
         own = self.elongation @ given
         driven = own[given != 0] if (given != 0).any() else own
         if not np.abs(driven).max(initial=0.0) > 0:
@@ -257,7 +257,7 @@ def _freedoms(
     model: FullOrderModel, free: Array, locked: Array, coupling: Array, number: Any
 ) -> tuple[list[Freedom], tuple[str, ...]]:
     """Freedoms as rotations about axes and translations, and what else is to be said (theory eqs. T21-T23)."""
-    size = float(np.linalg.norm(np.ptp(model.geometry.positions, axis=0))) / 2
+    size = float(np.linalg.norm(np.ptp(model.geometry.positions, axis=0))) / 2 or 1.0
     scale = np.array([1.0, 1.0, 1.0, size, size, size])
     own = free * scale[:, None] * scale
     notes: list[str] = []

@@ -203,7 +203,10 @@ def refuse_springs_on_arms(model: FullOrderModel) -> None:
 
 def finite_numbers(what: str, value: ArrayLike, n: int) -> Array:
     """A vector (n,) from what a caller gave. Raises OptionError when it is none."""
-    found = np.asarray(value, dtype=float)
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise OptionError(f"{what} is a list of {n} finite numbers, not {value!r}") from None
     if found.shape != (n,) or not np.isfinite(found).all():
         raise OptionError(f"{what} is a list of {n} finite numbers, not {value!r}")
     return found

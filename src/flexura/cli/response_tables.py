@@ -28,6 +28,11 @@ def _table(*headings: str) -> Table:
     return table
 
 
+def _clean(value: float) -> float:
+    """Zero for what is round-off in mm or mrad."""
+    return 0.0 if abs(value) < 1e-4 else value
+
+
 def print_statics(result: Statics, nodes: list[str]) -> None:
     """Print displacements of nodes, readings, actuators, and the members with the largest stress."""
     console = console_of_width()
@@ -73,7 +78,9 @@ def print_kinetostatics(name: str, result: Kinetostatics) -> None:
             pitch, unit = f"{1e3 * f.axis.pitch:.3g}", "mrad"
         share = "" if np.isnan(f.share) else f"{100 * f.share:.1f} %"
         reach = "" if f.stroke is None else f"+-{1e3 * f.stroke:.4g} {unit}"
-        drift = "" if f.shift is None or f.tilt is None else f"{1e3 * f.shift:.3g} mm, {1e3 * f.tilt:.3g} mrad"
+        drift = ""
+        if f.shift is not None and f.tilt is not None:
+            drift = f"{_clean(1e3 * f.shift):.3g} mm, {_clean(1e3 * f.tilt):.3g} mrad"
         limit = "" if f.yield_stroke is None else f"{1e3 * f.yield_stroke:.4g} {unit}"
         kind = "rotation" if f.kind == "R" else "translation"
         table.add_row(kind, axis, through, pitch, share, reach, drift, limit)

@@ -46,13 +46,16 @@ def with_bases(root: Node, directory: FilePath, above: tuple[FilePath, ...] = ()
 def _carry_paths(node: Node, folder: FilePath) -> None:
     """Let files that the superelements of a document name be found from another folder."""
     substructures = node.value.get("substructures")
+    carried: dict[int, Node] = {}  # aliases share nodes
     holders = [node, *(substructures.value.values() if substructures and isinstance(substructures.value, dict) else ())]
     for holder in holders:
         entries = holder.value.get("superelements") if isinstance(holder.value, dict) else None
         for entry in entries.value.values() if entries and isinstance(entries.value, dict) else ():
             for matrix in entry.value.values() if isinstance(entry.value, dict) else ():
                 if isinstance(matrix.value, dict) and isinstance(getattr(matrix.value.get("file"), "value", None), str):
-                    matrix.value["file"].value = str(folder / matrix.value["file"].value)
+                    carried[id(matrix.value["file"])] = matrix.value["file"]
+    for file in carried.values():
+        file.value = str(folder / file.value)
 
 
 def text_of(file: FilePath) -> str:

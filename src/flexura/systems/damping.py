@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from flexura.errors import OptionError
+from flexura.errors import ExpressionError, OptionError
 from flexura.mechanism.base import problems_of
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.evaluation import evaluated
@@ -58,13 +58,11 @@ def damping_law(
     """
     damping = described
     if replaced is not None:
-        try:
-            damping = replaced if isinstance(replaced, Damping) else Damping.model_validate(replaced)
-        except ValidationError as error:
-            problem = problems_of(error, replaced)[0]
-            where = "".join(f".{key}" for key in problem.path)
-            raise OptionError(f"damping{where}: {problem.rule}, not {problem.value or replaced}") from None
-    damping = evaluated(damping, dict(values))
+        damping = replaced if isinstance(replaced, Damping) else _validated(replaced)
+    try:
+        damping = _validated(evaluated(damping, dict(values)).model_dump())
+    except ExpressionError as error:
+        raise OptionError(f"damping: {error}") from None
     alpha = beta = 0.0
     if damping.rayleigh is not None:
         w = 2 * np.pi * np.array([float(f) for f in damping.rayleigh.frequencies])  # type: ignore[arg-type]
@@ -81,3 +79,13 @@ def damping_law(
         beta,
         float(damping.loss_factor or 0.0),  # type: ignore[arg-type]
     )
+
+
+def _validated(raw: Any) -> Damping:
+    """Damping from its keys or a ratio. Raises OptionError for what it cannot be."""
+    try:
+        return Damping.model_validate(raw)
+    except ValidationError as error:
+        problem = problems_of(error, raw)[0]
+        where = "".join(f".{key}" for key in problem.path)
+        raise OptionError(f"damping{where}: {problem.rule}, not {problem.value or raw}") from None

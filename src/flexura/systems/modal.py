@@ -321,4 +321,4 @@ def _couples(A: Array, scale: Array) -> NDArray[np.bool_]:
     d = np.abs(A.diagonal())
     off = np.abs(A - np.diag(A.diagonal()))
     least = np.maximum(COUPLED * np.sqrt(np.outer(d, d)), UNCERTAIN * np.maximum(d[:, None], d))
-    return (off > np.maximum(least, NEGLIGIBLE * np.outer(scale, scale))).any(axis=1)
+    return np.asarray((off > np.maximum(least, NEGLIGIBLE * np.outer(scale, scale))).any(axis=1))

@@ -239,9 +239,10 @@ def check_not_empty(survey: Survey) -> None:
     kinds = ("links", "flexures", "springs", "superelements", "bodies")
     used = {TOP} if _has(survey.layout.prototypes[TOP], kinds) else {n for _, n in survey.layout.instances()}
     if not any(_has(survey.layout.prototypes[name], kinds) for name in used):
-        hint = "describe at least one link, flexure, spring, superelement or body"
+        hint = "describe at least one link, flexure, spring, superelement, body or piezo stack"
         survey.report((), "", "there is nothing here that can move", hint)
 
 
 def _has(prototype: Substructure, kinds: tuple[str, ...]) -> bool:
-    return any(getattr(prototype, kind) for kind in kinds)
+    stacks = any(isinstance(actuator, PiezoStack) for actuator in prototype.actuators.values())
+    return stacks or any(getattr(prototype, kind) for kind in kinds)

@@ -139,6 +139,8 @@ def _entries(prototype: Substructure, path: Path) -> Iterator[tuple[Path, Any]]:
         if kind == "substructures":
             for name, inner in entries.items():
                 yield from _entries(inner, (*path, kind, name))
+        elif isinstance(entries, Part):
+            yield (*path, kind), entries
         elif isinstance(entries, dict) and kind != "parameters":
             for name, entry in entries.items():
                 yield (*path, kind, name), entry
