@@ -176,3 +176,21 @@ def test_bad_input_is_refused_in_words(beam, flexura, tmp_path, monkeypatch, wor
     assert (status, out) == (2, "")
     assert said in err
     assert [p.name for p in tmp_path.iterdir()] == ["beam.yaml"]
+
+
+def test_a_sensor_at_the_clamp_is_refused_at_its_line(beam, flexura):
+    text = BEAM.replace("sensors:", "sensors:\n  stuck: {type: velocity, nodes: [root], direction: [1, 0, 1]}")
+    beam.write_text(text, encoding="utf-8")
+    status, _, err = flexura("check", beam)
+    assert status == 2
+    line = text.splitlines().index("  stuck: {type: velocity, nodes: [root], direction: [1, 0, 1]}") + 1
+    assert f"beam.yaml:{line}: sensors.stuck: nothing can move here" in err
+
+
+def test_a_partly_held_node_may_be_read_where_it_is_free(beam, flexura):
+    text = BEAM.replace("ground: {root: clamped}", "ground: {root: clamped, tip: {fixed: [ty]}}")
+    beam.write_text(text, encoding="utf-8")
+    assert flexura("check", beam)[0] == 0
+    beam.write_text(text.replace("fixed: [ty]", "fixed: [tz]"), encoding="utf-8")
+    status, _, err = flexura("check", beam)
+    assert status == 2 and err.count("nothing can move here") == 3

@@ -10,6 +10,7 @@ from extended import stepped
 from oscillators import INERTIA, MASS, K, beam, body, dashes, natural, oscillator, pair, stiffness
 
 import flexura as fx
+from flexura.analysis.integration import generalised_alpha
 
 RPR = Path(__file__).parents[2] / "examples" / "rpr" / "rpr.yaml"
 DT, COUNT = 2e-3, 400
@@ -59,10 +60,21 @@ def test_step_force(zeta, dt):
     c, described = damped(zeta)
     built = fx.system(described, "mass.tx", ALL)
     t = dt * np.arange(COUNT)
-    for hold in ("zoh", "foh"):
-        found = fx.time_response(built, {"mass.tx": np.full(COUNT, 3.0)}, dt=dt, hold=hold)
+    for hold, keep in (("zoh", False), ("foh", False), ("zoh", True), ("foh", True)):
+        found = fx.time_response(built, {"mass.tx": np.full(COUNT, 3.0)}, dt=dt, hold=hold, keep_modes=keep)
         for row, reference in zip(found.response, kernels(MASS, c, K[0], t), strict=True):
             near(row, 3 * reference, 1e-10)
+
+
+@pytest.mark.parametrize("output", ["mass.tx", "mass.tx:velocity"])
+@pytest.mark.parametrize("keep", [True, False])
+def test_one_output_in_very_short_steps(output, keep):
+    """A ten-thousandth of a radian per step: sums of some thousand steps keep their digits."""
+    c, described = damped(0.3)
+    t = 1e-6 * np.arange(6000)
+    built = fx.system(described, "mass.tx", output)
+    found = fx.time_response(built, {"mass.tx": np.ones(6000)}, dt=1e-6, keep_modes=keep)
+    near(found.response[0], kernels(MASS, c, K[0], t)[output.endswith("velocity")], 1e-10)
 
 
 @pytest.mark.parametrize("zeta", [1 - 1e-12, 1 + 1e-12, 1 - 3e-11, 1 + 4e-11, 1 - 1e-9, 1 + 1e-9])
@@ -80,13 +92,16 @@ def test_impulse_and_release(zeta):
     c, described = damped(zeta)
     built = fx.system(described, "mass.tx", ALL[:2])
     x, v, a = kernels(MASS, c, K[0], TIME)
-    struck = fx.time_response(built, {"mass.tx": np.zeros(COUNT)}, dt=DT, impulses={"mass.tx": 0.3})
-    near(struck.response, 0.3 * np.stack([v, a]), 1e-10)
-    for k, row in enumerate(struck.response):
-        near(row, 0.3 * (v, a)[k], 1e-10)
-    let_go = fx.time_response(built, {}, dt=DT, duration=DT * (COUNT - 1), start={"mass.tx": 2.0})
-    near(let_go.response[0], 2 * (1 / K[0] - x), 1e-10)
-    near(let_go.response[1], -2 * v, 1e-10)
+    for keep in (False, True):
+        struck = fx.time_response(
+            built, {"mass.tx": np.zeros(COUNT)}, dt=DT, impulses={"mass.tx": 0.3}, keep_modes=keep
+        )
+        near(struck.response, 0.3 * np.stack([v, a]), 1e-10)
+        for k, row in enumerate(struck.response):
+            near(row, 0.3 * (v, a)[k], 1e-10)
+        let_go = fx.time_response(built, {}, dt=DT, duration=DT * (COUNT - 1), start={"mass.tx": 2.0}, keep_modes=keep)
+        near(let_go.response[0], 2 * (1 / K[0] - x), 1e-10)
+        near(let_go.response[1], -2 * v, 1e-10)
     assert len(let_go.time) == COUNT
 
 
@@ -207,9 +222,11 @@ def test_platform_of_order_54(platform, hold, coupled):
     built = fx.system(platform[coupled], inputs, outputs, damping=damping)
     assert built.order == 54
     assert built.modal().is_proportional is not coupled
-    found = fx.time_response(built, dict(zip(inputs, u, strict=True)), dt=DT_RPR, hold=hold)
-    for row, exact in zip(found.response, reference(built, u, hold), strict=True):
-        near(row, exact, 1e-9)
+    expected = reference(built, u, hold)
+    for keep in (False, True):
+        found = fx.time_response(built, dict(zip(inputs, u, strict=True)), dt=DT_RPR, hold=hold, keep_modes=keep)
+        for row, exact in zip(found.response, expected, strict=True):
+            near(row, exact, 1e-9)
 
 
 def test_floating_beam_with_dashpots():
@@ -247,8 +264,20 @@ def test_generalised_alpha_is_of_second_order(rho):
     assert errors[-1].max() < 5e-3
 
 
-def test_generalised_alpha_on_sparse_matrices(platform):
-    """The full-order model of a beam with a massless direction less, against the modal recursion."""
+@pytest.mark.parametrize("rho", [0.0, 0.3, 0.9])
+def test_generalised_alpha_damps_what_it_does_not_resolve(rho):
+    """At high frequency all three roots of a step are -rho (Chung and Hulbert 1993): (z + rho)^3 q = 0."""
+    one = np.eye(1)
+    q, v, a = generalised_alpha(
+        one, 0 * one, 1e8 * one, one, np.zeros((1, 30)), 1.0, rho, np.array([1e8]), np.array([0.0])
+    )
+    for x in (q[0], v[0], a[0]):
+        left = x[3:] + 3 * rho * x[2:-1] + 3 * rho**2 * x[1:-2] + rho**3 * x[:-3]
+        assert np.abs(left).max() < 1e-6 * np.abs(x).max()
+
+
+def test_generalised_alpha_on_sparse_matrices():
+    """The full-order model of a beam against the modal recursion."""
     built = fx.system(
         beam(4, damping={"rayleigh": {"frequencies": (50.0, 500.0), "ratios": (0.02, 0.02)}}),
         "b.tz",

@@ -78,7 +78,8 @@ class FrequencyResponse:
         above, below = units[output, 0], units[input, 1]
         if above == below:
             return "1"
-        return f"({above})/({below})" if {"*", "/"} & set(above + below) else f"{above}/{below}"
+        above, below = (f"({u})" if compound & set(u) else u for u, compound in ((above, {"/"}), (below, {"*", "/"})))
+        return f"{above}/{below}"
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain data, complex numbers as two lists."""

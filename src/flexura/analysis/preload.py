@@ -153,6 +153,7 @@ def preload(
     driven = _driven(model, actuators or {})
     load = load + sum((value * own.load for own, value in driven), np.zeros(model.order))
     u = _solve(model.K, load)
+    arms += _pushed_arms(model, driven, u)
     ends = np.append(u, 0.0)[cut.dof.reshape(-1, 12)]
     inner = (element_stiffness(cut.beam)[cut.kind] @ (T @ ends[..., None]))[..., 0] - own_loads
     axial = (inner[:, 6] - inner[:, 0]) / 2
@@ -173,8 +174,24 @@ def _driven(model: FullOrderModel, actuators: Mapping[str, float]) -> list[tuple
     return named + [(own, 0.0) for own in place.inputs(place.actuators) if own.channel.name not in known]
 
 
+def _pushed_arms(
+    model: FullOrderModel, driven: list[tuple[PlacedInput, float]], u: Array
+) -> list[tuple[NDArray[np.intp], Array, Array]]:
+    """Rigid arms that actuators push on: DOFs of the node that has them, minus the force, the arm."""
+    topology, found = model.plan.topology, []
+    for own, value in driven:
+        force = value if own.stiffness is None else own.stiffness * (own.stroke * value - float(own.row @ u))
+        for node in own.nodes:
+            root = topology.root[node]
+            if topology.is_rigid[node] and root != node:
+                dof = topology.dof[root]
+                push = force * np.append(own.row, 0.0)[dof[:3]]
+                found.append((dof, -push, model.geometry.positions[node] - model.geometry.positions[root]))
+    return found
+
+
 def _stack_stiffness(model: FullOrderModel, driven: list[tuple[PlacedInput, float]], u: Array) -> sp.csc_matrix:
-    """Geometric stiffness of piezo stacks as strings: their tension over their length, across their line."""
+    """Geometric stiffness of piezo stacks as strings (theory eq. P8): their tension over their length, across them."""
     K = sp.csc_matrix((model.order, model.order))
     for own, value in driven:
         if own.stiffness is None:
@@ -188,17 +205,21 @@ def _stack_stiffness(model: FullOrderModel, driven: list[tuple[PlacedInput, floa
     return sp.csc_matrix(K)
 
 
-def refuse_springs_on_arms(model: FullOrderModel) -> None:
-    """Raise OptionError where a spring or superelement pulls on a rigid arm: how its force turns is not known."""
+def refuse_springs_on_arms(model: FullOrderModel, stacks: bool = False) -> None:
+    """Raise OptionError where a spring or superelement (or piezo stack) pulls on a rigid arm: how its force turns is
+    not known."""
     topology = model.plan.topology
     for name, placed in topology.placed.items():
         part = model.plan.parts[name]
         ends = [n for spring in part.springs.values() for n in spring.nodes]
         ends += [n for nodes, *_ in part.superelements.values() for n in nodes]
+        if stacks:
+            ends += [n for piezo in part.channels.piezos.values() for n in piezo.nodes]
         number = np.array(placed.offset, dtype=np.intp)[:, None] + np.array(sorted(set(ends)), dtype=np.intp)
         if (topology.is_rigid[number] & (topology.root[number] != number)).any():
             where = name or "the mechanism"
-            raise OptionError(f"a spring or superelement of {where} is attached off a body's centre: use a short link")
+            what = "spring, superelement or piezo stack" if stacks else "spring or superelement"
+            raise OptionError(f"a {what} of {where} is attached off a body's centre: use a short link")
 
 
 def finite_numbers(what: str, value: ArrayLike, n: int) -> Array:

@@ -49,11 +49,11 @@ def tangent_stiffness(
     about the displaced state, global frame. K_t(0) = K, and K_t is symmetric. `loads`, (6,) N and N m by node, are
     needed only where dead forces act on rigid arms.
 
-    Correct to first order in u: internal forces are those of small displacements. Springs and superelements do not
-    turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
+    Correct to first order in u: internal forces are those of small displacements. Springs, superelements and piezo
+    stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
     """
     state = finite_numbers("displacements", u, model.order)
-    refuse_springs_on_arms(model)
+    refuse_springs_on_arms(model, stacks=True)
     cut = segments(model, tapered_pieces=1)
     elements = _elements(model, cut)
     K, force, arm = _element_tangents(elements, np.append(state, 0.0)[elements.dof])

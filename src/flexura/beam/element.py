@@ -197,8 +197,8 @@ def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatA
     (i, j). A singular C raises numpy.linalg.LinAlgError.
     """
     P = np.linalg.inv(C) @ _deformation(length)
-    stacked = S.reshape(*S.shape[:-3], -1, 6) @ P  # all stations of an element in one product
-    N = stacked.reshape(*stacked.shape[:-2], -1, 6, 12)
+    stacked = S.reshape(*S.shape[:-3], 6 * S.shape[-3], 6) @ P  # all stations of an element in one product
+    N = stacked.reshape(*stacked.shape[:-2], S.shape[-3], 6, 12)
     N[..., :6] += _arm_along_x(x)
     return N
 

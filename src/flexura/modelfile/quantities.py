@@ -13,7 +13,7 @@ from flexura.mechanism.checks.survey import suggestion
 from flexura.mechanism.dimension import FREQUENCY, NUMBER, Dimension
 from flexura.mechanism.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.quantity import Quantity, Scalar
-from flexura.units import FAMILIAR, parse_quantity, parse_unit
+from flexura.units import FAMILIAR, customary_unit, parse_quantity, parse_unit
 
 _LITERAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 _FACTOR = r"[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*(?:-?\d+|\(-?\d+(?:/\d+)?\)))?"
@@ -169,4 +169,6 @@ def _is_bare(raw: str) -> bool:
 def _expected(quantity: Quantity) -> str:
     if quantity.angle:
         return "deg or rad"
-    return (quantity.dimension.unit() if quantity.dimension else "") or "1 (a pure number)"
+    if quantity.dimension is None:
+        return "1 (a pure number)"
+    return customary_unit(quantity.dimension) or quantity.dimension.unit() or "1 (a pure number)"

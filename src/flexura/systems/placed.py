@@ -48,9 +48,9 @@ class PlacedInput:
     """An input: the load (n,) that one unit of it puts on the DOFs of the full-order model, or the motion of the base.
 
     `base` (6,) is a unit acceleration of the ground, of and about the global origin; loads follow from masses.
-    `stiffness` is that of a piezo stack, N/m, between the global nodes `nodes`, `row` (n,) its elongation or the motion
-    that a force works on, and `stroke` the free expansion per unit of input, m. `limits` bound the input; infinite
-    where nothing does.
+    `nodes` are the global nodes that it acts on, and `row` (n,) the motion that it works on, of a piezo stack its
+    elongation; this has a `stiffness`, N/m, and `stroke` is its free expansion per unit of input, m. `limits` bound the
+    input; infinite where nothing does.
     """
 
     channel: Channel
@@ -197,16 +197,16 @@ class Placement:
             for k in ("limit", "stiffness", "free_stroke", "blocked_force", "gain")
             if (v := channels.number("actuator", key, k, self.values)) is not None
         }
+        nodes = tuple(placed.offset[entry[1]] + n for n in channels.nodes["actuator", key])
         if not isinstance(part, PiezoStack):
             limit = value.get("limit", np.inf)
             quantity = "moment" if isinstance(part, MomentActuator) else "force"
-            return PlacedInput(Channel(name, quantity), row, row, limits=(-limit, limit))
+            return PlacedInput(Channel(name, quantity), row, row, nodes=nodes, limits=(-limit, limit))
         k = value["stiffness"]
         top = value.get("free_stroke", value.get("blocked_force", np.inf) / k)
         gain = value.get("gain")
         stroke = 1.0 if gain is None else gain
         quantity = "expansion" if gain is None else "voltage"
-        nodes = tuple(placed.offset[entry[1]] + n for n in channels.nodes["actuator", key])
         return PlacedInput(Channel(name, quantity), k * stroke * row, row, None, k, stroke, nodes, (0.0, top / stroke))
 
     def _base(self, entry: tuple[str, int, str]) -> Array:
@@ -251,7 +251,7 @@ class Placement:
         row = self._rows([node])[dof]
         if not row.any():
             raise OptionError(f"{name} is held: it can be neither driven nor read")
-        return PlacedInput(Channel(name, "moment" if turns else "force"), row, row)
+        return PlacedInput(Channel(name, "moment" if turns else "force"), row, row, nodes=(node,))
 
     def _dof_output(self, name: str) -> PlacedOutput:
         where, _, word = name.partition(":")

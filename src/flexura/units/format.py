@@ -60,6 +60,11 @@ def format_quantity(value: float, exponents: Exponents, *, angle: bool = False) 
     return min(written, key=_clumsiness)
 
 
+def customary_unit(exponents: Exponents) -> str | None:
+    """The customary unit of a dimension, e.g. `N*s/m`; None where there is none."""
+    return _customary().get(exponents, (None,))[0]
+
+
 @cache
 def _customary() -> dict[Exponents, tuple[str, ...]]:
     return {parse_unit(units[0])[1]: units for units in _PRETTY}

@@ -167,7 +167,8 @@ def _sensed_actuator(survey: Survey, name: str, path: Path, sensor: ForceSensor)
     actuators = survey.layout.prototypes[name].actuators
     actuator = actuators.get(sensor.actuator)
     if actuator is None and sensor.actuator not in survey.ignored:
-        hint = suggestion(sensor.actuator, actuators, "actuators")
+        known = [*actuators, *survey.ignored] if survey.partial else actuators
+        hint = suggestion(sensor.actuator, known, "actuators")
         survey.report((*path, "actuator"), sensor.actuator, "there is no such actuator here", hint)
     elif actuator is not None and not isinstance(actuator, PiezoStack | ForceActuator):
         rule = f"the actuator {sensor.actuator} of type {actuator.type} exerts no force that could be read"
@@ -229,6 +230,23 @@ def _ground(survey: Survey) -> Iterator[Use]:
                 survey.report(path, text, f"the node {node} is already held by {holder[node]}", _ONE_SUPPORT)
             holder.setdefault(node, text)
         yield Use(path, found, joins=False)
+    _still_channels(survey, holder)
+
+
+def _still_channels(survey: Survey, holder: dict[str, str]) -> None:
+    """Report actuators and sensors of the mechanism itself at nodes that are held in their direction."""
+    mechanism = survey.layout.mechanism
+    for kind in ("actuators", "sensors"):
+        for key, part in getattr(mechanism, kind).items():
+            direction = getattr(part, "direction", None)
+            own = {text for text in getattr(part, "nodes", ()) if text in holder}
+            if not own or len(own) < len(part.nodes):
+                continue
+            turns = 3 * part.type.startswith(("moment", "rotation", "angular"))
+            axes = [turns + k for k in range(3) if direction is None or direction[k] != 0]
+            if all(mechanism.ground[holder[n]].held[k] for n in own for k in axes):
+                rule = f"nothing can move here: {' and '.join(sorted(own))} held in this direction"
+                survey.report((kind, key), "", rule, "name a node that is free in this direction")
 
 
 _ONE_SUPPORT = "give one support with all the DOFs it holds"
