@@ -45,7 +45,7 @@ class Freedom:
     `command` (a,) are the actuator commands, in their units, per unit of the twist. In units of the twist, `stroke` is
     how far they reach to either side within their limits, and `yield_stroke` how far until a link or flexure yields;
     `shift`, m, and `tilt`, rad, say how far the axis drifts at the end of the stroke. None where there are no commands,
-    limits or yield stresses.
+    limits or yield stresses, and where the tangent stiffness is refused (`tangent_stiffness`).
     """
 
     kind: str

@@ -137,9 +137,7 @@ def preload(
     T = cut.transforms
     Tt = np.swapaxes(T, -1, -2)
     own_loads = _segment_weights(cut, g)
-    load = np.zeros(model.order + 1)
-    np.add.at(load, cut.dof.reshape(-1, 12), (Tt @ own_loads[..., None])[..., 0])
-    load = load[:-1] + cut.M @ (model.rigid_body_motions()[:, :3] @ g)
+    load = model.carried[:, :3] @ g
     plan = model.plan
     arms = []
     for node, value in (loads or {}).items():

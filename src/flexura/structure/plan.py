@@ -79,7 +79,9 @@ def plan_of(mechanism: Mechanism | Plan) -> Plan:
     if isinstance(mechanism, Plan):
         return mechanism
     if not isinstance(mechanism, Mechanism):
-        raise OptionError(f"a Mechanism or a Plan is expected, not {mechanism!r}; flexura.load reads a file")
+        raise OptionError(
+            f"a Mechanism or a Plan is expected, not a {type(mechanism).__name__}; flexura.load reads a file"
+        )
     return Plan(mechanism)
 
 

@@ -153,7 +153,8 @@ class ModalSystem:
 
     def _outward(self, H: Complex, w: Array) -> Complex:
         """Add the static correction, differentiate, and add what goes directly."""
-        H += self.residual
+        loss = self.system.uniform_loss if self.loss is not None else None
+        H += self.residual / (1 + 1j * loss) if loss else self.residual
         for k, order in enumerate(self.derivative):
             if order:
                 H[:, k] *= ((1j * w) ** int(order))[:, None]
