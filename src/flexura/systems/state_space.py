@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -17,8 +18,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Hold = Literal["zoh", "foh"]
 
-POLE = 1e-13
-"""Relative distance from a pole below which a frequency response is refused."""
+DEPENDENT = 1e5
+"""Condition number of the eigenvectors from which a frequency response is solved frequency by frequency."""
 
 
 @dataclass(frozen=True)
@@ -66,14 +67,11 @@ class StateSpace:
             raise OptionError("frequencies are a list of finite numbers that are not negative, Hz")
         s = 2j * np.pi * hz
         z = s if self.dt is None else np.exp(s * self.dt)
-        H = np.empty((len(hz), len(self.C), self.B.shape[1]), dtype=complex)
-        for start in range(0, len(hz), 256):
-            own = slice(start, start + 256)
-            resolvent = z[own, None, None] * np.eye(self.order) - self.A
-            try:
-                H[own] = self.C @ np.linalg.solve(resolvent, self.B.astype(complex)) + self.D
-            except np.linalg.LinAlgError:
-                raise OptionError("one of the frequencies is an undamped pole: give the model some damping") from None
+        modes = _diagonal_form(self.A, self.B, self.C)
+        H = _by_solution(self, z) if modes is None else _by_modes(*modes, z)
+        if not np.isfinite(H).all():
+            raise OptionError("one of the frequencies is an undamped pole: give the model some damping")
+        H += self.D
         return H * np.exp(-s * self.delay)[:, None, None] if self.dt is None and self.delay else H
 
     def static_gain(self) -> Array:
@@ -115,6 +113,39 @@ class StateSpace:
         B, C, D = self.B[:, i], self.C[o], self.D[np.ix_(o, i)]
         ins, outs = tuple(self.inputs[k] for k in i), tuple(self.outputs[k] for k in o)
         return replace(self, B=B, C=C, D=D, inputs=ins, outputs=outs)
+
+
+def _diagonal_form(A: Array, B: Array, C: Array) -> tuple[Complex, Complex, Complex] | None:
+    """Poles (n,), inputs (n, m) and outputs (p, n) of the balanced A in its eigenvectors; None where these are all but
+    dependent."""
+    if not len(A):
+        return None
+    balanced, (scale, _) = la.matrix_balance(A, permute=False, separate=True)
+    found = np.linalg.eig(balanced)
+    V: Complex = found[1].astype(complex)
+    if not np.linalg.cond(V) < DEPENDENT:
+        return None
+    inputs: Complex = np.asarray(np.linalg.solve(V, B / scale[:, None]), dtype=complex)
+    return np.asarray(found[0], dtype=complex), inputs, np.asarray((C * scale) @ V, dtype=complex)
+
+
+def _by_modes(poles: Complex, inputs: Complex, outputs: Complex, z: Complex) -> Complex:
+    """C (z - A)^-1 B (f, p, m) as a sum over poles."""
+    residues = (outputs.T[:, :, None] * inputs[:, None, :]).reshape(len(poles), -1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return ((1 / (z[:, None] - poles)) @ residues).reshape(len(z), len(outputs), -1)
+
+
+def _by_solution(model: StateSpace, z: Complex) -> Complex:
+    """C (z - A)^-1 B (f, p, m) by solution at every frequency; infinite at poles."""
+    H = np.full((len(z), len(model.C), model.B.shape[1]), np.inf, dtype=complex)
+    for start in range(0, len(z), 256):
+        own = slice(start, start + 256)
+        with suppress(np.linalg.LinAlgError):
+            H[own] = model.C @ np.linalg.solve(
+                z[own, None, None] * np.eye(model.order) - model.A, model.B.astype(complex)
+            )
+    return H
 
 
 def held_exponentials(A: Array, B: Array, dt: float) -> tuple[Array, Array, Array]:
