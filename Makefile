@@ -29,6 +29,8 @@ demo: $(STAMP)
 	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
 
 test: $(STAMP)
+	@command -v cc >/dev/null || command -v gcc >/dev/null || \
+	  { echo "FMUs need a C compiler. On Debian: apt-get install gcc libc6-dev"; exit 1; }
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)
 
 lint: $(STAMP)
