@@ -12,7 +12,8 @@ import pytest
 from models import EXAMPLES, example_modes, modal_model
 
 import flexura as fx
-from flexura.exports import FORMATS, export, files, format_of
+from flexura import files
+from flexura.exports import FORMATS, export, format_of
 from flexura.exports.fmu_description import BASE_UNITS
 from flexura.systems.channel import UNITS
 

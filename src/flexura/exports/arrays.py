@@ -10,7 +10,7 @@ import numpy as np
 from flexura._version import __version__
 from flexura.exports.contents import contents, is_sparse
 from flexura.exports.extras import need
-from flexura.exports.files import write_file
+from flexura.files import write_file
 
 
 def write_npz(what: Any, path: str | Path, damping: Any | None = None) -> Path:

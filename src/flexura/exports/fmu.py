@@ -7,10 +7,10 @@ import uuid
 import zipfile
 from pathlib import Path
 
-from flexura.exports.files import write_file
 from flexura.exports.fmu_code import SOURCES, binary_place, c_sources, shared_library
 from flexura.exports.fmu_description import description, model_identifier
 from flexura.exports.linear import refuse_unfit
+from flexura.files import write_file
 from flexura.systems.state_space import StateSpace
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from flexura.exports.contents import contents
-from flexura.exports.files import write_file
 from flexura.exports.names import signal_names
+from flexura.files import write_file
 from flexura.systems.state_space import StateSpace
 
 _MATLAB_NAMES = {

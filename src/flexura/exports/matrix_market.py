@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from flexura.errors import OptionError
 from flexura.exports.contents import SecondOrder, second_order
-from flexura.exports.files import complete_files
+from flexura.files import complete_files
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.structure import FullOrderModel
 

@@ -13,8 +13,8 @@ from flexura.analysis.modes import Modes
 from flexura.errors import OptionError
 from flexura.exports.contents import Array, Response
 from flexura.exports.extras import need
-from flexura.exports.files import write_file
 from flexura.exports.lines import lines_of
+from flexura.files import write_file
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.structure import FullOrderModel
 from flexura.systems.channel import Channel

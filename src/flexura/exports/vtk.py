@@ -10,8 +10,8 @@ import numpy as np
 from flexura.analysis.modes import Modes
 from flexura.errors import OptionError
 from flexura.exports.extras import need
-from flexura.exports.files import complete_files
 from flexura.exports.lines import KINDS, Lines, lines_of
+from flexura.files import complete_files
 from flexura.structure import FullOrderModel
 
 

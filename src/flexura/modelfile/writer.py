@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import io
-import os
 from pathlib import Path as FilePath
 from typing import Any
 
-from flexura.errors import OptionError, Path
+from flexura.errors import Path
+from flexura.files import write_file
 from flexura.mechanism import DOF_NAMES, Matrix, Mechanism, Parameter, Substructure, Support
 from flexura.mechanism.base import Part
 from flexura.modelfile.document import resolve
@@ -57,20 +57,7 @@ def save(mechanism: Mechanism, path: str | FilePath) -> None:
     Raises ModelError as `dumps` does, and OptionError when the file cannot be written.
     """
     text = dumps(mechanism)
-    try:
-        target = FilePath(path).resolve()
-        temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
-        try:
-            with temporary.open("x", encoding="utf-8", newline="\n") as stream:
-                stream.write(text)
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise OptionError(f"{path} cannot be written: {reason}") from None
+    write_file(path, lambda file: file.write_text(text, encoding="utf-8", newline="\n"))
 
 
 def _part(part: Part, path: Path, written: dict[Path, Any]) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.errors import OptionError
+from flexura.files import complete_files
 from flexura.structure import FullOrderModel
 from flexura.view.pictures import DPI, draw_mechanism, draw_mode, draw_sheet
 from flexura.view.solids import node_motions, solids
@@ -70,18 +70,13 @@ def save_figures(figures: Mapping[str, Figure], folder: Path | str) -> list[Path
 
 
 def write_files(contents: dict[str, bytes], folder: Path) -> list[Path]:
-    """Write files into a folder by way of temporary ones, so that each appears complete or not at all.
+    """Write files into a folder, each of which appears complete or not at all.
 
-    Temporary files are removed when anything goes wrong. Raises OptionError when the folder cannot be written to.
+    Raises OptionError when the folder cannot be written to.
     """
-    try:
-        with tempfile.TemporaryDirectory(prefix=".flexura-", dir=folder) as scratch:
-            for name, content in contents.items():
-                (Path(scratch) / name).write_bytes(content)
-            for name in contents:
-                (Path(scratch) / name).replace(folder / name)
-    except OSError as error:
-        raise OptionError(f"cannot write pictures to {folder}: {error.strerror or error}") from None
+    with complete_files(folder) as scratch:
+        for name, content in contents.items():
+            (scratch / name).write_bytes(content)
     return [folder / name for name in contents]
 
 

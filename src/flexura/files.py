@@ -21,7 +21,9 @@ def complete_file(path: str | Path) -> Iterator[Path]:
     try:
         target = Path(path).expanduser().resolve()
         if target.is_dir():
-            raise OptionError(f"{path} is a folder, not a file")
+            raise OptionError(f"{path} cannot be written: it is a folder, not a file")
+        if not target.parent.is_dir():
+            raise OptionError(f"{path} cannot be written: there is no folder {target.parent}")
         with complete_files(target.parent) as folder:
             yield folder / target.name
     except (OSError, ValueError) as error:
