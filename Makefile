@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test lint format bench verification pictures clean help
+.PHONY: demo packages test lint format bench verification pictures clean help
 help:
 	@sed -n '2,6s/^# *//p' Makefile
 
@@ -28,7 +28,16 @@ demo: $(STAMP)
 	$(BIN)/flexura frequency-response examples/rpr/rpr.yaml --band 3,60 --damping 0.01 --plot out/rpr
 	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
 
-test: $(STAMP)
+# for solid models: CalculiX, and the libraries that gmsh is linked to
+PACKAGES := calculix-ccx libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1
+packages: $(STAMP)
+	@command -v ccx >/dev/null && $(BIN)/python -c 'import gmsh' 2>/dev/null && exit 0; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	  (apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(PACKAGES)) >/dev/null 2>&1 && exit 0; \
+	fi; \
+	echo "Tests of CalculiX and of solids by gmsh are skipped. On Debian: apt-get install $(PACKAGES)"
+
+test: packages
 	@command -v cc >/dev/null || command -v gcc >/dev/null || \
 	  { echo "FMUs need a C compiler. On Debian: apt-get install gcc libc6-dev"; exit 1; }
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)
@@ -47,6 +56,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/response.py
 	$(BIN)/python benchmarks/control_step.py
+	$(BIN)/python benchmarks/solid.py
 
 verification: $(STAMP)
 	$(BIN)/python -m pytest tests/literature tests/opensees --verification-page docs/verification.md

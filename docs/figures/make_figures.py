@@ -71,6 +71,19 @@ def rpr_response() -> None:
     fx.draw_response_matrix(result).savefig(HERE / "rpr_response.png", dpi=100)
 
 
+def rpr_solid() -> None:
+    """The second mode of the RPR mechanism as corrected beams and as a solid."""
+    result = fx.verify(fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml"))
+    fx.draw_mode_pair(result, 2).savefig(HERE / "rpr_solid.png", dpi=100)
+
+
+def rpr_test() -> None:
+    """The virtual test of the RPR mechanism beside the measured frequencies."""
+    folder = HERE.parents[1] / "examples" / "rpr"
+    result = fx.virtual_test(fx.load(folder / "rpr_test.yaml"))
+    fx.draw_virtual_test(result, fx.read_frequencies(folder / "table5.csv")).savefig(HERE / "rpr_test.png", dpi=100)
+
+
 def closed_loop() -> None:
     """Loops and steps of the platform under control, by the example itself."""
     script = HERE.parents[1] / "examples" / "rpr" / "closed_loop.py"
@@ -82,4 +95,6 @@ if __name__ == "__main__":
     pivot()
     rpr()
     rpr_response()
+    rpr_solid()
+    rpr_test()
     closed_loop()

@@ -128,6 +128,18 @@ if TYPE_CHECKING:
     from flexura.reduction import natural_frequencies as natural_frequencies
     from flexura.reduction import nested as nested
     from flexura.reduction import reduce as reduce
+    from flexura.solid.imported import ImportedPart as ImportedPart
+    from flexura.solid.imported import imported as imported
+    from flexura.solid.parts import with_solid_parts as with_solid_parts
+    from flexura.solid.readers import read_ansys as read_ansys
+    from flexura.solid.readers import read_calculix as read_calculix
+    from flexura.solid.step import write_step as write_step
+    from flexura.solid.stored import MatrixEvidence as MatrixEvidence
+    from flexura.solid.stored import StoredMatrices as StoredMatrices
+    from flexura.solid.verify import SolidRow as SolidRow
+    from flexura.solid.verify import Verification as Verification
+    from flexura.solid.verify import VerificationRow as VerificationRow
+    from flexura.solid.verify import verify as verify
     from flexura.structure import FullOrderModel as FullOrderModel
     from flexura.structure import Plan as Plan
     from flexura.structure import assemble as assemble
@@ -142,11 +154,14 @@ if TYPE_CHECKING:
     from flexura.view import draw_bode as draw_bode
     from flexura.view import draw_mechanism as draw_mechanism
     from flexura.view import draw_mode as draw_mode
+    from flexura.view import draw_mode_pair as draw_mode_pair
     from flexura.view import draw_nyquist as draw_nyquist
     from flexura.view import draw_response_matrix as draw_response_matrix
     from flexura.view import draw_time as draw_time
+    from flexura.view import draw_verification as draw_verification
     from flexura.view import save_figures as save_figures
     from flexura.view import save_pictures as save_pictures
+    from flexura.view import save_verification as save_verification
 
 _EXPORTS = {
     "flexura.analysis": (
@@ -162,9 +177,9 @@ _EXPORTS = {
         *("CATALOGUE", "DOF_NAMES", "BaseMotion", "BaseRotation", "Box", "Circle", "CircularContour"),
         *("CircularPattern", "CornerFilletedContour", "Cylinder", "Damping", "DampingBand", "Dashpot"),
         *("DiagonalDamping", "DiagonalStiffness", "EllipticalContour", "Expression", "Flexure"),
-        *("ForceActuator", "ForceSensor", "HyperbolicContour", "Instance", "Leaf", "LinearPattern", "Link"),
-        *("Material", "Matrix", "Mechanism", "MirrorPattern", "MomentActuator", "MotionSensor", "Notch"),
-        *("ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh", "Rectangle"),
+        *("ForceActuator", "ForceSensor", "HyperbolicContour", "Instance", "Leaf", "LinearPattern"),
+        *("Link", "Material", "Matrix", "Mechanism", "MirrorPattern", "MomentActuator", "MotionSensor"),
+        *("Notch", "ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh", "Rectangle"),
         *("RigidBody", "Rotation", "RoundNotch", "SectionConstants", "Spring", "StraightContour"),
         *("Substructure", "Superelement", "Support", "TabulatedContour", "Tube", "TwoAxisNotch"),
         *("VShapedContour", "parameter"),
@@ -175,14 +190,21 @@ _EXPORTS = {
         *("Certificate", "LowOrderModel", "NestedModel", "certify", "condense", "interface_reduction"),
         *("natural_frequencies", "nested", "reduce"),
     ),
+    "flexura.solid.imported": ("ImportedPart", "imported"),
+    "flexura.solid.parts": ("with_solid_parts",),
+    "flexura.solid.readers": ("read_ansys", "read_calculix"),
+    "flexura.solid.step": ("write_step",),
+    "flexura.solid.stored": ("MatrixEvidence", "StoredMatrices"),
+    "flexura.solid.verify": ("SolidRow", "Verification", "VerificationRow", "verify"),
     "flexura.structure": ("FullOrderModel", "Plan", "assemble"),
     "flexura.systems": (
         *("Channel", "ComplexModes", "ModalSystem", "StateSpace", "System", "neglected_bound", "state_space"),
         *("system",),
     ),
     "flexura.view": (
-        *("draw_bode", "draw_mechanism", "draw_mode", "draw_nyquist", "draw_response_matrix", "draw_time"),
-        *("save_figures", "save_pictures"),
+        *("draw_bode", "draw_mechanism", "draw_mode", "draw_mode_pair"),
+        *("draw_nyquist", "draw_response_matrix", "draw_time"),
+        *("draw_verification", "save_figures", "save_pictures", "save_verification"),
     ),
 }
 _MODULE_OF = {name: module for module, names in _EXPORTS.items() for name in names}

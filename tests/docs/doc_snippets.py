@@ -267,7 +267,7 @@ def check_yaml(block: Block) -> None:
     if block.is_whole_file:
         flexura.modes(flexura.loads(block.text, block.file or "snippet"), n=1)
     else:
-        flexura.assemble(flexura.loads(embedded(block.text), "fragment"))
+        flexura.assemble(flexura.with_solid_parts(flexura.loads(embedded(block.text), "fragment")))
 
 
 def embedded(fragment: str) -> str:

@@ -192,7 +192,7 @@ def test_signatures():
 RESULTS = (
     *("CheckReport", "Modes", "Mode", "Evidence", "FullOrderModel", "LowOrderModel"),
     *("Channel", "System", "ModalSystem", "ComplexModes", "StateSpace", "FrequencyResponse", "TimeResponse"),
-    *("SignalFile", "Statics", "ActuatorState", "Kinetostatics", "Freedom"),
+    *("SignalFile", "Statics", "ActuatorState", "Kinetostatics", "Freedom", "Verification"),
 )
 
 

@@ -16,7 +16,7 @@ from flexura.view import Kind, draw_mechanism, draw_mode, draw_sheet, raster, so
 from flexura.view.axes import frame, length_unit
 from flexura.view.camera import Camera
 from flexura.view.palette import COLOURS, NAMES
-from flexura.view.pictures import _new_figure
+from flexura.view.pictures import new_figure
 from flexura.view.viewpoint import good_camera, visible_flexures
 
 AL = "Al-7075-T6"
@@ -161,7 +161,7 @@ def test_the_sheet_shows_every_mode(model, sideways):
 
 @pytest.mark.parametrize(("elev", "azim"), [(27.0, -51.0), (90.0, -90.0), (0.0, 0.0), (-30.0, 140.0)])
 def test_ticks_stand_where_their_numbers_say(elev, azim):
-    figure, camera = _new_figure((8.0, 6.0)), Camera(elev, azim)
+    figure, camera = new_figure((8.0, 6.0)), Camera(elev, azim)
     low, high = np.array([-0.03, 0.01, 0.0]), np.array([0.05, 0.04, 0.1])
     view = frame(figure, camera, (low, high), (0.1, 0.15, 0.8, 0.7))
     drawn = [line.get_xydata() for line in figure.axes[0].lines if line.get_zorder() == 3]
@@ -179,7 +179,7 @@ def test_ticks_stand_where_their_numbers_say(elev, azim):
 
 
 def test_ticks_follow_the_scale_of_the_view():
-    figure = _new_figure((8.0, 6.0))
+    figure = new_figure((8.0, 6.0))
     view = frame(figure, Camera(0.0, -90.0), (np.zeros(3), np.full(3, 0.1)), (0.1, 0.15, 0.8, 0.7))
     texts = [(t.get_text(), *t.get_position()) for t in figure.axes[0].texts if "/" not in t.get_text()]
     lowest = min(y for _, _, y in texts)

@@ -25,6 +25,7 @@ from flexura.cli.options import (
     vector,
 )
 from flexura.cli.response import COMMANDS
+from flexura.cli.verification import verify_command
 from flexura.errors import ExpressionError, FlexuraError, ModelError, OptionError
 
 app = typer.Typer(
@@ -186,7 +187,11 @@ def buckling_command(
         tables.print_preload(data)
 
 
-for _name, _command in {**COMMANDS, "export": export_command}.items():
+for _name, _command in {
+    "verify": verify_command,
+    **COMMANDS,
+    "export": export_command,
+}.items():
     app.command(_name)(_command)
 
 

@@ -41,11 +41,24 @@ Commands = Annotated[
 
 
 def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]:
-    """The mechanism of a file, and the parameters that are replaced."""
-    from flexura.modelfile import load, parse_override
+    """The mechanism of a file, solid members reduced to superelements, and the parameters that are replaced."""
+    from flexura.mechanism.substructure import has_solid_members
+    from flexura.modelfile import load
 
     mechanism = load(file)
-    return mechanism, dict(parse_override(mechanism, text) for text in settings or [])
+    parameters = settings_of(mechanism, settings)
+    if has_solid_members(mechanism):
+        from flexura.solid.parts import with_solid_parts
+
+        mechanism = with_solid_parts(mechanism, parameters)
+    return mechanism, parameters
+
+
+def settings_of(mechanism: Any, settings: list[str] | None) -> dict[str, float]:
+    """The parameters that are replaced, SI. Raises ModelError and OptionError."""
+    from flexura.modelfile import parse_override
+
+    return dict(parse_override(mechanism, text) for text in settings or [])
 
 
 def print_json(data: Any) -> None:

@@ -212,6 +212,8 @@ class Superelement(Part):
     amplitudes: AmplitudeCount = 0
     stiffness: SquareMatrix
     mass: SquareMatrix
+    loss_factor: NonNegativeNumber | None = None
+    """Structural loss factor."""
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:

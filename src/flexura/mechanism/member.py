@@ -14,6 +14,8 @@ from flexura.mechanism.section import Circle, Rectangle, Section, SectionConstan
 
 Theory = Literal["rayleigh", "timoshenko", "euler_bernoulli"]
 Integration = Literal["stepped", "tapered"]
+Fidelity = Literal["beam", "solid"]
+Faces = Literal["rigid", "averaged", "flexible"]
 ElementCount = Annotated[int, Field(ge=1, le=10_000, strict=True)]
 
 
@@ -39,6 +41,12 @@ class Member(Part):
     """Structural loss factor; None takes the material's."""
     ends: Ends | None = None
     """Whether the end sections are held flat, so that they neither warp nor curl; None works it out."""
+    fidelity: Fidelity | None = None
+    """`solid` takes a part reduced from a three-dimensional mesh in place of beam elements; None takes the
+    substructure's."""
+    faces: Faces = "rigid"
+    """How the end faces of a solid member follow its nodes: as they are, on average, or with deformations of their
+    own."""
 
 
 class Link(Member):

@@ -12,7 +12,7 @@ from flexura.mechanism.channels import Actuator, Sensor
 from flexura.mechanism.corrections import Corrections
 from flexura.mechanism.damping import Damping, Dashpot
 from flexura.mechanism.material import CATALOGUE, Material
-from flexura.mechanism.member import Flexure, Link, Theory
+from flexura.mechanism.member import Fidelity, Flexure, Link, Theory
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Angle
 from flexura.mechanism.section import Section
@@ -85,6 +85,8 @@ class Substructure(Part):
     """Pairs of nodes that are one; nodes of instances are written INSTANCE.NODE."""
     interface: tuple[str, ...] = ()
     """Nodes (or bodies) that others may join, carry or clamp."""
+    fidelity: Fidelity | None = None
+    """Whether members that do not say so themselves are beams or solids; None takes the mechanism's, or `beam`."""
 
 
 class Support(Part):
@@ -142,3 +144,15 @@ class Mechanism(Substructure):
         """
         own = self.materials.get(name, name)
         return own if isinstance(own, Material) else CATALOGUE[own]
+
+
+def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:
+    """Links and flexures of fidelity `solid` declared in a substructure, or with no name in the mechanism itself."""
+    part = mechanism.substructures[name] if name else mechanism
+    default = part.fidelity or mechanism.fidelity
+    return {key: m for key, m in {**part.links, **part.flexures}.items() if (m.fidelity or default) == "solid"}
+
+
+def has_solid_members(mechanism: Mechanism) -> bool:
+    """Whether any member is to be a solid."""
+    return any(solid_members(mechanism, name) for name in ("", *mechanism.substructures))

@@ -36,9 +36,9 @@ def pair(model: FullOrderModel, reference: Solution, solution: Solution) -> list
     ordered = in_order(reference.frequency_hz, solution.frequency_hz)
     if agree(reference, solution, ordered) or reference.shapes is None or solution.shapes is None:
         return ordered
-    overlap = _overlap(model, reference, solution)
+    overlap = mac_matrix(model, reference, solution)
     distance = np.abs(reference.frequency_hz[:, None] - solution.frequency_hz)
-    partner = np.array(_assigned(overlap, distance), dtype=np.intp)
+    partner = np.array(assigned(overlap, distance), dtype=np.intp)
     for at in _clusters(reference.frequency_hz):
         own = np.isin(partner, at)
         partner[own] = np.sort(partner[own])
@@ -79,7 +79,7 @@ def in_order(reference: Array, frequencies: Array) -> list[int]:
     return partner
 
 
-def _overlap(model: FullOrderModel, reference: Solution, solution: Solution) -> Array:
+def mac_matrix(model: FullOrderModel, reference: Solution, solution: Solution) -> Array:
     """MAC (reference, solution) with every reference mode's space of repeated frequency."""
     nodes, components = np.nonzero(model.plan.topology.dof >= 0)
     assert reference.shapes is not None and solution.shapes is not None
@@ -100,7 +100,7 @@ def _clusters(frequency: Array) -> list[Index]:
     return [part for part in np.split(np.arange(len(frequency)), breaks) if len(part)]
 
 
-def _assigned(overlap: Array, distance: Array) -> list[int]:
+def assigned(overlap: Array, distance: Array) -> list[int]:
     """The assignment with the largest sum of MACs, nearer frequencies first among equals."""
     from scipy.optimize import linear_sum_assignment
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import ExpressionError, Path, Problem
+from flexura.errors import ExpressionError, OptionError, Path, Problem
 from flexura.mechanism.dimension import LENGTH, MASS, Dimension
 from flexura.units import parse_unit
 
@@ -43,11 +44,22 @@ def prepare_superelement(entry: dict[str, Any], directory: FilePath) -> Problem 
     return None
 
 
+def unit_factors(units: Mapping[str, str] | None) -> tuple[float, float, float]:
+    """Length, mass and time of `units`, such as `{"length": "mm", "mass": "t"}`, in SI; those left out are SI.
+
+    Raises OptionError for other keys, and for texts that are no units of these.
+    """
+    try:
+        return _units(units)
+    except _RefusedError as refused:
+        raise OptionError(str(refused.problem)) from None
+
+
 def _units(raw: Any) -> tuple[float, float, float]:
     if raw is None:
         return 1.0, 1.0, 1.0
     hint = "e.g. {length: mm, mass: t, time: s}"
-    if not isinstance(raw, dict):
+    if not isinstance(raw, Mapping):
         raise _RefusedError(("units",), repr(raw), "the units of a superelement are a mapping", hint)
     factors = {"length": 1.0, "mass": 1.0, "time": 1.0}
     for key, text in raw.items():

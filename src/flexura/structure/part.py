@@ -101,11 +101,10 @@ class Part:
             key: SpringLump(slots, dashpot, [nodes.get(n) for n in dashpot.nodes])
             for key, dashpot in prototype.dashpots.items()
         }
-        self._spring_loss = {
-            key: slots.add(spring.loss_factor)
-            for key, spring in prototype.springs.items()
-            if spring.loss_factor is not None
-        }
+        self._loss = [
+            None if own.loss_factor is None else slots.add(own.loss_factor)
+            for own in (*prototype.springs.values(), *prototype.superelements.values())
+        ]
         self.channels = PartChannels(slots, prototype, nodes.get)
         exposed = layout.exposed(name)
         self.carried: dict[int, list[int]] = {
@@ -309,9 +308,8 @@ class Part:
     def lump_losses(self, values: Array, default: float) -> list[float]:
         """Loss factors of the lumps in the order of `lumps`; `default` where there is none. One design."""
         losses = [default] * (len(self.bodies) + len(self.points))
-        own = (self._spring_loss.get(key) for key in self.springs)
-        losses += [default if slot is None else float(values[slot]) for slot in own]
-        return losses + [default] * (len(self.superelements) + len(self.channels.piezos) + len(self.channels.masses))
+        losses += [default if slot is None else float(values[slot]) for slot in self._loss]
+        return losses + [default] * (len(self.channels.piezos) + len(self.channels.masses))
 
     def dashpot_matrices(self, values: Array, geometry: PartGeometry) -> list[Array]:
         """Damping matrices (6n, 6n) of the dashpots over their nodes, part's axes."""

@@ -12,13 +12,13 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
-from flexura.errors import ModelError, OptionError
+from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import ParameterTable
 from flexura.mechanism.expression import Expression
-from flexura.mechanism.layout import Child, Layout
+from flexura.mechanism.layout import TOP, Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism.substructure import Mechanism, solid_members
 from flexura.structure.ends import settle_ends
 from flexura.structure.members import ElementSlice, Members
 from flexura.structure.part import Lump, Part, PartGeometry, PartMatrices
@@ -98,6 +98,18 @@ def one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
     return single
 
 
+def _refuse_solid_members(layout: Layout) -> None:
+    """Raise ModelError for members that are to be superelements of solid meshes and are not yet."""
+    found, rule = [], "a solid member has to be reduced to a superelement first"
+    for name, prototype in layout.prototypes.items():
+        above = () if name == TOP else ("substructures", name)
+        for key in solid_members(layout.mechanism, name):
+            kind = "links" if key in prototype.links else "flexures"
+            found.append(Problem((*above, kind, key, "fidelity"), "solid", rule, "flexura.with_solid_parts(mechanism)"))
+    if found:
+        raise ModelError(found)
+
+
 class Plan:
     """A mechanism laid out once: prototypes, instances, numbering; evaluated by pure functions of slot values.
 
@@ -110,6 +122,7 @@ class Plan:
             raise ModelError(found)
         self.mechanism = mechanism
         self.layout = Layout(mechanism)
+        _refuse_solid_members(self.layout)
         self.slots = SlotTable()
         self.parts = {name: Part(self.layout, name, self.slots) for name in self.layout.prototypes}
         members = [m for part in self.parts.values() for m in part.members.values()]

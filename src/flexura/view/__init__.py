@@ -5,6 +5,7 @@ from flexura.view.files import save_figures, save_pictures
 from flexura.view.pictures import draw_mechanism, draw_mode, draw_sheet
 from flexura.view.scene import Kind, Solids
 from flexura.view.solids import solids
+from flexura.view.verification import draw_mode_pair, draw_verification, save_verification
 
 __all__ = [
     "Kind",
@@ -12,11 +13,14 @@ __all__ = [
     "draw_bode",
     "draw_mechanism",
     "draw_mode",
+    "draw_mode_pair",
     "draw_nyquist",
     "draw_response_matrix",
     "draw_sheet",
     "draw_time",
+    "draw_verification",
     "save_figures",
     "save_pictures",
+    "save_verification",
     "solids",
 ]

@@ -47,14 +47,10 @@ def draw_mechanism(
     Raises OptionError for a model that holds a stack of designs or nothing that could be drawn.
     """
     parts = solids(model)
-    camera = _camera(parts, elev, azim)
-    figure = _new_figure(SIZE)
+    camera = camera_for(parts, elev, azim)
+    figure = new_figure(SIZE)
     view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, 0.725))
-    colours = np.array([COLOURS[kind] for kind in Kind])
-    faces = np.repeat(colours[parts.face_kinds][:, None], 4, axis=1)
-    clear = visible_flexures(parts, camera) < HIDDEN
-    scene = _triangles(parts, parts.points, view, faces, colours[parts.line_kinds], clear_bodies=clear)
-    axes, depth = _paint(figure, *scene)
+    axes, depth = paint(figure, *rest_triangles(parts, view, visible_flexures(parts, camera) < HIDDEN))
     _add_dots(axes, parts, view, depth)
     heading(figure, title if title is not None else model.plan.mechanism.name, "")
     legend(figure, parts)
@@ -81,11 +77,11 @@ def draw_mode(
     finite or of another shape.
     """
     parts = solids(model, displacements)
-    camera = _camera(parts, elev, azim)
-    figure = _new_figure(SIZE)
+    camera = camera_for(parts, elev, azim)
+    figure = new_figure(SIZE)
     factor = _scale(parts, scale)
-    view = _mode_view(figure, parts, camera, factor, (0.035, 0.05, 0.82, 0.79))
-    _paint(figure, *_mode_triangles(parts, view, factor))
+    view = mode_view(figure, parts, camera, factor, (0.035, 0.05, 0.82, 0.79))
+    paint(figure, *mode_triangles(parts, view, factor))
     heading(figure, title, subtitle)
     triad(figure, camera, (0.875, 0.03, 0.10, 0.133))
     colour_bar(figure, (0.912, 0.27, 0.017, 0.45))
@@ -108,16 +104,16 @@ def draw_sheet(
     """
     count = min(shapes.shape[2], 6)
     rows = 2 if count > 3 else 1
-    figure = _new_figure((12.0, 8.0 if rows == 2 else 4.4))
+    figure = new_figure((12.0, 8.0 if rows == 2 else 4.4))
     camera = None
     painting: list[tuple[Triangles, Triangles]] = []
     for k in range(count):
         parts = solids(model, shapes[:, :, k])
-        camera = camera or _camera(parts, elev, azim)
+        camera = camera or camera_for(parts, elev, azim)
         left, bottom = 0.015 + 0.308 * (k % 3), 1 - (k // 3 + 1) / rows
         scale = _scale(parts, None)
-        view = _mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 / rows, 0.28, 0.77 / rows))
-        painting.append(_mode_triangles(parts, view, scale))
+        view = mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 / rows, 0.28, 0.77 / rows))
+        painting.append(mode_triangles(parts, view, scale))
         top = bottom + (1 - 0.04) / rows
         figure.text(
             left + 0.15, top, titles[k], ha="center", va="top", size=12, weight="bold", color=INK, parse_math=False
@@ -127,7 +123,7 @@ def draw_sheet(
             left + 0.15, top - 0.065 / rows, text, ha="center", va="top", size=8.5, color="0.35", parse_math=False
         )
     if camera is not None:
-        _paint(figure, *(Triangles.joined(list(part)) for part in zip(*painting, strict=True)))
+        paint(figure, *(Triangles.joined(list(part)) for part in zip(*painting, strict=True)))
         triad(figure, camera, (0.942, 0.02, 0.052, 0.052 * figure.bbox.width / figure.bbox.height))
     colour_bar(figure, (0.952, 0.28, 0.009, 0.46))
     return figure
@@ -159,7 +155,14 @@ def _triangles(
     return Triangles.joined([opaque, edges, lines]), glass
 
 
-def _mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles, Triangles]:
+def rest_triangles(parts: Solids, view: View, clear_bodies: bool) -> tuple[Triangles, Triangles]:
+    """A mechanism at rest, coloured by kind, rigid bodies see-through or not."""
+    colours = np.array([COLOURS[kind] for kind in Kind])
+    faces = np.repeat(colours[parts.face_kinds][:, None], 4, axis=1)
+    return _triangles(parts, parts.points, view, faces, colours[parts.line_kinds], clear_bodies=clear_bodies)
+
+
+def mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles, Triangles]:
     """A deformed mechanism, coloured by displacement, in front of its ghost at rest."""
     largest = parts.largest_motion() or 1.0
     colours = displacement_colours(np.linalg.norm(parts.motions, axis=1) / largest)
@@ -178,7 +181,7 @@ def _mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles,
     return Triangles.joined([behind, solid]), glass
 
 
-def _camera(parts: Solids, elev: float | None, azim: float | None) -> Camera:
+def camera_for(parts: Solids, elev: float | None, azim: float | None) -> Camera:
     if elev is not None and azim is not None:
         return Camera(elev, azim)
     chosen = good_camera(parts)
@@ -204,7 +207,7 @@ def _scale(parts: Solids, scale: float | None) -> float:
     return scale
 
 
-def _new_figure(size: tuple[float, float]) -> Figure:
+def new_figure(size: tuple[float, float]) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -213,14 +216,14 @@ def _new_figure(size: tuple[float, float]) -> Figure:
     return figure
 
 
-def _mode_view(figure: Figure, parts: Solids, camera: Camera, scale: float, area: Box) -> View:
+def mode_view(figure: Figure, parts: Solids, camera: Camera, scale: float, area: Box) -> View:
     size = np.array([figure.bbox.width, figure.bbox.height])
     low = np.array(area[:2]) * size
     points = np.concatenate([parts.points, parts.points + scale * parts.motions])
     return View.fitting(camera, points, low, low + np.array(area[2:]) * size)
 
 
-def _paint(figure: Figure, solid: Triangles, glass: Triangles) -> tuple[Axes, Array]:
+def paint(figure: Figure, solid: Triangles, glass: Triangles) -> tuple[Axes, Array]:
     """Lay the image of the triangles over the whole figure; axes in pixels and the depth (height, width)."""
     width, height = int(figure.bbox.width), int(figure.bbox.height)
     image, depth = render(solid, glass, width, height)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -10,8 +13,11 @@ from flexura.structure import FullOrderModel
 from flexura.view.lumps import add_lumps
 from flexura.view.marks import add_marks
 from flexura.view.members import LEVELS, Detail, Placing, member_surfaces
-from flexura.view.meshes import Array
+from flexura.view.meshes import Array, Mesh
 from flexura.view.scene import Collector, Kind, Solids
+
+if TYPE_CHECKING:
+    from flexura.solid.surface import SurfaceShape
 
 FACE_BUDGET = 20_000
 """Members are drawn in less detail, in the end as lines, to stay below this many faces."""
@@ -28,6 +34,20 @@ def solids(model: FullOrderModel, displacements: ArrayLike | None = None) -> Sol
     u = node_motions(model, displacements)
     collector = Collector()
     _add_members(collector, model, u, _detail(model))
+    collector.include(model.geometry.positions)
+    add_lumps(collector, model, u)
+    add_marks(collector, model, u)
+    return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
+
+
+def meshed_solids(
+    model: FullOrderModel, displacements: ArrayLike, surfaces: Sequence[SurfaceShape], mode: int
+) -> Solids:
+    """The same with the surfaces of solid meshes in place of the members, moving in their mode of position `mode`."""
+    u = node_motions(model, displacements)
+    collector = Collector()
+    for surface in surfaces:
+        collector.mesh(Mesh(surface.points, surface.facets), surface.displacement[:, :, mode], Kind.FLEXURE)
     collector.include(model.geometry.positions)
     add_lumps(collector, model, u)
     add_marks(collector, model, u)

@@ -1,0 +1,216 @@
+"""Beams against the solid on a terminal, and as files."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from flexura.cli.options import File, Json, Settings, print_json, settings_of
+from flexura.cli.tables import console_of_width
+
+if TYPE_CHECKING:
+    from flexura.mechanism import Mechanism
+    from flexura.solid.verify import SolidRow, Verification, VerificationRow
+
+GAP = 2
+"""Spaces between columns."""
+
+POOR = 0.9
+"""A modal assurance criterion below this is marked."""
+
+
+DESCRIBED = {
+    "plain": "none is corrected, as in the plain rows",
+    "corrected": "as in the corrected rows",
+    "as described": "solid ones, or some corrected and some not: as described",
+}
+"""What the file says of its members."""
+
+
+class SolidSolver(StrEnum):
+    """What makes the matrices of the solid."""
+
+    flexura = "flexura"
+    calculix = "calculix"
+
+
+def verify_command(
+    file: File,
+    n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of modes.")] = 6,
+    size: Annotated[
+        float | None,
+        typer.Option(metavar="FACTOR", help="Size of the fine mesh's cells; 1 is the mesher's own, the default 0.7."),
+    ] = None,
+    solver: Annotated[
+        SolidSolver, typer.Option(help="Finite elements of the solid: flexura's own, or CalculiX.")
+    ] = SolidSolver.flexura,
+    step: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the solids to this STEP file.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write pictures of beams and solid side by side here.")
+    ] = None,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Beam models, plain and corrected, against solid finite elements of the same mechanism, mode by mode."""
+    from flexura.modelfile import load
+    from flexura.solid.verify import progressively
+
+    mechanism = load(file)
+    parameters = settings_of(mechanism, set)
+    written = [] if step is None else [_write_step(mechanism, parameters, step)]
+    done, interrupted = None, False
+    try:
+        for so_far in progressively(mechanism, n, size, parameters, solver.value, announce=_announce):
+            done = so_far
+    except KeyboardInterrupt:
+        interrupted = True
+    if done is not None and plot is not None and done.shapes is not None:
+        from flexura.view import save_verification
+
+        written += save_verification(done, plot)
+    if done is not None and as_json:
+        print_json(done.to_dict() | {"files": [str(path) for path in written]})
+    elif done is not None:
+        print_verification(done, written)
+    if interrupted:
+        sys.stderr.write("flexura: interrupted; what was done is shown\n")
+        raise SystemExit(130)
+
+
+def _write_step(mechanism: Mechanism, parameters: dict[str, float], path: Path) -> Path:
+    from flexura.solid.beams import all_beams
+    from flexura.solid.step import write_step
+    from flexura.structure import assemble
+
+    _announce(f"solids to {path}")
+    return write_step(assemble(all_beams(mechanism, "auto"), parameters), path)
+
+
+def _announce(text: str) -> None:
+    sys.stderr.write(f"{text} ...\n")
+
+
+def print_verification(result: Verification, written: list[Path]) -> None:
+    """Print a row for every model and a column for every mode of the solid, then the evidence.
+
+    Modes that do not fit beside each other follow in further tables.
+    """
+    console = console_of_width()
+    against = "errors against the converged solid" if result.solids else "no solid yet: modes by their own numbers"
+    console.print(f"{result.name}: frequencies in Hz, {against}", style="bold", markup=False)
+    left = _columns(result)
+    modes = [
+        [f"mode {k + 1}", *(_cell(row, k) for row in result.rows if not row.failure), *_solid_cells(result, k)]
+        for k in range(max([len(result.frequency_hz), *(len(row.frequency_hz) for row in result.rows)]))
+    ]
+    while modes:
+        room = console.width - sum(max(map(len, column)) + GAP for column in left)
+        fitting = 0
+        while fitting < len(modes) and room >= (need := max(map(len, modes[fitting]))):
+            room, fitting = room - need - GAP, fitting + 1
+        console.print(_table([*left, *modes[: max(fitting, 1)]], bold=len(result.solids) > 0))
+        left, modes = left[:1], modes[max(fitting, 1) :]
+        if modes:
+            console.print()
+    for text in _remarks(result):
+        console.print(text, markup=False)
+    for path in written:
+        console.print(f"wrote {path}", markup=False)
+
+
+def _table(columns: list[list[str]], bold: bool) -> Table:
+    """A table of columns with their headings; the last row in bold where it is the solid's limit."""
+    table = Table(box=None, pad_edge=False, padding=(0, GAP, 0, 0), header_style="bold")
+    for k, (heading, *_) in enumerate(columns):
+        table.add_column(heading, justify="right" if k else "left", no_wrap=True)
+    rows = list(zip(*(cells for _, *cells in columns), strict=True))
+    for k, row in enumerate(rows):
+        table.add_row(*row, style="bold" if bold and k == len(rows) - 1 else None)
+    return table
+
+
+def _columns(result: Verification) -> list[list[str]]:
+    """Columns before the modes, headings first."""
+    columns = [["model"], ["DOFs"], ["time"], ["worst"]]
+    for row in result.rows:
+        if not row.failure:
+            worst = "" if row.worst_error is None else f"{100 * row.worst_error:+.2g} %"
+            own = row.model, "" if row.order is None else str(row.order), _seconds(row.seconds or 0.0), worst
+            for column, cell in zip(columns, own, strict=True):
+                column.append(cell)
+    for solid in result.solids:
+        worst = max((e for e in solid.error if e is not None), key=abs, default=0.0)
+        own = f"solid, size {solid.size:.3g}", str(solid.dofs), _seconds(solid.seconds), f"{100 * worst:+.2g} %"
+        for column, cell in zip(columns, own, strict=True):
+            column.append(cell)
+    if result.solids:
+        for column, cell in zip(columns, ("solid, limit", "", "", ""), strict=True):
+            column.append(cell)
+    return columns
+
+
+def _seconds(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+
+
+def _cell(row: VerificationRow, k: int) -> str:
+    """A frequency with its error, marked where the two shapes differ visibly."""
+    hz = row.frequency_hz[k] if k < len(row.frequency_hz) else None
+    if hz is None:
+        return "none"
+    if not row.error:
+        return f"{hz:.5g}"
+    mac = row.mac[k]
+    return _with_error(hz, row.error[k], "*" if mac is not None and mac < POOR else "")
+
+
+def _solid_cells(result: Verification, k: int) -> list[str]:
+    if not result.solids:
+        return []
+    return [*(_solid_cell(solid, k) for solid in result.solids), f"{result.frequency_hz[k]:.5g}"]
+
+
+def _solid_cell(solid: SolidRow, k: int) -> str:
+    hz = solid.frequency_hz[k]
+    return "none" if hz is None else _with_error(hz, solid.error[k], "")
+
+
+def _with_error(hz: float, error: float | None, mark: str) -> str:
+    return f"{hz:.5g}{mark}" + ("" if error is None else f" {100 * error:+.2f}%")
+
+
+def _remarks(result: Verification) -> list[str]:
+    """What the file itself says, failures, the solid's own error, the masses."""
+    said = [f"members of the file itself: {DESCRIBED[result.described]}"]
+    said += [f"{row.model}: {row.failure}" for row in result.rows if row.failure]
+    if not result.solids:
+        return said
+    doubtful = [
+        f"{row.model} mode {k + 1} MAC {mac:.2f}"
+        for row in result.rows
+        for k, mac in enumerate(row.mac)
+        if mac is not None and mac < POOR
+    ]
+    if doubtful:
+        said.append(f"* shapes differ: {', '.join(doubtful)}")
+    if len(result.solids) == 1:
+        said.append("one mesh: how far it is from the limit is not known")
+    else:
+        each = ", ".join("unknown" if u is None else f"{100 * u:.2g}" for u in result.uncertainty)
+        said.append(f"limit estimated from two meshes, uncertain by {each} %")
+    finest = result.solids[-1]
+    said.append(
+        f"fine mesh: {finest.cells} distinct cells, {finest.meshed_dofs} DOFs of {finest.dofs} placed,"
+        f" reduced to {finest.order}; solver {result.solver}"
+    )
+    if result.mass_error is not None:
+        said.append(
+            f"mass of members {result.beam_mass:.5g} kg as beams, {result.solid_mass:.5g} kg as solids"
+            f" ({'equal' if abs(result.mass_error) < 1e-6 else f'{100 * result.mass_error:+.2g} %'})"
+        )
+    return said

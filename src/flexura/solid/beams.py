@@ -1,0 +1,115 @@
+"""The beam models that are held against the solid: plain, corrected, and as the description has its members."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.doubts import corrected
+from flexura.errors import FlexuraError, OptionError
+from flexura.linalg import lowest
+from flexura.mechanism.substructure import Mechanism, Substructure, has_solid_members
+from flexura.methods.dynamic_stiffness import dynamic_stiffness
+from flexura.methods.solution import Solution
+from flexura.reduction import reduce
+from flexura.solid.parts import with_solid_parts
+from flexura.structure import FullOrderModel, assemble
+
+Array = NDArray[np.float64]
+Solve = Callable[[FullOrderModel, int], Solution]
+Described = Literal["plain", "corrected", "as described"]
+
+
+@dataclass(frozen=True)
+class BeamModel:
+    """A row before and after it is solved: what is assembled, and how its modes are found.
+
+    `solution` has the shapes of all nodes of `model`; `seconds` are those from a plan to it. A model that cannot
+    answer has `failure` instead.
+    """
+
+    label: str
+    model: FullOrderModel
+    method: Solve
+    solution: Solution | None = None
+    seconds: float | None = None
+    failure: str = ""
+
+    def solved(self, n: int) -> BeamModel:
+        """The same with its `n` lowest modes, or why it has none."""
+        begin = time.perf_counter()
+        try:
+            fresh = assemble(self.model.plan, self.model.parameters)
+            solution = self.method(fresh, n)
+        except FlexuraError as error:
+            return replace(self, failure=str(error))
+        return replace(self, solution=solution, seconds=time.perf_counter() - begin)
+
+
+def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[list[BeamModel], Described]:
+    """The models, and which of them has the members as they are described.
+
+    Rows of their own are there for descriptions that correct some members only, or have solid ones. Raises ModelError
+    and OptionError.
+    """
+    plain, full = (assemble(all_beams(mechanism, own), parameters) for own in ("none", "auto"))
+    models = [
+        BeamModel("plain, low order", plain, low_order),
+        BeamModel("plain, full order", plain, full_order),
+        BeamModel("corrected, low order", full, low_order),
+        BeamModel("corrected, full order", full, full_order),
+        BeamModel("corrected, exact", full, dynamic_stiffness),
+    ]
+    if not has_solid_members(mechanism):
+        own = corrected(assemble(mechanism, parameters))[0]
+        if own == corrected(full)[0]:
+            return models, "corrected"
+        if own == corrected(plain)[0]:
+            return models, "plain"
+    described = assemble(with_solid_parts(mechanism, parameters))
+    models += [
+        BeamModel("as described, low order", described, low_order),
+        BeamModel("as described, full order", described, full_order),
+    ]
+    return models, "as described"
+
+
+def all_beams(mechanism: Mechanism, corrections: Literal["auto", "none"]) -> Mechanism:
+    """The mechanism with every member a beam, and the same corrections for all."""
+
+    def own(part: Any) -> dict[str, Any]:
+        change = {"corrections": None, "fidelity": "beam"}
+        return {
+            key: {name: m.model_copy(update=change) for name, m in getattr(part, key).items()}
+            for key in ("links", "flexures")
+        }
+
+    substructures: dict[str, Substructure] = {
+        name: part.model_copy(update=own(part)) for name, part in mechanism.substructures.items()
+    }
+    return mechanism.model_copy(update={**own(mechanism), "substructures": substructures, "corrections": corrections})
+
+
+def low_order(model: FullOrderModel, n: int) -> Solution:
+    """The `n` lowest modes by constraint modes alone, the order of the paper."""
+    low = reduce(model.plan, model.parameters)
+    return _lowest(model, low.K, low.M, n, low.recover)
+
+
+def full_order(model: FullOrderModel, n: int) -> Solution:
+    """The `n` lowest modes of all beam elements."""
+    return _lowest(model, model.K, model.M, n, lambda vectors: vectors)
+
+
+def _lowest(model: FullOrderModel, K: Any, M: Any, n: int, recover: Callable[[Array], Array]) -> Solution:
+    if K.shape[0] == 0:
+        raise OptionError("every node that the low-order model keeps is held")
+    pairs = lowest(K, M, min(n, K.shape[0]))
+    finite = np.isfinite(pairs.values)
+    hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
+    return Solution("beams", K.shape[0], hz, model.node_displacements(np.asarray(recover(pairs.vectors[:, finite]))))

@@ -1,0 +1,174 @@
+"""Natural modes of a mechanism whose members are solids, tied to the nodes of its beam model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.errors import OptionError
+from flexura.linalg import lowest
+from flexura.methods.solution import Solution
+from flexura.solid.components import Component, Copy, components, turned
+from flexura.solid.fem import elastic_matrices
+from flexura.solid.reduced import LEAST_MODES, Announce, Matrices, ReducedPiece, reduced_piece
+from flexura.solid.surface import SurfaceShape
+from flexura.structure import FullOrderModel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+REACH = 6.0
+"""Fixed-interface modes are kept up to so many times the highest beam frequency asked for."""
+
+
+@dataclass(frozen=True)
+class SolidModes:
+    """The lowest modes of a mechanism of solids.
+
+    `solution` has frequencies and shapes at the nodes of the beam model, means over sections (theory eq. E6), of length
+    one in the solid's mass matrix; `surfaces` are those of all placed pieces in these modes. `order` is that of the
+    problem solved, `dofs` that of all meshes placed, `meshed_dofs` and `cells` of the distinct meshes; `mass`, kg, of
+    solids and lumps; `size` the relative mesh size.
+    """
+
+    solution: Solution
+    order: int
+    dofs: int
+    meshed_dofs: int
+    cells: int
+    mass: float
+    size: float
+    surfaces: tuple[SurfaceShape, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A copy of a component: its coordinates are S times those of the mechanism."""
+
+    component: Component
+    own: ReducedPiece
+    copy: Copy
+    S: sp.csc_matrix
+
+
+def solid_modes(
+    model: FullOrderModel,
+    n: int = 6,
+    size: float = 1.0,
+    *,
+    hexahedra: bool = True,
+    matrices: Matrices = elastic_matrices,
+    announce: Announce = lambda _: None,
+) -> SolidModes:
+    """The `n` lowest modes with every member a solid that follows nodes at its ends (theory eqs. E1-E8).
+
+    Distinct pieces are meshed and reduced once, with the fixed-interface modes up to `REACH` times the highest of the
+    beam model's `n` frequencies. `hexahedra`, `matrices` and `announce` as in `reduced_piece`. Raises OptionError and
+    SolverError.
+    """
+    top = REACH * _top_hz(model, n)
+    made: list[tuple[Component, ReducedPiece]] = []
+    for component in components(model):
+        label = f"solid of {component.label}, size {size:g}"
+        unit = reduced_piece(
+            component.piece,
+            size,
+            LEAST_MODES,
+            top * component.frequency_scale,
+            hexahedra=hexahedra,
+            matrices=matrices,
+            announce=lambda stage, label=label: announce(f"{label}: {stage}"),
+        )
+        made.append((component, component.placed(unit)))
+    return _solved(model, made, n, size)
+
+
+def beam_mass(model: FullOrderModel) -> float:
+    """Mass, kg, of all placed members by density, section and length."""
+    total = 0.0
+    for name, placed in model.plan.topology.placed.items():
+        part = model.plan.parts[name]
+        if part.members:
+            masses = [mass.sum() for mass, _, _ in part.prisms(model.values, model.geometry.parts[name])]
+            total += len(placed.paths) * float(np.sum(masses))
+    return total
+
+
+def _top_hz(model: FullOrderModel, n: int) -> float:
+    values = lowest(model.K, model.M, min(n, model.order)).values
+    return float(np.sqrt(max(values[np.isfinite(values)].max(initial=0.0), 0.0)) / (2 * np.pi))
+
+
+def _solved(model: FullOrderModel, made: list[tuple[Component, ReducedPiece]], n: int, size: float) -> SolidModes:
+    """Place all copies among the lumps of the beam model and solve."""
+    total = model.order + sum(len(c.copies) * own.amplitudes for c, own in made)
+    K, M = (
+        sp.csc_matrix((A.data, A.indices, np.append(A.indptr, [A.nnz] * (total - model.order))), (total, total))
+        for A in model.plan.full_order.lumped(model.values, model.geometry)
+    )
+    placed, first = [], model.order
+    for component, own in made:
+        for copy in component.copies:
+            S = _placing(model, component, copy, own.amplitudes, first, total)
+            K, M = K + S.T @ sp.csc_matrix(own.K) @ S, M + S.T @ sp.csc_matrix(own.M) @ S
+            placed.append(_Placed(component, own, copy, S))
+            first += own.amplitudes
+    used = np.flatnonzero((K.diagonal() > 0) | (M.diagonal() > 0))
+    if not len(used):
+        raise OptionError("nothing in this mechanism can move: every node is held")
+    pairs = lowest(sp.csc_matrix(K[used][:, used]), sp.csc_matrix(M[used][:, used]), min(n, len(used)))
+    finite = np.isfinite(pairs.values)
+    x = np.zeros((total, int(finite.sum())))
+    x[used] = pairs.vectors[:, finite]
+    hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
+    return SolidModes(
+        Solution("solid", len(used), hz, _shapes(model, placed, used, x)),
+        len(used),
+        sum(len(c.copies) * own.dofs for c, own in made),
+        sum(own.dofs for _, own in made),
+        sum(own.cells for _, own in made),
+        sum(len(c.copies) * own.mass for c, own in made),
+        size,
+        tuple(_surface(one, x) for one in placed),
+    )
+
+
+def _placing(
+    model: FullOrderModel, component: Component, copy: Copy, amplitudes: int, first: int, total: int
+) -> sp.csc_matrix:
+    """S (6 k + amplitudes, total): a component's coordinates from all coordinates, for a copy (theory eq. E4)."""
+    numbers = np.array([copy.node[i] for i in component.nodes])
+    turn = sp.kron(sp.eye(len(numbers)), turned(copy.Q).T)
+    rows = sp.coo_matrix(turn @ model.plan.node_rows(numbers, model.geometry))
+    inner = np.arange(amplitudes)
+    data = np.concatenate([rows.data, np.ones(amplitudes)])
+    row = np.concatenate([rows.row, 6 * len(numbers) + inner])
+    column = np.concatenate([rows.col, first + inner])
+    return sp.csc_matrix((data, (row, column)), shape=(6 * len(numbers) + amplitudes, total))
+
+
+def _shapes(model: FullOrderModel, placed: list[_Placed], used: Index, x: Array) -> Array:
+    """Displacements (n_nodes, 6, m) of all beam nodes: of what they are tied to, else means over sections."""
+    topology = model.plan.topology
+    u = model.node_displacements(x[: model.order])
+    is_tied = np.asarray(np.isin(topology.dof, used).any(axis=1))[topology.root]
+    for one in placed:
+        means = (one.own.average @ (one.S @ x)).reshape(len(one.component.section_nodes), 6, -1)
+        for node, mean in zip(one.component.section_nodes, means, strict=True):
+            root = topology.root[one.copy.node[node]]
+            if not is_tied[root]:
+                u[root] = turned(one.copy.Q) @ mean
+    loose = np.flatnonzero(~is_tied & ~topology.is_rigid)
+    u[loose] = u[topology.root[loose]]
+    return u
+
+
+def _surface(one: _Placed, x: Array) -> SurfaceShape:
+    """The surface of a placed piece, mirrored facets turned round."""
+    Q, surface = one.copy.Q, one.own.surface
+    moved = np.einsum("ij,sjm->sim", Q, (surface.rows @ (one.S @ x)).reshape(len(surface.points), 3, -1))
+    facets = surface.facets if np.linalg.det(Q) > 0 else surface.facets[:, ::-1]
+    return SurfaceShape(one.copy.name, surface.points @ Q.T + one.copy.t, facets, moved)

@@ -1,0 +1,195 @@
+"""Mechanisms in which superelements that are reduced from solid meshes take the place of members."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import ModelError, OptionError, Problem
+from flexura.mechanism import Expression, Matrix, Mechanism, Parameter, Substructure, Superelement
+from flexura.mechanism.evaluation import scalars
+from flexura.mechanism.layout import TOP, Layout, matching
+from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism.substructure import has_solid_members, solid_members
+from flexura.solid.components import Component, own_components, turned
+from flexura.solid.reduced import Announce, reduced_piece
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.plan import one_design
+
+Array = NDArray[np.float64]
+Members = Mapping[str, Link | Flexure]
+
+
+def with_solid_parts(
+    mechanism: Mechanism,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    modes: int = 2,
+    size: float = 1.0,
+    announce: Announce | None = None,
+) -> Mechanism:
+    """The mechanism with its members of `fidelity: solid` as superelements, all else unchanged.
+
+    Solid members of one substructure that meet are fused into one superelement, which has the name of its first member;
+    nodes inside it that nothing else names are left out. `modes` fixed-interface modes of every superelement are kept;
+    `size` scales the cells of the meshes; `announce` is told each step. `parameters` become the values of those
+    parameters, and all parameters on which a solid depends are held at their values. Superelements keep the loss factor
+    of their members and have no stresses. Raises OptionError for members without a form, such as sections given by
+    constants, and fused ones of different loss factors; ModelError for names that a superelement has already.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise OptionError(f"a Mechanism is expected, not a {type(mechanism).__name__}; flexura.load reads a file")
+    if not isinstance(modes, int) or modes < 0:
+        raise OptionError(f"modes = {modes!r}: a whole number, zero or more")
+    if not has_solid_members(mechanism):
+        return mechanism
+    plan = Plan(as_beams(mechanism))
+    chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(mechanism, name))}
+    model = assemble(plan, one_design(parameters))
+    tell = announce or (lambda _: None)
+    changed = {}
+    for name, members in chosen.items():
+        part = _prototype(mechanism, name)
+        own: dict[str, Superelement] = {}
+        for component in own_components(model, name, list(members), _needed(mechanism, part)):
+            own[_own_name(component)] = _superelement(model, name, component, modes, size, tell)
+        _refuse_taken(name, part, own)
+        kept = {key: member for key, member in {**part.links, **part.flexures}.items() if key not in members}
+        fused = {node for member in members.values() for node in member.nodes} - {
+            node for member in (*kept.values(), *own.values()) for node in member.nodes
+        }
+        changed[name] = part.model_copy(
+            update={
+                "nodes": {key: at for key, at in part.nodes.items() if key not in fused},
+                "links": {key: member for key, member in part.links.items() if key in kept},
+                "flexures": {key: member for key, member in part.flexures.items() if key in kept},
+                "superelements": {**part.superelements, **own},
+            }
+        )
+    result = changed.get(TOP, mechanism)
+    substructures = {name: changed.get(name, part) for name, part in mechanism.substructures.items()}
+    held = _held(plan, mechanism, chosen, parameters)
+    return result.model_copy(update={"substructures": substructures, "parameters": held})
+
+
+def as_beams(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with all its members as beams."""
+
+    def beams(part: Substructure) -> dict[str, Any]:
+        update: dict[str, Any] = {"fidelity": None}
+        for kind in ("links", "flexures"):
+            members = getattr(part, kind)
+            update[kind] = {key: m.model_copy(update={"fidelity": None}) for key, m in members.items()}
+        return update
+
+    inner = {name: part.model_copy(update=beams(part)) for name, part in mechanism.substructures.items()}
+    return mechanism.model_copy(update={**beams(mechanism), "substructures": inner})
+
+
+def _prototype(mechanism: Mechanism, name: str) -> Substructure:
+    return mechanism if name == TOP else mechanism.substructures[name]
+
+
+def _needed(mechanism: Mechanism, part: Substructure) -> set[str]:
+    """Own nodes of a substructure that something else than its members names."""
+    own = list(part.nodes)
+    texts = [*part.interface, *(node for joint in part.joints for node in joint)]
+    for kind in ("springs", "superelements", "dashpots", "actuators", "sensors"):
+        texts += [node for item in getattr(part, kind).values() for node in getattr(item, "nodes", ())]
+    texts += [mass.node for mass in part.masses.values()]
+    texts += [text for body in part.bodies.values() for text in body.carries]
+    texts += list(mechanism.ground) if part is mechanism else []
+    return {node for text in texts for node in matching(text, own)}
+
+
+def _own_name(component: Component) -> str:
+    return component.members[0].name.split(".")[-1]
+
+
+def _superelement(
+    model: FullOrderModel, prototype: str, component: Component, modes: int, size: float, announce: Announce
+) -> Superelement:
+    """A component over its nodes, in the frame of its prototype."""
+    label = f"solid of {component.label}, size {size:g}"
+    unit = reduced_piece(component.piece, size, modes, announce=lambda stage: announce(f"{label}: {stage}"))
+    own = component.placed(unit)
+    placed = model.plan.topology.placed[prototype]
+    turn = turned(model.geometry.Q[placed.number[0]])
+    T = la.block_diag(*[turn] * len(component.nodes), np.eye(own.amplitudes))
+    K, M = (T.T @ A @ T for A in (own.K, own.M))
+    part = model.plan.parts[prototype]
+    losses = set()
+    for member in component.members:
+        described = part.members[member.name.split(".")[-1]]
+        loss = model.plan.mechanism.material(described.material).loss_factor
+        losses.add(loss if described.loss_factor is None else described.loss_factor)
+    if len(losses) > 1:
+        rule = f"member {component.members[0].name} and those fused with it have different loss factors"
+        raise OptionError(f"{rule}; give them all one loss_factor, or some of them fidelity: beam")
+    return Superelement(
+        nodes=tuple(part.node_names[number - placed.offset[0]] for number in component.nodes),
+        amplitudes=own.amplitudes,
+        stiffness=Matrix((K + K.T) / 2),
+        mass=Matrix((M + M.T) / 2),
+        loss_factor=losses.pop(),
+    )
+
+
+def _refuse_taken(name: str, part: Substructure, own: Iterable[str]) -> None:
+    above = () if name == TOP else ("substructures", name)
+    rule = "a superelement has the name of a solid member"
+    taken = [key for key in own if key in part.superelements]
+    if taken:
+        raise ModelError([Problem((*above, "superelements", key), "", rule, "give it another name") for key in taken])
+
+
+def _held(
+    plan: Plan,
+    mechanism: Mechanism,
+    chosen: Mapping[str, Members],
+    parameters: Mapping[str, ArrayLike] | None,
+) -> dict[str, Parameter]:
+    """Parameters with the given values, those that solid parts depend on held between bounds that leave no room."""
+    values = plan.parameter_values(parameters)
+    needed = _names(plan.layout, mechanism, chosen)
+    before = None
+    while needed != before:
+        before = set(needed)
+        derived = [p.value for n, p in mechanism.parameters.items() if n in needed and isinstance(p.value, Expression)]
+        needed |= {name for value in derived for name in value.names}
+    held = {}
+    for name, parameter in mechanism.parameters.items():
+        update: dict[str, Any] = {}
+        if name in (parameters or {}):
+            update["value"] = float(values[name])
+        if name in needed:
+            update |= {"minimum": float(values[name]), "maximum": float(values[name])}
+        held[name] = parameter.model_copy(update=update)
+    return held
+
+
+def _names(layout: Layout, mechanism: Mechanism, chosen: Mapping[str, Members]) -> set[str]:
+    """Parameters in members, their materials and sections, and the places of their nodes."""
+    found: set[str] = set()
+    for name, members in chosen.items():
+        prototype = layout.prototypes[name]
+        for member in members.values():
+            parts: list[Any] = [member, mechanism.material(member.material)]
+            own = member.section if isinstance(member, Link) else None
+            parts += [mechanism.sections[own]] if isinstance(own, str) else []
+            for node in member.nodes:
+                at = prototype.nodes.get(node)
+                if at is not None:
+                    found |= {n for x in at if isinstance(x, Expression) for n in x.names}
+                else:
+                    parts.append(prototype.bodies.get(node, prototype))
+            found |= {n for part in parts for _, _, x in scalars(part) if isinstance(x, Expression) for n in x.names}
+            foreign = [node for node in member.nodes if "." in node]
+            if foreign:
+                inner = mechanism.substructures.values()
+                found |= {n for p in inner for _, _, x in scalars(p) if isinstance(x, Expression) for n in x.names}
+    return found

@@ -1,0 +1,331 @@
+"""Beam models of a mechanism against its solid: frequencies of the same modes, with the error the solid itself has."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import OptionError
+from flexura.mechanism.substructure import Mechanism
+from flexura.methods.pairing import assigned, mac_matrix
+from flexura.methods.solution import Solution
+from flexura.solid.beams import BeamModel, Described, beam_models
+from flexura.solid.mesh import SolidMesh
+from flexura.solid.modes import Announce, SolidModes, beam_mass, solid_modes
+from flexura.structure import FullOrderModel
+from flexura.structure.plan import one_design
+
+Array = NDArray[np.float64]
+Solver = Literal["flexura", "calculix"]
+
+FINE = 0.7
+"""Size of the fine mesh, relative to the meshers' own choice."""
+
+COARSER = 2.0
+"""The coarse mesh has cells so many times longer than the fine one."""
+
+SIZES = (0.05, 2.5)
+"""Smallest and largest size of the fine mesh."""
+
+CONVERGENCE = (1.5, 1.0)
+"""Order with the cell size to which the frequencies are taken to converge, and the lowest it may be (theory eq. E9)."""
+
+PICTURED = "corrected, full order"
+"""The row whose shapes stand beside the solid's in pictures, and whose nodes both are compared at."""
+
+
+@dataclass(frozen=True)
+class VerificationRow:
+    """One model's counterparts of the solid's modes.
+
+    Of each mode of the solid: `frequency_hz`, its `number` in the row's own order from 1, the modal assurance criterion
+    `mac` over the beam nodes, and the relative `error` against the solid's frequency; None where no mode of the row has
+    a MAC of one half or more. Before there is a solid the fields hold the model's own modes in order, without the last
+    two. `seconds` lead from a plan to frequencies and shapes. A model that cannot answer has `failure` and no numbers.
+    """
+
+    model: str
+    order: int | None = None
+    frequency_hz: tuple[float | None, ...] = ()
+    number: tuple[int | None, ...] = ()
+    mac: tuple[float | None, ...] = ()
+    error: tuple[float | None, ...] = ()
+    worst_error: float | None = None
+    seconds: float | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class SolidRow:
+    """The solid on one mesh.
+
+    `size` is relative to the mesher's own choice; `dofs` and `cells` of all meshes placed and of the distinct ones,
+    `order` of the eigenvalue problem after reduction. `error` is relative to the converged estimate. Frequencies of the
+    coarse mesh are those of the fine one's counterparts, None where there are none.
+    """
+
+    size: float
+    order: int
+    dofs: int
+    meshed_dofs: int
+    cells: int
+    frequency_hz: tuple[float | None, ...]
+    error: tuple[float | None, ...]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class ShapePairs:
+    """Shapes of the solid's modes, and of their counterparts in the row `label`, for pictures.
+
+    `beams` (n_nodes, 6, n) are of length one in the mass matrix of `model` and have the sign of the solid's, NaN where
+    there is no counterpart; `solid` is that of the finest mesh.
+    """
+
+    label: str
+    model: FullOrderModel
+    beams: Array
+    solid: SolidModes
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Beam models against the solid of the same mechanism.
+
+    `described` says which rows have the members as the description has them: plain, corrected, or a row of its own.
+    `frequency_hz` are the solid's converged frequencies as estimated from two meshes, `uncertainty` how far off,
+    relative, that may be (theory eq. E9), None where the coarse mesh has no such mode; with one mesh they are of that
+    mesh, and nothing is known of the rest.
+    `beam_mass` and `solid_mass`, kg, are those of the members alone: bodies and masses are the same in both.
+    """
+
+    name: str
+    n: int
+    solver: str
+    described: Described
+    parameters: dict[str, float]
+    rows: tuple[VerificationRow, ...]
+    solids: tuple[SolidRow, ...] = ()
+    frequency_hz: tuple[float, ...] = ()
+    uncertainty: tuple[float | None, ...] = ()
+    beam_mass: float = 0.0
+    solid_mass: float | None = None
+    shapes: ShapePairs | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def mass_error(self) -> float | None:
+        """Relative difference of the beams' mass from the solids'."""
+        return None if not self.solid_mass else self.beam_mass / self.solid_mass - 1
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON, without shapes."""
+        data = asdict(replace(self, shapes=None))
+        del data["shapes"]
+        return {"mechanism": data.pop("name"), **data, "mass_error": self.mass_error}
+
+    def __repr__(self) -> str:
+        worst = ", ".join(
+            f"{row.model} {'failed' if row.worst_error is None else f'{100 * row.worst_error:+.2g} %'}"
+            for row in self.rows
+        )
+        return f"Verification({self.name!r}, worst errors: {worst})"
+
+
+def verify(
+    mechanism: Mechanism,
+    n: int = 6,
+    size: float | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    solver: Solver = "flexura",
+) -> Verification:
+    """The `n` lowest modes of the solid beside those of the beam models, plain and corrected, paired by shape.
+
+    `size` of the fine mesh is relative to the meshers' own choice; a second mesh is coarser. `solver` makes the solid's
+    matrices: this package's elements, or CalculiX, which has tetrahedra alone. Raises ModelError, OptionError and
+    SolverError.
+    """
+    *_, last = progressively(mechanism, n, size, parameters, solver)
+    return last
+
+
+def progressively(
+    mechanism: Mechanism,
+    n: int = 6,
+    size: float | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    solver: Solver = "flexura",
+    *,
+    announce: Announce = lambda _: None,
+) -> Iterator[Verification]:
+    """`verify` after every row and mesh; `announce` is told each before it starts."""
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
+    if not isinstance(mechanism, Mechanism):
+        raise OptionError(f"a Mechanism is expected, not a {type(mechanism).__name__}; flexura.load reads a file")
+    fine = FINE if size is None else float(size)
+    least, most = SIZES
+    if not least <= fine <= most:
+        raise OptionError(f"the mesh size is relative to the default, from {least:g} to {most:g}, not {size!r}")
+    single = one_design(parameters)
+    matrices = _matrices(solver)
+    models, described = beam_models(mechanism, single)
+    corrected = next(own.model for own in models if own.label == PICTURED)
+    if corrected.order == 0:
+        raise OptionError("nothing in this mechanism can move: every node is held")
+    done = Verification(mechanism.name, int(n), solver, described, single, (), beam_mass=beam_mass(corrected))
+    solved: list[BeamModel] = []
+    for model in models:
+        announce(model.label)
+        solved.append(model.solved(3 * int(n) + 6))
+        done = replace(done, rows=tuple(_row(own, int(n)) for own in solved))
+        yield done
+    found: list[tuple[SolidModes, float]] = []
+    for relative in (COARSER * fine, fine):
+        begin = time.perf_counter()
+        own = solid_modes(
+            corrected,
+            int(n) + 2,
+            relative,
+            hexahedra=solver == "flexura",
+            matrices=matrices,
+            announce=announce,
+        )
+        found.append((own, time.perf_counter() - begin))
+        done = _against(done, solved, found)
+        yield done
+
+
+def _row(own: BeamModel, n: int) -> VerificationRow:
+    """A row with its own lowest modes, while there is no solid yet."""
+    if own.solution is None:
+        return VerificationRow(own.label, failure=own.failure)
+    hz = _floats(own.solution.frequency_hz[:n])
+    return VerificationRow(own.label, own.solution.order, hz, tuple(range(1, len(hz) + 1)), seconds=own.seconds)
+
+
+def _against(done: Verification, solved: list[BeamModel], found: list[tuple[SolidModes, float]]) -> Verification:
+    """Everything against the solid as far as it is known."""
+    finest = found[-1][0]
+    n = min(done.n, len(finest.solution.frequency_hz))
+    pictured = next(own for own in solved if own.label == PICTURED)
+    limit, uncertainty, meshes = _limit(pictured.model, [own for own, _ in found], n)
+    solids = tuple(
+        SolidRow(s.size, s.order, s.dofs, s.meshed_dofs, s.cells, _known(f), _known(_relative(f, limit)), seconds)
+        for (s, seconds), f in zip(found, meshes, strict=True)
+    )
+    rows = []
+    for own in solved:
+        row = _row(own, n)
+        if own.solution is not None:
+            reference, solution = _on_common_nodes(own, pictured.model, finest.solution)
+            hz, number, mac = _counterparts(own.model, reference, solution, n)
+            error = [None if f is None else float(f / b - 1) for f, b in zip(hz, limit, strict=True)]
+            worst = max((e for e in error if e is not None), key=abs, default=None)
+            row = replace(row, frequency_hz=tuple(hz), number=number, mac=mac, error=tuple(error), worst_error=worst)
+        rows.append(row)
+    return replace(
+        done,
+        rows=tuple(rows),
+        solids=solids,
+        frequency_hz=_floats(limit),
+        uncertainty=() if uncertainty is None else _known(uncertainty),
+        solid_mass=finest.mass,
+        shapes=_pairs(pictured, finest, n),
+    )
+
+
+def _limit(model: FullOrderModel, meshes: list[SolidModes], n: int) -> tuple[Array, Array | None, list[Array]]:
+    """Converged frequencies, their uncertainty, and the frequencies of every mesh (theory eq. E9)."""
+    hz = meshes[-1].solution.frequency_hz[:n]
+    if len(meshes) == 1:
+        return hz, None, [hz]
+    coarse = _counterparts(model, meshes[1].solution, meshes[0].solution, n)[0]
+    own = np.array([np.nan if f is None else f for f in coarse])
+    change = np.where(np.isnan(own), 0.0, own - hz)
+    ratio = meshes[0].size / meshes[1].size
+    limit, furthest = (np.where(change > 0, hz - change / (ratio**order - 1), hz) for order in CONVERGENCE)
+    off = np.maximum(np.abs(_relative(hz, limit)), np.abs(_relative(furthest, limit)))
+    off = np.where(change > 0, off, np.abs(_relative(hz - change, hz)))
+    return limit, np.where(np.isnan(own), np.nan, off), [own, hz]
+
+
+def _on_common_nodes(own: BeamModel, model: FullOrderModel, reference: Solution) -> tuple[Solution, Solution]:
+    """The reference, of the nodes of `model`, and the row's own solution, both at the nodes that the two share."""
+    assert own.solution is not None
+    if own.model.plan is model.plan or own.model.plan.topology.node_names == model.plan.topology.node_names:
+        return reference, own.solution
+    assert reference.shapes is not None and own.solution.shapes is not None
+    number = {name: k for k, name in enumerate(model.plan.topology.node_names)}
+    at = np.array([number.get(name, -1) for name in own.model.plan.topology.node_names])
+    shared = (at >= 0)[:, None, None]
+    base = np.where(shared, reference.shapes[at], 0.0)
+    return replace(reference, shapes=base), replace(own.solution, shapes=np.where(shared, own.solution.shapes, 0.0))
+
+
+def _pairs(pictured: BeamModel, finest: SolidModes, n: int) -> ShapePairs | None:
+    """Shapes of the counterparts with the signs of the solid's."""
+    model, solution, reference = pictured.model, pictured.solution, finest.solution.shapes
+    if solution is None or solution.shapes is None or reference is None:
+        return None
+    number = _counterparts(model, finest.solution, solution, n)[1]
+    nodes, components = np.nonzero(model.plan.topology.dof >= 0)
+    beams = np.full((*reference.shape[:2], n), np.nan)
+    for k, j in enumerate(number):
+        if j is not None:
+            own = solution.shapes[:, :, j - 1]
+            along = own[nodes, components] @ (model.M @ reference[nodes, components, k])
+            beams[:, :, k] = own if along >= 0 else -own
+    return ShapePairs(pictured.label, model, beams, finest)
+
+
+def _counterparts(
+    model: FullOrderModel, reference: Solution, solution: Solution, n: int
+) -> tuple[list[float | None], tuple[int | None, ...], tuple[float | None, ...]]:
+    """Frequency, number and MAC of the counterparts of the first `n` modes, by shape alone (theory eq. E8)."""
+    mac = mac_matrix(model, reference, solution)
+    partner = assigned(mac, np.abs(reference.frequency_hz[:, None] - solution.frequency_hz))
+    found = [partner.index(k) if k in partner else None for k in range(n)]
+    hz = [None if j is None else float(solution.frequency_hz[j]) for j in found]
+    number = tuple(None if j is None else j + 1 for j in found)
+    return hz, number, tuple(None if j is None else float(mac[k, j]) for k, j in enumerate(found))
+
+
+def _relative(values: Array, base: Array) -> Array:
+    return values / np.where(base > 0, base, 1.0) - np.where(base > 0, 1.0, 0.0)
+
+
+def _floats(values: Array) -> tuple[float, ...]:
+    return tuple(float(v) for v in values)
+
+
+def _known(values: Array) -> tuple[float | None, ...]:
+    return tuple(None if np.isnan(v) else float(v) for v in values)
+
+
+def _matrices(solver: Solver) -> Any:
+    """What makes K and M of a mesh."""
+    if solver == "flexura":
+        from flexura.solid.fem import elastic_matrices
+
+        return elastic_matrices
+    if solver == "calculix":
+        from flexura.solid.calculix import need_program
+
+        need_program()
+        return _calculix_matrices
+    raise OptionError(f"the solver is flexura or calculix, not {solver!r}")
+
+
+def _calculix_matrices(mesh: SolidMesh) -> tuple[Any, Any]:
+    """K and M by CalculiX with our numbers of DOFs."""
+    from flexura.solid.calculix import calculix_matrices
+
+    stored = calculix_matrices(mesh)
+    place = np.empty(mesh.order, dtype=np.intp)
+    place[3 * (stored.node - 1) + stored.component] = np.arange(mesh.order)
+    return stored.K[place][:, place], stored.M[place][:, place]

@@ -1,0 +1,77 @@
+"""One mesh of everything, tied to the nodes of a beam model: no components, no reduction."""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from flexura.solid.constraints import Face, face_ties
+from flexura.solid.fem import elastic_matrices
+from flexura.solid.geometry import joints, solids
+from flexura.solid.meshing import solid_mesh
+from flexura.solid.solve import lowest_modes
+
+
+class Whole(NamedTuple):
+    """K, M over the free DOFs of the mesh and then the DOFs `kept` of the beam model; T to all DOFs of the mesh."""
+
+    K: sp.csc_matrix
+    M: sp.csc_matrix
+    T: sp.csc_matrix
+    n_free: int
+    kept: np.ndarray
+
+    def node_displacements(self, model, vectors):
+        """Displacements (nodes, 6, k); nan where no kept DOF tells them."""
+        full = np.full((model.order, vectors.shape[1]), np.nan)
+        full[self.kept] = vectors[self.n_free :]
+        return model.node_displacements(full)
+
+
+def set_ties(mesh, places, kind="rigid"):
+    """Tie every point set to a node of its own."""
+    faces = [
+        Face(mesh.point_sets[name], np.asarray(place, dtype=float), k, kind)
+        for k, (name, place) in enumerate(places.items())
+    ]
+    return face_ties(mesh, faces)
+
+
+def with_lumps(mesh, model, at_nodes, kind="rigid"):
+    """A mesh with its sets tied to nodes of a beam model, with the lumps of that model and without its members."""
+    numbers = model.plan.topology.numbers(list(at_nodes.values()))
+    different = list(dict.fromkeys(numbers.tolist()))
+    faces = [
+        Face(mesh.point_sets[name], model.geometry.positions[number], different.index(number), kind)
+        for name, number in zip(at_nodes, numbers, strict=True)
+    ]
+    ties = face_ties(mesh, faces)
+    rows = model.plan.node_rows(np.array(different), model.geometry)
+    lumps = model.plan.full_order.lumped(model.values, model.geometry)
+    used = np.zeros(model.order, bool)
+    for A in (*lumps, rows):
+        used[np.unique(sp.coo_matrix(A).col)] = True
+    kept = np.flatnonzero(used)
+    n = len(ties.free)
+    T = sp.csc_matrix(ties.T @ sp.block_diag([sp.eye_array(n), rows[:, kept]]))
+    padding = sp.csr_matrix((n, n))
+    K, M = (
+        sp.csc_matrix(T.T @ A @ T + sp.block_diag([padding, B[kept][:, kept]]))
+        for A, B in zip(elastic_matrices(mesh), lumps, strict=True)
+    )
+    return Whole(K, M, T, n, kept)
+
+
+def whole_frequencies(model, n, size):
+    """Frequencies, Hz, of tetrahedra of everything."""
+    mesh = solid_mesh(model, size, hexahedra=False)
+    members = solids(model)
+    names = set(joints(model, members).tied_names(members))
+    node_names = model.plan.topology.node_names
+    at = {
+        f"{m.name} {end}": node_names[node]
+        for m in members
+        for end, node in zip(("start", "end"), m.nodes, strict=True)
+    }
+    whole = with_lumps(mesh, model, {name: at[name] for name in at if name in names})
+    return lowest_modes(whole.K, whole.M, n).frequency_hz
