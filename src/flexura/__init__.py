@@ -56,10 +56,52 @@ if TYPE_CHECKING:
     from flexura.errors import OptionError as OptionError
     from flexura.errors import Problem as Problem
     from flexura.errors import SolverError as SolverError
+    from flexura.experiment.calibrated import CalibratedMode as CalibratedMode
+    from flexura.experiment.calibrated import CalibratedParameter as CalibratedParameter
+    from flexura.experiment.calibrated import Calibration as Calibration
+    from flexura.experiment.calibrated_file import save_calibrated as save_calibrated
+    from flexura.experiment.calibration import calibrate as calibrate
+    from flexura.experiment.channel_pairing import ChannelMatch as ChannelMatch
+    from flexura.experiment.channel_pairing import ChannelPairing as ChannelPairing
+    from flexura.experiment.channel_pairing import UnmatchedChannel as UnmatchedChannel
+    from flexura.experiment.channel_pairing import pair_channels as pair_channels
+    from flexura.experiment.correlation import Correlation as Correlation
+    from flexura.experiment.correlation import ModePair as ModePair
+    from flexura.experiment.correlation import correlate as correlate
+    from flexura.experiment.criteria import comac as comac
+    from flexura.experiment.criteria import frac as frac
+    from flexura.experiment.criteria import mac as mac
+    from flexura.experiment.data_files import read_measurement as read_measurement
+    from flexura.experiment.data_files import write_measurement as write_measurement
+    from flexura.experiment.estimation import estimate_frf as estimate_frf
+    from flexura.experiment.frequency_list import MeasuredFrequencies as MeasuredFrequencies
+    from flexura.experiment.frequency_list import read_frequencies as read_frequencies
+    from flexura.experiment.identification import identify as identify
+    from flexura.experiment.identified import IdentifiedModes as IdentifiedModes
+    from flexura.experiment.identified import ModeEvidence as ModeEvidence
+    from flexura.experiment.identified import Poles as Poles
+    from flexura.experiment.measurement import MeasuredChannel as MeasuredChannel
+    from flexura.experiment.measurement import MeasuredFRF as MeasuredFRF
+    from flexura.experiment.measurement import Measurement as Measurement
+    from flexura.experiment.measurement import Recording as Recording
+    from flexura.experiment.mode_pairing import ModePairing as ModePairing
+    from flexura.experiment.mode_pairing import pair_modes as pair_modes
+    from flexura.experiment.overlay import FRFOverlay as FRFOverlay
+    from flexura.experiment.response_sensitivity import ResponseSensitivities as ResponseSensitivities
+    from flexura.experiment.response_sensitivity import response_sensitivities as response_sensitivities
+    from flexura.experiment.sensitivity import Sensitivities as Sensitivities
+    from flexura.experiment.sensitivity import sensitivities as sensitivities
+    from flexura.experiment.sensor_placement import SensorPlacement as SensorPlacement
+    from flexura.experiment.sensor_placement import place_sensors as place_sensors
+    from flexura.experiment.stand import TrueModes as TrueModes
+    from flexura.experiment.virtual_test import FoundMode as FoundMode
+    from flexura.experiment.virtual_test import VirtualTest as VirtualTest
+    from flexura.experiment.virtual_test import virtual_test as virtual_test
     from flexura.exports import export as export
     from flexura.exports import to_control as to_control
     from flexura.mechanism import CATALOGUE as CATALOGUE
     from flexura.mechanism import DOF_NAMES as DOF_NAMES
+    from flexura.mechanism import Accelerometer as Accelerometer
     from flexura.mechanism import BaseMotion as BaseMotion
     from flexura.mechanism import BaseRotation as BaseRotation
     from flexura.mechanism import Box as Box
@@ -78,6 +120,7 @@ if TYPE_CHECKING:
     from flexura.mechanism import Flexure as Flexure
     from flexura.mechanism import ForceActuator as ForceActuator
     from flexura.mechanism import ForceSensor as ForceSensor
+    from flexura.mechanism import HammerPoint as HammerPoint
     from flexura.mechanism import HyperbolicContour as HyperbolicContour
     from flexura.mechanism import Instance as Instance
     from flexura.mechanism import Leaf as Leaf
@@ -87,6 +130,7 @@ if TYPE_CHECKING:
     from flexura.mechanism import Matrix as Matrix
     from flexura.mechanism import Mechanism as Mechanism
     from flexura.mechanism import MirrorPattern as MirrorPattern
+    from flexura.mechanism import ModalTest as ModalTest
     from flexura.mechanism import MomentActuator as MomentActuator
     from flexura.mechanism import MotionSensor as MotionSensor
     from flexura.mechanism import Notch as Notch
@@ -152,16 +196,27 @@ if TYPE_CHECKING:
     from flexura.systems import state_space as state_space
     from flexura.systems import system as system
     from flexura.view import draw_bode as draw_bode
+    from flexura.view import draw_correlation as draw_correlation
+    from flexura.view import draw_frf_overlay as draw_frf_overlay
     from flexura.view import draw_mechanism as draw_mechanism
     from flexura.view import draw_mode as draw_mode
     from flexura.view import draw_mode_pair as draw_mode_pair
     from flexura.view import draw_nyquist as draw_nyquist
     from flexura.view import draw_response_matrix as draw_response_matrix
+    from flexura.view import draw_sensors as draw_sensors
+    from flexura.view import draw_shape_pair as draw_shape_pair
     from flexura.view import draw_time as draw_time
     from flexura.view import draw_verification as draw_verification
+    from flexura.view import save_correlation as save_correlation
     from flexura.view import save_figures as save_figures
     from flexura.view import save_pictures as save_pictures
     from flexura.view import save_verification as save_verification
+    from flexura.view.calibration import draw_calibration as draw_calibration
+    from flexura.view.identification import draw_stabilisation as draw_stabilisation
+    from flexura.view.identification import draw_synthesis as draw_synthesis
+    from flexura.view.identification import save_identification as save_identification
+    from flexura.view.virtual_test import draw_virtual_test as draw_virtual_test
+    from flexura.view.virtual_test import save_virtual_test as save_virtual_test
 
 _EXPORTS = {
     "flexura.analysis": (
@@ -172,13 +227,32 @@ _EXPORTS = {
         *("screw_axis", "signals", "statics", "stress_rows", "tangent_stiffness", "time_response"),
     ),
     "flexura.errors": ("ExpressionError", "FlexuraError", "ModelError", "OptionError", "Problem", "SolverError"),
+    "flexura.experiment.data_files": ("read_measurement", "write_measurement"),
+    "flexura.experiment.estimation": ("estimate_frf",),
+    "flexura.experiment.identification": ("identify",),
+    "flexura.experiment.identified": ("IdentifiedModes", "ModeEvidence", "Poles"),
+    "flexura.experiment.measurement": ("MeasuredChannel", "MeasuredFRF", "Measurement", "Recording"),
+    "flexura.experiment.calibrated": ("CalibratedMode", "CalibratedParameter", "Calibration"),
+    "flexura.experiment.calibrated_file": ("save_calibrated",),
+    "flexura.experiment.calibration": ("calibrate",),
+    "flexura.experiment.channel_pairing": ("ChannelMatch", "ChannelPairing", "UnmatchedChannel", "pair_channels"),
+    "flexura.experiment.correlation": ("Correlation", "ModePair", "correlate"),
+    "flexura.experiment.criteria": ("comac", "frac", "mac"),
+    "flexura.experiment.frequency_list": ("MeasuredFrequencies", "read_frequencies"),
+    "flexura.experiment.mode_pairing": ("ModePairing", "pair_modes"),
+    "flexura.experiment.overlay": ("FRFOverlay",),
+    "flexura.experiment.response_sensitivity": ("ResponseSensitivities", "response_sensitivities"),
+    "flexura.experiment.sensitivity": ("Sensitivities", "sensitivities"),
+    "flexura.experiment.sensor_placement": ("SensorPlacement", "place_sensors"),
+    "flexura.experiment.stand": ("TrueModes",),
+    "flexura.experiment.virtual_test": ("FoundMode", "VirtualTest", "virtual_test"),
     "flexura.exports": ("export", "to_control"),
     "flexura.mechanism": (
-        *("CATALOGUE", "DOF_NAMES", "BaseMotion", "BaseRotation", "Box", "Circle", "CircularContour"),
+        *("CATALOGUE", "DOF_NAMES", "Accelerometer", "BaseMotion", "BaseRotation", "Box", "Circle", "CircularContour"),
         *("CircularPattern", "CornerFilletedContour", "Cylinder", "Damping", "DampingBand", "Dashpot"),
         *("DiagonalDamping", "DiagonalStiffness", "EllipticalContour", "Expression", "Flexure"),
-        *("ForceActuator", "ForceSensor", "HyperbolicContour", "Instance", "Leaf", "LinearPattern"),
-        *("Link", "Material", "Matrix", "Mechanism", "MirrorPattern", "MomentActuator", "MotionSensor"),
+        *("ForceActuator", "ForceSensor", "HammerPoint", "HyperbolicContour", "Instance", "Leaf", "LinearPattern"),
+        *("Link", "Material", "Matrix", "Mechanism", "MirrorPattern", "ModalTest", "MomentActuator", "MotionSensor"),
         *("Notch", "ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh", "Rectangle"),
         *("RigidBody", "Rotation", "RoundNotch", "SectionConstants", "Spring", "StraightContour"),
         *("Substructure", "Superelement", "Support", "TabulatedContour", "Tube", "TwoAxisNotch"),
@@ -202,10 +276,13 @@ _EXPORTS = {
         *("system",),
     ),
     "flexura.view": (
-        *("draw_bode", "draw_mechanism", "draw_mode", "draw_mode_pair"),
-        *("draw_nyquist", "draw_response_matrix", "draw_time"),
-        *("draw_verification", "save_figures", "save_pictures", "save_verification"),
+        *("draw_bode", "draw_correlation", "draw_frf_overlay", "draw_mechanism", "draw_mode", "draw_mode_pair"),
+        *("draw_nyquist", "draw_response_matrix", "draw_sensors", "draw_shape_pair", "draw_time"),
+        *("draw_verification", "save_correlation", "save_figures", "save_pictures", "save_verification"),
     ),
+    "flexura.view.calibration": ("draw_calibration",),
+    "flexura.view.identification": ("draw_stabilisation", "draw_synthesis", "save_identification"),
+    "flexura.view.virtual_test": ("draw_virtual_test", "save_virtual_test"),
 }
 _MODULE_OF = {name: module for module, names in _EXPORTS.items() for name in names}
 

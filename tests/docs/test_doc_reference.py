@@ -35,6 +35,7 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Actuators": ACTUATORS,
     "Sensors": SENSORS,
     "Damping": (flexura.Damping,),
+    "Test": (flexura.ModalTest, flexura.HammerPoint, flexura.Accelerometer),
     "Substructures": (flexura.Substructure,),
     "Instances": (flexura.Instance,),
 }

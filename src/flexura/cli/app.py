@@ -10,7 +10,11 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from flexura._version import __version__
+from flexura.cli.calibration import COMMANDS as CALIBRATION
+from flexura.cli.correlation import COMMANDS as CORRELATION
 from flexura.cli.handover import export_command
+from flexura.cli.identification import identify_command
+from flexura.cli.measured import COMMANDS as MEASURED
 from flexura.cli.options import (
     Commands,
     File,
@@ -26,6 +30,7 @@ from flexura.cli.options import (
 )
 from flexura.cli.response import COMMANDS
 from flexura.cli.verification import verify_command
+from flexura.cli.virtual_test import COMMANDS as VIRTUAL_TEST
 from flexura.errors import ExpressionError, FlexuraError, ModelError, OptionError
 
 app = typer.Typer(
@@ -190,9 +195,16 @@ def buckling_command(
 for _name, _command in {
     "verify": verify_command,
     **COMMANDS,
+    **CORRELATION,
+    **CALIBRATION,
+    **MEASURED,
+    **VIRTUAL_TEST,
     "export": export_command,
 }.items():
     app.command(_name)(_command)
+
+
+app.command("identify")(identify_command)
 
 
 @app.command("schema")

@@ -25,6 +25,7 @@ from flexura.mechanism.damping import Damping, DampingBand, Dashpot, DiagonalDam
 from flexura.mechanism.expression import Expression, parameter
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism.modal_test import Accelerometer, HammerPoint, ModalTest
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.profile import (
     CircularContour,
@@ -55,6 +56,7 @@ from flexura.mechanism.substructure import (
 __all__ = [
     "CATALOGUE",
     "DOF_NAMES",
+    "Accelerometer",
     "BaseMotion",
     "BaseRotation",
     "Box",
@@ -73,6 +75,7 @@ __all__ = [
     "Flexure",
     "ForceActuator",
     "ForceSensor",
+    "HammerPoint",
     "HyperbolicContour",
     "Instance",
     "Leaf",
@@ -82,6 +85,7 @@ __all__ = [
     "Matrix",
     "Mechanism",
     "MirrorPattern",
+    "ModalTest",
     "MomentActuator",
     "MotionSensor",
     "Notch",

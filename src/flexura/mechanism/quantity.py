@@ -125,6 +125,9 @@ PositiveForce = Annotated[Scalar, Quantity("force", dim.FORCE, "100 N", "positiv
 PositiveMoment = Annotated[Scalar, Quantity("moment", dim.ROTATIONAL_STIFFNESS, "0.5 N*m", "positive")]
 PositiveStroke = Annotated[Scalar, Quantity("stroke per volt", dim.STROKE_PER_VOLT, "0.1 um/V", "positive")]
 PositiveFrequency = Annotated[Scalar, Quantity("frequency", dim.FREQUENCY, "100 Hz", "positive")]
+PositiveTime = Annotated[Scalar, Quantity("time", dim.TIME, "20 ms", "positive")]
+NonNegativeForce = Annotated[Scalar, Quantity("force", dim.FORCE, "0.01 N", "non-negative")]
+NonNegativeAcceleration = Annotated[Scalar, Quantity("acceleration", dim.ACCELERATION, "0.01 m/s^2", "non-negative")]
 DampingRatio = Annotated[Scalar, Quantity("damping ratio", dim.NUMBER, "0.01", FRACTION)]
 TranslationalDamping = Annotated[
     Scalar, Quantity("damping coefficient", dim.TRANSLATIONAL_DAMPING, "5 N*s/m", "non-negative")

@@ -13,6 +13,7 @@ from flexura.mechanism.corrections import Corrections
 from flexura.mechanism.damping import Damping, Dashpot
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Fidelity, Flexure, Link, Theory
+from flexura.mechanism.modal_test import ModalTest
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Angle
 from flexura.mechanism.section import Section
@@ -136,6 +137,8 @@ class Mechanism(Substructure):
     substructures: dict[Name, Substructure] = {}
     ground: dict[str, Support] = {}
     """Nodes that are held, by name; `*` matches any run of characters."""
+    test: ModalTest | None = None
+    """A modal test of the mechanism."""
 
     def material(self, name: str) -> Material:
         """The material of that name: an own one, another name for a catalogue one, or one of the catalogue.

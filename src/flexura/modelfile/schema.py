@@ -21,6 +21,8 @@ _DIRECTIONS = {
     "BaseMotion": ("direction",),
     "BaseRotation": ("direction",),
     "MotionSensor": ("direction",),
+    "HammerPoint": ("direction",),
+    "Accelerometer": ("direction",),
 }
 _SHORTHAND = {"anyOf": [{"type": "string"}, {"type": "number"}]}
 

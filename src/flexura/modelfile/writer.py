@@ -28,6 +28,7 @@ _ORDER = (
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
     "ground",
+    "test",
 )
 _NAMED = frozenset(_ORDER)
 

@@ -10,6 +10,7 @@ from flexura.errors import Path
 from flexura.mechanism.body import RigidBody
 from flexura.mechanism.channels import ForceActuator, ForceSensor, PiezoStack
 from flexura.mechanism.checks.assembly import number_of_copies
+from flexura.mechanism.checks.modal_test import check_test
 from flexura.mechanism.checks.survey import Survey, Use, prefix, suggestion
 from flexura.mechanism.layout import TOP, is_pattern
 from flexura.mechanism.material import CATALOGUE
@@ -26,6 +27,7 @@ def check_references(survey: Survey) -> None:
         survey.uses[name] = [*_between_nodes(survey, name, nodes), *_bodies(survey, name, nodes)]
         _interface(survey, name, nodes)
     survey.uses[TOP] += _ground(survey)
+    survey.uses[TOP] += check_test(survey, _Nodes(survey, TOP).find)
 
 
 class _Nodes:

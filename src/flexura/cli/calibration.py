@@ -1,0 +1,193 @@
+"""The command that finds parameters from a measurement."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from flexura.cli.options import File, Json, Settings, print_json, read
+from flexura.cli.tables import console_of_width
+from flexura.errors import OptionError
+
+if TYPE_CHECKING:
+    from flexura.experiment.calibrated import CalibratedParameter, Calibration
+
+ENOUGH = 50
+"""Independent draws from which on intervals are shown."""
+
+LISTS = (".yaml", ".yml")
+"""Suffixes of files that hold a plain list of frequencies."""
+
+
+class Method(StrEnum):
+    """How parameters are weighed."""
+
+    map = "map"
+    least_squares = "least-squares"
+
+
+class Pairing(StrEnum):
+    """Which mode a frequency without a shape belongs to."""
+
+    followed = "followed"
+    in_order = "in-order"
+
+
+class Compared(StrEnum):
+    """What of a measurement is compared with the model."""
+
+    modes = "modes"
+    frequencies = "frequencies"
+    responses = "responses"
+
+
+def calibrate_command(
+    file: File,
+    data: Annotated[
+        Path, typer.Argument(metavar="DATA", help="Measured data, or a YAML or CSV list of natural frequencies.")
+    ],
+    free: Annotated[str, typer.Option(metavar="A,B,C", help="Parameters that may move.")],
+    method: Annotated[Method, typer.Option(help="With priors (map), or with bounds alone.")] = Method.map,
+    on: Annotated[
+        Compared, typer.Option(help="Of measured data: identified modes, their frequencies alone, or responses.")
+    ] = Compared.modes,
+    sigma: Annotated[
+        float, typer.Option(metavar="REL", help="Relative standard deviation of frequencies that bring none.")
+    ] = 0.01,
+    damping: Annotated[float, typer.Option(metavar="RATIO", help="Damping ratio of all modes in responses.")] = 0.01,
+    pairing: Annotated[
+        Pairing, typer.Option(help="Frequencies belong to the start's modes, or to those of the same number.")
+    ] = Pairing.followed,
+    draws: Annotated[int, typer.Option(min=0, help="Draws of the posterior that check the intervals.")] = 0,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the calibrated mechanism here.")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the outcome here.")] = None,
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Find parameters with which the mechanism meets a measurement, and how far they can be trusted."""
+    from flexura.experiment.calibrated_file import save_calibrated
+    from flexura.experiment.calibration import calibrate
+
+    mechanism, parameters = read(file, set)
+    names = [name.strip() for name in free.split(",") if name.strip()]
+    chosen = "map" if method is Method.map else "least_squares"
+    result = calibrate(
+        mechanism,
+        read_data(data, on),
+        names,
+        parameters,
+        method=chosen,
+        sigma=sigma,
+        damping=damping,
+        pairing="followed" if pairing is Pairing.followed else "in_order",
+    )
+    sampled = result.sample(draws) if draws else None
+    written = [] if out is None else [save_calibrated(result, out, file)]
+    if plot is not None:
+        from flexura.view.calibration import save_calibration
+
+        written.append(save_calibration(result, plot))
+    if as_json:
+        extra: dict[str, Any] = {"files": [str(path) for path in written]}
+        if sampled is not None:
+            extra["sampled"] = {
+                "effective_draws": sampled.effective,
+                "intervals": {n: list(map(float, i)) for n, i in zip(result.values, sampled.interval, strict=True)},
+            }
+        print_json(result.to_dict() | extra)
+        return
+    print_calibration(result)
+    if sampled is not None:
+        _print_sampled(result, sampled)
+    for path in written:
+        typer.echo(f"wrote {path}")
+
+
+def read_data(path: Path, on: Compared = Compared.modes) -> Any:
+    """Frequencies of a list, or what is compared of a measurement. Raises OptionError for what cannot be read."""
+    from flexura.experiment.frequency_list import MeasuredFrequencies, read_frequencies
+
+    if path.suffix.lower() in LISTS or (path.suffix.lower() == ".csv" and _is_list(path)):
+        return read_frequencies(path)
+    import flexura
+
+    measurement = flexura.read_measurement(path)
+    if on is Compared.responses:
+        return measurement
+    identified = flexura.identify(measurement)
+    if on is Compared.frequencies:
+        return MeasuredFrequencies.of(identified.frequency_hz, None, path.stem)
+    return identified
+
+
+def _is_list(path: Path) -> bool:
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace") as stream:
+            first = stream.readline()
+    except OSError as error:
+        raise OptionError(f"{path} cannot be read: {error.strerror or error}") from None
+    return "frequency" in [cell.strip() for cell in first.split(",")]
+
+
+def _table(*headings: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if k == 0 else "right")
+    return table
+
+
+def print_calibration(result: Calibration) -> None:
+    """Print parameters with intervals, frequencies before and after, and what the data cannot tell."""
+    console = console_of_width()
+    how = "maximum of the posterior" if result.method == "map" else "least squares"
+    console.print(f"{result.mechanism.name}: calibrated, {how}", style="bold", markup=False)
+    table = _table("parameter", "start", "calibrated", "95 % interval", "told by the data", "prior from")
+    for p in result.parameters:
+        mark = " at bound" if p.at_bound else ""
+        table.add_row(p.name, _size(p, p.start), _size(p, p.value) + mark, _range(p), f"{100 * p.told:.0f} %", p.reason)
+    console.print(table)
+    if result.modes:
+        has_mac = any(m.mac is not None for m in result.modes)
+        table = _table("mode", "measured Hz", "start", "calibrated", "error", "in sigma", *(["MAC"] if has_mac else []))
+        for m in result.modes:
+            row = [str(m.number), f"{m.measured_hz:.5g}", f"{100 * m.start_error:+.2f} %", f"{m.calibrated_hz:.5g}"]
+            row += [f"{100 * m.error:+.2f} %", f"{m.error / m.sigma:+.1f}"]
+            table.add_row(*row, *([f"{m.mac:.3f}" if m.mac is not None else ""] if has_mac else []))
+        console.print(table)
+    chi = f"chi-square {result.start_chi_square:.4g} before, {result.chi_square:.4g} after"
+    console.print(f"{chi}, {result.residuals} data; {result.evaluations} evaluations")
+    if result.unresolved:
+        console.print("the data cannot tell (weights in prior standard deviations):")
+        for d in result.unresolved:
+            console.print(f"  {d}  ({100 * d.told:.0f} % told)", markup=False)
+    for note in result.notes:
+        console.print(f"note: {note}", markup=False)
+
+
+def _print_sampled(result: Calibration, sampled: Any) -> None:
+    console = console_of_width()
+    console.print(f"{len(sampled.weights)} draws of the posterior, worth {sampled.effective:.0f} independent ones")
+    if sampled.effective < ENOUGH:
+        console.print("these are too few to check the intervals: more draws, or fewer free parameters")
+        return
+    table = _table("parameter", "95 % interval of the draws")
+    for p, (low, high) in zip(result.parameters, sampled.interval, strict=True):
+        table.add_row(p.name, f"{_size(p, low)} to {_size(p, high)}")
+    console.print(table)
+
+
+def _range(p: CalibratedParameter) -> str:
+    return f"{_size(p, p.interval[0])} to {_size(p, p.interval[1])}"
+
+
+def _size(p: CalibratedParameter, value: float) -> str:
+    if p.unit == "m":
+        return f"{1e3 * value:.4g} mm"
+    return f"{value:.4g}" + (f" {p.unit}" if p.unit not in ("", "1") else "")
+
+
+COMMANDS = {"calibrate": calibrate_command}

@@ -1,0 +1,100 @@
+"""The command that identifies modes from measured data."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from flexura.cli.options import Json, band_of, print_json, vector
+from flexura.cli.tables import console_of_width
+
+if TYPE_CHECKING:
+    from flexura.experiment.identified import IdentifiedModes
+
+
+class Setups(StrEnum):
+    """How several placements of sensors are identified."""
+
+    each = "each"
+    together = "together"
+
+
+def identify_command(
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="Measured data (UFF, CSV, npz, HDF5).")],
+    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Only in this band, Hz.")] = None,
+    pick: Annotated[
+        str | None, typer.Option(metavar="F1,F2", help="The modes nearest to these frequencies, Hz, and no others.")
+    ] = None,
+    order: Annotated[int | None, typer.Option(min=2, max=500, help="Order of the largest model.")] = None,
+    setups: Annotated[
+        Setups, typer.Option(help="Each placement of sensors by itself, then joined; or all as one.")
+    ] = Setups.each,
+    refine: Annotated[
+        bool, typer.Option("--refine/--no-refine", help="Fit poles and shapes together to the responses.")
+    ] = True,
+    most_damped: Annotated[float, typer.Option(metavar="RATIO", help="Poles above this damping ratio are none.")] = 0.2,
+    channels: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures here.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted."""
+    from flexura.experiment.data_files import read_measurement
+    from flexura.experiment.identification import identify
+
+    measurement = read_measurement(data, channels=channels)
+    result = identify(
+        measurement,
+        band=None if band is None else band_of(band),
+        order=order,
+        select=None if pick is None else vector(pick),
+        setups=setups.value,
+        refine=refine,
+        most_damped=most_damped,
+    )
+    written: list[Path] = []
+    if plot is not None:
+        from flexura.view.identification import save_identification
+
+        written = save_identification(result, measurement, plot)
+    if as_json:
+        print_json(result.to_dict() | ({"pictures": [str(p) for p in written]} if plot is not None else {}))
+    else:
+        print_identified(result, written)
+
+
+def print_identified(result: IdentifiedModes, written: list[Path]) -> None:
+    """Print the modes with their evidence, those of every setup side by side, and notes."""
+    console = console_of_width()
+    n, p, m = len(result.poles), len(result.outputs), len(result.inputs)
+    title = f"{result.name}: {n} mode{'s' * (n != 1)} from {p} outputs and {m} inputs"
+    console.print(title, style="bold", markup=False)
+    several = len(result.setups) > 1
+    headings = ("Hz", "rad/s", "damping %", "+- Hz", "+- damping", "confidence", "MPC", "MPD deg")
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("mode", *headings, *(["setups"] if several else [])):
+        table.add_column(heading, justify="right")
+    for k, (hz, zeta, e) in enumerate(zip(result.frequency_hz, result.damping_ratio, result.evidence, strict=True)):
+        spread = (hz * max(e.frequency_sigma, e.frequency_scatter), max(e.damping_sigma, e.damping_scatter))
+        row = [f"{hz:.6g}", f"{abs(result.poles[k]):.6g}", f"{100 * zeta:.4g}", f"{spread[0]:.1g}"]
+        row += [f"{100 * spread[1]:.2g} %", f"{e.confidence:.2f}", f"{e.mpc:.3f}", f"{e.mpd_deg:.2g}"]
+        table.add_row(str(k + 1), *row, *([f"{e.setups} of {len(result.setups)}"] if several else []))
+    console.print(table)
+    if several:
+        table = Table(box=None, pad_edge=False, header_style="bold")
+        table.add_column("setup")
+        table.add_column("modes, Hz")
+        for own in result.setups:
+            table.add_row(escape(own.name), ", ".join(f"{f:.6g}" for f in own.frequency_hz))
+        console.print(table)
+    console.print(f"synthesis error {100 * result.synthesis_error:.2g} %", markup=False)
+    for note in result.notes:
+        console.print(note, markup=False)
+    for path in written:
+        console.print(f"wrote {path}", markup=False)

@@ -1,0 +1,98 @@
+"""The command that turns time records of a test into frequency responses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from flexura.cli.options import Json, band_of, print_json
+from flexura.cli.response import seconds
+from flexura.cli.tables import console_of_width
+
+
+class EstimatorName(StrEnum):
+    """Where noise is: in the outputs, in the input, in both."""
+
+    H1 = "H1"
+    H2 = "H2"
+    Hv = "Hv"
+
+
+def estimate_frf_command(
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="Time records (UFF, CSV, npz, HDF5), or a folder.")],
+    to: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the responses here, by suffix.")] = None,
+    estimator: Annotated[EstimatorName, typer.Option(help="H1, H2 or Hv.")] = EstimatorName.H1,
+    exponential: Annotated[
+        float | None, typer.Option(metavar="VALUE", help="Exponential window: its value at the end of the record.")
+    ] = None,
+    force_window: Annotated[
+        str | None, typer.Option(metavar="TIME", help="The force counts for so long after the blow began, e.g. 8ms.")
+    ] = None,
+    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Keep the lines in this band, Hz.")] = None,
+    duration: Annotated[str | None, typer.Option(metavar="TIME", help="Cut records to this, e.g. 4s.")] = None,
+    accept: Annotated[
+        list[str] | None, typer.Option(metavar="DEFECT", help="Use records with this defect. May be repeated.")
+    ] = None,
+    channels: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Frequency responses from hits: windows, averages, coherence; bad records are named and left out."""
+    from flexura.experiment.data_files import read_measurement, write_measurement
+    from flexura.experiment.estimation import estimate_frf
+    from flexura.experiment.measurement import Measurement
+
+    measurement = read_measurement(data, channels)
+    frfs = estimate_frf(
+        measurement,
+        estimator=estimator.value,
+        exponential=exponential,
+        force_window=None if force_window is None else seconds(force_window, "--force-window"),
+        band=None if band is None else band_of(band),
+        duration=None if duration is None else seconds(duration, "--duration"),
+        accept=accept or (),
+    )
+    written = [] if to is None else [write_measurement(Measurement(measurement.name, (), frfs), to)]
+    rows = [
+        {
+            "setup": f.setup,
+            "inputs": [c.name for c in f.inputs],
+            "outputs": [c.name for c in f.outputs],
+            "lines": len(f.frequency_hz),
+            "from_hz": float(f.frequency_hz[0]),
+            "to_hz": float(f.frequency_hz[-1]),
+            "averages": f.averages,
+            "median_coherence": None if f.coherence is None else sorted(f.coherence.ravel())[f.coherence.size // 2],
+            "decay": f.decay,
+            "notes": list(f.notes),
+        }
+        for f in frfs
+    ]
+    if as_json:
+        print_json({"name": measurement.name, "responses": rows, "files": [str(p) for p in written]})
+        return
+    console = console_of_width()
+    console.print(f"{measurement.name}: {len(measurement.recordings)} records", style="bold", markup=False)
+    table = Table("setup", "inputs", "outputs", "lines", "Hz", "averages", "coherence", box=None, pad_edge=False)
+    for row in rows:
+        median = row["median_coherence"]
+        spans = f"{row['from_hz']:.5g} - {row['to_hz']:.5g}", str(row["averages"])
+        names = (escape(", ".join(row[key])) for key in ("inputs", "outputs"))
+        table.add_row(
+            escape(row["setup"]), *names, str(row["lines"]), *spans, "" if median is None else f"{median:.3f}"
+        )
+    console.print(table)
+    for note in dict.fromkeys((*measurement.notes, *(n for row in rows for n in row["notes"]))):
+        console.print(note, markup=False)
+    for path in written:
+        console.print(f"wrote {path}", markup=False)
+
+
+COMMANDS: dict[str, Callable[..., None]] = {"estimate-frf": estimate_frf_command}

@@ -1,0 +1,143 @@
+"""The outcome of a calibration: parameters with intervals, modes before and after, and what the data cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import OptionError
+from flexura.experiment.posterior import TOLD, Direction, Sample, draw
+from flexura.experiment.problem import Problem
+from flexura.mechanism.substructure import Mechanism
+
+Array = NDArray[np.float64]
+Method = Literal["map", "least_squares"]
+
+
+@dataclass(frozen=True)
+class CalibratedParameter:
+    """One parameter, SI: `start` and calibrated `value`, and the `interval` that holds it with 95 %, infinite where
+    the data say nothing and there is no prior.
+
+    `prior` is the same interval beforehand and `reason` its origin. `told` is the share of the prior variance that the
+    data took away. At a bound the Gaussian approximation is not valid.
+    """
+
+    name: str
+    unit: str
+    start: float
+    value: float
+    interval: tuple[float, float]
+    prior: tuple[float, float]
+    reason: str
+    told: float
+    at_bound: bool
+
+
+@dataclass(frozen=True)
+class CalibratedMode:
+    """One measured frequency, Hz, with its relative standard deviation, and the model's before and after.
+
+    `model_mode` counts from 1; MAC where shapes were measured.
+    """
+
+    number: int
+    measured_hz: float
+    sigma: float
+    start_hz: float
+    calibrated_hz: float
+    model_mode: int
+    start_mac: float | None
+    mac: float | None
+
+    @property
+    def start_error(self) -> float:
+        """Relative error before."""
+        return self.start_hz / self.measured_hz - 1
+
+    @property
+    def error(self) -> float:
+        """Relative error after."""
+        return self.calibrated_hz / self.measured_hz - 1
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The outcome of a calibration: the `mechanism` with its new values, and how far these can be trusted.
+
+    `directions` are combinations of parameters, best told first; `correlation` (P, P) is that of the posterior.
+    `chi_square` of `residuals` data says whether the model can meet them within their standard deviations.
+    """
+
+    mechanism: Mechanism
+    method: Method
+    parameters: tuple[CalibratedParameter, ...]
+    modes: tuple[CalibratedMode, ...]
+    directions: tuple[Direction, ...]
+    correlation: Array
+    chi_square: float
+    start_chi_square: float
+    residuals: int
+    evaluations: int
+    converged: bool
+    notes: tuple[str, ...]
+    problem: Problem = field(repr=False)
+    z: Array = field(repr=False)
+    covariance: Array = field(repr=False)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The calibrated values by name, SI."""
+        return {p.name: p.value for p in self.parameters}
+
+    @property
+    def unresolved(self) -> tuple[Direction, ...]:
+        """Combinations of parameters that the data cannot tell."""
+        return tuple(d for d in self.directions if d.told < TOLD)
+
+    def sample(self, draws: int = 1000, seed: int = 0) -> Sample:
+        """Draws of the posterior with the model itself, which check the Gaussian intervals (theory eq. K19).
+
+        Raises OptionError without a prior, when the posterior need not be proper.
+        """
+        if self.method != "map":
+            raise OptionError("draws need a prior: calibrate with method map")
+        if draws < 1:
+            raise OptionError(f"the number of draws is at least 1, not {draws}")
+        own = self.problem
+
+        def cost(z: Array) -> float:
+            r = own.residual(z)
+            return float(r @ r + z @ z) / 2
+
+        return draw(self.z, self.covariance, own.unknown.z_bounds, cost, own.unknown.values, draws, seed)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the mechanism, as plain data for JSON; infinite numbers are None."""
+
+        def plain(x: Any) -> Any:
+            if isinstance(x, dict):
+                return {k: plain(v) for k, v in x.items()}
+            if isinstance(x, list | tuple):
+                return [plain(v) for v in x]
+            return None if isinstance(x, float) and not np.isfinite(x) else x
+
+        return plain(
+            {
+                "name": self.mechanism.name,
+                "method": self.method,
+                "parameters": [asdict(p) for p in self.parameters],
+                "modes": [{**asdict(m), "start_error": m.start_error, "error": m.error} for m in self.modes],
+                "directions": [asdict(d) for d in self.directions],
+                "correlation": self.correlation.tolist(),
+                "chi_square": self.chi_square,
+                "start_chi_square": self.start_chi_square,
+                "residuals": self.residuals,
+                "evaluations": self.evaluations,
+                "converged": self.converged,
+                "notes": list(self.notes),
+            }
+        )

@@ -1,0 +1,282 @@
+"""Identify modes from the frequency responses of a test."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis import FrequencyResponse
+from flexura.errors import OptionError
+from flexura.experiment.complexity import assembled, confidence_of
+from flexura.experiment.estimation import estimate_frf
+from flexura.experiment.identified import IdentifiedModes, ModeEvidence
+from flexura.experiment.lscf import OrderPoles, poles_by_order
+from flexura.experiment.matrices import ResponseMatrix, response_matrices
+from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement
+from flexura.experiment.residues import Fit, fit_modes, fit_shapes
+from flexura.experiment.setups import joined
+from flexura.experiment.stabilisation import Track, chosen, diagram, picked, stability, start_values, tracks
+from flexura.mechanism import DOF_NAMES
+from flexura.systems import Channel
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Data = Measurement | MeasuredFRF | FrequencyResponse | Sequence[MeasuredFRF]
+Setups = Literal["each", "together"]
+
+MOST_ORDER = 60
+"""Order of the largest model when none is given."""
+
+MOST_SIZE = 160
+"""Order times number of references when none is given."""
+
+LINES_PER_ORDER = 4
+"""Spectral lines per order at least, when none is given."""
+
+UNSURE_FREQUENCY, UNSURE_DAMPING = 0.01, 0.3
+"""A pole with larger standard deviations of these, relative, is no mode unless it is picked."""
+
+REPEATED = 3.0
+"""Poles that differ by less than so many standard deviations cannot be told apart: the modes are repeated."""
+
+EQUAL = 1e-3
+"""Nor can poles that differ by so little of their decay rate."""
+
+LEFT_OVER, LEFT_SHARE, SMOOTHED = 4.0, 0.1, 5
+"""A mode may be missing where what is left, smoothed over lines, exceeds its median and this share of the response."""
+
+TWINS = 0.5
+"""Modes nearer than so many half-power half-widths are one if their residues are alike too."""
+
+ALIKE = 0.9
+"""Modal assurance criterion of residues that are alike."""
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    """Of one mode in one setup, before its shape is known."""
+
+    frequency_scatter: float
+    damping_scatter: float
+    share: float
+
+
+def identify(
+    data: Data,
+    *,
+    band: tuple[float, float] | None = None,
+    order: int | None = None,
+    select: Sequence[float] | None = None,
+    setups: Setups = "each",
+    refine: bool = True,
+    most_damped: float = 0.2,
+) -> IdentifiedModes:
+    """Poles, damping, shapes and participation of the modes in a band (from, to), Hz (theory eqs. I1-I18).
+
+    Poly-reference least squares of every order up to `order`, modes chosen where poles are stable over the orders, or
+    nearest to the frequencies `select`, Hz, which then are all that is returned, though other stable poles still take
+    part in the fit; a frequency given twice asks for two modes. `refine` then fits poles, participation and shapes
+    together to the responses. `setups`: each is identified by itself, since sensors in other places shift frequencies,
+    and shapes are joined by the inputs (or else the outputs) that all setups share; or all are taken together as one
+    matrix. Damping that an exponential window has added is not in the result. Poles with a damping ratio above
+    `most_damped` are no modes.
+
+    Repeated modes take as many inputs (or outputs) as there are of them. Raises OptionError for bad options, bad or
+    incomplete data, and when there is no mode; SolverError when there are too few lines for the order.
+    """
+    if setups not in get_args(Setups):
+        raise OptionError(f"setups is each or together, not {setups!r}")
+    if not 0 < most_damped < 1:
+        raise OptionError(f"most_damped is a damping ratio between 0 and 1, not {most_damped:g}")
+    if order is not None and not 2 <= order <= 500:
+        raise OptionError(f"an order is between 2 and 500, not {order}")
+    name, frfs, notes = frfs_of(data)
+    matrices = response_matrices(frfs, band, together=setups == "together")
+    found: list[IdentifiedModes] = []
+    missing: list[set[float]] = []
+    for matrix in matrices:
+        own, lost = _one_setup(name, matrix, order, select, refine, most_damped)
+        found.append(own)
+        missing.append(set(lost))
+    nowhere = set.intersection(*missing)
+    if nowhere:
+        listed = ", ".join(f"{f:g}" for f in sorted(nowhere))
+        raise OptionError(f"there is no pole near {listed} Hz at any order; see the stabilisation diagram")
+    if not any(len(own.poles) for own in found):
+        raise OptionError("no mode is stable over the orders; widen the band, raise the order, or pick frequencies")
+    if len(found) == 1:
+        return replace(found[0], notes=(*notes, *found[0].notes))
+    return joined(name, found, matrices, notes)
+
+
+def frfs_of(data: Data) -> tuple[str, Sequence[MeasuredFRF], tuple[str, ...]]:
+    """Name, frequency responses and notes of data; those of a measurement that has only records are estimated (H1)."""
+    if isinstance(data, Measurement):
+        frfs = data.frfs if data.frfs or not data.recordings else estimate_frf(data)
+        return data.name, frfs, (*data.notes, *(note for frf in frfs for note in frf.notes))
+    if isinstance(data, FrequencyResponse):
+        inputs, outputs = (tuple(_placed(c) for c in channels) for channels in (data.inputs, data.outputs))
+        return data.name, (MeasuredFRF(data.frequency_hz, data.response, inputs, outputs),), ()
+    if isinstance(data, MeasuredFRF):
+        return data.setup or "measurement", (data,), data.notes
+    return "measurement", tuple(data), tuple(note for frf in data for note in frf.notes)
+
+
+def _placed(channel: Channel) -> MeasuredChannel:
+    """A channel of a computed response; one that is a DOF has a node and a direction."""
+    node, dot, dof = channel.name.partition(":")[0].rpartition(".")
+    if not dot or dof not in DOF_NAMES:
+        return MeasuredChannel(channel.name, channel.quantity)
+    x, y, z = np.eye(3)[DOF_NAMES.index(dof) % 3].tolist()
+    return MeasuredChannel(channel.name, channel.quantity, node, (x, y, z))
+
+
+def _one_setup(
+    name: str,
+    matrix: ResponseMatrix,
+    order: int | None,
+    select: Sequence[float] | None,
+    refine: bool,
+    most_damped: float,
+) -> tuple[IdentifiedModes, list[float]]:
+    """Modes of one setup, and the frequencies picked, Hz, that it does not have."""
+    p, m = matrix.response.shape[1:]
+    turned = m > p
+    work = matrix.transposed if turned else matrix
+    orders = poles_by_order(work, order or default_order(work), most_damped)
+    bits = stability(orders)
+    every = tracks(orders, bits)
+    stable = chosen(every, len(orders))
+    wanted, lost = (None, []) if select is None else picked(every, select, orders)
+    own = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
+    fit, kept = _fitted(work, own, orders, refine, wanted, most_damped)
+    notes = list(matrix.notes)
+    if wanted is not None:
+        asked = np.array([any(t is w for w in wanted) for t in kept], dtype=bool)
+        others = ", ".join(f"{abs(s) / (2 * np.pi):.5g}" for s in fit.poles[~asked])
+        if others:
+            notes.append(f"poles at {others} Hz took part in the fit and were not picked")
+        fit, kept = _taken(fit, np.flatnonzero(asked)), [t for t, a in zip(kept, asked, strict=True) if a]
+    poles, repeated = _equal_poles(fit)
+    notes += _left_over(work, fit)
+    evidence = [_Evidence(t.frequency_scatter, t.damping_scatter, t.share(len(orders))) for t in kept]
+    shapes, participation = fit.shapes * work.row_scale[:, None], fit.participation * work.column_scale[:, None]
+    size = work.row_scale[:, None] * work.column_scale
+    lower, upper = fit.lower * size, fit.upper * size
+    if turned:
+        shapes, participation, lower, upper = participation, shapes, lower.T, upper.T
+    modes = assembled(
+        name,
+        (poles, shapes, participation),
+        (matrix.inputs, matrix.outputs),
+        [_mode_evidence(e, s, pole) for e, s, pole in zip(evidence, fit.pole_sigma, poles, strict=True)],
+        (diagram(orders, bits),),
+        fit.error,
+        tuple(notes),
+        repeated,
+    )
+    ends = (float(matrix.frequency_hz[0]), float(matrix.frequency_hz[-1]))
+    more = {"decay": float(matrix.s.real[0]), "band": ends, "setup": matrix.setup}
+    return replace(modes, lower=lower, upper=upper, **more), lost
+
+
+def default_order(matrix: ResponseMatrix) -> int:
+    """Order of the largest model for the lines and references that there are."""
+    lines, _, m = matrix.response.shape
+    return int(max(4, min(MOST_ORDER, MOST_SIZE // m, lines // LINES_PER_ORDER)))
+
+
+def _fitted(
+    matrix: ResponseMatrix,
+    own: list[Track],
+    orders: Sequence[OrderPoles],
+    refine: bool,
+    wanted: Sequence[Track] | None,
+    most_damped: float,
+) -> tuple[Fit, list[Track]]:
+    """The fit of the tracks that are modes; those that the data do not determine are dropped unless they are wanted."""
+    while True:
+        poles, participation = start_values(own, orders)
+        participation = participation.reshape(matrix.response.shape[2], -1)
+        fit = (fit_modes if refine and own else fit_shapes)(matrix, poles, participation)
+        at = np.argsort(np.abs(fit.poles))
+        free = np.array([not any(t is w for w in wanted or ()) for t in own], dtype=bool)
+        drop = _doubtful(fit, own, free, most_damped)
+        if drop is None:
+            return _taken(fit, at), [own[k] for k in at]
+        own = [t for k, t in enumerate(own) if k != drop]
+
+
+def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
+    """Where the responses have a peak that the modes do not give back."""
+    window = np.ones(SMOOTHED) / SMOOTHED
+    left, whole = (
+        np.convolve((np.abs(H) ** 2).sum(axis=(1, 2)), window, mode="same")
+        for H in (matrix.scaled - fit.synthesis, matrix.scaled)
+    )
+    k = int(np.argmax(left))
+    if left[k] < LEFT_OVER * np.median(left) or left[k] < LEFT_SHARE**2 * whole[k]:
+        return []
+    where = f"setup {matrix.setup!r}: " if matrix.setup else ""
+    hz = f"{matrix.frequency_hz[k]:.5g}"
+    return [
+        f"{where}what the modes leave over peaks at {hz} Hz: a mode may be missing there, or one more beside another"
+    ]
+
+
+def _taken(fit: Fit, at: NDArray[np.intp]) -> Fit:
+    """Some modes of a fit."""
+    return replace(
+        fit,
+        poles=fit.poles[at],
+        shapes=fit.shapes[:, at],
+        participation=fit.participation[:, at],
+        pole_sigma=fit.pole_sigma[at],
+    )
+
+
+def _doubtful(fit: Fit, own: Sequence[Track], free: NDArray[np.bool_], most_damped: float) -> int | None:
+    """The free mode to drop: too damped, not determined in frequency, or twin of a mode on a longer track."""
+    size, decay = np.abs(fit.poles), -fit.poles.real
+    sigma = fit.pole_sigma.max(axis=1, initial=0.0)
+    spread = np.maximum(sigma / size / UNSURE_FREQUENCY, sigma / np.abs(decay) / UNSURE_DAMPING)
+    spread = np.where(free, np.where(decay > most_damped * size, np.inf, spread), 0.0)
+    if spread.max(initial=0.0) > 1:
+        return int(np.argmax(spread))
+    left, right = (x / np.linalg.norm(x, axis=0) for x in (fit.shapes, fit.participation))
+    alike = np.abs(left.conj().T @ left) ** 2 * np.abs(right.conj().T @ right) ** 2
+    near = np.abs(fit.poles[:, None] - fit.poles) < TWINS * np.minimum(decay[:, None], decay)
+    twins = np.argwhere(np.triu(near & (alike > ALIKE) & (free | free[:, None]), 1))
+    if not len(twins):
+        return None
+    first, second = (int(k) for k in twins[0])
+    return min(first, second, key=lambda k: (not free[k], len(own[k].at)))
+
+
+def _equal_poles(fit: Fit) -> tuple[Complex, list[list[int]]]:
+    """Poles, those that cannot be told apart replaced by their mean, and the groups of these."""
+    poles, groups = fit.poles.copy(), []
+    if not len(poles):
+        return poles, groups
+    apart = np.abs(np.diff(poles))
+    spread = np.hypot(*(np.linalg.norm(s, axis=1) for s in (fit.pole_sigma[1:], fit.pole_sigma[:-1])))
+    same = apart < np.maximum(REPEATED * np.where(np.isfinite(spread), spread, 0.0), EQUAL * np.abs(poles[1:].real))
+    for part in np.split(np.arange(len(poles)), np.flatnonzero(~same) + 1):
+        if 1 < len(part) <= min(len(fit.participation), len(fit.shapes)):
+            poles[part] = poles[part].mean()
+            groups.append(part.tolist())
+    return poles, groups
+
+
+def _mode_evidence(found: _Evidence, sigma: Array, pole: complex) -> ModeEvidence:
+    """Evidence of one mode, its shape apart; sigma (2,) is that of the pole's real and imaginary part."""
+    size = abs(pole)
+    frequency = float(np.hypot(pole.real * sigma[0], pole.imag * sigma[1]) / size**2)
+    damping = float(np.hypot(pole.imag * sigma[0], pole.real * sigma[1]) * abs(pole.imag / pole.real) / size**2)
+    spread = (found.frequency_scatter, found.damping_scatter, frequency, damping)
+    confidence = confidence_of(found.share, *spread)
+    return ModeEvidence(confidence, *spread[:2], 1.0, 0.0, frequency, damping, found.share)

@@ -1,0 +1,175 @@
+"""Where the channels of a test are: from a file beside the data, or from a mechanism with nodes of the same names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexura.errors import ExpressionError, FlexuraError, OptionError
+from flexura.experiment.channel_units import quantity_of
+from flexura.experiment.measurement import MeasuredChannel
+from flexura.mechanism import Mechanism
+from flexura.mechanism.substructure import DOF_NAMES
+from flexura.modelfile.document import parse
+from flexura.modelfile.extension import text_of
+from flexura.structure.plan import Plan, plan_of
+from flexura.systems.placed import Placement
+from flexura.units import parse_quantity
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_KEYS = ("node", "direction", "position", "quantity", "unit", "input")
+
+
+@dataclass(frozen=True)
+class Place:
+    """What is known of a channel beside its data; None where nothing is. `is_input` says that it excites."""
+
+    node: str | None = None
+    direction: tuple[float, float, float] | None = None
+    position: tuple[float, float, float] | None = None
+    quantity: str | None = None
+    unit: str | None = None
+    is_input: bool | None = None
+
+
+Places = Mapping[str, Place]
+
+
+def axis(text: Any, what: str) -> tuple[float, float, float]:
+    """Unit vector of `x`, `-z`, or of three numbers of any length. Raises OptionError for anything else."""
+    if isinstance(text, str) and text.lstrip("+-") in AXES:
+        sign = -1.0 if text.startswith("-") else 1.0
+        x, y, z = (sign * v + 0.0 for v in AXES[text.lstrip("+-")])
+        return x, y, z
+    try:
+        v = np.array([float(x) for x in text], dtype=float)
+        length = float(np.linalg.norm(v))
+    except (TypeError, ValueError):
+        v, length = np.zeros(0), 0.0
+    if v.shape != (3,) or not np.isfinite(length) or length == 0:
+        raise OptionError(f"{what}: a direction is x, -y, ... or three numbers, not {text!r}")
+    x, y, z = (float(x) for x in v / length)
+    return x, y, z
+
+
+def read_places(path: str | Path) -> dict[str, Place]:
+    """Read a file of channels (YAML): for every channel any of node, direction, position, quantity, unit, input.
+
+    Raises ModelError for text that is no YAML and OptionError, with the line, for anything that is not expected.
+    """
+    file = Path(path)
+    root = parse(text_of(file), str(file))
+    table = root.value.get("channels", root)
+    if not isinstance(table.value, dict):
+        raise OptionError(f"{file}:{table.line}: a mapping of channel names is expected, e.g. p1.z: {{direction: z}}")
+    return {
+        name: _place(entry.plain(), f"{file}:{table.key_places[name][1]}: channel {name}")
+        for name, entry in table.value.items()
+    }
+
+
+def _place(entry: Any, what: str) -> Place:
+    if not isinstance(entry, dict):
+        raise OptionError(f"{what}: a mapping is expected, with any of {', '.join(_KEYS)}")
+    unknown = next((key for key in entry if key not in _KEYS), None)
+    if unknown is not None:
+        raise OptionError(f"{what}: unknown key {unknown!r}; keys: {', '.join(_KEYS)}")
+    if not isinstance(entry.get("input", False), bool):
+        raise OptionError(f"{what}: input is true or false, not {entry['input']!r}")
+    quantity, unit = entry.get("quantity"), entry.get("unit")
+    if unit is not None:
+        quantity = quantity_of(str(unit), quantity, what)[0]
+    elif quantity is not None:
+        _known(quantity, what)
+    return Place(
+        None if entry.get("node") is None else str(entry["node"]),
+        None if entry.get("direction") is None else axis(entry["direction"], what),
+        None if entry.get("position") is None else _position(entry["position"], what),
+        quantity,
+        None if unit is None else str(unit),
+        entry.get("input"),
+    )
+
+
+def _known(quantity: Any, what: str) -> None:
+    from flexura.systems.channel import UNITS
+
+    if quantity not in UNITS:
+        raise OptionError(f"{what}: there is no quantity {quantity!r}; quantities: {', '.join(UNITS)}")
+
+
+def _position(raw: Any, what: str) -> tuple[float, float, float]:
+    if not isinstance(raw, list) or len(raw) != 3:
+        raise OptionError(f"{what}: a position is three lengths with their units, e.g. [40 mm, 0 mm, 62 mm]")
+    found = []
+    for text in raw:
+        try:
+            value, exponents = (0.0, None) if text == 0 else parse_quantity(str(text))
+        except ExpressionError as error:
+            raise OptionError(f"{what}: {error}") from None
+        if exponents is not None and (exponents[0] != 1 or any(exponents[1:])):
+            raise OptionError(f"{what}: {text!r} is no length; write it with its unit, e.g. 40 mm")
+        found.append(value)
+    x, y, z = found
+    return x, y, z
+
+
+def places_of(mechanism: Mechanism | Plan, names: Sequence[str]) -> dict[str, Place]:
+    """Places of the channels whose names are sensors, actuators or DOFs (`NODE.tz`) of a mechanism.
+
+    Names that mean nothing there, and sensors between two nodes, have no entry. Raises ModelError for a mechanism that
+    cannot be used.
+    """
+    plan = plan_of(mechanism)
+    values = plan.values(None)
+    geometry = plan.geometry(values)
+    placement = Placement(plan, values, geometry)
+    described = {
+        (kind, ".".join((*path, key))): [placed.offset[copy] + k for k in placed.part.channels.nodes[kind, key]]
+        for placed in plan.topology.placed.values()
+        for copy, path in enumerate(placed.paths)
+        for kind, entries in (("sensor", placed.part.channels.sensors), ("actuator", placed.part.channels.actuators))
+        for key in entries
+    }
+    found: dict[str, Place] = {}
+    for name in names:
+        node, _, dof = name.partition(":")[0].rpartition(".")
+        try:
+            if ("sensor", name) in described:
+                out = placement.outputs([name])[0]
+                numbers, parts, quantity = described["sensor", name], out.absolute, out.channel.quantity
+                turns = quantity.startswith(("rotation", "angular"))
+                direction = parts[3:] if turns else parts[:3]
+            elif ("actuator", name) in described:
+                into = placement.inputs([name])[0]
+                numbers, quantity = list(into.nodes), into.channel.quantity
+                rows = plan.node_rows(np.array(numbers[:1], dtype=np.intp), geometry).toarray()
+                block = rows[3:] if quantity == "moment" else rows[:3]
+                direction = np.linalg.lstsq(block.T, into.row, rcond=None)[0]
+            else:
+                numbers = [int(plan.topology.numbers([node])[0])]
+                direction, quantity = np.eye(3)[DOF_NAMES.index(dof) % 3], None
+        except (FlexuraError, ValueError, IndexError):
+            continue
+        length = float(np.linalg.norm(direction))
+        if len(numbers) == 1 and length > 0:
+            where = geometry.positions[numbers[0]]
+            label = plan.topology.node_names[numbers[0]]
+            found[name] = Place(label, axis(direction, name), tuple(float(x) for x in where), quantity)  # pyright: ignore
+    return found
+
+
+def placed(channel: MeasuredChannel, place: Place | None) -> MeasuredChannel:
+    """A channel with the place that is known of it; what it knows itself stays where nothing else is known."""
+    if place is None:
+        return channel
+    return replace(
+        channel,
+        node=place.node if place.node is not None else channel.node,
+        direction=place.direction if place.direction is not None else channel.direction,
+        position=place.position if place.position is not None else channel.position,
+    )

@@ -1,0 +1,236 @@
+"""Reading universal files: functions (58, 58b), mode shapes (55), nodes (15, 2411), axes (18, 2420), units (164)."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import OptionError
+from flexura.experiment.channel_units import quantity_of
+from flexura.experiment.extras import need
+from flexura.experiment.measurement import MeasuredChannel
+
+Array = NDArray[np.float64]
+
+MOTIONS = {8: "displacement", 11: "velocity", 12: "acceleration"}
+FORCES = (9, 13)
+TURNING = {
+    "displacement": "rotation",
+    "velocity": "angular_velocity",
+    "acceleration": "angular_acceleration",
+    "force": "moment",
+}
+AXIS_NAMES = ("tx", "ty", "tz", "rx", "ry", "rz")
+_LENGTHS: dict[str, int] = dict.fromkeys(("displacement", "velocity", "acceleration", "moment"), 1)
+_FORCES = {"force": 1, "moment": 1}
+NOTHING = ("", "NONE", "NULL")
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Positions, m, and axes (3, 3), rows, of nodes by number, and factors of length and force to SI."""
+
+    positions: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+    axes: dict[int, Array] = field(default_factory=dict)
+    length: float | None = None
+    force: float | None = None
+
+
+def read_sets(path: Path) -> list[dict[str, Any]]:
+    """All datasets of a universal file, as pyuff reads them. Raises OptionError when it cannot."""
+    pyuff = need("pyuff")
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(400)
+    except OSError as error:
+        raise OptionError(f"{path}: the file cannot be read: {error.strerror}") from None
+    if not re.match(rb"\s*-1\s*[\r\n]", head):
+        raise OptionError(f"{path}: not a universal file: its first line is not -1")
+    sets: list[dict[str, Any]] = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            file = pyuff.UFF(str(path))
+            count = int(file.get_n_sets())
+        except Exception as error:  # the package raises nothing more particular
+            raise OptionError(f"{path}: not a universal file: {error}") from None
+        kinds = [int(t) for t in file.get_set_types()] if count else []
+        for k, kind in enumerate(kinds):
+            try:
+                sets.append(file.read_sets(k) if kind in _KNOWN else {"type": kind})
+            except Exception:
+                raise OptionError(
+                    f"{path}: dataset {k + 1} of {count}, type {kind}, cannot be read: is the file complete? "
+                    "a 58b whose end mark stands on a line of its own can be mended by pyuff.fix_58b"
+                ) from None
+    if not sets:
+        raise OptionError(f"{path}: no datasets in the file")
+    return sets
+
+
+_KNOWN = (15, 18, 55, 58, 82, 151, 164, 2411, 2420)
+
+
+def geometry_of(sets: list[dict[str, Any]]) -> Geometry:
+    """Nodes, axes and units of a file."""
+    units = next((s for s in sets if s["type"] == 164), None)
+    length = force = None
+    if units is not None and units["length"] > 0 and units["force"] > 0:
+        length, force = 1 / units["length"], 1 / units["force"]
+    frames = _frames(sets)
+    found = Geometry(length=length, force=force)
+    for s in sets:
+        if s["type"] in (15, 2411):
+            points = np.stack([np.asarray(s[a], dtype=float) for a in "xyz"], axis=1) * (length or 1.0)
+            if not np.isfinite(points).all():
+                raise ValueError("coordinates of nodes that are no finite numbers")
+            for number, at, system in zip(s["node_nums"], points, s["disp_cs"], strict=True):
+                x, y, z = (float(v) for v in at)
+                found.positions[int(number)] = (x, y, z)
+                if int(system) in frames:
+                    found.axes[int(number)] = frames[int(system)]
+    return found
+
+
+def _frames(sets: list[dict[str, Any]]) -> dict[int, Array]:
+    """Cartesian axes (3, 3), rows, by number."""
+    frames: dict[int, Array] = {}
+    for s in sets:
+        if s["type"] == 18:
+            for k, number in enumerate(s["cs_num"]):
+                if int(s["cs_type"][k]) == 0 and int(s["ref_cs_num"][k]) == 0:
+                    frames[int(number)] = _frame(s["ref_o"][k], s["x_point"][k], s["xz_point"][k])
+        if s["type"] == 2420:
+            for number, kind, matrix in zip(s["CS_sys_labels"], s["CS_types"], s["CS_matrices"], strict=True):
+                if int(kind) == 0:
+                    frames[int(number)] = np.array(matrix[:3], dtype=float)
+    return frames
+
+
+def _frame(origin: Array, on_x: Array, on_xz: Array) -> Array:
+    """Axes (3, 3), rows, from three points. Raises ValueError when they are on a line."""
+    x = np.asarray(on_x) - origin
+    y = np.cross(np.asarray(on_xz) - origin, x)
+    if not np.linalg.norm(y) > 0:
+        raise ValueError("the three points of a coordinate system are on one line")
+    x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)])
+
+
+def node_name(entity: str, number: int) -> str:
+    """Name of a node: `entity:number`, or whichever of the two there is."""
+    known = "" if entity.upper() in NOTHING else entity
+    return ":".join(filter(None, (known, str(number) if number else "")))
+
+
+def direction_of(code: int, node: int, geometry: Geometry) -> tuple[float, float, float] | None:
+    """Unit vector of a direction code, +-1 to +-3 along and +-4 to +-6 about the axes of a node; None for a scalar."""
+    if not 1 <= abs(code) <= 6:
+        return None
+    frame = geometry.axes.get(node, np.eye(3))
+    x, y, z = (float(v) + 0.0 for v in np.sign(code) * frame[(abs(code) - 1) % 3])
+    return x, y, z
+
+
+def channel_of(
+    dataset: dict[str, Any], which: str, axis: str, geometry: Geometry, where: str
+) -> tuple[MeasuredChannel, float, bool]:
+    """The channel of a dataset 58, its factor to SI, and whether its unit is known from the file.
+
+    `which` is rsp or ref, `axis` ordinate or orddenom. Raises OptionError for units that are not of the quantity.
+    """
+    number, code = int(dataset[f"{which}_node"]), int(dataset[f"{which}_dir"])
+    node = node_name(str(dataset[f"{which}_ent_name"]).strip(), number)
+    line, word, key = {"rsp": ("id2", "response", "at"), "ref": ("id3", "reference", "from")}[which]
+    written = re.fullmatch(word + r" (\S.*?) \[[^\]]*\]", str(dataset.get(line, "")).strip())
+    dof = AXIS_NAMES[abs(code) - 1] if 1 <= abs(code) <= 6 else ""
+    said = exact_of(dataset)
+    if written is not None:
+        title = written[1]
+        if {"role", "by", "df"} & said.keys():
+            node = said.get(key, "")
+        elif title.endswith(f".{dof}") and dof:
+            node = title.removesuffix(f".{dof}")
+    else:
+        label = str(dataset.get(f"{axis}_axis_lab", "")).strip()
+        title = ".".join(filter(None, (node, f"-{dof}" if code < 0 else dof))) or label or "channel"
+    unit, kind = (str(dataset.get(f"{axis}_{what}", "")).strip() for what in ("axis_units_lab", "spec_data_type"))
+    quantity = MOTIONS.get(int(kind), "force" if int(kind) in FORCES else None)
+    if quantity is not None and abs(code) >= 4:
+        quantity = TURNING[quantity]
+    if unit.upper() not in NOTHING:
+        known = True
+        quantity, factor = quantity_of(unit, quantity, f"{where}: {title}")
+    elif quantity is None:
+        raise OptionError(f"{where}: {title} says neither its unit nor what it measures (data type {kind})")
+    else:
+        length, force = _LENGTHS.get(quantity, 0), _FORCES.get(quantity, 0)
+        factor = (geometry.length or 1.0) ** length * (geometry.force or 1.0) ** force
+        known = geometry.length is not None
+    at, along = geometry.positions.get(number), direction_of(code, number, geometry)
+    return MeasuredChannel(title, quantity, node or None, along, at), factor, known
+
+
+def abscissa(dataset: dict[str, Any], exact: dict[str, str]) -> Array:
+    """Times or frequencies of a dataset 58, exact where the file says so in an ID line."""
+    n = len(dataset["data"])
+    if "k0" in exact and "df" in exact:
+        return float(exact["df"]) * (int(exact["k0"]) + np.arange(n, dtype=float))
+    return np.asarray(dataset["x"], dtype=float)[:n]
+
+
+def rate_of(dataset: dict[str, Any], where: str, exact: dict[str, str]) -> float:
+    """Sample rate, Hz, of a time record: the roundest one that gives the step with its 6 digits.
+
+    Raises OptionError for uneven times.
+    """
+    if "rate" in exact:
+        return float(exact["rate"])
+    if int(dataset["abscissa_spacing"]):
+        step = float(dataset["abscissa_inc"])
+    else:
+        steps = np.diff(np.asarray(dataset["x"], dtype=float))
+        step = float(np.mean(steps)) if len(steps) else 0.0
+        if not len(steps) or np.ptp(steps) > 1e-3 * step:
+            raise OptionError(f"{where}: times are not evenly spaced: resample the record")
+    if not step > 0:
+        raise OptionError(f"{where}: the sampling interval is {step:g} s")
+    half = 0.5000001 * 10.0 ** (np.floor(np.log10(step)) - 5)
+    for digits in range(1, 13):
+        rate = float(f"{1 / step:.{digits}g}")
+        if abs(1 / rate - step) <= half:
+            return rate
+    return 1 / step
+
+
+def exact_of(dataset: dict[str, Any]) -> dict[str, str]:
+    """What ID lines 4 and 5 say as `key=value; key=value` below a line `response NAME [UNIT]`."""
+    if not str(dataset.get("id2", "")).startswith("response "):
+        return {}
+    parts = (part.partition("=") for line in ("id4", "id5") for part in str(dataset.get(line, "")).split(";"))
+    found = {key.strip(): value.strip() for key, equals, value in parts if equals}
+    return {k: v for k, v in found.items() if k not in _FORMS or re.fullmatch(_FORMS[k], v)}
+
+
+_FORMS = {"k0": r"\d{1,9}", "n": r"\d{1,9}"} | dict.fromkeys(("rate", "decay", "df"), r"\d+\.?\d*(e[-+]?\d{1,2})?")
+
+
+def data_of(dataset: dict[str, Any], where: str, is_time: bool = False) -> NDArray[Any]:
+    """Values of a dataset 58. Raises OptionError when there are fewer than the header says, or not finite ones.
+
+    Those of time records are left to be judged with their hit.
+    """
+    data = np.asarray(dataset["data"])
+    wanted = int(dataset["num_pts"])
+    if len(data) < wanted:
+        raise OptionError(f"{where}: {len(data)} values, but its header says {wanted}: is the file complete?")
+    data = data[:wanted]
+    if not is_time and not np.isfinite(data).all():
+        raise OptionError(f"{where}: value {int(np.argmin(np.isfinite(data))) + 1} is no finite number")
+    return data

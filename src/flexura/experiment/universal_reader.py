@@ -1,0 +1,250 @@
+"""Measurements out of universal files: time records, frequency responses with coherence, and modes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import OptionError
+from flexura.experiment.identified import IdentifiedModes, ModeEvidence
+from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
+from flexura.experiment.universal import (
+    AXIS_NAMES,
+    MOTIONS,
+    NOTHING,
+    TURNING,
+    Geometry,
+    abscissa,
+    channel_of,
+    data_of,
+    direction_of,
+    exact_of,
+    geometry_of,
+    rate_of,
+    read_sets,
+)
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+TIME, RESPONSE, COHERENCE = 1, 4, 6
+_TIME_AXIS, _FREQUENCY_AXIS = 17, 18
+
+
+def read_uff(path: Path) -> Measurement:
+    """Read a universal file (58, 58b, 55, with 15, 2411, 18, 2420 and 164).
+
+    A time record begins where a channel comes for the second time, and forces are its inputs. Responses are collected
+    into one matrix per setup and set of frequencies. Datasets of other functions are left out, and named in notes.
+    Raises OptionError without pyuff and for files, units and sampling that cannot be used.
+    """
+    sets = read_sets(path)
+    geometry = geometry_of(sets)
+    functions = [(k, s) for k, s in enumerate(sets) if s["type"] == 58]
+    left_out: dict[int, int] = {}
+    records: list[_Row] = []
+    pairs: list[_Pair] = []
+    coherences: dict[tuple[Any, ...], Array] = {}
+    assumed = 0
+    for k, s in functions:
+        where = f"{path}: dataset {k + 1}"
+        kind = _kind(s)
+        if kind not in (TIME, RESPONSE, COHERENCE):
+            left_out[kind] = left_out.get(kind, 0) + 1
+            continue
+        data, exact = data_of(s, where, kind == TIME), exact_of(s)
+        if kind == COHERENCE:
+            coherences[_codes(s)] = np.real(data)
+            continue
+        out, factor, known = channel_of(s, "rsp", "ordinate", geometry, where)
+        if kind == TIME:
+            assumed += not known
+            records.append(_Row(out, factor * np.real(data), rate_of(s, where, exact), exact))
+            continue
+        into, under, sure = channel_of(s, "ref", "orddenom", geometry, where)
+        assumed += not (known and sure)
+        H: Any = np.asarray(data, dtype=complex) * (factor / under)
+        pairs.append(_Pair(out, into, abscissa(s, exact)[: len(data)], H, exact, _codes(s)))
+    notes = [f"{n} datasets of function type {kind} left out" for kind, n in left_out.items()]
+    if assumed:
+        notes.append(f"{assumed} datasets give no unit: taken as SI")
+    modes = _modes([s for s in sets if s["type"] == 55], geometry, path)
+    found = Measurement(
+        _title(sets, path),
+        tuple(_recordings(records, path)),
+        tuple(_responses(pairs, coherences)),
+        tuple(notes),
+        modes,
+    )
+    if not (found.recordings or found.frfs or found.modes):
+        kinds = sorted({str(s["type"]) for s in sets})
+        raise OptionError(f"{path}: no time records, frequency responses or modes; datasets of type {', '.join(kinds)}")
+    return found
+
+
+class _Row:
+    """One channel of a time record."""
+
+    def __init__(self, channel: MeasuredChannel, x: Array, rate: float, exact: dict[str, str]) -> None:
+        self.channel, self.x, self.rate, self.setup = channel, x, rate, exact.get("setup", "")
+        self.is_input = exact.get("role") == "input" if "role" in exact else channel.quantity in ("force", "moment")
+        self.record = exact.get("record", "")
+
+
+class _Pair:
+    """A frequency response between two channels; `codes` are those of its datasets."""
+
+    def __init__(
+        self,
+        out: MeasuredChannel,
+        into: MeasuredChannel,
+        hz: Array,
+        H: Complex,
+        exact: dict[str, str],
+        codes: tuple[Any, ...],
+    ) -> None:
+        self.out, self.into, self.hz, self.H, self.codes = out, into, hz, H, codes
+        self.setup, self.estimator = exact.get("setup", ""), exact.get("by", "")
+        self.averages = int(exact["n"]) if "n" in exact else None
+        self.decay = float(exact.get("decay", 0.0))
+
+    @property
+    def group(self) -> tuple[Any, ...]:
+        return self.setup, len(self.hz), float(self.hz[0]), float(self.hz[-1]), self.estimator, self.decay
+
+
+def _codes(s: dict[str, Any]) -> tuple[Any, ...]:
+    """Setup, length and channels of a response and of its coherence."""
+    ends = tuple(s[f"{w}_{what}"] for w in ("rsp", "ref") for what in ("ent_name", "node", "dir"))
+    return exact_of(s).get("setup", ""), int(s["num_pts"]), *ends
+
+
+def _kind(s: dict[str, Any]) -> int:
+    kind = int(s["func_type"])
+    if kind == 0 and int(s["abscissa_spec_data_type"]) == _TIME_AXIS:
+        return TIME
+    if kind == 0 and int(s["abscissa_spec_data_type"]) == _FREQUENCY_AXIS and np.iscomplexobj(s["data"]):
+        return RESPONSE
+    return kind
+
+
+def _title(sets: list[dict[str, Any]], path: Path) -> str:
+    for s in sets:
+        name = str(s.get("model_name" if s["type"] == 151 else "id1" if s["type"] == 58 else "", "")).strip()
+        if name.upper() not in NOTHING and s["type"] == 151:
+            return name
+    return path.stem
+
+
+def _recordings(rows: list[_Row], path: Path) -> list[Recording]:
+    groups: list[list[_Row]] = []
+    for row in rows:
+        last = groups[-1] if groups else []
+        again = any(r.channel == row.channel for r in last)
+        other = bool(last) and (last[0].record, last[0].setup) != (row.record, row.setup)
+        if not last or again or other:
+            groups.append([])
+        groups[-1].append(row)
+    found = []
+    for k, group in enumerate(groups):
+        rates, lengths = {r.rate for r in group}, {len(r.x) for r in group}
+        title = group[0].record or f"record {k + 1}"
+        if len(rates) > 1 or len(lengths) > 1:
+            said = ", ".join(f"{r.channel.name}: {len(r.x)} at {r.rate:g} Hz" for r in group)
+            raise OptionError(f"{path}: {title}: channels are sampled unequally ({said}): resample them to one rate")
+        inputs = tuple(i for i, r in enumerate(group) if r.is_input)
+        x = np.array([r.x for r in group])
+        channels = tuple(r.channel for r in group)
+        found.append(Recording(group[0].rate, x, channels, inputs, group[0].setup, title))
+    return found
+
+
+def _responses(pairs: list[_Pair], coherences: dict[tuple[Any, ...], Array]) -> list[MeasuredFRF]:
+    """One response per setup and frequencies; one per input where some pairs are missing."""
+    found = []
+    for key in dict.fromkeys(p.group for p in pairs):
+        own = [p for p in pairs if p.group == key]
+        table = {(p.out, p.into): p for p in own}
+        by_outputs: dict[tuple[MeasuredChannel, ...], list[MeasuredChannel]] = {}
+        for into in dict.fromkeys(p.into for p in own):
+            outs = tuple(dict.fromkeys(p.out for p in own if p.into == into))
+            by_outputs.setdefault(tuple(sorted(outs, key=lambda c: c.name)), []).append(into)
+        for outs_sorted, ins in by_outputs.items():
+            outs = [o for o in dict.fromkeys(p.out for p in own) if o in outs_sorted]
+            H = np.stack([np.stack([table[o, i].H for i in ins], axis=1) for o in outs], axis=1)
+            gamma = None
+            if all(table[o, i].codes in coherences for o in outs for i in ins):
+                rows = [np.stack([coherences[table[o, i].codes] for i in ins], axis=1) for o in outs]
+                gamma = np.stack(rows, axis=1)
+            lead = own[0]
+            found.append(
+                MeasuredFRF(
+                    lead.hz, H, tuple(ins), tuple(outs), gamma, lead.averages, lead.estimator, lead.decay, lead.setup
+                )
+            )
+    return found
+
+
+def _modes(sets: list[dict[str, Any]], geometry: Geometry, path: Path) -> IdentifiedModes | None:
+    """Normal and complex modes of datasets 55; shapes of unit modal mass where that is given."""
+    usable = [s for s in sets if s.get("analysis_type") in (2, 3, 7)]
+    if not usable:
+        return None
+    numbers = [int(n) for n in usable[0]["node_nums"]]
+    keys = [f"r{i}" for i in range(1, 7) if all(f"r{i}" in s for s in usable)]
+    if any([int(n) for n in s["node_nums"]] != numbers for s in usable):
+        raise OptionError(f"{path}: modes (datasets 55) are at different nodes: write a file for each set of nodes")
+    poles, shapes = [], []
+    for s in usable:
+        pole = _pole(s)
+        motion = {11: 1, 12: 2}.get(int(s["spec_data_type"]), 0)
+        if not np.isfinite(pole) or (motion and pole == 0):
+            raise OptionError(f"{path}: a mode (dataset 55) has no frequency: {pole:g}")
+        shape = np.stack([np.asarray(s[key], dtype=complex) for key in keys], axis=1).ravel() / pole**motion
+        mass = float(s.get("modal_m", 0.0)) if s["analysis_type"] == 2 else 0.0
+        poles.append(pole)
+        shapes.append(shape / np.sqrt(mass) if mass > 0 else shape)
+    order = np.argsort(np.abs(poles))
+    phi = np.array(shapes)[order].T
+    if not np.isfinite(phi).all():
+        raise OptionError(f"{path}: shapes of modes (datasets 55) with numbers that are not finite")
+    channels = [
+        MeasuredChannel(
+            f"{number}.{AXIS_NAMES[i]}",
+            MOTIONS[8] if i < 3 else TURNING[MOTIONS[8]],
+            str(number),
+            direction_of(i + 1, number, geometry),
+            geometry.positions.get(number),
+        )
+        for number in numbers
+        for i in range(len(keys))
+    ]
+    moves = np.abs(phi).max(axis=1) > 0
+    phase = np.angle(np.sum(phi**2, axis=0)) / 2
+    nan = float("nan")
+    unknown = ModeEvidence(confidence=nan, frequency_scatter=nan, damping_scatter=nan, mpc=nan, mpd_deg=nan)
+    return IdentifiedModes(
+        path.stem,
+        np.array(poles)[order],
+        phi[moves],
+        np.real(phi * np.exp(-1j * phase))[moves],
+        np.zeros((0, len(poles)), dtype=complex),
+        (),
+        tuple(c for c, m in zip(channels, moves, strict=True) if m),
+        (unknown,) * len(poles),
+        (),
+        nan,
+        (f"modes read from {path.name}: how they were identified is not known",),
+    )
+
+
+def _pole(s: dict[str, Any]) -> complex:
+    if s["analysis_type"] != 2:
+        pole = complex(s["eig"])
+        return pole if pole.imag >= 0 else pole.conjugate()
+    omega = 2 * np.pi * float(s["freq"])
+    ratio = float(s["modal_damp_vis"]) or float(s["modal_damp_his"]) / 2
+    return complex(-ratio * omega, omega * np.sqrt(max(1 - ratio**2, 0.0)))

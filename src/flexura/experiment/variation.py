@@ -1,0 +1,241 @@
+"""How the matrices of a model change with its parameters: products with given vectors, differenced to high order.
+
+Stiffness acts on deformations: the rigid motion of an element's first node is taken off before its matrix is applied.
+Entries of K spread over many decades, and K x of a low mode would lose the digits of all the rest (theory eq. K1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm
+from flexura.errors import OptionError
+from flexura.mechanism.substructure import Mechanism
+from flexura.reduction import LowOrderModel, reduce
+from flexura.structure import FullOrderModel, Plan
+from flexura.structure.part import PartGeometry, PartMatrices
+from flexura.structure.plan import plan_of
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+Rows = Callable[[FullOrderModel], Any]
+"""Rows (o, n) over the DOFs of the full-order model that read something off a model, for its sizes."""
+
+STEP = 0.02
+"""First difference step, relative to the parameter; it is halved twice."""
+
+LEVELS = 3
+"""Steps h, h/2, h/4 of the extrapolation: an error of order h^6."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """Derivatives with respect to one parameter for fixed vectors X: K' X, M' X (n, k) and readings Y' (o, k);
+    K'' X, M'' X; and the relative error estimated for K' X and M' X, the larger."""
+
+    K: Array
+    M: Array
+    Y: Array
+    K2: Array
+    M2: Array
+    error: float
+
+
+def unbounded(mechanism: Mechanism | Plan) -> Plan:
+    """A plan whose parameters have no bounds, so that they can be differenced at these."""
+    own = mechanism.mechanism if isinstance(mechanism, Plan) else mechanism
+    plan_of(mechanism)
+    if all(p.minimum is None and p.maximum is None for p in own.parameters.values()):
+        return plan_of(mechanism)
+    free = {name: p.model_copy(update={"minimum": None, "maximum": None}) for name, p in own.parameters.items()}
+    return Plan(own.model_copy(update={"parameters": free}))
+
+
+def full_order(plan: Plan, parameters: Mapping[str, float]) -> FullOrderModel:
+    """The full-order model for one design, without checking the description anew."""
+    values = plan.values(parameters)
+    geometry = plan.geometry(values)
+    return FullOrderModel(plan, dict(parameters), values, geometry, *plan.full_order(values, geometry))
+
+
+class FullOrderFamily:
+    """The full-order models of a plan over its parameters."""
+
+    def __init__(self, plan: Plan, rows: Rows | None = None) -> None:
+        self.plan, self._rows = plan, rows
+
+    def model(self, parameters: Mapping[str, float]) -> FullOrderModel:
+        """The model for one design."""
+        return full_order(self.plan, parameters)
+
+    def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
+        """K X, M X (n, k) and readings (o, k) for one design, from its elements (theory eq. K1)."""
+        values = self.plan.values(parameters)
+        geometry = self.plan.geometry(values)
+        topology = self.plan.topology
+        KX, MX = np.zeros((2, topology.n_dof + 1, X.shape[1]))
+        padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
+        matrices = self.plan.matrices(values, geometry)
+        for name, own in matrices.items():
+            part = self.plan.parts[name]
+            number = np.array(topology.placed[name].offset)[:, None] + np.arange(part.n_nodes)
+            G = self.plan.node_transforms(name, np.arange(part.n_nodes), geometry)
+            dofs = topology.dof[topology.root[number]]
+            u = G @ padded[dofs]
+            for nodes, k, m in _forces(own, part.connectivity, part.n_placed, geometry.parts[name], u):
+                for into, f in ((KX, k), (MX, m)):
+                    if f is not None:
+                        back = np.swapaxes(G[:, nodes], -1, -2) @ f.reshape(*u[:, nodes].shape)
+                        np.add.at(into, dofs[:, nodes], back)
+        return KX[:-1], MX[:-1], self.readings(parameters, X)
+
+    def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
+        """What the rows read off DOF vectors X: (o, k)."""
+        if self._rows is None:
+            return X
+        values = self.plan.values(parameters)
+        geometry = self.plan.geometry(values)
+        empty: Any = None
+        return np.asarray(self._rows(FullOrderModel(self.plan, {}, values, geometry, empty, empty)) @ X)
+
+    def rows(self, parameters: Mapping[str, float]) -> Array:
+        """The rows themselves over the coordinates: (o, n)."""
+        if self._rows is None:
+            return np.eye(self.plan.topology.n_dof)
+        return np.asarray(self._rows(self.model(parameters)))
+
+
+def _forces(
+    own: PartMatrices, connectivity: Index, n_placed: int, geometry: PartGeometry, u: Array
+) -> list[tuple[Any, Array | None, Array | None]]:
+    """Nodes, K u and M u of the elements and of every lump of a part for displacements u (copies, nodes, 6, k)."""
+    found: list[tuple[Any, Array | None, Array | None]] = []
+    if len(connectivity):
+        local = own.T @ u[:, connectivity].reshape(len(u), len(connectivity), 12, -1)
+        reach = np.zeros((len(connectivity), 3))
+        reach[:, 0] = own.elements.length
+        strain = local[..., 6:, :] - rigid_arm(reach) @ local[..., :6, :]
+        Tt = np.swapaxes(own.T, -1, -2)
+        found.append((connectivity, Tt @ (own.elements.K[..., 6:] @ strain), Tt @ (own.elements.M @ local)))
+    for lump in own.lumps:
+        v, placed = u[:, lump.nodes], [k for k, node in enumerate(lump.nodes) if node < n_placed]
+        flat = v.reshape(len(u), 6 * len(lump.nodes), -1)
+        mass = None if lump.M is None else lump.M @ flat
+        force = None
+        if lump.K is not None and len(placed) > 1:
+            arms = geometry.positions[[lump.nodes[k] for k in placed]] - geometry.positions[lump.nodes[0]]
+            rigid = np.zeros_like(v)
+            rigid[:, placed] = rigid_arm(arms) @ v[:, :1]
+            force = lump.K @ (v - rigid).reshape(flat.shape)
+        elif lump.K is not None:
+            force = lump.K @ flat
+        found.append((np.array(lump.nodes), force, mass))
+    return found
+
+
+class LowOrderFamily:
+    """The low-order models of a plan over its parameters, with constraint modes and `keep` normal modes each.
+
+    Amplitudes of normal modes are turned so that the modes stay as near as they can to those of the design `at`:
+    coordinates mean the same in all designs, and matrices are smooth functions of the sizes.
+    """
+
+    def __init__(
+        self, plan: Plan, at: Mapping[str, float], keep: int | Mapping[str, int] = 0, rows: Rows | None = None
+    ) -> None:
+        self.plan, self._keep, self._rows = plan, keep, rows
+        self._at = self._last = reduce(plan, at, keep=keep)
+
+    def model(self, parameters: Mapping[str, float]) -> LowOrderModel:
+        """The model for one design, in coordinates of its own; the last one is remembered."""
+        if dict(parameters) != dict(self._last.parameters):
+            self._last = reduce(self.plan, parameters, keep=self._keep)
+        return self._last
+
+    def _turn(self, low: LowOrderModel) -> Array:
+        """Q (n, n) that leads from the coordinates of the family to those of a model."""
+        blocks = [np.eye(low.order - sum(len(p.frequencies) * self._copies(name) for name, p in low.parts.items()))]
+        for name, part in low.parts.items():
+            k, before = len(part.frequencies), self._at.parts[name]
+            if k != len(before.frequencies):
+                raise OptionError(f"{name or 'mechanism'} keeps another number of modes nearby: {k}; keep another one")
+            if k:
+                U, _, Vt = np.linalg.svd(part.T[:, -k:].T @ before.T[:, -k:])
+                blocks += [U @ Vt] * self._copies(name)
+        return la.block_diag(*blocks)
+
+    def _copies(self, name: str) -> int:
+        return len(self.plan.topology.placed[name].paths)
+
+    def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
+        """K X, M X (n, k) and readings (o, k) of coordinate vectors X for one design."""
+        low = self.model(parameters)
+        Q = self._turn(low)
+        QX = Q @ X
+        return Q.T @ (low.K @ QX), Q.T @ (low.M @ QX), self._read(low, QX)
+
+    def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
+        """What the rows read off coordinate vectors X: (o, k)."""
+        low = self.model(parameters)
+        return self._read(low, self._turn(low) @ X)
+
+    def rows(self, parameters: Mapping[str, float]) -> Array:
+        """The rows themselves over the coordinates: (o, n)."""
+        return self.readings(parameters, np.eye(self.model(parameters).order))
+
+    def _read(self, low: LowOrderModel, coordinates: Array) -> Array:
+        u = low.recover(coordinates)
+        if self._rows is None:
+            return u
+        empty: Any = None
+        return np.asarray(self._rows(FullOrderModel(low.plan, {}, low.values, low.geometry, empty, empty)) @ u)
+
+
+Family = FullOrderFamily | LowOrderFamily
+Order = Literal["low", "full"]
+
+
+def changes_of(
+    family: Family, parameters: Mapping[str, float], names: Sequence[str], X: Array, levels: int = LEVELS
+) -> list[Change]:
+    """Derivatives of a family's products with X (n, k) with respect to each of some parameters (theory eqs. K2-K3).
+
+    Central differences at steps h, h/2, h/4 ... extrapolated (Richardson 1911); the error is that between the last two.
+    """
+    middle = family.products(parameters, X)[:2]
+    return [_change(family, parameters, name, X, middle, levels) for name in names]
+
+
+def _change(
+    family: Family, parameters: Mapping[str, float], name: str, X: Array, middle: tuple[Array, ...], levels: int
+) -> Change:
+    value = float(parameters[name])
+    h = STEP * (abs(value) or 1.0)
+    first: list[list[Array]] = []
+    second: list[list[Array]] = []
+    for level in range(levels):
+        step = h / 2**level
+        up = family.products({**parameters, name: value + step}, X)
+        down = family.products({**parameters, name: value - step}, X)
+        first.append([(a - b) / (2 * step) for a, b in zip(up, down, strict=True)])
+        second.append([(a - 2 * m + b) / step**2 for a, m, b in zip(up, middle, down, strict=False)])
+    slopes, errors = zip(*(_extrapolated([level[k] for level in first]) for k in range(3)), strict=True)
+    bends = [_extrapolated([level[k] for level in second])[0] for k in range(2)]
+    return Change(*slopes, *bends, error=max(errors[:2]))
+
+
+def _extrapolated(values: Sequence[Array]) -> tuple[Array, float]:
+    """Limit of values at halved steps, error even in the step, and the relative error estimated."""
+    table, before = list(values), values[-1]
+    for power in range(1, len(values)):
+        before = table[-1]
+        table = [(4**power * b - a) / (4**power - 1) for a, b in pairwise(table)]
+    size = float(np.abs(table[0]).max(initial=0.0))
+    return table[0], float(np.abs(table[0] - before).max(initial=0.0)) / size if size else 0.0

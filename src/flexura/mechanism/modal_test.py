@@ -1,0 +1,101 @@
+"""A modal test of the mechanism: where it is hit, where accelerometers sit and what they weigh, how it is recorded."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from flexura.mechanism.base import Direction, Name, Part, Vector, refuse
+from flexura.mechanism.quantity import (
+    NonNegativeAcceleration,
+    NonNegativeForce,
+    NonNegativeMass,
+    NonNegativeNumber,
+    PositiveForce,
+    PositiveFrequency,
+    PositiveNumber,
+    PositiveTime,
+)
+
+LEAST_SAMPLES = 64
+"""Samples in a record at least."""
+
+
+class HammerPoint(Part):
+    """Where a hammer hits: a place that moves rigidly with a node, and the direction of the force.
+
+    `at` is a position in the axes of the mechanism; the node itself where it is left out.
+    """
+
+    node: str
+    direction: Direction
+    at: Vector | None = None
+
+
+class Accelerometer(Part):
+    """A sensor of acceleration along `direction` at a place that moves rigidly with a node, and its mass, kg."""
+
+    node: str
+    direction: Direction
+    at: Vector | None = None
+    mass: NonNegativeMass = 0.0
+
+
+class ModalTest(Part):
+    """A hammer test. Sensors are on the mechanism, with their mass, in their own placements only.
+
+    Entries of `hammer` and `accelerometers` may also be names of forces among the actuators, and of sensors of
+    acceleration, of the mechanism.
+    """
+
+    sample_rate: PositiveFrequency
+    duration: PositiveTime
+    """Length of a record, s."""
+    pulse: PositiveTime
+    """Length of the blow of the hammer from zero to zero, s."""
+    hammer: Annotated[dict[Name, HammerPoint | str], Field(min_length=1)]
+    accelerometers: Annotated[dict[Name, Accelerometer | str], Field(min_length=1)]
+    placements: dict[Name, tuple[str, ...]] = {}
+    """Accelerometers of each step of the test; one placement of all where it is left out."""
+    hits: Annotated[int, Field(ge=1, le=1000, strict=True)] = 5
+    """Hits at every hammer point in every placement."""
+    peak: PositiveForce = 10.0
+    """Peak of the force, N."""
+    peak_scatter: NonNegativeNumber = 0.1
+    """Standard deviation of the peak from hit to hit, relative."""
+    force_noise: NonNegativeForce = 0.0
+    """Standard deviation of the noise of the hammer, N."""
+    acceleration_noise: NonNegativeAcceleration = 0.0
+    """Standard deviation of the noise of accelerometers, m/s^2."""
+    exponential: PositiveNumber | None = None
+    """Value at the end of the record of an exponential window."""
+    force_window: PositiveTime | None = None
+    """How long the force counts from the beginning of the blow, s."""
+    band: tuple[PositiveFrequency, PositiveFrequency] | None = None
+    """Frequencies between which modes are identified, Hz."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        rate, duration, pulse = self.sample_rate, self.duration, self.pulse
+        if isinstance(rate, float) and isinstance(duration, float) and rate * duration < LEAST_SAMPLES:
+            raise refuse(f"a record has at least {LEAST_SAMPLES} samples", "record longer or faster")
+        if isinstance(rate, float) and isinstance(pulse, float) and rate * pulse < 4:
+            raise refuse("at least four samples fall into the blow", "sample faster, or give a longer pulse")
+        if isinstance(duration, float) and isinstance(pulse, float) and pulse > duration / 4:
+            raise refuse("the blow takes at most a quarter of the record")
+        if isinstance(self.exponential, float) and self.exponential > 1:
+            raise refuse("the exponential window ends between 0 and 1", "e.g. exponential: 0.01")
+        low, high = self.band or (0.0, 1.0)
+        if isinstance(low, float) and isinstance(high, float) and low >= high:
+            raise refuse("a band is from a lower to a higher frequency")
+        for name, members in self.placements.items():
+            if not members:
+                raise refuse(f"placement {name} holds no accelerometer")
+            if len(set(members)) < len(members):
+                raise refuse(f"placement {name} holds an accelerometer twice")
+        return self
+
+    def placed(self) -> dict[str, tuple[str, ...]]:
+        """Accelerometers of every placement."""
+        return dict(self.placements) or {"": tuple(self.accelerometers)}
