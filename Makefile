@@ -27,6 +27,7 @@ demo: $(STAMP)
 	$(BIN)/flexura modes examples/rpr/rpr.yaml -n 6 --plot out/rpr
 	$(BIN)/flexura frequency-response examples/rpr/rpr.yaml --band 3,60 --damping 0.01 --plot out/rpr
 	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
+	$(BIN)/flexura test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
 
 # for solid models: CalculiX, and the libraries that gmsh is linked to
 PACKAGES := calculix-ccx libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1
@@ -57,6 +58,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/response.py
 	$(BIN)/python benchmarks/control_step.py
 	$(BIN)/python benchmarks/solid.py
+	$(BIN)/python benchmarks/virtual_test.py
 
 verification: $(STAMP)
 	$(BIN)/python -m pytest tests/literature tests/opensees --verification-page docs/verification.md

@@ -12,6 +12,8 @@ from modal_systems import channels, measured, modal, noisy, random_modal
 
 import flexura as fx
 from flexura.experiment.ema import poles_by_ema
+from flexura.experiment.matrices import response_matrices
+from flexura.experiment.residues import fit_modes
 
 HZ = np.arange(0.0, 100.0, 0.125)
 BAND = (3.0, 95.0)
@@ -192,6 +194,58 @@ def test_a_user_overrules_the_choice():
         fx.identify(frf, band=BAND, select=[-3.0])
 
 
+def test_what_is_not_sure_is_left_out_and_named_and_can_be_picked():
+    system = random_modal(1)
+    frf = measured(system, HZ, decibels=40)
+    every = fx.identify(frf, band=BAND, least_confidence=0.0)
+    least = int(np.argmin(every.confidence))
+    assert every.notes == () and len(every.poles) == 6
+    sure = fx.identify(frf, band=BAND, least_confidence=every.confidence[least] + 1e-9)
+    assert sure.poles == pytest.approx(np.delete(every.poles, least), rel=1e-12)
+    assert np.abs(sure.shapes) == pytest.approx(np.abs(np.delete(every.shapes, least, axis=1)), rel=1e-9)
+    (note,) = sure.notes
+    assert "left out for want of confidence" in note and f"{every.frequency_hz[least]:.5g} Hz" in note
+    assert "can be picked" in note
+    picked = fx.identify(frf, band=BAND, select=[system.frequency_hz[least]], least_confidence=0.999999)
+    assert picked.frequency_hz == pytest.approx([system.frequency_hz[least]], rel=1e-3)
+    with pytest.raises(fx.OptionError, match=r"no mode is stable.*left out for want of confidence: .* Hz"):
+        fx.identify(frf, band=BAND, least_confidence=0.9999999)
+
+
+def test_a_fit_is_as_good_as_one_with_all_lines_written_out():
+    """Misfit and gradient of the fit against least squares of the responses themselves, no basis of lines."""
+    system = modal([20.0, 33.0], [0.01, 0.006], outputs=3, seed=4)
+    matrix = response_matrices([measured(system, HZ, decibels=30)], BAND)[0]
+    ell = np.linalg.inv(system.normal_modes()).T[:2, :2].T + 0j
+    fit = fit_modes(matrix, 1.001 * system.poles[:2], ell)
+
+    def misfit(poles, participation):
+        left = 0.0
+        s, root = matrix.s, np.sqrt(matrix.weight)
+        for row in matrix.scaled.transpose(1, 0, 2):
+            columns = []
+            for pole, turn in zip(poles, participation.T, strict=True):
+                a = np.outer(s**2 / (s - pole), turn)
+                b = np.outer(s**2 / (s - np.conj(pole)), turn.conj())
+                columns += [a + b, 1j * (a - b)]
+            columns += [np.outer(c, e) for c in (s**2, np.ones(len(s))) for e in np.eye(2)]
+            x = np.array([(root[:, None] * c).ravel() for c in columns]).T
+            y = (root[:, None] * row).ravel()
+            x, y = np.concatenate([x.real, x.imag]), np.concatenate([y.real, y.imag])
+            size = np.linalg.norm(x, axis=0)
+            left += np.linalg.norm(y - x @ (np.linalg.lstsq(x / size, y)[0] / size)) ** 2
+        return left
+
+    least = misfit(fit.poles, fit.participation)
+    assert fit.error**2 * np.linalg.norm(matrix.scaled) ** 2 == pytest.approx(least, rel=0.02)  # ends weigh half
+    for k in range(2):
+        for part, sigma in zip((1.0, 1j), fit.pole_sigma[k], strict=True):
+            step = np.eye(2)[k] * part * sigma
+            up, down = (misfit(fit.poles + sign * step, fit.participation) for sign in (1, -1))
+            assert up > least and down > least
+            assert abs(up - down) < 0.02 * (up + down - 2 * least)
+
+
 def test_a_hidden_neighbour_is_noted_and_found_when_it_is_picked():
     system = modal([12.0, 31.0, 40.0, 40.2, 70.0], [0.01, 0.02, 0.01, 0.008, 0.005], seed=3)
     frf = measured(system, HZ, decibels=25)
@@ -291,6 +345,7 @@ OPTIONS = {
     "order is between": {"order": 1},
     "setups is each or together": {"setups": "all"},
     "damping ratio between 0 and 1": {"most_damped": 2.0},
+    "least_confidence is at least 0": {"least_confidence": 1.0},
 }
 
 

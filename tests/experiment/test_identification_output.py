@@ -106,6 +106,7 @@ def test_driving_points_are_forces_and_motions_along_one_line():
         fx.MeasuredChannel("down", "velocity", "n1", (0.0, 0.0, -1.0)),
         fx.MeasuredChannel("turn", "rotation", "n0", (0.0, 0.0, 1.0)),
         fx.MeasuredChannel("unknown", "acceleration"),
+        fx.MeasuredChannel("elsewhere", "acceleration", "n0", (0.0, 0.0, 1.0), (0.0, 0.1, 0.0)),
     )
     assert driving_points(channels((0, 1), "hit", "force"), out) == [(0, 0, 1.0), (1, 1, 1.0), (3, 1, -1.0)]
 

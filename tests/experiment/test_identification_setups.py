@@ -7,6 +7,7 @@ import pytest
 from modal_systems import System, measured, modal
 
 import flexura as fx
+from flexura.experiment.setups import _between, _weighted
 
 HZ = np.arange(0.0, 90.0, 0.125)
 FREQUENCIES, RATIOS = [11.0, 19.0, 32.0, 47.0, 71.0], [0.01, 0.008, 0.012, 0.006, 0.01]
@@ -108,6 +109,84 @@ def test_a_mode_that_a_placement_does_not_see():
     assert any("found in 3 of 4 setups" in note for note in result.notes)
     assert np.abs(result.real_shapes[6:, 2]).max() < 0.01 * np.abs(result.real_shapes[:, 2]).max()
     assert np.diag(fx.mac(result.real_shapes, shapes[:, :5])).min() > 0.999
+
+
+def seen_through(faint, seed, decibels=40.0):
+    """Three placements, the last of which sees `faint` of the third mode's motion."""
+    system = modal(FREQUENCIES, RATIOS, seed=3)
+    shapes = system.normal_modes().copy()
+    shapes[6:, 2] *= faint
+    inverse = np.linalg.inv(shapes)
+    w = 2 * np.pi * system.frequency_hz
+    own = System(*(inverse.T @ np.diag(d) @ inverse for d in (np.ones(8), 2 * system.damping_ratio * w, w**2)))
+    groups = ((6, 7), (0, 1, 2), (3, 4, 5))
+    each = [measured(own, HZ, (0, 1), at, decibels, 10 * seed + k, setup=str(k)) for k, at in enumerate(groups)]
+    return fx.identify(each), np.abs(shapes[:, 2])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_placement_near_a_node_hardly_counts(seed):
+    result, shape = seen_through(0.2, seed)
+    faint, *clear = (own.evidence[2].damping_sigma for own in result.setups)
+    assert faint > 20 * max(clear) and result.evidence[2].setups == 3
+    off = [own.damping_ratio[2] / RATIOS[2] - 1 for own in result.setups]
+    sigma = result.evidence[2].damping_sigma
+    assert abs(result.damping_ratio[2] / RATIOS[2] - 1) < 3 * sigma < 0.003
+    assert sigma == pytest.approx(1 / np.sqrt(sum(1 / s**2 for s in (faint, *clear))), rel=0.1)
+    assert abs(off[0]) < 4 * faint
+    at = [int(c.name.removeprefix("acc")) for c in result.outputs]
+    assert np.abs(result.real_shapes[:, 2]) == pytest.approx(shape[at], abs=0.02 * shape.max())
+    assert result.evidence[2].setup_shift < 2e-4
+
+
+def test_weights_of_setups_in_closed_form():
+    x, variance = np.array([10.0, 10.3, 10.6]), np.array([0.01, 0.04, 0.04])
+    mean, sigma, weight = _weighted(x, variance, 0.0)
+    assert mean == pytest.approx((100 * 10 + 25 * 10.3 + 25 * 10.6) / 150)
+    assert sigma == pytest.approx(150**-0.5) and weight == pytest.approx([4 / 6, 1 / 6, 1 / 6])
+    assert _between(x, variance) == 0.0
+    assert _between(x, variance / 100) == pytest.approx(0.09 - 0.0003)
+    mean, sigma, weight = _weighted(x, variance, 1e6)
+    assert mean == pytest.approx(10.3, abs=1e-6) and sigma == pytest.approx(np.sqrt(0.09) / 3, rel=1e-6)
+    lost = np.array([0.01, np.inf, 0.04])
+    assert _weighted(x, lost, 0.0)[0] == pytest.approx((4 * 10 + 10.6) / 5)
+    assert _weighted(x, np.full(3, np.inf), 0.0)[0] == pytest.approx(10.3)
+    assert _between(x, np.array([0.01, np.inf, np.inf])) == 0.0
+
+
+def test_shifts_by_masses_are_told_from_noise():
+    _, found = roved(mass=5e-5)
+    result = fx.identify([frf for _, frf in found])
+    true = np.array([loaded.frequency_hz[:5] for loaded, _ in found])
+    spread = true.std(axis=0, ddof=1) / true.mean(axis=0)
+    assert [e.setup_shift for e in result.evidence] == pytest.approx(spread, rel=0.05, abs=1e-4)
+    assert max(e.frequency_sigma for e in result.evidence) < 1e-4
+    (note,) = (note for note in result.notes if "sensors' masses" in note)
+    assert [f"{f:.5g} Hz" in note for f in result.frequency_hz] == [bool(x > 1e-3) for x in spread]
+    _, still = roved()
+    assert not any("sensors' masses" in note for note in fx.identify([frf for _, frf in still]).notes)
+
+
+def test_a_place_is_a_node_and_a_position_and_a_direction():
+    """Eight sensors of one name each at two nodes: only positions and directions tell them apart."""
+    system, found = roved()
+
+    def moved(channel):
+        k = int(channel.name.removeprefix("acc"))
+        direction = (0.0, 0.0, 1.0) if k % 2 else (1.0, 0.0, 0.0)
+        return replace(
+            channel, name="acc", node="body", position=(0.1 * (k // 4), 0.1 * (k // 2 % 2), 0.0), direction=direction
+        )
+
+    each = [replace(frf, outputs=tuple(moved(c) for c in frf.outputs)) for _, frf in found]
+    result = fx.identify(each)
+    assert len(result.outputs) == 8
+    assert np.diag(fx.mac(result.real_shapes, system.normal_modes()[:, :5])).min() > 0.999
+    near = [
+        replace(c, name=f"acc{k}", node="body", position=(0.1 * k, 0.0, 0.0)) for k, c in enumerate(found[0][1].outputs)
+    ]
+    same = [replace(found[0][1], outputs=tuple(replace(c, name="acc") for c in near))]
+    assert fx.identify(same).shapes.shape[0] == 2
 
 
 def test_a_repeated_pair_in_all_placements():

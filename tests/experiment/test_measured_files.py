@@ -71,6 +71,28 @@ def test_everything_comes_back(name, options, digits, tmp_path):
     assert is_uff or (back.notes == own.notes and back.frfs[0].notes == own.frfs[0].notes)
 
 
+@pytest.mark.parametrize("node", ["platform", "12"])
+def test_several_positions_at_one_node(node, tmp_path):
+    places = [(0.1, 0.0, 0.0), (-0.1, 0.0, 0.0), (0.0, 0.2, 0.01)]
+    outputs = tuple(
+        fx.MeasuredChannel(f"a{k}", "acceleration", node, (0.0, 0.0, 1.0), at) for k, at in enumerate(places)
+    )
+    inputs = (fx.MeasuredChannel("h", "force", node, (0.0, 0.0, -1.0), (0.0, -0.2, 0.01)),)
+    rng = np.random.default_rng(2)
+    H = rng.normal(size=(20, 3, 1)) + 1j * rng.normal(size=(20, 3, 1))
+    own = fx.Measurement("t", frfs=(fx.MeasuredFRF(np.arange(20.0), H, inputs, outputs, rng.uniform(size=H.shape)),))
+    (frf,) = read_measurement(write_measurement(own, tmp_path / "t.uff")).frfs
+    same_place((*inputs, *outputs), (*frf.inputs, *frf.outputs), 1e-12)
+    np.testing.assert_array_equal(frf.response, H)
+    np.testing.assert_array_equal(frf.coherence, own.frfs[0].coherence)
+    pyuff = pytest.importorskip("pyuff")
+    file = pyuff.UFF(str(tmp_path / "t.uff"))
+    sets = [file.read_sets(k) for k in range(file.get_n_sets())]
+    ends = [(s["rsp_node"], s["ref_node"]) for s in sets if s["type"] == 58 and s["func_type"] == 4]
+    assert len({n for pair in ends for n in pair}) == 4
+    assert (12 in [n for pair in ends for n in pair]) == (node == "12")
+
+
 @pytest.mark.parametrize("binary", [True, False])
 def test_pyuff_reads_what_is_written(binary, tmp_path):
     pyuff = pytest.importorskip("pyuff")

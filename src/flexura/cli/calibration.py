@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table
 
 from flexura.cli.options import File, Json, Settings, print_json, read
@@ -15,9 +18,7 @@ from flexura.errors import OptionError
 
 if TYPE_CHECKING:
     from flexura.experiment.calibrated import CalibratedParameter, Calibration
-
-ENOUGH = 50
-"""Independent draws from which on intervals are shown."""
+    from flexura.experiment.posterior import Sample
 
 LISTS = (".yaml", ".yml")
 """Suffixes of files that hold a plain list of frequencies."""
@@ -62,7 +63,9 @@ def calibrate_command(
     pairing: Annotated[
         Pairing, typer.Option(help="Frequencies belong to the start's modes, or to those of the same number.")
     ] = Pairing.followed,
-    draws: Annotated[int, typer.Option(min=0, help="Draws of the posterior that check the intervals.")] = 0,
+    draws: Annotated[
+        int, typer.Option(min=0, help="Draws of the posterior, by Metropolis, that check the intervals.")
+    ] = 0,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the calibrated mechanism here.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the outcome here.")] = None,
     set: Settings = None,
@@ -85,7 +88,7 @@ def calibrate_command(
         damping=damping,
         pairing="followed" if pairing is Pairing.followed else "in_order",
     )
-    sampled = result.sample(draws) if draws else None
+    sampled = _sampled(result, draws) if draws else None
     written = [] if out is None else [save_calibrated(result, out, file)]
     if plot is not None:
         from flexura.view.calibration import save_calibration
@@ -96,6 +99,8 @@ def calibrate_command(
         if sampled is not None:
             extra["sampled"] = {
                 "effective_draws": sampled.effective,
+                "r_hat": sampled.r_hat,
+                "acceptance": sampled.acceptance,
                 "intervals": {n: list(map(float, i)) for n, i in zip(result.values, sampled.interval, strict=True)},
             }
         print_json(result.to_dict() | extra)
@@ -114,13 +119,14 @@ def read_data(path: Path, on: Compared = Compared.modes) -> Any:
     if path.suffix.lower() in LISTS or (path.suffix.lower() == ".csv" and _is_list(path)):
         return read_frequencies(path)
     import flexura
+    from flexura.experiment.targets import setups_of
 
     measurement = flexura.read_measurement(path)
     if on is Compared.responses:
         return measurement
     identified = flexura.identify(measurement)
     if on is Compared.frequencies:
-        return MeasuredFrequencies.of(identified.frequency_hz, None, path.stem)
+        return replace(MeasuredFrequencies.of(identified.frequency_hz, None, path.stem), setups=setups_of(identified))
     return identified
 
 
@@ -168,10 +174,21 @@ def print_calibration(result: Calibration) -> None:
         console.print(f"note: {note}", markup=False)
 
 
-def _print_sampled(result: Calibration, sampled: Any) -> None:
+def _sampled(result: Calibration, draws: int) -> Sample:
+    """Draws, with their progress on a terminal; an interrupt keeps those that there are."""
+    with Progress(console=Console(stderr=True), transient=True) as shown:
+        task = shown.add_task("drawing", total=None)
+        return result.sample(draws, progress=lambda k, of: shown.update(task, completed=k, total=of))
+
+
+def _print_sampled(result: Calibration, sampled: Sample) -> None:
     console = console_of_width()
-    console.print(f"{len(sampled.weights)} draws of the posterior, worth {sampled.effective:.0f} independent ones")
-    if sampled.effective < ENOUGH:
+    chains, count = sampled.values.shape[:2]
+    text = f"{chains} chains of {count} draws, worth {sampled.effective:.0f}"
+    console.print(f"{text} independent ones; R-hat {sampled.r_hat:.3f}, {100 * sampled.acceptance:.0f} % accepted")
+    if not sampled.is_whole:
+        console.print("drawing was interrupted")
+    if not sampled.is_settled:
         console.print("these are too few to check the intervals: more draws, or fewer free parameters")
         return
     table = _table("parameter", "95 % interval of the draws")

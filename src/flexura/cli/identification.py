@@ -38,6 +38,9 @@ def identify_command(
         bool, typer.Option("--refine/--no-refine", help="Fit poles and shapes together to the responses.")
     ] = True,
     most_damped: Annotated[float, typer.Option(metavar="RATIO", help="Poles above this damping ratio are none.")] = 0.2,
+    least_confidence: Annotated[
+        float, typer.Option(metavar="NUMBER", help="Modes of less confidence are left out, unless picked.")
+    ] = 0.3,
     channels: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
     ] = None,
@@ -57,6 +60,7 @@ def identify_command(
         setups=setups.value,
         refine=refine,
         most_damped=most_damped,
+        least_confidence=least_confidence,
     )
     written: list[Path] = []
     if plot is not None:

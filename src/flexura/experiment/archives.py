@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from flexura._version import __version__
 from flexura.errors import OptionError
 from flexura.experiment.channel_units import quantity_of, split_heading
-from flexura.experiment.extras import need
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import Place, Places, placed
+from flexura.extras import need
 
 Array = NDArray[np.float64]
 Arrays = dict[str, Any]
@@ -43,7 +43,7 @@ def read_npz(path: Path, places: Places) -> Measurement:
 
 def read_hdf5(path: Path, places: Places) -> Measurement:
     """Read an HDF5 file with the same names, groups for the dots. Raises OptionError, also without h5py."""
-    h5py = need("h5py")
+    h5py = need("h5py", "experiment")
     arrays: Arrays = {}
 
     def visit(name: str, item: Any) -> None:
@@ -238,7 +238,7 @@ def write_npz(measurement: Measurement, path: Path) -> None:
 
 def write_hdf5(measurement: Measurement, path: Path) -> None:
     """Write an HDF5 file. Raises OptionError without h5py."""
-    h5py = need("h5py")
+    h5py = need("h5py", "experiment")
     with h5py.File(path, "w") as root:
         for name, value in contents(measurement).items():
             at = name.replace(".", "/")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.experiment.markov_chain import Progress
 from flexura.experiment.posterior import TOLD, Direction, Sample, draw
 from flexura.experiment.problem import Problem
 from flexura.mechanism.substructure import Mechanism
@@ -98,10 +99,11 @@ class Calibration:
         """Combinations of parameters that the data cannot tell."""
         return tuple(d for d in self.directions if d.told < TOLD)
 
-    def sample(self, draws: int = 1000, seed: int = 0) -> Sample:
+    def sample(self, draws: int = 1000, seed: int = 0, progress: Progress | None = None) -> Sample:
         """Draws of the posterior with the model itself, which check the Gaussian intervals (theory eq. K19).
 
-        Raises OptionError without a prior, when the posterior need not be proper.
+        `progress` is told of steps done and to do. Raises OptionError without a prior, when the posterior need not be
+        proper.
         """
         if self.method != "map":
             raise OptionError("draws need a prior: calibrate with method map")
@@ -113,7 +115,8 @@ class Calibration:
             r = own.residual(z)
             return float(r @ r + z @ z) / 2
 
-        return draw(self.z, self.covariance, own.unknown.z_bounds, cost, own.unknown.values, draws, seed)
+        bounds, values = own.unknown.z_bounds, own.unknown.values
+        return draw(self.z, self.covariance, bounds, cost, values, draws, seed, progress)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the mechanism, as plain data for JSON; infinite numbers are None."""

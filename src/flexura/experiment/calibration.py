@@ -126,7 +126,7 @@ def _solved(
         mechanism = _with_values(bounded, own, z, fixed, first.targets)
         if not any(part.table.corrections.wanted.any() for part in plan.parts.values()):
             break
-        settled = Problem(unbounded(mechanism), own, fixed, targets, order, keep, problem.reference, follow)
+        settled = Problem(unbounded(mechanism), own, fixed, targets, order, keep, problem.references, follow)
         moved = float(np.abs(settled.residual(z) - problem.residual(z)).max(initial=0.0))
         problem = settled
         if moved < 1e-6:
@@ -189,9 +189,8 @@ def _said(targets: Sequence[Target]) -> str:
 
 def _compared(problem: Problem, z: Array) -> list[tuple[Array, NDArray[np.intp], list[float | None]]]:
     """For every modal target the model's frequencies, mode numbers and MAC."""
-    state = problem.state(z)
     found = []
-    for target, rows in zip(problem.targets, problem.rows, strict=True):
+    for target, state, rows in problem.compared(z):
         if isinstance(target, ModalTarget):
             partner = target.partner(state, rows)
             found.append((state.frequency_hz[partner], partner, target.mac(state, rows)))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import FlexuraError, OptionError
 from flexura.experiment.measurement import MeasuredChannel
+from flexura.experiment.places_of_test import Place, PlacesOfTest
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody
 from flexura.mechanism.evaluation import evaluated, parameter_values
 from flexura.mechanism.placement import rotation_matrix
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 WITHIN = 0.02
 """Farthest a sensor may be from what it is taken to sit on, relative to the longest side of the mechanism."""
 
+POINT = 1e-3
+"""The same, m, in a mechanism of a single point."""
+
 UNITS_OF_LENGTH = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
 """Units in which positions may have been written in place of metres."""
 
@@ -32,8 +36,9 @@ TURNS = ("rotation", "angular_velocity", "angular_acceleration", "moment")
 class ChannelMatch:
     """A channel and the node of the model that it is taken to read.
 
-    `how` is node, position, body (a point of a rigid body) or name. `distance`, m, is from the channel's position to
-    the node, or to the body; None where the channel has no position.
+    `how` is node, test (a hammer point or accelerometer of the described test), position, body (a point of a rigid
+    body) or name. `distance`, m, is from the channel's position to the node, point or body; None where the channel has
+    no position.
     """
 
     channel: MeasuredChannel
@@ -87,10 +92,11 @@ def pair_channels(
 ) -> ChannelPairing:
     """Find what each channel of a test reads in the model (theory eqs. Q1-Q2).
 
-    A channel with a direction is matched by the name of its node, or by its position: with the nearest node, or a rigid
-    body with a solid that contains it, within `tolerance`, m (2 % of the longest side of the mechanism when left out).
-    It reads the point where it sits, on a rigid arm from that node. Other channels go by their name: that of a
-    described sensor or actuator, or of a DOF such as `platform.tz`. A channel without a counterpart is reported with
+    A channel with a direction is matched by the name of its node, or by its position: with the nearest node or point of
+    the described test, or a rigid body with a solid that contains it, within `tolerance`, m (2 % of the longest side of
+    the mechanism when left out). It reads the point where it sits, on a rigid arm from that node. Other channels go by
+    their name: that of a hammer point or accelerometer of the test, of a described sensor or actuator, or of a DOF such
+    as `platform.tz`. A channel without a counterpart is reported with
     the nearest node; a position that is in other units, or in another frame, shows there.
     Raises OptionError for a tolerance that is not positive and for a position that is not finite.
     """
@@ -125,6 +131,17 @@ def pair_channels(
     )
 
 
+def nothing_matched(name: str, sensors: ChannelPairing) -> str:
+    """Why no channel is found in the model."""
+    shown = "; ".join(
+        f"{u.channel.name}: {u.reason}"
+        + (f" (nearest {u.nearest}, {1e3 * u.distance:.3g} mm away)" if u.distance is not None else "")
+        for u in sensors.unmatched[:3]
+    )
+    hint = "".join(f"; {note}" for note in sensors.notes)
+    return f"{name}: none of {len(sensors.unmatched)} channels is found in the model: {shown}{hint}"
+
+
 def _rows(model: FullOrderModel, found: list[_Found]) -> Array:
     """What channels read of the DOFs (q, n): d . (u + theta x arm), or d . theta."""
     rows = np.zeros((len(found), model.plan.topology.n_dof))
@@ -152,12 +169,16 @@ class _Places:
         self.names = self.topology.node_names
         self.placed = np.flatnonzero(self.topology.has_place)
         self.x = model.geometry.positions[self.placed]
-        self.size = float(np.ptp(self.x, axis=0).max())
-        self.tolerance = WITHIN * self.size if tolerance is None else float(tolerance)
+        size = float(np.ptp(self.x, axis=0).max(initial=0.0))
+        self.tolerance = (WITHIN * size or POINT) if tolerance is None else float(tolerance)
         if not self.tolerance > 0:
             raise OptionError(f"the tolerance of positions is a positive length in m, not {self.tolerance:g}")
         self.described = Placement(model.plan, model.values, model.geometry)
         self.bodies = list(_solid_bodies(model))
+        described = None if model.plan.mechanism.test is None else PlacesOfTest(model)
+        self.hammer = {} if described is None else described.hammer
+        self.accelerometers = {} if described is None else described.accelerometers
+        self.points = [*self.hammer.values(), *self.accelerometers.values()]
 
     def find(self, channel: MeasuredChannel) -> _Found | UnmatchedChannel:
         """The place of a channel, or why there is none."""
@@ -174,7 +195,7 @@ class _Places:
                 return by_node
             if x is not None:
                 return self._by_position(channel, x, d)
-        return self._by_name(channel)
+        return self._by_test(channel, x) or self._by_name(channel)
 
     def _by_node(self, channel: MeasuredChannel, x: Array | None, d: Array) -> _Found | UnmatchedChannel | None:
         if channel.node is None:
@@ -187,8 +208,10 @@ class _Places:
         if x is None:
             return _Found(ChannelMatch(channel, channel.node, "node", None), number, at, d)
         distance = float(np.linalg.norm(x - at))
+        root = self.topology.root
+        distance = min([distance, *(_gap(p, x) for p in self.points if root[p.number] == root[number])])
         if self.topology.is_rigid[number]:
-            distance = min([distance, *(b.distance(x) for b in self.bodies if b.root == self.topology.root[number])])
+            distance = min([distance, *(b.distance(x) for b in self.bodies if b.root == root[number])])
         if distance > self.tolerance:
             reason = f"node {channel.node} is not where the channel is said to be"
             return UnmatchedChannel(channel, reason, channel.node, distance)
@@ -198,6 +221,9 @@ class _Places:
         distances = np.linalg.norm(self.x - x, axis=1)
         nearest = int(np.argmin(distances))
         number, distance, how = int(self.placed[nearest]), float(distances[nearest]), "position"
+        for point in self.points:
+            if (gap := _gap(point, x)) < distance:
+                number, distance, how = point.number, gap, "test"
         for body in self.bodies:
             if (gap := body.distance(x)) < distance:
                 number, distance, how = body.number, gap, "body"
@@ -205,6 +231,17 @@ class _Places:
             reason = f"nothing of the model is within {1e3 * self.tolerance:.3g} mm of it"
             return UnmatchedChannel(channel, reason, self.names[number], distance)
         return _Found(ChannelMatch(channel, self.names[number], how, distance), number, x, d)
+
+    def _by_test(self, channel: MeasuredChannel, x: Array | None) -> _Found | None:
+        """A channel that lacks its place or its direction, and has the name of a point of the described test."""
+        point = (self.hammer if channel.quantity == "force" else self.accelerometers).get(channel.name)
+        if point is None or channel.quantity in TURNS or (x is not None and _gap(point, x) > self.tolerance):
+            return None
+        own = point.channel if channel.direction is None else channel
+        at = np.array(point.channel.position if x is None else x, dtype=float)
+        d = np.array(own.direction, dtype=float)
+        match = ChannelMatch(channel, self.names[point.number], "test", None if x is None else _gap(point, x))
+        return _Found(match, point.number, at, d / np.linalg.norm(d))
 
     def _by_name(self, channel: MeasuredChannel) -> _Found | UnmatchedChannel:
         is_input = channel.quantity in ("force", "moment")
@@ -268,6 +305,11 @@ class _Places:
             if (gaps <= self.tolerance).all():
                 return [f"the positions without a counterpart fit the model when read as {unit}: they are given in m"]
         return []
+
+
+def _gap(point: Place, x: Array) -> float:
+    """Distance, m, of a position from a point of the test."""
+    return float(np.linalg.norm(np.asarray(point.channel.position) - x))
 
 
 @dataclass(frozen=True)

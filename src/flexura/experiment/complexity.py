@@ -110,11 +110,11 @@ def untangled(
 def driving_points(
     inputs: Sequence[MeasuredChannel], outputs: Sequence[MeasuredChannel]
 ) -> list[tuple[int, int, float]]:
-    """Pairs (output, input, sign) of a force and a motion along it at one node."""
+    """Pairs (output, input, sign) of a force and a motion along it at one place."""
     found = []
     for i, out in enumerate(outputs):
         for j, into in enumerate(inputs):
-            if None in (out.node, into.node, out.direction, into.direction) or out.node != into.node:
+            if None in (out.node, into.node, out.direction, into.direction) or out.place != into.place:
                 continue
             along = float(np.dot(out.direction or (), into.direction or ()))
             fits = into.quantity == ("moment" if out.quantity in ROTATIONS else "force")

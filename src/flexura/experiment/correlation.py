@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -10,15 +10,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.experiment.channel_pairing import ChannelMatch, ChannelPairing, UnmatchedChannel, pair_channels
-from flexura.experiment.criteria import mac, orthogonality, space_mac
+from flexura.experiment.channel_pairing import (
+    ChannelMatch,
+    ChannelPairing,
+    UnmatchedChannel,
+    nothing_matched,
+    pair_channels,
+)
+from flexura.experiment.criteria import largest_motion, mac, orthogonality, space_mac
 from flexura.experiment.expansion import Expansion, ReducedMass, sensor_mass, serep
 from flexura.experiment.faulty_channels import checked_pairing
 from flexura.experiment.identified import IdentifiedModes
 from flexura.experiment.measurement import Measurement
 from flexura.experiment.mode_pairing import CLOSE, ModePairing
 from flexura.experiment.overlay import FRFOverlay, overlays
+from flexura.experiment.places_of_test import (
+    added_mass,
+    frequency_ratios,
+    placement_frequencies,
+    placements_of,
+    sensors_note,
+    with_sensors,
+)
 from flexura.experiment.shapes_of_test import ShapesOfTest, identified_modes, measured_frfs, shapes_of
+from flexura.experiment.targets import setups_of
 from flexura.linalg import count_below, lowest
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel
@@ -165,6 +180,9 @@ def correlate(
     `n` modes of the model are compared, by default all up to 1.5 times the highest test frequency. `tolerance`, m, is
     that of sensor positions (see `pair_channels`), `close` the relative difference of frequencies below which modes
     may have mixed (see `pair_modes`), and `reduced_mass` serep or guyan (see `sensor_mass`).
+
+    Where the mechanism describes a test, the model carries the mass of the accelerometers of the test's setups: shapes
+    are those with their mean mass, frequencies means over the placements, responses each of its own placement.
     Raises ModelError, and OptionError when no channel of the test is found in the model and for impossible arguments.
     """
     identified = identified_modes(test)
@@ -172,13 +190,23 @@ def correlate(
     if not len(identified.poles):
         raise OptionError(f"{identified.name}: the test has no modes to correlate")
     read = shapes_of(identified)
-    full = _full(mechanism, parameters)
+    bare = _full(mechanism, parameters)
+    full = with_sensors(bare, placements := placements_of(bare.plan, setups_of(identified)))
     sensors = pair_channels(full, read.channels, tolerance)
     if not sensors.matched:
-        raise OptionError(_nothing_matched(identified, sensors))
-    hz, vectors = _model_modes(mechanism, full, identified.frequency_hz, n)
+        raise OptionError(nothing_matched(identified.name, sensors))
+    hz, vectors = _model_modes(mechanism, full, identified.frequency_hz, n, placements)
+    each = placement_frequencies(full, placements, hz, vectors)
+    hz = each.mean(axis=0) if placements else hz
     found, pairing = _compared(full, identified, read, sensors, (hz, vectors), close, reduced_mass)
-    return replace(found, frfs=overlays(full, measured_frfs(measurement), identified, pairing, hz, tolerance))
+    found = replace(found, pairs=_by_setup(found.pairs, identified, placements, each))
+    notes = (*found.notes, *sensors_note(bare, placements, each[:, [p.model - 1 for p in found.pairs]]))
+    loaded = [
+        (frf, with_sensors(bare, placements_of(bare.plan, [(frf.setup, frf.outputs)])))
+        for frf in measured_frfs(measurement)
+    ]
+    own = [o for frf, model in loaded for o in overlays(model, [frf], identified, pairing, hz, tolerance)]
+    return replace(found, frfs=tuple(own), notes=notes)
 
 
 def _compared(
@@ -262,10 +290,25 @@ def _full(mechanism: Any, parameters: Mapping[str, ArrayLike] | None) -> FullOrd
     return assemble(mechanism, parameters)
 
 
-def _model_modes(mechanism: Any, full: FullOrderModel, test_hz: Array, n: int | None) -> tuple[Array, Array]:
+def _by_setup(
+    pairs: Sequence[ModePair], test: IdentifiedModes, placements: Sequence[str], each: Array
+) -> tuple[ModePair, ...]:
+    """Pairs with errors that are means over setups, where each of these is known by the name of its placement."""
+    if tuple(own.setup for own in test.setups) != tuple(placements) or not placements:
+        return tuple(pairs)
+    hz = [own.frequency_hz for own in test.setups]
+    ratios = ((p, frequency_ratios(each, hz, p.test_hz, p.model - 1)) for p in pairs)
+    return tuple(replace(p, model_hz=p.test_hz * r, error=r - 1) for p, r in ratios)
+
+
+def _model_modes(
+    mechanism: Any, full: FullOrderModel, test_hz: Array, n: int | None, placements: Sequence[str]
+) -> tuple[Array, Array]:
     """Frequencies (k,), Hz, and M-orthonormal full-order vectors (n, k) of the modes compared."""
     low = mechanism if isinstance(mechanism, LowOrderModel) else None
     K, M = (full.K, full.M) if low is None else (low.K, low.M)
+    if low is not None and (added := added_mass(full, placements)) is not None:
+        M = M + added.on(added.motion @ low.recover(np.eye(low.order)))
     if n is not None and n < 1:
         raise OptionError(f"the number of modes is at least 1, not {n}")
     count = count_below(K, M, (2 * np.pi * BEYOND * float(test_hz.max())) ** 2) if n is None else n
@@ -274,23 +317,6 @@ def _model_modes(mechanism: Any, full: FullOrderModel, test_hz: Array, n: int | 
     vectors = pairs.vectors[:, finite]
     hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
     return hz, vectors if low is None else np.asarray(low.recover(vectors))
-
-
-def largest_motion(modes: Array, reach: float) -> Array:
-    """Largest displacement (k,), m, of any node in modes (n_nodes, 6, k), rotations times `reach`, m."""
-    move, turn = (np.sqrt((modes[:, part] ** 2).sum(axis=1)).max(axis=0) for part in (slice(0, 3), slice(3, 6)))
-    return np.maximum(move, reach * turn)
-
-
-def _nothing_matched(identified: IdentifiedModes, sensors: ChannelPairing) -> str:
-    """Why no channel is found in the model."""
-    shown = "; ".join(
-        f"{u.channel.name}: {u.reason}"
-        + (f" (nearest {u.nearest}, {1e3 * u.distance:.3g} mm away)" if u.distance is not None else "")
-        for u in sensors.unmatched[:3]
-    )
-    hint = "".join(f"; {note}" for note in sensors.notes)
-    return f"{identified.name}: none of {len(sensors.unmatched)} channels is found in the model: {shown}{hint}"
 
 
 def _basis(pairing: ModePairing, sensors: int) -> NDArray[np.intp]:

@@ -157,3 +157,9 @@ def _basis(space: NDArray) -> NDArray:
     size = np.linalg.norm(space, axis=0)
     U, s, _ = np.linalg.svd(space[:, size > 0] / size[size > 0], full_matrices=False)
     return U[:, s > DEPENDENT * s.max(initial=0.0)]
+
+
+def largest_motion(modes: Array, reach: float) -> Array:
+    """Largest displacement (k,), m, of any node in modes (n_nodes, 6, k), rotations times `reach`, m."""
+    move, turn = (np.sqrt((modes[:, part] ** 2).sum(axis=1)).max(axis=0) for part in (slice(0, 3), slice(3, 6)))
+    return np.maximum(move, reach * turn)

@@ -7,10 +7,10 @@ import warnings
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.experiment.extras import need
 from flexura.experiment.identified import Poles
 from flexura.experiment.matrices import response_matrices
 from flexura.experiment.measurement import MeasuredFRF
+from flexura.extras import need
 
 POWER_NAMES = {0: "receptance", 1: "mobility", 2: "accelerance"}
 """How sdypy-EMA calls responses."""
@@ -29,7 +29,7 @@ def poles_by_ema(frf: MeasuredFRF, band: tuple[float, float], order: int = 60) -
     power = response_matrices([frf], band)[0].power
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        model = need("sdypy.EMA").Model(
+        model = need("sdypy.EMA", "experiment").Model(
             frf=frf.response[:, :, 0].T,
             freq=frf.frequency_hz,
             lower=band[0],

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
+from flexura.experiment.measurement import MeasuredChannel
 
 Array = NDArray[np.float64]
 
@@ -27,12 +28,13 @@ _NUMBER = re.compile(r"\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
 class MeasuredFrequencies:
     """Natural frequencies `frequency_hz` (n,), ascending, and their relative standard deviations `sigma` (n,).
 
-    Nan in `sigma`: not known.
+    Nan in `sigma`: not known. `setups` have the names and outputs of the setups of a test in which they were measured.
     """
 
     name: str
     frequency_hz: Array
     sigma: Array
+    setups: tuple[tuple[str, tuple[MeasuredChannel, ...]], ...] = ()
 
     @classmethod
     def of(cls, frequency_hz: ArrayLike, sigma: ArrayLike | None = None, name: str = "") -> MeasuredFrequencies:

@@ -37,6 +37,12 @@ MOST_SIZE = 160
 LINES_PER_ORDER = 4
 """Spectral lines per order at least, when none is given."""
 
+LEAST_CONFIDENCE = 0.3
+"""Confidence below which a mode is not taken unless it is picked: no true mode in noise of 20 dB had so little."""
+
+UNSURE = "left out for want of confidence"
+"""How a note on such modes begins."""
+
 UNSURE_FREQUENCY, UNSURE_DAMPING = 0.01, 0.3
 """A pole with larger standard deviations of these, relative, is no mode unless it is picked."""
 
@@ -57,12 +63,14 @@ ALIKE = 0.9
 
 
 @dataclass(frozen=True)
-class _Evidence:
-    """Of one mode in one setup, before its shape is known."""
+class _Options:
+    """Those of `identify` that every setup has."""
 
-    frequency_scatter: float
-    damping_scatter: float
-    share: float
+    order: int | None
+    select: Sequence[float] | None
+    refine: bool
+    most_damped: float
+    least_confidence: float
 
 
 def identify(
@@ -74,6 +82,7 @@ def identify(
     setups: Setups = "each",
     refine: bool = True,
     most_damped: float = 0.2,
+    least_confidence: float = LEAST_CONFIDENCE,
 ) -> IdentifiedModes:
     """Poles, damping, shapes and participation of the modes in a band (from, to), Hz (theory eqs. I1-I18).
 
@@ -83,23 +92,26 @@ def identify(
     together to the responses. `setups`: each is identified by itself, since sensors in other places shift frequencies,
     and shapes are joined by the inputs (or else the outputs) that all setups share; or all are taken together as one
     matrix. Damping that an exponential window has added is not in the result. Poles with a damping ratio above
-    `most_damped` are no modes.
+    `most_damped` are no modes. Those with less than `least_confidence` are left out and named, unless they are picked.
 
     Repeated modes take as many inputs (or outputs) as there are of them. Raises OptionError for bad options, bad or
     incomplete data, and when there is no mode; SolverError when there are too few lines for the order.
     """
     if setups not in get_args(Setups):
         raise OptionError(f"setups is each or together, not {setups!r}")
+    if not 0 <= least_confidence < 1:
+        raise OptionError(f"least_confidence is at least 0 and below 1, not {least_confidence:g}")
     if not 0 < most_damped < 1:
         raise OptionError(f"most_damped is a damping ratio between 0 and 1, not {most_damped:g}")
     if order is not None and not 2 <= order <= 500:
         raise OptionError(f"an order is between 2 and 500, not {order}")
+    how = _Options(order, select, refine, most_damped, least_confidence)
     name, frfs, notes = frfs_of(data)
     matrices = response_matrices(frfs, band, together=setups == "together")
     found: list[IdentifiedModes] = []
     missing: list[set[float]] = []
     for matrix in matrices:
-        own, lost = _one_setup(name, matrix, order, select, refine, most_damped)
+        own, lost = _one_setup(name, matrix, how)
         found.append(own)
         missing.append(set(lost))
     nowhere = set.intersection(*missing)
@@ -107,7 +119,10 @@ def identify(
         listed = ", ".join(f"{f:g}" for f in sorted(nowhere))
         raise OptionError(f"there is no pole near {listed} Hz at any order; see the stabilisation diagram")
     if not any(len(own.poles) for own in found):
-        raise OptionError("no mode is stable over the orders; widen the band, raise the order, or pick frequencies")
+        unsure = "".join(f"; {note}" for own in found for note in own.notes if UNSURE in note)
+        raise OptionError(
+            f"no mode is stable over the orders; widen the band, raise the order, or pick frequencies{unsure}"
+        )
     if len(found) == 1:
         return replace(found[0], notes=(*notes, *found[0].notes))
     return joined(name, found, matrices, notes)
@@ -135,35 +150,26 @@ def _placed(channel: Channel) -> MeasuredChannel:
     return MeasuredChannel(channel.name, channel.quantity, node, (x, y, z))
 
 
-def _one_setup(
-    name: str,
-    matrix: ResponseMatrix,
-    order: int | None,
-    select: Sequence[float] | None,
-    refine: bool,
-    most_damped: float,
-) -> tuple[IdentifiedModes, list[float]]:
+def _one_setup(name: str, matrix: ResponseMatrix, how: _Options) -> tuple[IdentifiedModes, list[float]]:
     """Modes of one setup, and the frequencies picked, Hz, that it does not have."""
     p, m = matrix.response.shape[1:]
     turned = m > p
     work = matrix.transposed if turned else matrix
-    orders = poles_by_order(work, order or default_order(work), most_damped)
+    orders = poles_by_order(work, how.order or default_order(work), how.most_damped)
     bits = stability(orders)
     every = tracks(orders, bits)
     stable = chosen(every, len(orders))
-    wanted, lost = (None, []) if select is None else picked(every, select, orders)
+    wanted, lost = (None, []) if how.select is None else picked(every, how.select, orders)
     own = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
-    fit, kept = _fitted(work, own, orders, refine, wanted, most_damped)
-    notes = list(matrix.notes)
-    if wanted is not None:
-        asked = np.array([any(t is w for w in wanted) for t in kept], dtype=bool)
-        others = ", ".join(f"{abs(s) / (2 * np.pi):.5g}" for s in fit.poles[~asked])
-        if others:
-            notes.append(f"poles at {others} Hz took part in the fit and were not picked")
-        fit, kept = _taken(fit, np.flatnonzero(asked)), [t for t, a in zip(kept, asked, strict=True) if a]
+    fit, kept = _fitted(work, own, orders, how, wanted)
+    spread = zip(kept, fit.pole_sigma, fit.poles, strict=True)
+    evidence = [_mode_evidence(track, len(orders), sigma, pole) for track, sigma, pole in spread]
+    asked = None if wanted is None else [any(t is w for w in wanted) for t in kept]
+    good, said = _good(fit, evidence, asked, how.least_confidence)
+    where = f"setup {matrix.setup!r}: " if matrix.setup else ""
+    notes = [*matrix.notes, *(where + note for note in (*said, *_left_over(work, fit)))]
+    fit, evidence = _taken(fit, good), [evidence[k] for k in good]
     poles, repeated = _equal_poles(fit)
-    notes += _left_over(work, fit)
-    evidence = [_Evidence(t.frequency_scatter, t.damping_scatter, t.share(len(orders))) for t in kept]
     shapes, participation = fit.shapes * work.row_scale[:, None], fit.participation * work.column_scale[:, None]
     size = work.row_scale[:, None] * work.column_scale
     lower, upper = fit.lower * size, fit.upper * size
@@ -173,7 +179,7 @@ def _one_setup(
         name,
         (poles, shapes, participation),
         (matrix.inputs, matrix.outputs),
-        [_mode_evidence(e, s, pole) for e, s, pole in zip(evidence, fit.pole_sigma, poles, strict=True)],
+        evidence,
         (diagram(orders, bits),),
         fit.error,
         tuple(notes),
@@ -194,21 +200,35 @@ def _fitted(
     matrix: ResponseMatrix,
     own: list[Track],
     orders: Sequence[OrderPoles],
-    refine: bool,
+    how: _Options,
     wanted: Sequence[Track] | None,
-    most_damped: float,
 ) -> tuple[Fit, list[Track]]:
     """The fit of the tracks that are modes; those that the data do not determine are dropped unless they are wanted."""
     while True:
         poles, participation = start_values(own, orders)
         participation = participation.reshape(matrix.response.shape[2], -1)
-        fit = (fit_modes if refine and own else fit_shapes)(matrix, poles, participation)
+        fit = (fit_modes if how.refine and own else fit_shapes)(matrix, poles, participation)
         at = np.argsort(np.abs(fit.poles))
         free = np.array([not any(t is w for w in wanted or ()) for t in own], dtype=bool)
-        drop = _doubtful(fit, own, free, most_damped)
+        drop = _doubtful(fit, own, free, how.most_damped)
         if drop is None:
             return _taken(fit, at), [own[k] for k in at]
         own = [t for k, t in enumerate(own) if k != drop]
+
+
+def _good(
+    fit: Fit, evidence: Sequence[ModeEvidence], asked: Sequence[bool] | None, least: float
+) -> tuple[NDArray[np.intp], list[str]]:
+    """Positions of the modes to return, those picked or else those sure enough; notes on the others in the fit."""
+    own = np.array([e.confidence >= least for e in evidence] if asked is None else asked, dtype=bool)
+    hz = np.abs(fit.poles) / (2 * np.pi)
+    others = [(f"{hz[k]:.5g}", f"{hz[k]:.5g} Hz ({evidence[k].confidence:.2g})") for k in np.flatnonzero(~own).tolist()]
+    if not others:
+        return np.flatnonzero(own), []
+    note = f"poles at {', '.join(f for f, _ in others)} Hz took part in the fit and were not picked"
+    if asked is None:
+        note = f"{UNSURE}: {', '.join(said for _, said in others)}; they took part in the fit, and can be picked"
+    return np.flatnonzero(own), [note]
 
 
 def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
@@ -221,11 +241,8 @@ def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
     k = int(np.argmax(left))
     if left[k] < LEFT_OVER * np.median(left) or left[k] < LEFT_SHARE**2 * whole[k]:
         return []
-    where = f"setup {matrix.setup!r}: " if matrix.setup else ""
     hz = f"{matrix.frequency_hz[k]:.5g}"
-    return [
-        f"{where}what the modes leave over peaks at {hz} Hz: a mode may be missing there, or one more beside another"
-    ]
+    return [f"what the modes leave over peaks at {hz} Hz: a mode may be missing there, or one more beside another"]
 
 
 def _taken(fit: Fit, at: NDArray[np.intp]) -> Fit:
@@ -272,11 +289,11 @@ def _equal_poles(fit: Fit) -> tuple[Complex, list[list[int]]]:
     return poles, groups
 
 
-def _mode_evidence(found: _Evidence, sigma: Array, pole: complex) -> ModeEvidence:
+def _mode_evidence(track: Track, orders: int, sigma: Array, pole: complex) -> ModeEvidence:
     """Evidence of one mode, its shape apart; sigma (2,) is that of the pole's real and imaginary part."""
     size = abs(pole)
     frequency = float(np.hypot(pole.real * sigma[0], pole.imag * sigma[1]) / size**2)
     damping = float(np.hypot(pole.imag * sigma[0], pole.real * sigma[1]) * abs(pole.imag / pole.real) / size**2)
-    spread = (found.frequency_scatter, found.damping_scatter, frequency, damping)
-    confidence = confidence_of(found.share, *spread)
-    return ModeEvidence(confidence, *spread[:2], 1.0, 0.0, frequency, damping, found.share)
+    spread = (track.frequency_scatter, track.damping_scatter, frequency, damping)
+    share = track.share(orders)
+    return ModeEvidence(confidence_of(share, *spread), *spread[:2], 1.0, 0.0, frequency, damping, share)

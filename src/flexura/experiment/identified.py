@@ -22,7 +22,9 @@ class ModeEvidence:
     deviations over the model orders (and setups) in which the pole was found; `mpc` the modal phase collinearity,
     `mpd_deg` the mean phase deviation (theory eqs. I16, I17). `frequency_sigma` and `damping_sigma` are relative
     standard deviations by the misfit of the non-linear fit (theory eq. I13), zero where it was not made. `share` is the
-    share of model orders that have the mode, `setups` the number of setups that do.
+    share of model orders that have the mode, `setups` the number of setups that do. `setup_shift` is the part of the
+    scatter of frequency over setups, relative, that these do not explain: it is there in a repeated test, as sensors'
+    masses in other places are (theory eq. I21).
     """
 
     confidence: float
@@ -34,6 +36,7 @@ class ModeEvidence:
     damping_sigma: float = 0.0
     share: float = 1.0
     setups: int = 1
+    setup_shift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class IdentifiedModes:
     (p, m) are what modes below and above the band add, over s^2 and constant. `synthesis_error` is the relative error
     of the frequency responses that the fit gives back in the `band`, Hz. `decay`, 1/s, was taken out of the poles.
     With several setups, `setups` has the modes of each, whose frequencies differ as their sensors' masses do, and
-    `poles` are means.
+    `poles` are weighted means.
     """
 
     name: str

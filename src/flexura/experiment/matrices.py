@@ -13,7 +13,7 @@ from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Key = tuple[str, str | None, tuple[float, float, float] | None]
+Key = tuple[str, tuple[str | None, tuple[float, ...] | None], tuple[float, float, float] | None]
 
 POWER = {"velocity": 1, "angular_velocity": 1, "acceleration": 2, "angular_acceleration": 2}
 """Power of s by which a quantity is above a displacement; all others have none."""
@@ -63,7 +63,7 @@ class ResponseMatrix:
 
 def key_of(channel: MeasuredChannel) -> Key:
     """What tells channels apart."""
-    return (channel.name, channel.node, channel.direction)
+    return (channel.name, channel.place, channel.direction)
 
 
 def response_matrices(

@@ -29,6 +29,11 @@ class MeasuredChannel(Channel):
     direction: tuple[float, float, float] | None = None
     position: tuple[float, float, float] | None = None
 
+    @property
+    def place(self) -> tuple[str | None, tuple[float, ...] | None]:
+        """Node and position, m, to a nanometre: where a channel is."""
+        return self.node, None if self.position is None else tuple(round(x, 9) + 0.0 for x in self.position)
+
 
 @dataclass(frozen=True)
 class Recording:

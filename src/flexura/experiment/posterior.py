@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.experiment.markov_chain import Cost, Progress, effective_draws, metropolis, split_r_hat
+
 Array = NDArray[np.float64]
 
 QUANTILE = 1.959963984540054
@@ -15,6 +17,13 @@ QUANTILE = 1.959963984540054
 
 TOLD = 0.5
 """A direction of which the data tell less than this share is one that they cannot tell."""
+
+
+ENOUGH = 50
+"""Independent draws from which on intervals are told."""
+
+SETTLED = 1.05
+"""Potential scale reduction below which chains tell the same."""
 
 
 @dataclass(frozen=True)
@@ -64,45 +73,46 @@ def covariance(J: Array, with_prior: bool) -> Array:
 
 @dataclass(frozen=True)
 class Sample:
-    """Draws of the posterior: `values` (d, P) in SI with `weights` (d,), and the number of independent draws that these
-    are worth. `mean` (P,) and `interval` (P, 2), 95 %, are theirs."""
+    """Draws of the posterior: `values` (chains, d, P) in SI, with their `mean` (P,) and 95 % `interval` (P, 2).
+
+    `effective` is the number of independent draws that they are worth for the worst of the parameters, and `r_hat` the
+    largest potential scale reduction: above 1.05 chains do not tell the same yet. `acceptance` is the share of steps
+    taken; `is_whole` is false when drawing was interrupted.
+    """
 
     values: Array
-    weights: Array
     effective: float
+    r_hat: float
+    acceptance: float
     mean: Array
     interval: Array
+    is_whole: bool = True
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the chains agree and are long enough for their intervals."""
+        return self.r_hat < SETTLED and self.effective >= ENOUGH
 
 
 def draw(
     centre: Array,
     cov: Array,
     bounds: tuple[Array, Array],
-    cost: Callable[[Array], float],
+    cost: Cost,
     values: Callable[[Array], Array],
     count: int,
     seed: int,
+    progress: Progress | None = None,
 ) -> Sample:
-    """Draw from the posterior exp(-cost(z)) by importance sampling from a Student distribution of 5 degrees of freedom
-    about the Gaussian approximation (Gelman et al. 2013, sec. 10.4; theory eq. K19)."""
-    rng = np.random.default_rng(seed)
-    root = np.linalg.cholesky(cov + 1e-14 * np.trace(cov) * np.eye(len(cov)))
-    degrees, P = 5.0, len(centre)
-    normal = rng.standard_normal((count, P))
-    stretch = np.sqrt(degrees / rng.chisquare(degrees, count))
-    z = centre + (normal * stretch[:, None]) @ root.T
-    q2 = ((normal * stretch[:, None]) ** 2).sum(axis=1)
-    log_proposal = -(degrees + P) / 2 * np.log1p(q2 / degrees)
-    inside = ((z >= bounds[0]) & (z <= bounds[1])).all(axis=1)
-    log_target = np.array([-cost(own) if ok else -np.inf for own, ok in zip(z, inside, strict=True)])
-    log_weight = log_target - log_proposal
-    weights = np.exp(log_weight - log_weight.max()) if np.isfinite(log_weight).any() else np.ones(count)
-    weights /= weights.sum()
-    found = values(z)
-    intervals = np.array([_quantiles(column, weights) for column in found.T])
-    return Sample(found, weights, float(1 / (weights**2).sum()), weights @ found, intervals)
-
-
-def _quantiles(x: Array, weights: Array) -> Array:
-    order = np.argsort(x)
-    return np.interp([0.025, 0.975], np.cumsum(weights[order]) - weights[order] / 2, x[order])
+    """About `count` draws of the posterior exp(-cost(z)) by random walks about its Gaussian approximation."""
+    found = metropolis(centre, cov, bounds, cost, count, seed, progress)
+    flat = values(found.z.reshape(-1, len(centre)))
+    return Sample(
+        flat.reshape(found.z.shape),
+        float(effective_draws(found.z).min()),
+        float(split_r_hat(found.z).max()),
+        found.acceptance,
+        flat.mean(axis=0),
+        np.quantile(flat, [0.025, 0.975], axis=0).T,
+        found.is_whole,
+    )

@@ -18,9 +18,6 @@ from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
-POINT = 1e-3
-"""Tolerance of positions, m, in a mechanism of a single point."""
-
 
 @dataclass(frozen=True)
 class Reading:
@@ -75,8 +72,7 @@ def readings_of(model: FullOrderModel, channels: Sequence[MeasuredChannel]) -> l
 
     Raises OptionError for channels that have no counterpart in the model.
     """
-    size = float(np.ptp(model.geometry.positions, axis=0).max(initial=0.0))
-    pairing = pair_channels(model, channels, None if size else POINT)
+    pairing = pair_channels(model, channels)
     if pairing.unmatched:
         lost = "; ".join(f"{u.channel.name}: {u.reason}" for u in pairing.unmatched[:3])
         more = len(pairing.unmatched) - 3

@@ -70,7 +70,7 @@ class _Spanned:
 
 @dataclass(frozen=True)
 class _Projected:
-    """The part of the problem that is linear, solved: basis Q of the regressors, coefficients, remainder in the span."""
+    """The part of the problem that is linear, solved: basis Q of the regressors, coefficients, remainder there."""
 
     span: _Spanned
     Q: Array

@@ -13,10 +13,10 @@ from flexura.errors import OptionError
 from flexura.experiment.eigen_derivatives import Cluster, moved_clusters, whole_clusters
 from flexura.experiment.reading import Reading, displacement_rows
 from flexura.experiment.sensitivity import family_of, free_names
-from flexura.experiment.variation import Change, Family, Order, changes_of, unbounded
+from flexura.experiment.variation import Change, Matrices, Order, changes_of, unbounded
 from flexura.linalg import Eigenpairs, is_definite
 from flexura.mechanism.substructure import Mechanism
-from flexura.structure import Plan
+from flexura.structure import FullOrderModel, Plan
 from flexura.structure.plan import one_design
 from flexura.systems.system import static_solution
 
@@ -71,7 +71,27 @@ def response_sensitivities(
     return ResponseSensitivities(chosen, np.array(list(values.values())), hz, H, dH)
 
 
-def static_vectors(family: Family, at: Mapping[str, float]) -> Array:
+class Reader(Protocol):
+    """Something that reads displacements off vectors."""
+
+    def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
+        """What is read (o, k) off vectors X (n, k)."""
+        ...
+
+
+class Model(Reader, Protocol):
+    """A family of models that reads displacements off their coordinates."""
+
+    def model(self, parameters: Mapping[str, float]) -> FullOrderModel | Matrices:
+        """The model for one design."""
+        ...
+
+    def rows(self, parameters: Mapping[str, float]) -> Array:
+        """What is read, over the coordinates (o, n)."""
+        ...
+
+
+def static_vectors(family: Model, at: Mapping[str, float]) -> Array:
     """K^-1 O' (n, o) of the rows O that a family reads; none for something that can move freely."""
     model = family.model(at)
     if not is_definite(model.K):
@@ -83,14 +103,6 @@ def first_columns(own: Change, count: int) -> Change:
     """A change of the first vectors alone."""
     cut = (f[:, :count] for f in (own.K, own.M, own.Y, own.K2, own.M2))
     return Change(*cut, error=own.error)
-
-
-class Reader(Protocol):
-    """Something that reads displacements off vectors."""
-
-    def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
-        """What is read (o, k) off vectors X (n, k)."""
-        ...
 
 
 def modal_response(

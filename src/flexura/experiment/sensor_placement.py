@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
 from flexura.experiment.channel_pairing import TURNS, pair_channels
-from flexura.experiment.correlation import UNSEEN, largest_motion
-from flexura.experiment.criteria import mac
+from flexura.experiment.correlation import UNSEEN
+from flexura.experiment.criteria import largest_motion, mac
 from flexura.experiment.measurement import MeasuredChannel
 from flexura.linalg import lowest
 from flexura.mechanism import DOF_NAMES

@@ -24,6 +24,15 @@ Index = NDArray[np.intp]
 SHIFT = 0.1
 """Frequencies of one mode differ by less between setups, relative."""
 
+EXACT = 1e-9
+"""Frequencies and damping ratios are not known better than this, relative."""
+
+NOISE = 3.0
+"""Values of setups within so many of their standard deviations from the mean do not differ by more than noise."""
+
+MOVING = 1e-3
+"""Frequencies that differ by more between setups, relative, and more than by noise, are named."""
+
 LEAST_SETUPS = 0.5
 """A mode is found in so many of the setups at least."""
 
@@ -34,10 +43,11 @@ REPEATED = 0.25
 def joined(
     name: str, found: Sequence[IdentifiedModes], matrices: Sequence[ResponseMatrix], notes: Sequence[str]
 ) -> IdentifiedModes:
-    """Modes of several setups that share their inputs, or else their outputs (theory eqs. I20, I21).
+    """Modes of several setups that share their inputs, or else their outputs (theory eqs. I20-I22).
 
-    A mode is taken that half of the setups have; its pole is the mean, its shape is put together from the residues in
-    all of them. Raises OptionError when no input and no output is shared, and when no mode is.
+    A mode is taken that half of the setups have; its frequency and damping are weighted means, its shape is put
+    together from the residues in all of them. Raises OptionError when no input and no output is shared, and when no
+    mode is.
     """
     each = [replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(found)]
     by_inputs, common = _shared(found)
@@ -49,22 +59,28 @@ def joined(
     pairs = [_ordered(common, own, matrix) for own, matrix in zip(found, matrices, strict=True)]
     found, matrices = [own for own, _ in pairs], [matrix for _, matrix in pairs]
     first = max(range(len(found)), key=lambda k: (len(found[k].poles), found[k].confidence.sum()))
-    poles, members = _members(found, first)
-    if not len(poles):
+    members = _members(found, first)
+    if not len(members):
         raise OptionError("no mode is found in half of the setups; identify them one by one, or pick frequencies")
-    base = _base(found, members, first)
+    poles, evidence = _averaged(found, members)
+    at = np.argsort(np.abs(poles))
+    poles, members, evidence = poles[at], members[at], [evidence[k] for k in at]
     groups = _groups(poles)
+    lead = _leads(found, members, groups)
+    equal = [g for g, s in zip(groups, lead, strict=True) if len(g) > 1 and _equal(found[s], members[g, s])]
+    for group in equal:
+        poles[group] = poles[group].mean()
+    base = _base(found, members, groups, lead)
     every = zip(found, matrices, members.T, strict=True)
     parts = [_shapes(own, matrix, at, poles, base, groups) for own, matrix, at in every]
     outputs, shapes = _stacked([own.outputs for own in found], parts)
-    evidence = [_evidence(found, row) for row in members]
     channels = (found[0].inputs, outputs)
     if not by_inputs:
         shapes, base, channels = base, shapes, (outputs, found[0].inputs)
     diagrams = tuple(d for own in found for d in own.diagram)
     error = float(np.sqrt(np.mean([own.synthesis_error**2 for own in found])))
-    said = (*notes, *(note for own in found for note in own.notes), *_absent(poles, members))
-    repeated = [g.tolist() for g in groups if len(g) > 1 and _equal(found[first], members[g, first])]
+    said = (*notes, *(note for own in found for note in own.notes), *_absent(poles, members), *_moving(poles, evidence))
+    repeated = [group.tolist() for group in equal]
     modes = assembled(name, (poles, shapes, base), channels, evidence, diagrams, error, said, repeated)
     return replace(modes, setups=tuple(each), band=found[0].band)
 
@@ -120,8 +136,8 @@ def _ordered(
     return kept, replace(matrix, **columns, **lists)
 
 
-def _members(found: Sequence[IdentifiedModes], first: int) -> tuple[Complex, Index]:
-    """Mean poles (n,) of the joined modes, and which mode of each setup they are (n, setups), -1 for none."""
+def _members(found: Sequence[IdentifiedModes], first: int) -> Index:
+    """Which mode of each setup the joined modes are (n, setups), -1 for none."""
     rows: list[list[int]] = [
         [k if s == first else -1 for s in range(len(found))] for k in range(len(found[first].poles))
     ]
@@ -142,19 +158,93 @@ def _members(found: Sequence[IdentifiedModes], first: int) -> tuple[Complex, Ind
             else:
                 rows.append([k if q == s else -1 for q in range(len(found))])
     members = np.array(rows, dtype=np.intp).reshape(-1, len(found))
-    members = members[(members >= 0).mean(axis=1) >= LEAST_SETUPS]
-    poles = np.array([np.mean([found[s].poles[k] for s, k in enumerate(row) if k >= 0]) for row in members])
-    at = np.argsort(np.abs(poles))
-    return poles[at].astype(complex), members[at]
+    return members[(members >= 0).mean(axis=1) >= LEAST_SETUPS]
 
 
-def _base(found: Sequence[IdentifiedModes], members: Index, first: int) -> Complex:
-    """Participation (m, n) to which all setups are scaled: of the setup with the most modes where it has the mode."""
+def _averaged(found: Sequence[IdentifiedModes], members: Index) -> tuple[Complex, list[ModeEvidence]]:
+    """Poles (n,) of the joined modes, and their evidence."""
+    every = [_mean(found, row) for row in members]
+    return np.array([pole for pole, _ in every], dtype=complex), [e for _, e in every]
+
+
+def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEvidence]:
+    """Pole of one mode by weights of inverse variance (theory eq. I21), and evidence.
+
+    Scatter over setups is added to that over orders.
+    """
+    own = [(s, int(k)) for s, k in enumerate(row) if k >= 0]
+    each = [found[s].evidence[k] for s, k in own]
+    f, z = (np.array([getattr(found[s], name)[k] for s, k in own]) for name in ("frequency_hz", "damping_ratio"))
+    var_f, var_z = (
+        np.array([_variance(getattr(e, f"{name}_sigma"), getattr(e, f"{name}_scatter")) for e in each]) * x**2
+        for name, x in (("frequency", f), ("damping", z))
+    )
+    between = _between(f, var_f)
+    hz, sigma_f, weight_f = _weighted(f, var_f, between)
+    ratio, sigma_z, weight_z = _weighted(z, var_z, _between(z, var_z))
+    scatter = [np.array([getattr(e, f"{name}_scatter") for e in each]) for name in ("frequency", "damping")]
+    spread = [np.sqrt(weight @ (x - mean) ** 2) / mean for weight, x, mean in ((weight_f, f, hz), (weight_z, z, ratio))]
+    evidence = ModeEvidence(
+        confidence=float(np.mean([e.confidence for e in each]) * len(own) / len(row)),
+        frequency_scatter=float(np.hypot(weight_f @ scatter[0], spread[0])),
+        damping_scatter=float(np.hypot(weight_z @ scatter[1], abs(spread[1]))),
+        mpc=1.0,
+        mpd_deg=0.0,
+        frequency_sigma=float(sigma_f / hz),
+        damping_sigma=float(sigma_z / abs(ratio)),
+        share=float(np.mean([e.share for e in each])),
+        setups=len(own),
+        setup_shift=float(np.sqrt(between) / hz),
+    )
+    size = 2 * np.pi * hz
+    return complex(-ratio * size, size * np.sqrt(max(1 - ratio**2, 0.0))), evidence
+
+
+def _variance(sigma: float, scatter: float) -> float:
+    """Relative variance by the misfit, or over orders where there was no non-linear fit."""
+    return (sigma or scatter) ** 2
+
+
+def _between(x: Array, variance: Array) -> float:
+    """Variance between setups beyond their own: the unweighted estimate by moments of Hedges and Olkin (1985).
+
+    Zero where noise explains all differences.
+    """
+    sure = np.isfinite(variance)
+    x, variance = x[sure], np.maximum(variance[sure], (EXACT * x[sure]) ** 2)
+    if len(x) < 2 or (np.abs(x - _weighted(x, variance, 0.0)[0]) <= NOISE * np.sqrt(variance)).all():
+        return 0.0
+    return float(max(0.0, x.var(ddof=1) - variance.mean()))
+
+
+def _weighted(x: Array, variance: Array, between: float) -> tuple[float, float, Array]:
+    """Mean by inverse variance, the standard deviation that these variances give it, and weights of sum one."""
+    whole = np.where(np.isfinite(variance), np.maximum(variance, (EXACT * x) ** 2) + between, np.inf)
+    least = whole.min()
+    weight = least / whole if np.isfinite(least) else np.ones(len(x))
+    weight = weight / weight.sum()
+    used = weight > 0
+    return float(weight @ x), float(np.sqrt((weight[used] ** 2) @ variance[used])), weight
+
+
+def _leads(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index]) -> list[int]:
+    """The setup that determines the modes of each group best, of those that have most of them."""
+
+    def rank(group: Index, s: int) -> tuple[int, float]:
+        own = [found[s].evidence[k] for k in members[group, s] if k >= 0]
+        return -len(own), sum(_variance(e.damping_sigma, e.damping_scatter) for e in own)
+
+    return [min(range(len(found)), key=lambda s, group=group: rank(group, s)) for group in groups]
+
+
+def _base(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index], lead: Sequence[int]) -> Complex:
+    """Participation (m, n) to which all setups are scaled: that of the leading setup where it has the mode."""
     columns = []
-    for row in members:
-        s = first if row[first] >= 0 else int(np.argmax(row >= 0))
-        column = found[s].participation[:, row[s]]
-        columns.append(column / np.linalg.norm(column))
+    for group, first in zip(groups, lead, strict=True):
+        for row in members[group]:
+            s = first if row[first] >= 0 else int(np.argmax(row >= 0))
+            column = found[s].participation[:, row[s]]
+            columns.append(column / np.linalg.norm(column))
     return np.array(columns).T
 
 
@@ -172,7 +262,7 @@ def _equal(own: IdentifiedModes, at: Index) -> bool:
 def _shapes(
     own: IdentifiedModes, matrix: ResponseMatrix, at: Index, poles: Complex, base: Complex, groups: Sequence[Index]
 ) -> Complex:
-    """Shapes (p, n) of a setup that belong to a common participation (theory eq. I21).
+    """Shapes (p, n) of a setup that belong to a common participation (theory eq. I22).
 
     Modes that the setup does not have are fitted to what its own leave over.
     """
@@ -200,9 +290,8 @@ def _stacked(
     rows: list[list[Complex]] = []
     for s, (own, part) in enumerate(zip(channels, parts, strict=True)):
         for channel, row in zip(own, part, strict=True):
-            spot = (
-                (channel.node, channel.direction, channel.quantity) if channel.node is not None else (s, channel.name)
-            )
+            known = channel.node is not None or channel.position is not None
+            spot = (channel.place, channel.direction, channel.quantity) if known else (s, channel.name)
             if spot not in place:
                 place[spot] = len(kept)
                 kept.append(channel)
@@ -211,27 +300,23 @@ def _stacked(
     return tuple(kept), np.array([np.mean(own, axis=0) for own in rows])
 
 
-def _evidence(found: Sequence[IdentifiedModes], row: Index) -> ModeEvidence:
-    """Evidence of a joined mode: means over its setups, scatter over setups added to that over orders."""
-    own = [(s, int(k)) for s, k in enumerate(row) if k >= 0]
-    each = [found[s].evidence[k] for s, k in own]
-    mean = {
-        name: float(np.mean([getattr(e, name) for e in each]))
-        for name in ("confidence", "frequency_scatter", "damping_scatter", "frequency_sigma", "damping_sigma", "share")
-    }
-    f, z = (np.array([getattr(found[s], name)[k] for s, k in own]) for name in ("frequency_hz", "damping_ratio"))
-    scatter = {
-        "frequency_scatter": float(np.hypot(mean["frequency_scatter"], f.std() / f.mean())),
-        "damping_scatter": float(np.hypot(mean["damping_scatter"], z.std() / abs(z.mean()))),
-        "confidence": mean["confidence"] * len(own) / len(row),
-    }
-    return ModeEvidence(**(mean | scatter), mpc=1.0, mpd_deg=0.0, setups=len(own))
-
-
 def _absent(poles: Complex, members: Index) -> list[str]:
     count = (members >= 0).sum(axis=1)
     return [
         f"the mode at {abs(pole) / (2 * np.pi):.5g} Hz is found in {n} of {members.shape[1]} setups"
         for pole, n in zip(poles, count, strict=True)
         if n < members.shape[1]
+    ]
+
+
+def _moving(poles: Complex, evidence: Sequence[ModeEvidence]) -> list[str]:
+    found = [
+        f"{abs(pole) / (2 * np.pi):.5g} Hz ({100 * e.setup_shift:.2g} %)"
+        for pole, e in zip(poles, evidence, strict=True)
+        if e.setup_shift > MOVING
+    ]
+    if not found:
+        return []
+    return [
+        f"frequencies differ between setups by more than their noise, as sensors' masses make them: {', '.join(found)}"
     ]

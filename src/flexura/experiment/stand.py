@@ -12,38 +12,16 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.experiment.measurement import MeasuredChannel
+from flexura.experiment.places_of_test import Place, PlacesOfTest
 from flexura.linalg import count_below
-from flexura.mechanism import Accelerometer, HammerPoint, Mechanism, ModalTest
+from flexura.mechanism import Mechanism, ModalTest
 from flexura.mechanism.damping import Damping
-from flexura.mechanism.evaluation import evaluated
 from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 from flexura.systems import ModalSystem, System, system
 from flexura.systems.placed import PlacedInput, PlacedOutput
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Place:
-    """A place on a mechanism: `motion` (3, n), its displacement from the DOFs of the full-order model, and a channel
-    along a direction there, with the mass of its sensor, kg."""
-
-    channel: MeasuredChannel
-    motion: Any
-    mass: float = 0.0
-
-    @property
-    def row(self) -> Array:
-        """Displacement (n,) along the direction of the channel."""
-        return np.asarray(self.channel.direction) @ self.motion.toarray()
-
-    @property
-    def rigid(self) -> Array:
-        """Reading (6,) in unit rigid motions of and about the global origin."""
-        d, x = np.asarray(self.channel.direction), np.asarray(self.channel.position)
-        return np.concatenate([d, np.cross(x, d)])
 
 
 @dataclass(frozen=True)
@@ -79,12 +57,11 @@ class Stand:
         if test is not None:
             plan = plan_of(plan.mechanism.model_copy(update={"test": test}))
         self.model = assemble(plan, single)
-        self._values = plan.parameter_values(single)
-        numbers = evaluated(described, self._values)  # type: ignore[arg-type]
-        self.test = ModalTest(**{name: getattr(numbers, name) for name in ModalTest.model_fields})
+        self._places = PlacesOfTest(self.model)
+        self.test = self._places.test
         self._built = system(self.model, [], [], damping=damping)
-        self.hammer = [self._hammer(name, point) for name, point in self.test.hammer.items()]
-        self.accelerometers = {name: self._sensor(name, own) for name, own in self.test.accelerometers.items()}
+        self.hammer = list(self._places.hammer.values())
+        self.accelerometers = self._places.accelerometers
         for place in [*self.hammer, *self.accelerometers.values()]:
             if not place.row.any():
                 raise OptionError(f"test: {place.channel.name} is at {place.channel.node}, which is held there")
@@ -104,13 +81,8 @@ class Stand:
 
         theory eq. H15.
         """
-        M = self.model.M
-        declared = [a for name, a in self.accelerometers.items() if isinstance(self.test.accelerometers[name], str)]
-        on = () if placement is None else self.placements[placement]
-        for place, sign in [(p, -1.0) for p in declared] + [(p, 1.0) for p in on]:
-            if place.mass:
-                M = M + sign * place.mass * (place.motion.T @ place.motion)
-        M = sp.csc_matrix(M)
+        added = self._places.added([] if placement is None else [placement])
+        M = sp.csc_matrix(self.model.M + added.on())
         built, places = self._built, list(self.accelerometers.values())
         p, m = len(places), len(self.hammer)
         return replace(
@@ -136,51 +108,3 @@ class Stand:
         if not count_below(built.K, built.M, (2 * np.pi * nyquist) ** 2):
             raise SolverError(f"there is no mode up to {nyquist:g} Hz, half the sample rate of the test")
         return built.modal(up_to=nyquist)
-
-    def _hammer(self, name: str, point: HammerPoint | str) -> Place:
-        if isinstance(point, str):
-            return self._described("actuator", name, point)
-        return self._inline(name, "force", point)
-
-    def _sensor(self, name: str, sensor: Accelerometer | str) -> Place:
-        if isinstance(sensor, str):
-            return self._described("sensor", name, sensor)
-        place = self._inline(name, "acceleration", sensor)
-        return replace(place, mass=float(sensor.mass))  # type: ignore[arg-type]
-
-    def _inline(self, name: str, quantity: str, part: HammerPoint | Accelerometer) -> Place:
-        number = int(self.model.plan.topology.numbers([part.node])[0])
-        here = self.model.geometry.positions[number]
-        at = here if part.at is None else np.asarray(part.at, dtype=float)
-        label = part.node if part.at is None else name
-        return self._place(name, quantity, number, label, at, np.asarray(part.direction, dtype=float))
-
-    def _place(self, name: str, quantity: str, number: int, label: str, at: Array, direction: Array) -> Place:
-        plan, geometry = self.model.plan, self.model.geometry
-        arm = at - geometry.positions[number]
-        S = np.array([[0.0, arm[2], -arm[1]], [-arm[2], 0.0, arm[0]], [arm[1], -arm[0], 0.0]])
-        motion = sp.csr_matrix(np.hstack([np.eye(3), S])) @ plan.node_rows(np.array([number]), geometry)
-        dx, dy, dz = (direction / np.linalg.norm(direction)).tolist()
-        x, y, z = at.tolist()
-        channel = MeasuredChannel(name, quantity, label, (dx, dy, dz), (x, y, z))
-        return Place(channel, sp.csr_matrix(motion))
-
-    def _described(self, kind: str, name: str, described: str) -> Place:
-        """A force or a sensor of the mechanism, under its name in the test."""
-        plan, geometry = self.model.plan, self.model.geometry
-        *path, key = described.split(".")
-        for placed in plan.topology.placed.values():
-            channels = placed.part.channels
-            part = getattr(channels, f"{kind}s").get(key)
-            if part is None or tuple(path) not in placed.paths:
-                continue
-            copy = placed.paths.index(tuple(path))
-            number = placed.offset[copy] + channels.nodes[kind, key][0]
-            own = channels.number(kind, key, "direction", self.model.values)
-            direction = geometry.Q[placed.number[copy]] @ np.asarray(own)
-            quantity = "force" if kind == "actuator" else "acceleration"
-            label = plan.topology.node_names[number]
-            place = self._place(name, quantity, number, label, geometry.positions[number], direction)
-            mass = float(evaluated(part, self._values).mass) if kind == "sensor" else 0.0  # type: ignore[arg-type]
-            return replace(place, mass=mass)
-        raise OptionError(f"test: there is no {kind} {described!r}")

@@ -15,13 +15,14 @@ from flexura.experiment.frequency_list import MeasuredFrequencies
 from flexura.experiment.identified import IdentifiedModes
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement
 from flexura.experiment.mode_pairing import pair_modes
-from flexura.experiment.response_sensitivity import modal_response
-from flexura.experiment.variation import Change, Family
+from flexura.experiment.response_sensitivity import Reader, modal_response
+from flexura.experiment.variation import Change
 from flexura.linalg import Eigenpairs
 from flexura.systems.placed import DERIVATIVE
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Setups = tuple[tuple[str, tuple[MeasuredChannel, ...]], ...]
 
 COHERENT = 0.5
 """Points of a frequency response with less coherence are left out."""
@@ -41,7 +42,7 @@ class State:
     them.
     """
 
-    family: Family
+    family: Reader
     at: dict[str, float]
     pairs: Eigenpairs
     Y: Array
@@ -58,7 +59,10 @@ class State:
 
 @dataclass(frozen=True)
 class ModalTarget:
-    """Frequencies (k,), Hz, with relative standard deviations `sigma` (k,), and shapes (p, k) at channels or None."""
+    """Frequencies (k,), Hz, with relative standard deviations `sigma` (k,), and shapes (p, k) at channels or None.
+
+    `setups` have the names and the outputs of the setups in which they were measured.
+    """
 
     frequency_hz: Array
     sigma: Array
@@ -66,6 +70,7 @@ class ModalTarget:
     channels: tuple[MeasuredChannel, ...]
     shape_sigma: float
     name: str = ""
+    setups: Setups = ()
 
     def partner(self, state: State, rows: slice) -> NDArray[np.intp]:
         """The model's mode (k,) for every measured one: by shape where there are shapes, else as tracked."""
@@ -129,7 +134,7 @@ class ModalTarget:
 @dataclass(frozen=True)
 class ResponseTarget:
     """Measured frequency responses at some frequencies `hz` (f,), H (f, p, m), with standard deviations `sigma`
-    (f, p, m) of ln H, infinite where they say nothing, and damping ratio and window decay, 1/s."""
+    (f, p, m) of ln H, infinite where they say nothing, and damping ratio and window decay, 1/s, in some setup."""
 
     hz: Array
     H: Complex
@@ -138,6 +143,7 @@ class ResponseTarget:
     inputs: tuple[MeasuredChannel, ...]
     damping: float
     decay: float
+    setups: Setups = ()
 
     @property
     def channels(self) -> tuple[MeasuredChannel, ...]:
@@ -190,7 +196,7 @@ class ResponseTarget:
 class _Cut:
     """A family that reads some of its rows only."""
 
-    def __init__(self, family: Family, rows: slice) -> None:
+    def __init__(self, family: Reader, rows: slice) -> None:
         self._family, self._rows = family, rows
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
@@ -207,13 +213,13 @@ def targets_of(data: Any, sigma: float, shape_sigma: float, response_sigma: floa
     """
     if isinstance(data, MeasuredFrequencies):
         own = np.where(np.isnan(data.sigma), sigma, data.sigma)
-        return [ModalTarget(data.frequency_hz, own, None, (), shape_sigma, data.name)]
+        return [ModalTarget(data.frequency_hz, own, None, (), shape_sigma, data.name, data.setups)]
     if isinstance(data, IdentifiedModes):
         scatter = np.array([e.frequency_scatter for e in data.evidence]) if data.evidence else np.zeros(1)
         own = np.maximum(np.where(np.isfinite(scatter), scatter, 0.0), sigma) * np.ones(len(data.poles))
         shapes = data.real_shapes if len(data.outputs) > 1 else None
         channels = data.outputs if shapes is not None else ()
-        return [ModalTarget(data.frequency_hz, own, shapes, channels, shape_sigma, data.name)]
+        return [ModalTarget(data.frequency_hz, own, shapes, channels, shape_sigma, data.name, setups_of(data))]
     if isinstance(data, MeasuredFRF):
         return [_response_target(data, response_sigma, damping)]
     if isinstance(data, Measurement):
@@ -228,6 +234,11 @@ def targets_of(data: Any, sigma: float, shape_sigma: float, response_sigma: floa
         "data are frequencies in Hz, identified modes, frequency responses, a measurement, or a list of these; not"
         f" {type(data).__name__}"
     )
+
+
+def setups_of(data: IdentifiedModes) -> Setups:
+    """Names and outputs of the setups in which modes were measured."""
+    return tuple((one.setup, one.outputs) for one in data.setups or (data,))
 
 
 def _response_target(frf: MeasuredFRF, sigma: float, damping: float) -> ResponseTarget:
@@ -246,4 +257,5 @@ def _response_target(frf: MeasuredFRF, sigma: float, damping: float) -> Response
         raise OptionError("the frequency responses have no point that is finite, not zero and coherent")
     at = useful[np.unique(np.linspace(0, len(useful) - 1, min(len(useful), MOST_POINTS)).round().astype(int))]
     H = np.where(np.isfinite(own), frf.response, 1.0)
-    return ResponseTarget(frf.frequency_hz[at], H[at], own[at], frf.outputs, frf.inputs, damping, frf.decay)
+    setups = ((frf.setup, frf.outputs),)
+    return ResponseTarget(frf.frequency_hz[at], H[at], own[at], frf.outputs, frf.inputs, damping, frf.decay, setups)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.experiment.channel_units import quantity_of
-from flexura.experiment.extras import need
 from flexura.experiment.measurement import MeasuredChannel
+from flexura.extras import need
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class Geometry:
 
 def read_sets(path: Path) -> list[dict[str, Any]]:
     """All datasets of a universal file, as pyuff reads them. Raises OptionError when it cannot."""
-    pyuff = need("pyuff")
+    pyuff = need("pyuff", "experiment")
     try:
         with path.open("rb") as stream:
             head = stream.read(400)

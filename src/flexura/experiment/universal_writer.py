@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from flexura._version import __version__
 from flexura.errors import OptionError
-from flexura.experiment.extras import need
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.universal import FORCES, MOTIONS, TURNING
+from flexura.extras import need
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def write_uff(measurement: Measurement, path: Path, binary: bool = True) -> None
     of its own (18, 6 digits). Names beyond 10 characters stand in ID lines. Raises OptionError without pyuff, for
     numbers that are not finite, and for complex modes with rotations.
     """
-    pyuff = need("pyuff")
+    pyuff = need("pyuff", "experiment")
     numbers = _Numbers(measurement)
     pyuff.UFF(str(path)).write_sets(
         _headers(measurement.name) + numbers.sets() + _modes(measurement, numbers), "overwrite"
@@ -52,23 +52,32 @@ def write_uff(measurement: Measurement, path: Path, binary: bool = True) -> None
                 stream.write(function.encoded(binary))
 
 
+_Place = tuple[str, tuple[float, ...] | None, tuple[float, ...] | None]
+"""Node, or name of a channel without one; direction if oblique; position."""
+
+
 class _Numbers:
-    """Node numbers: a node's own where its name is a number, else in order; oblique directions have nodes of theirs."""
+    """Node numbers: a node's own where its name is a number, else in order.
+
+    Oblique directions, and further positions at a node, have numbers of their own.
+    """
 
     def __init__(self, measurement: Measurement) -> None:
-        self.table: dict[tuple[str, tuple[float, ...] | None], int] = {}
+        self.table: dict[_Place, int] = {}
         self.positions: dict[int, tuple[float, float, float]] = {}
         self.axes: dict[int, Array] = {}
         channels = [c for r in measurement.recordings for c in r.channels]
         channels += [c for f in measurement.frfs for c in (*f.inputs, *f.outputs)]
         channels += list(measurement.modes.outputs) if measurement.modes else []
         used = {int(c.node) for c in channels if c.node is not None and c.node.isdigit()}
+        given: set[int] = set()
         for channel in dict.fromkeys(channels):
             key = self._key(channel)
             if key not in self.table:
                 own = int(channel.node) if channel.node is not None and channel.node.isdigit() else 0
-                if key[1] is not None or not own:
+                if key[1] is not None or not own or own in given:
                     own = max(used, default=0) + 1
+                given.add(own)
                 used.add(own)
                 self.table[key] = own
             number = self.table[key]
@@ -77,9 +86,9 @@ class _Numbers:
             if key[1] is not None:
                 self.axes[number] = _axes(np.array(key[1]))
 
-    def _key(self, channel: MeasuredChannel) -> tuple[str, tuple[float, ...] | None]:
+    def _key(self, channel: MeasuredChannel) -> _Place:
         oblique = channel.direction is not None and np.count_nonzero(channel.direction) > 1
-        return channel.node or channel.name, channel.direction if oblique else None
+        return channel.node or channel.name, channel.direction if oblique else None, channel.place[1]
 
     def of(self, channel: MeasuredChannel) -> tuple[int, int]:
         """Node number and direction code."""

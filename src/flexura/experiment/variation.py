@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import scipy.linalg as la
@@ -111,6 +111,10 @@ class FullOrderFamily:
             return np.eye(self.plan.topology.n_dof)
         return np.asarray(self._rows(self.model(parameters)))
 
+    def carried(self, _parameters: Mapping[str, float], rows: Any) -> Any:
+        """Rows (q, N) over the DOFs of the full-order model, over the coordinates."""
+        return rows
+
 
 def _forces(
     own: PartMatrices, connectivity: Index, n_placed: int, geometry: PartGeometry, u: Array
@@ -140,6 +144,19 @@ def _forces(
     return found
 
 
+@dataclass(frozen=True)
+class Matrices:
+    """K and M (n, n) of one design in the coordinates of its family."""
+
+    K: Array
+    M: Array
+
+    @property
+    def order(self) -> int:
+        """Number of coordinates."""
+        return len(self.K)
+
+
 class LowOrderFamily:
     """The low-order models of a plan over its parameters, with constraint modes and `keep` normal modes each.
 
@@ -153,7 +170,13 @@ class LowOrderFamily:
         self.plan, self._keep, self._rows = plan, keep, rows
         self._at = self._last = reduce(plan, at, keep=keep)
 
-    def model(self, parameters: Mapping[str, float]) -> LowOrderModel:
+    def model(self, parameters: Mapping[str, float]) -> Matrices:
+        """The matrices for one design."""
+        low = self._reduced(parameters)
+        Q = self._turn(low)
+        return Matrices(Q.T @ low.K @ Q, Q.T @ low.M @ Q)
+
+    def _reduced(self, parameters: Mapping[str, float]) -> LowOrderModel:
         """The model for one design, in coordinates of its own; the last one is remembered."""
         if dict(parameters) != dict(self._last.parameters):
             self._last = reduce(self.plan, parameters, keep=self._keep)
@@ -176,19 +199,24 @@ class LowOrderFamily:
 
     def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
         """K X, M X (n, k) and readings (o, k) of coordinate vectors X for one design."""
-        low = self.model(parameters)
+        low = self._reduced(parameters)
         Q = self._turn(low)
         QX = Q @ X
         return Q.T @ (low.K @ QX), Q.T @ (low.M @ QX), self._read(low, QX)
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off coordinate vectors X: (o, k)."""
-        low = self.model(parameters)
+        low = self._reduced(parameters)
         return self._read(low, self._turn(low) @ X)
 
     def rows(self, parameters: Mapping[str, float]) -> Array:
         """The rows themselves over the coordinates: (o, n)."""
-        return self.readings(parameters, np.eye(self.model(parameters).order))
+        return self.readings(parameters, np.eye(self._reduced(parameters).order))
+
+    def carried(self, parameters: Mapping[str, float], rows: Any) -> Array:
+        """Rows (q, N) over the DOFs of the full-order model, over the coordinates."""
+        low = self._reduced(parameters)
+        return np.asarray(rows @ low.recover(self._turn(low)))
 
     def _read(self, low: LowOrderModel, coordinates: Array) -> Array:
         u = low.recover(coordinates)
@@ -202,8 +230,16 @@ Family = FullOrderFamily | LowOrderFamily
 Order = Literal["low", "full"]
 
 
+class Varied(Protocol):
+    """Something whose products with fixed vectors change with parameters."""
+
+    def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
+        """K X, M X and readings of X for one design."""
+        ...
+
+
 def changes_of(
-    family: Family, parameters: Mapping[str, float], names: Sequence[str], X: Array, levels: int = LEVELS
+    family: Varied, parameters: Mapping[str, float], names: Sequence[str], X: Array, levels: int = LEVELS
 ) -> list[Change]:
     """Derivatives of a family's products with X (n, k) with respect to each of some parameters (theory eqs. K2-K3).
 
@@ -214,7 +250,7 @@ def changes_of(
 
 
 def _change(
-    family: Family, parameters: Mapping[str, float], name: str, X: Array, middle: tuple[Array, ...], levels: int
+    family: Varied, parameters: Mapping[str, float], name: str, X: Array, middle: tuple[Array, ...], levels: int
 ) -> Change:
     value = float(parameters[name])
     h = STEP * (abs(value) or 1.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexura._version import __version__
 from flexura.exports.contents import contents, is_sparse
-from flexura.exports.extras import need
+from flexura.extras import need
 from flexura.files import write_file
 
 
@@ -42,7 +42,7 @@ def write_hdf5(what: Any, path: str | Path, damping: Any | None = None) -> Path:
     models have dt = 0. Raises OptionError without h5py, for things that have no arrays, and when the file cannot be
     written.
     """
-    h5py = need("h5py")
+    h5py = need("h5py", "export")
     items = contents(what, damping)
 
     def write(file: Path) -> None:

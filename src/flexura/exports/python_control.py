@@ -6,8 +6,8 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from flexura.errors import OptionError
-from flexura.exports.extras import need
 from flexura.exports.names import refuse_clashes, signal_names
+from flexura.extras import need
 from flexura.systems.state_space import StateSpace
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def to_control(model: StateSpace) -> control.StateSpace:
     signals of equal names. Raises OptionError without the package, for names that clash, and for a continuous model
     with dead time: `discretised` has it inside.
     """
-    library: Any = need("control")
+    library: Any = need("control", "export")
     if model.delay and not model.is_discrete:
         raise OptionError(
             f"python-control has no dead time, and this model has {model.delay} s: export model.discretised(step),"

@@ -12,8 +12,8 @@ from flexura._version import __version__
 from flexura.analysis.modes import Modes
 from flexura.errors import OptionError
 from flexura.exports.contents import Array, Response
-from flexura.exports.extras import need
 from flexura.exports.lines import lines_of
+from flexura.extras import need
 from flexura.files import write_file
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.structure import FullOrderModel
@@ -48,7 +48,7 @@ def write_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | No
     frequencies have 6 digits, as the format has them. Raises OptionError without pyuff, for other objects, for numbers
     that are not finite and when the file cannot be written.
     """
-    pyuff = need("pyuff")
+    pyuff = need("pyuff", "export")
     things = list(what) if isinstance(what, Sequence) else [what]
     for thing in things:
         if not isinstance(thing, Modes | Response):

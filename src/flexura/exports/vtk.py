@@ -9,8 +9,8 @@ import numpy as np
 
 from flexura.analysis.modes import Modes
 from flexura.errors import OptionError
-from flexura.exports.extras import need
 from flexura.exports.lines import KINDS, Lines, lines_of
+from flexura.extras import need
 from flexura.files import complete_files
 from flexura.structure import FullOrderModel
 
@@ -27,7 +27,7 @@ def write_vtu(what: Modes | FullOrderModel, path: str | Path, amplitude: float |
         raise OptionError(f"a VTK file is of modes or of a full-order model, not of a {type(what).__name__}")
     if amplitude is not None and not (np.isfinite(amplitude) and amplitude > 0):
         raise OptionError(f"an amplitude is a positive length in m, not {amplitude}")
-    meshio = need("meshio")
+    meshio = need("meshio", "export")
     mesh = lines_of(what.model if isinstance(what, Modes) else what)
     data = _shapes(what, mesh, amplitude) if isinstance(what, Modes) else {}
     kinds = np.array([KINDS.index(kind) for kind in mesh.kinds], dtype=np.int32)

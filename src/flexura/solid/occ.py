@@ -7,7 +7,6 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from itertools import combinations, pairwise
 from pathlib import Path
 from types import ModuleType
@@ -15,7 +14,8 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import ModelError, OptionError, Problem, SolverError
+from flexura.errors import ModelError, Problem, SolverError
+from flexura.extras import need
 from flexura.solid.contours import MODELLED, Outline
 from flexura.solid.geometry import MemberSolid
 
@@ -29,14 +29,6 @@ BURIED = 0.6
 """The same share for members that meet at a node, whose corners may overlap."""
 
 
-def need(module: str) -> ModuleType:
-    """Import a package of the extra `solid`. Raises OptionError that names the extra when it is missing."""
-    try:
-        return import_module(module)
-    except (ImportError, OSError):
-        raise OptionError(f"this needs the package {module}: pip install 'flexura[solid]'") from None
-
-
 @contextmanager
 def session() -> Iterator[ModuleType]:
     """A quiet gmsh session of its own, left as it was found.
@@ -44,7 +36,7 @@ def session() -> Iterator[ModuleType]:
     Within an open session of the caller a model is added and removed again. Raises OptionError when gmsh is missing and
     SolverError for whatever gmsh reports.
     """
-    gmsh = need("gmsh")
+    gmsh = need("gmsh", "solid")
     own = not gmsh.isInitialized()
     before = "" if own else gmsh.model.getCurrent()
     kept: dict[str, float] = {}

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import gzip
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.extras import need
 from flexura.modelfile.superelements import unit_factors
 from flexura.solid.deck import read_deck
 from flexura.solid.stored import SYMMETRIC, StoredMatrices
@@ -148,7 +147,7 @@ def read_ansys(path: str | Path, nodes: str | Path, *, units: Mapping[str, str] 
     are combined in Ansys first (COMBINE, FULL). Raises OptionError when the package ansys-mapdl-reader is missing, and
     for files that are missing, cannot be read, or hold unsymmetric or lumped matrices.
     """
-    reader = _ansys_reader()
+    reader = need("ansys.mapdl.reader", "ansys")
     factors = unit_factors(units)
     for file in (path, nodes):
         if not Path(file).is_file():
@@ -170,10 +169,3 @@ def read_ansys(path: str | Path, nodes: str | Path, *, units: Mapping[str, str] 
     sets = {name.upper(): np.asarray(own, dtype=np.intp) for name, own in archive.node_components.items()}
     labels, points = np.asarray(archive.nnum, dtype=np.intp), np.asarray(archive.nodes, dtype=float)[:, :3]
     return StoredMatrices(K, M, node, component, labels, points, sets, asymmetry=max(skew, skew_M)).scaled(*factors)
-
-
-def _ansys_reader() -> Any:
-    try:
-        return import_module("ansys.mapdl.reader")
-    except ImportError:
-        raise OptionError("Ansys files need a package: pip install 'flexura[ansys]'") from None
