@@ -112,3 +112,16 @@ def test_calibration_is_not_biased_by_the_sensors(stage, tested):
     blind = fx.calibrate(fx.loads(text), [tested.identified.frequency_hz[2]], ["kz"], method="least_squares")
     assert found.values["kz"] == pytest.approx(9e3, rel=3e-3)
     assert blind.values["kz"] != pytest.approx(9e3, rel=0.03)
+
+
+def test_responses_are_those_of_their_own_placement(stage, tested):
+    """The same spring from the frequency responses of both placements; without their mass it is off."""
+    text = STAGE.replace("tz: 9 kN/m", "tz: kz")
+    text = text.replace("bodies:", "parameters: {kz: {value: 8.7 kN/m, minimum: 4 kN/m, maximum: 20 kN/m}}\nbodies:")
+    damping = float(np.mean(tested.identified.damping_ratio))
+    how = {"method": "least_squares", "damping": damping}
+    found = fx.calibrate(fx.loads(text + HEAVY), list(tested.measurement.frfs), ["kz"], **how)
+    assert found.values["kz"] == pytest.approx(9e3, rel=2e-3)
+    light = HEAVY.replace("mass: 40 g", "mass: 0 g").replace("mass: 25 g", "mass: 0 g")
+    bare = fx.calibrate(fx.loads(text + light), list(tested.measurement.frfs), ["kz"], **how)
+    assert bare.values["kz"] != pytest.approx(9e3, rel=0.02)

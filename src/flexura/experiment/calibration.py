@@ -169,7 +169,7 @@ def _with_values(
     what = _said(targets)
     for k, name in enumerate(own.names):
         inside = float(own.values(z)[k])
-        known = parameters[name].source.removeprefix("calibrated to ")
+        known = parameters[name].source
         source = f"calibrated to {what}" + (f"; before: {known}" if known else "")
         parameters[name] = parameters[name].model_copy(update={"value": inside, "source": source})
     for name, value in fixed.items():
