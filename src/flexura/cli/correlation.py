@@ -59,14 +59,15 @@ def correlate_command(
     """Test against model: pairs of modes with MAC and frequency error, channels that disagree, FRFs, pictures."""
     from flexura.experiment.correlation import correlate
     from flexura.experiment.data_files import read_measurement
-    from flexura.experiment.identification import identify
+    from flexura.experiment.shapes_of_test import identified_modes
 
     mechanism, parameters = read(file, set)
     measurement = read_measurement(data, channels=channels)
-    identified = measurement.modes
-    if identified is None or measurement.frfs or measurement.recordings:
-        how = None if band is None else band_of(band), None if pick is None else vector(pick)
-        identified = identify(measurement, band=how[0], select=how[1])
+    identified = identified_modes(
+        measurement,
+        band=None if band is None else band_of(band),
+        select=None if pick is None else vector(pick),
+    )
     result = correlate(
         mechanism,
         identified,

@@ -83,12 +83,12 @@ def verify_command(
 
 
 def _write_step(mechanism: Mechanism, parameters: dict[str, float], path: Path) -> Path:
-    from flexura.solid.beams import all_beams
+    from flexura.solid.parts import as_beams
     from flexura.solid.step import write_step
     from flexura.structure import assemble
 
     _announce(f"solids to {path}")
-    return write_step(assemble(all_beams(mechanism, "auto"), parameters), path)
+    return write_step(assemble(as_beams(mechanism, "auto"), parameters), path)
 
 
 def _announce(text: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,10 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-def identified_modes(test: IdentifiedModes | Measurement) -> IdentifiedModes:
+def identified_modes(test: IdentifiedModes | Measurement, **how: Any) -> IdentifiedModes:
     """The modes of a test: as they are, identified from its data, or those that a file without data came with.
 
-    Raises OptionError for anything else, and as `identify` does.
+    `how` are options of `identify`. Raises OptionError for anything else, and as `identify` does.
     """
     if isinstance(test, IdentifiedModes):
         return test
@@ -32,7 +33,7 @@ def identified_modes(test: IdentifiedModes | Measurement) -> IdentifiedModes:
         return test.modes
     from flexura.experiment.identification import identify
 
-    return identify(test)
+    return identify(test, **how)
 
 
 def measured_frfs(measurement: Measurement | None) -> Sequence[MeasuredFRF]:

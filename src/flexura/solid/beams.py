@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from flexura.analysis.doubts import corrected
 from flexura.errors import FlexuraError, OptionError
 from flexura.linalg import lowest
-from flexura.mechanism.substructure import Mechanism, Substructure, has_solid_members
+from flexura.mechanism.substructure import Mechanism, has_solid_members
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.solution import Solution
 from flexura.reduction import reduce
-from flexura.solid.parts import with_solid_parts
+from flexura.solid.parts import as_beams, with_solid_parts
 from flexura.structure import FullOrderModel, assemble
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[
     Rows of their own are there for descriptions that correct some members only, or have solid ones. Raises ModelError
     and OptionError.
     """
-    plain, full = (assemble(all_beams(mechanism, own), parameters) for own in ("none", "auto"))
+    plain, full = (assemble(as_beams(mechanism, own), parameters) for own in ("none", "auto"))
     models = [
         BeamModel("plain, low order", plain, low_order),
         BeamModel("plain, full order", plain, full_order),
@@ -77,22 +77,6 @@ def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[
         BeamModel("as described, full order", described, full_order),
     ]
     return models, "as described"
-
-
-def all_beams(mechanism: Mechanism, corrections: Literal["auto", "none"]) -> Mechanism:
-    """The mechanism with every member a beam, and the same corrections for all."""
-
-    def own(part: Any) -> dict[str, Any]:
-        change = {"corrections": None, "fidelity": "beam"}
-        return {
-            key: {name: m.model_copy(update=change) for name, m in getattr(part, key).items()}
-            for key in ("links", "flexures")
-        }
-
-    substructures: dict[str, Substructure] = {
-        name: part.model_copy(update=own(part)) for name, part in mechanism.substructures.items()
-    }
-    return mechanism.model_copy(update={**own(mechanism), "substructures": substructures, "corrections": corrections})
 
 
 def low_order(model: FullOrderModel, n: int) -> Solution:

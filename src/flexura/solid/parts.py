@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg as la
@@ -76,18 +76,20 @@ def with_solid_parts(
     return result.model_copy(update={"substructures": substructures, "parameters": held})
 
 
-def as_beams(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with all its members as beams."""
+def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None = None) -> Mechanism:
+    """The same mechanism with all its members as beams, and with the same corrections for all where they are named."""
+    own: dict[str, Any] = {"fidelity": None} if corrections is None else {"fidelity": None, "corrections": None}
 
     def beams(part: Substructure) -> dict[str, Any]:
-        update: dict[str, Any] = {"fidelity": None}
-        for kind in ("links", "flexures"):
-            members = getattr(part, kind)
-            update[kind] = {key: m.model_copy(update={"fidelity": None}) for key, m in members.items()}
-        return update
+        members = {
+            kind: {key: m.model_copy(update=own) for key, m in getattr(part, kind).items()}
+            for kind in ("links", "flexures")
+        }
+        return {"fidelity": None, **members}
 
     inner = {name: part.model_copy(update=beams(part)) for name, part in mechanism.substructures.items()}
-    return mechanism.model_copy(update={**beams(mechanism), "substructures": inner})
+    named = {} if corrections is None else {"corrections": corrections}
+    return mechanism.model_copy(update={**beams(mechanism), "substructures": inner, **named})
 
 
 def _prototype(mechanism: Mechanism, name: str) -> Substructure:
