@@ -18,7 +18,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg.inertia import count_below, scaled, stable_factors
+from flexura.linalg.inertia import count_below, scaled, stable_factors, superlu
 
 Array = NDArray[np.float64]
 Matrix = Any
@@ -160,7 +160,7 @@ def factorise(A: sp.csc_matrix) -> spla.SuperLU:
     Raises SolverError when the matrix is singular.
     """
     try:
-        return spla.splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return superlu(A)
     except RuntimeError:
         raise SolverError("the stiffness matrix is singular: something can move freely") from None
 

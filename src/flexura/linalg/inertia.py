@@ -60,9 +60,17 @@ def count_below(K: Any, M: Any, value: float) -> int:
 
 
 def scaled(A: sp.csc_matrix, d: Array) -> sp.csc_matrix:
-    """D A D for a sparse A (n, n) by columns and D = diag(d)."""
+    """D A D for a sparse A (n, n) by columns and D = diag(d); shares no array with A, since SuperLU sorts its own."""
     data = A.data * d[A.indices] * np.repeat(d, np.diff(A.indptr))
-    return sp.csc_matrix((data, A.indices, A.indptr), shape=A.shape)
+    return sp.csc_matrix((data, A.indices.copy(), A.indptr.copy()), shape=A.shape)
+
+
+def superlu(A: sp.csc_matrix) -> spla.SuperLU:
+    """LU factors of a sparse symmetric A (n, n) with a fill-reducing ordering, diagonal pivots preferred; A stays as it
+    is. Raises RuntimeError when A is singular, as SciPy does."""
+    options = {"SymmetricMode": True}
+    own = A if A.has_sorted_indices else A.sorted_indices()
+    return spla.splu(own, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def stable_factors(A: sp.csc_matrix, value: float) -> ShiftedFactors | None:
@@ -71,7 +79,7 @@ def stable_factors(A: sp.csc_matrix, value: float) -> ShiftedFactors | None:
     d = 1 / np.where(d > 0, d, 1.0)
     A = scaled(A, d)
     try:
-        lu = spla.splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        lu = superlu(A)
     except RuntimeError:
         return None
     if not np.array_equal(lu.perm_r, lu.perm_c):
