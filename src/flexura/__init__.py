@@ -50,8 +50,10 @@ if TYPE_CHECKING:
     from flexura.analysis import stress_rows as stress_rows
     from flexura.analysis import tangent_stiffness as tangent_stiffness
     from flexura.analysis import time_response as time_response
+    from flexura.errors import Exceeded as Exceeded
     from flexura.errors import ExpressionError as ExpressionError
     from flexura.errors import FlexuraError as FlexuraError
+    from flexura.errors import LimitError as LimitError
     from flexura.errors import ModelError as ModelError
     from flexura.errors import OptionError as OptionError
     from flexura.errors import Problem as Problem
@@ -226,7 +228,10 @@ _EXPORTS = {
         *("internal_force_rows", "kinetostatics", "member_stresses", "modes", "preload", "read_signals"),
         *("screw_axis", "signals", "statics", "stress_rows", "tangent_stiffness", "time_response"),
     ),
-    "flexura.errors": ("ExpressionError", "FlexuraError", "ModelError", "OptionError", "Problem", "SolverError"),
+    "flexura.errors": (
+        *("Exceeded", "ExpressionError", "FlexuraError", "LimitError", "ModelError", "OptionError", "Problem"),
+        "SolverError",
+    ),
     "flexura.experiment.data_files": ("read_measurement", "write_measurement"),
     "flexura.experiment.estimation": ("estimate_frf",),
     "flexura.experiment.identification": ("identify",),

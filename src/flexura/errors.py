@@ -1,9 +1,10 @@
-"""The exceptions of flexura: one root class, and messages that say where, what, which rule and what to do."""
+"""The exceptions of flexura, one root class, and the warnings of results: where, what, which rule, what to do."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Protocol, TypeVar
 
 Path = tuple[str | int, ...]
 
@@ -66,3 +67,55 @@ class OptionError(FlexuraError):
 
 class SolverError(FlexuraError):
     """A numerical step that could not be completed to its stated accuracy."""
+
+
+@dataclass(frozen=True)
+class Exceeded:
+    """A limit beyond which a result no longer holds: of the theory, of a part, or of what is proven.
+
+    `kind` is rotation, displacement, command, force, stress, buckling, resonance, proof or tolerance; `place` names the
+    node, member or channel, empty where it is the whole; `value` and `limit` are in `unit`, SI, `1` for plain numbers.
+    `text` is the whole sentence.
+    """
+
+    kind: str
+    place: str
+    value: float
+    limit: float
+    unit: str
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON; infinite numbers as None."""
+        own = asdict(self)
+        return {key: None if isinstance(v, float) and abs(v) == float("inf") else v for key, v in own.items()}
+
+
+class LimitError(FlexuraError):
+    """A result that goes beyond its limits, where warnings were asked to be errors; `warnings` lists all."""
+
+    def __init__(self, warnings: Iterable[Exceeded]) -> None:
+        self.warnings: tuple[Exceeded, ...] = tuple(warnings)
+        count = len(self.warnings)
+        super().__init__("\n".join([f"{count} warning{'s' if count != 1 else ''}", *map(str, self.warnings)]))
+
+
+class _HasWarnings(Protocol):
+    @property
+    def warnings(self) -> tuple[Exceeded, ...]: ...
+
+
+R = TypeVar("R", bound=_HasWarnings)
+
+
+class Warned:
+    """A result whose `warnings` say where it stops holding; its `notes`, where it has any, say how it was computed."""
+
+    def raise_warnings(self: R) -> R:
+        """The result itself. Raises LimitError when it has warnings."""
+        if self.warnings:
+            raise LimitError(self.warnings)
+        return self

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import count_below
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
@@ -45,7 +45,7 @@ SHARPEST = 1e-5
 
 
 @dataclass(frozen=True)
-class FrequencyResponse:
+class FrequencyResponse(Warned):
     """H (f, p, m) at `frequency_hz` (f,): complex amplitude of each output per unit of each input, e^(+i omega t).
 
     `resonances_hz` (k,) are the natural frequencies in the range and `ratios` (k,) their damping ratios; `notes` say
@@ -61,6 +61,7 @@ class FrequencyResponse:
     ratios: Array
     order: int
     notes: tuple[str, ...] = ()
+    warnings: tuple[Exceeded, ...] = ()
 
     def of(self, output: str, input: str) -> Complex:
         """The response (f,) of one output to one input, by name. Raises OptionError for others."""
@@ -94,6 +95,7 @@ class FrequencyResponse:
             "damping_ratios": self.ratios.tolist(),
             "order": self.order,
             "notes": list(self.notes),
+            "warnings": [w.to_dict() for w in self.warnings],
         }
 
 

@@ -14,7 +14,7 @@ from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.analysis.preload import finite_numbers
 from flexura.analysis.statics import statics
 from flexura.analysis.tangent import tangent_stiffness
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -60,7 +60,7 @@ class Freedom:
 
 
 @dataclass(frozen=True)
-class Kinetostatics:
+class Kinetostatics(Warned):
     """A platform, node `platform`, under the actuators `inputs` (a).
 
     coupling (6, a): its displacement per unit command; compliance (6, 6) with the actuators mounted and not driven,
@@ -84,6 +84,7 @@ class Kinetostatics:
     limits: tuple[tuple[float, float], ...]
     freedoms: tuple[Freedom, ...]
     notes: tuple[str, ...] = field(default=())
+    warnings: tuple[Exceeded, ...] = ()
 
     @property
     def kind(self) -> str:
@@ -152,6 +153,7 @@ class Kinetostatics:
                 for f in self.freedoms
             ],
             "notes": list(self.notes),
+            "warnings": [w.to_dict() for w in self.warnings],
         }
 
 

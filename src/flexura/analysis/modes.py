@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.motion import Motion, motions
-from flexura.errors import OptionError
+from flexura.errors import Exceeded, OptionError, Warned
 from flexura.linalg import Eigenpairs, count_below, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import Certificate, LowOrderModel, certify, reduce
@@ -54,7 +54,7 @@ class Mode:
 
 
 @dataclass(frozen=True)
-class Modes:
+class Modes(Warned):
     """The lowest natural modes of a mechanism.
 
     `order` is that of the model solved, `full_order` that of the full model. `shapes` (n_nodes, 6, n), M-orthonormal,
@@ -73,6 +73,7 @@ class Modes:
     certificate: Certificate
     steps: tuple[str, ...] = ()
     """What the reduction kept and why."""
+    warnings: tuple[Exceeded, ...] = ()
 
     def __repr__(self) -> str:
         hz = ", ".join(f"{mode.frequency_hz:.5g}" for mode in self.modes)
@@ -105,6 +106,7 @@ class Modes:
             "modes": [asdict(mode) for mode in self.modes],
             "certificate": self.certificate.to_dict(),
             "evidence": {**asdict(self.evidence), "complete": self.evidence.complete},
+            "warnings": [w.to_dict() for w in self.warnings],
         }
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import element_mass, element_stiffness
 from flexura.beam.geometric import arm_stiffness, geometric_stiffness
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import count_below, factorise, is_definite, lowest
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -33,7 +33,7 @@ ROUNDING = 1e-8
 
 
 @dataclass(frozen=True)
-class Preload:
+class Preload(Warned):
     """A mechanism under dead loads.
 
     `load` (n,) acts on the DOFs of `model`, `displacement_vector` (n,) is the linear static response, `K_g` (n, n) the
@@ -46,6 +46,7 @@ class Preload:
     displacement_vector: Array
     K_g: sp.csc_matrix
     axial_force: dict[str, tuple[float, float]]
+    warnings: tuple[Exceeded, ...] = ()
 
     def stiffness(self, factor: float = 1.0) -> sp.csc_matrix:
         """K (n, n) about the state under `factor` times the loads."""

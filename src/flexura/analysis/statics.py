@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.preload import finite_numbers
 from flexura.analysis.stress import Stresses, member_stresses
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -35,7 +35,7 @@ class ActuatorState:
 
 
 @dataclass(frozen=True)
-class Statics:
+class Statics(Warned):
     """The linear static response u (n,) of `model` to a load vector (n,), m and rad, N and N m.
 
     `readings` are those of the described displacement, rotation and force sensors, `actuators` the state of each
@@ -48,6 +48,7 @@ class Statics:
     gravity: tuple[float, float, float]
     readings: dict[str, float]
     actuators: tuple[ActuatorState, ...]
+    warnings: tuple[Exceeded, ...] = ()
 
     def displacement(self, node: str) -> Array:
         """Displacement (6,) of a node, m and rad, global frame. Raises OptionError for unknown nodes."""
@@ -72,6 +73,7 @@ class Statics:
                 for m in stresses.members
             ],
             "factor_to_yield": _finite(stresses.factor_to_yield),
+            "warnings": [w.to_dict() for w in self.warnings],
         }
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.integration import generalised_alpha
 from flexura.analysis.stress import Stresses, member_stresses
-from flexura.errors import OptionError
+from flexura.errors import Exceeded, OptionError, Warned
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel
@@ -35,7 +35,7 @@ STATES = 50_000_000
 
 
 @dataclass(frozen=True)
-class TimeResponse:
+class TimeResponse(Warned):
     """Outputs `response` (p, N) at `time` (N,), s, under `signals` (m, N) at the inputs.
 
     `modal` (r, N) are the modal coordinates of `modes` where these were kept; `notes` say how this was computed and
@@ -51,6 +51,7 @@ class TimeResponse:
     notes: tuple[str, ...]
     modes: ModalSystem | None = None
     modal: Array | None = None
+    warnings: tuple[Exceeded, ...] = ()
 
     def of(self, output: str) -> Array:
         """One output (N,) by name. Raises OptionError for others."""
@@ -88,6 +89,7 @@ class TimeResponse:
             "outputs": {str(c): y.tolist() for c, y in zip(self.outputs, self.response, strict=True)},
             "inputs": {str(c): u.tolist() for c, u in zip(self.inputs, self.signals, strict=True)},
             "notes": list(self.notes),
+            "warnings": [w.to_dict() for w in self.warnings],
         }
 
 

@@ -22,6 +22,7 @@ from flexura.cli.options import (
     Json,
     Loads,
     Settings,
+    Strict,
     command_of,
     load_of,
     print_json,
@@ -92,6 +93,7 @@ def modes_command(
         float | None, typer.Option(metavar="HZ", help="With --tolerance: for all frequencies up to this one.")
     ] = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures of the modes here.")] = None,
 ) -> None:
@@ -105,6 +107,8 @@ def modes_command(
     if order is Order.full and asked:
         raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
     result = modes(mechanism, parameters, n=n, order=order.value, reduction=reduction.value, **how)
+    if strict:
+        result.raise_warnings()
     pictures: list[Path] = []
     if plot is not None:
         pictures = _plot(result, plot)
@@ -170,6 +174,7 @@ def buckling_command(
     actuator: Commands = None,
     n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles."""
@@ -180,11 +185,14 @@ def buckling_command(
     loads = dict(load_of(text) for text in load or [])
     commands = dict(command_of(text) for text in actuator or [])
     state = preload(mechanism, parameters, gravity=vector(gravity), loads=loads, actuators=commands)
+    if strict:
+        state.raise_warnings()
     data = {
         "axial_force": state.axial_force,
         "buckling_factors": state.buckling_factors(n).tolist(),
         "frequency_hz": state.natural_frequencies(n).tolist(),
         "unloaded_frequency_hz": state.natural_frequencies(n, 0.0).tolist(),
+        "warnings": [w.to_dict() for w in state.warnings],
     }
     if as_json:
         print_json(data)

@@ -19,6 +19,7 @@ from flexura.cli.options import (
     Outputs,
     Ratio,
     Settings,
+    Strict,
     band_of,
     command_of,
     load_of,
@@ -72,6 +73,7 @@ def statics_command(
         typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated."),
     ] = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Static response to loads, gravity and actuators: displacements, readings, forces, and what yields first."""
@@ -82,6 +84,8 @@ def statics_command(
     commands = dict(command_of(text) for text in actuator or [])
     loads = dict(load_of(text) for text in load or [])
     result = statics(mechanism, loads=loads, gravity=vector(gravity), actuators=commands, parameters=parameters)
+    if strict:
+        result.raise_warnings()
     nodes = list(node or loads)
     if as_json:
         print_json(result.to_dict(nodes))
@@ -96,6 +100,7 @@ def kinetostatics_command(
     ] = None,
     actuators: Inputs = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """How actuators move a platform: freedoms and their screw axes, coupling, amplification, stiffness, workspace."""
@@ -104,6 +109,8 @@ def kinetostatics_command(
 
     mechanism, parameters = read(file, set)
     result = kinetostatics(mechanism, platform, actuators, parameters=parameters)
+    if strict:
+        result.raise_warnings()
     if as_json:
         print_json(result.to_dict())
     else:
@@ -123,6 +130,7 @@ def frequency_response_command(
     csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write magnitudes and phases here.")] = None,
     plot: Plot = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Frequency response between actuators and sensors, or any DOFs."""
@@ -143,6 +151,8 @@ def frequency_response_command(
         damping=damping,
         parameters=parameters,
     )
+    if strict:
+        result.raise_warnings()
     written = [] if csv is None else [write_frequency_csv(result, csv)]
     if plot is not None:
         from flexura.view import draw_bode, draw_nyquist, draw_response_matrix
@@ -187,6 +197,7 @@ def time_response_command(
     csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write time, inputs and outputs here.")] = None,
     plot: Plot = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples."""
@@ -215,6 +226,8 @@ def time_response_command(
         damping=damping,
         parameters=parameters,
     )
+    if strict:
+        result.raise_warnings()
     written = [] if csv is None else [write_time_csv(result, csv)]
     if plot is not None:
         from flexura.view import draw_time

@@ -13,8 +13,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, TimeResponse
-from flexura.cli.tables import console_of_width
-from flexura.errors import OptionError
+from flexura.cli.tables import console_of_width, print_warnings
+from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import DOF_NAMES
 
 MOST_ROWS = 12
@@ -62,6 +62,7 @@ def print_statics(result: Statics, nodes: list[str]) -> None:
     factor = stresses.factor_to_yield
     if factor is not None and np.isfinite(factor):
         console.print(f"yields at {factor:.4g} times these loads and commands", markup=False)
+    print_warnings(console, result.warnings)
 
 
 def print_kinetostatics(name: str, result: Kinetostatics) -> None:
@@ -107,8 +108,7 @@ def print_kinetostatics(name: str, result: Kinetostatics) -> None:
             f"{dof} {g:.4g}" for dof, g in zip(DOF_NAMES, gain, strict=True) if abs(g) > 1e-9 * abs(gain).max()
         )
         console.print(f"all actuators driven alike, per elongation of each: {clean}", markup=False)
-    for note in result.notes:
-        console.print(note, markup=False)
+    _end(console, result.notes, result.warnings, [])
 
 
 def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> None:
@@ -136,7 +136,7 @@ def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> 
     console.print(table)
     if len(shown) > MOST_ROWS:
         console.print(f"and {len(shown) - MOST_ROWS} more pairs; --json or --csv has all")
-    _end(console, result.notes, written)
+    _end(console, result.notes, result.warnings, written)
 
 
 def print_time_response(result: TimeResponse, written: list[Path]) -> None:
@@ -150,12 +150,13 @@ def print_time_response(result: TimeResponse, written: list[Path]) -> None:
         row = (y[low], result.time[low], y[high], result.time[high], y[-1])
         table.add_row(escape(str(channel)), *(f"{x:.5g}" for x in row))
     console.print(table)
-    _end(console, result.notes, written)
+    _end(console, result.notes, result.warnings, written)
 
 
-def _end(console: Console, notes: tuple[str, ...], written: list[Path]) -> None:
+def _end(console: Console, notes: tuple[str, ...], warnings: tuple[Exceeded, ...], written: list[Path]) -> None:
     for note in notes:
         console.print(note, markup=False)
+    print_warnings(console, warnings)
     for path in written:
         console.print(f"wrote {path}", markup=False)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from rich.table import Table
 
 from flexura.analysis import CheckReport, Mode, Modes
 from flexura.analysis.evidence import Evidence
+from flexura.errors import Exceeded
 
 RESOLVED = 1e-6
 """Relative differences below this are lost in the round-off of the full-order solution."""
@@ -21,6 +23,13 @@ def console_of_width() -> Console:
     console = Console(highlight=False, soft_wrap=False)
     # a pipe has no width; wide tables are easier to read there than wrapped ones
     return console if console.is_terminal else Console(highlight=False, width=140)
+
+
+def print_warnings(console: Console, warnings: Iterable[Exceeded | str]) -> None:
+    """Print one line for each warning."""
+    for warning in warnings:
+        console.print("warning:", style="yellow", end=" ")
+        console.print(str(warning), markup=False)
 
 
 def print_modes(result: Modes, pictures: list[Path]) -> None:
@@ -49,6 +58,7 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
     for step in result.steps:
         console.print(step, markup=False)
     _print_evidence(console, result.evidence)
+    print_warnings(console, result.warnings)
     for path in pictures:
         console.print(f"wrote {path}", markup=False)
 
@@ -120,6 +130,7 @@ def print_preload(data: dict[str, Any]) -> None:
     forces = sorted(data["axial_force"].items(), key=lambda item: -max(abs(f) for f in item[1]))
     for name, (least, most) in forces[:10]:
         console.print(f"axial force in {name}: {least:.4g} to {most:.4g} N", markup=False)
+    print_warnings(console, (w["text"] for w in data["warnings"]))
 
 
 def print_check(report: CheckReport) -> None:
