@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.structure import FullOrderModel
+from flexura.systems.balancing import balance
 from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.state_space import StateSpace
 from flexura.systems.system import System, floating_shift, static_solution
@@ -68,60 +65,6 @@ def state_space(
 
 def _kind(modes: ModalSystem) -> str:
     return "full-order" if isinstance(modes.system.model, FullOrderModel) else "low-order"
-
-
-def balance(model: StateSpace, keep: int | float) -> StateSpace:
-    """Truncated balanced realisation with the static gain kept; see `state_space`. Its notes hold the error bound."""
-    if isinstance(keep, bool) or not ((isinstance(keep, int | np.integer) and keep >= 1) or 0 < keep < 1):
-        raise OptionError(f"balanced is a number of states, or a share of the largest singular value, not {keep}")
-    even, (d, _) = la.matrix_balance(model.A, permute=False, separate=True)
-    model = replace(model, A=even, B=model.B / d[:, None], C=model.C * d)
-    scale = _time_scale(model.A)
-    A, B = model.A / scale, model.B / scale
-    if la.eigvals(A).real.max(initial=-1.0) >= 0:
-        raise OptionError("balancing needs a model in which everything is damped and nothing floats")
-    size_in, size_out = np.linalg.norm(B), np.linalg.norm(model.C)
-    P = la.solve_continuous_lyapunov(A, -B @ B.T / size_in**2)
-    Q = la.solve_continuous_lyapunov(A.T, -model.C.T @ model.C / size_out**2)
-    L, R = _root(P), _root(Q)
-    U, sigma, Vt = la.svd(R.T @ L)
-    sigma = sigma * size_in * size_out
-    if isinstance(keep, int | np.integer):
-        n = min(int(keep), model.order)
-    else:
-        tails = 2 * np.append(np.cumsum(sigma[::-1])[::-1], 0.0)
-        n = max(int(np.argmax(tails <= keep * sigma[0])), 1)
-    usable = int((sigma > 1e-13 * sigma[0]).sum())
-    d = 1 / np.sqrt(sigma[:usable] / (size_in * size_out))
-    T, S = L @ Vt[:usable].T * d, (R @ U[:, :usable] * d).T
-    whole = replace(model, A=scale * (S @ A @ T), B=scale * (S @ B), C=model.C @ T)
-    n = min(n, usable)
-    kept = _static_kept(whole, n)
-    bound = 2 * float(sigma[n:].sum())
-    names = tuple(f"balanced {k + 1}" for k in range(n))
-    note = f"balanced truncation to {n} states: error at most {bound:.3g} at any frequency, in the units of the gains"
-    return replace(kept, state_names=names, notes=(*model.notes, note))
-
-
-def _static_kept(model: StateSpace, n: int) -> StateSpace:
-    """States beyond the first n follow those at once (singular perturbation), so that the static gain stays."""
-    A11, A12, A21, A22 = model.A[:n, :n], model.A[:n, n:], model.A[n:, :n], model.A[n:, n:]
-    if not A22.size:
-        return model
-    X, Y = np.linalg.solve(A22, A21), np.linalg.solve(A22, model.B[n:])
-    C1, C2 = model.C[:, :n], model.C[:, n:]
-    return replace(model, A=A11 - A12 @ X, B=model.B[:n] - A12 @ Y, C=C1 - C2 @ X, D=model.D - C2 @ Y)
-
-
-def _time_scale(A: Array) -> float:
-    size = np.abs(la.eigvals(A))
-    return float(np.exp(np.log(size[size > 0]).mean())) if (size > 0).any() else 1.0
-
-
-def _root(P: Any) -> Array:
-    """A factor L (n, n) of a positive semidefinite P = L L'."""
-    values, vectors = la.eigh((P + P.T) / 2)
-    return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
 def neglected_bound(modes: ModalSystem, frequency_hz: ArrayLike) -> Array:
