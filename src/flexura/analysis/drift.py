@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from flexura.analysis.preload import finite_numbers
+from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError

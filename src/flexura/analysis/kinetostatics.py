@@ -11,7 +11,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.drift import ScrewAxis, screw_axis
-from flexura.analysis.preload import finite_numbers
+from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import statics
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.errors import Exceeded, OptionError, SolverError, Warned

@@ -12,6 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.numbers import finite_numbers
 from flexura.beam import element_mass, element_stiffness
 from flexura.beam.geometric import arm_stiffness, geometric_stiffness
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
@@ -46,7 +47,15 @@ class Preload(Warned):
     displacement_vector: Array
     K_g: sp.csc_matrix
     axial_force: dict[str, tuple[float, float]]
-    warnings: tuple[Exceeded, ...] = ()
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """That the loads are beyond buckling, when they are."""
+        if not is_definite(self.model.K) or is_definite(self.stiffness()):
+            return ()
+        factor = self.buckling_factor
+        text = f"buckled: the loads are {1 / factor:.3g} times those at which the mechanism buckles"
+        return (Exceeded("buckling", "", 1 / factor, 1.0, "1", text),)
 
     def stiffness(self, factor: float = 1.0) -> sp.csc_matrix:
         """K (n, n) about the state under `factor` times the loads."""
@@ -112,7 +121,7 @@ class Preload(Warned):
 
 
 def preload(
-    mechanism: Mechanism | Plan,
+    mechanism: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, float] | None = None,
     *,
     gravity: Sequence[float] | None = None,
@@ -129,7 +138,9 @@ def preload(
     Raises ModelError; OptionError for unknown nodes and actuators, impossible loads, moved bases, tapered elements and
     springs on rigid arms; SolverError when something can move freely under the load.
     """
-    model = assemble(mechanism, parameters)
+    model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
+    if isinstance(mechanism, FullOrderModel) and parameters:
+        raise OptionError("parameters belong to a mechanism, not to an assembled model")
     g = finite_numbers("gravity", gravity if gravity is not None else (0.0, 0.0, 0.0), 3)
     cut = segments(model)
     if cut.n != model.order:
@@ -219,17 +230,6 @@ def refuse_springs_on_arms(model: FullOrderModel, stacks: bool = False) -> None:
             where = name or "the mechanism"
             what = "spring, superelement or piezo stack" if stacks else "spring or superelement"
             raise OptionError(f"a {what} of {where} is attached off a body's centre: use a short link")
-
-
-def finite_numbers(what: str, value: ArrayLike, n: int) -> Array:
-    """A vector (n,) from what a caller gave. Raises OptionError when it is none."""
-    try:
-        found = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise OptionError(f"{what} is a list of {n} finite numbers, not {value!r}") from None
-    if found.shape != (n,) or not np.isfinite(found).all():
-        raise OptionError(f"{what} is a list of {n} finite numbers, not {value!r}")
-    return found
 
 
 def _solve(K: sp.csc_matrix, load: Array) -> Array:

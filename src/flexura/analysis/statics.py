@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.preload import finite_numbers
+from flexura.analysis.limits import States, command_limits, force_limits, motion_limits, stress_limits
+from flexura.analysis.numbers import finite_numbers
+from flexura.analysis.preload import preload
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
@@ -39,7 +42,7 @@ class Statics(Warned):
     """The linear static response u (n,) of `model` to a load vector (n,), m and rad, N and N m.
 
     `readings` are those of the described displacement, rotation and force sensors, `actuators` the state of each
-    described actuator, `gravity` (3,) m/s^2 what the members' own weight came from.
+    described actuator, `gravity` (3,) m/s^2 what the members' own weight came from, `loads` (6,) dead loads by node.
     """
 
     model: FullOrderModel
@@ -48,7 +51,7 @@ class Statics(Warned):
     gravity: tuple[float, float, float]
     readings: dict[str, float]
     actuators: tuple[ActuatorState, ...]
-    warnings: tuple[Exceeded, ...] = ()
+    loads: dict[str, Array] = field(default_factory=dict)
 
     def displacement(self, node: str) -> Array:
         """Displacement (6,) of a node, m and rad, global frame. Raises OptionError for unknown nodes."""
@@ -58,8 +61,39 @@ class Statics(Warned):
 
     def stresses(self) -> Stresses:
         """The largest stress in every link and flexure."""
-        own = self.gravity if any(self.gravity) else None
-        return member_stresses(self.model, self.displacement_vector, gravity=own)
+        return member_stresses(self.model, self.displacement_vector, gravity=self._weight)
+
+    @property
+    def _weight(self) -> tuple[float, float, float] | None:
+        return self.gravity if any(self.gravity) else None
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Where this response stops holding: large motion, ranges of actuators, yield and buckling."""
+        states = States(self.model, self.displacement_vector[:, None])
+        place = Placement(self.model.plan, self.model.values, self.model.geometry)
+        commands = {a.name: np.array([a.command]) for a in self.actuators}
+        return (
+            *command_limits(place.inputs(list(commands)), np.array(list(commands.values())).reshape(-1, 1)),
+            *force_limits(states, place, commands),
+            *motion_limits(states),
+            *stress_limits(states, self._weight),
+            *self._buckling[0],
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be looked at."""
+        return self._buckling[1]
+
+    @cached_property
+    def _buckling(self) -> tuple[tuple[Exceeded, ...], tuple[str, ...]]:
+        """Whether the loads are beyond buckling, and why that is not known where it is not."""
+        commands = {a.name: a.command for a in self.actuators}
+        try:
+            return preload(self.model, gravity=self.gravity, loads=self.loads, actuators=commands).warnings, ()
+        except (OptionError, SolverError) as reason:
+            return (), (f"whether it buckles is not known: {reason}",)
 
     def to_dict(self, nodes: Sequence[str] = ()) -> dict[str, Any]:
         """Readings, actuators, displacements of some nodes and stresses as plain data."""
@@ -73,6 +107,7 @@ class Statics(Warned):
                 for m in stresses.members
             ],
             "factor_to_yield": _finite(stresses.factor_to_yield),
+            "notes": list(self.notes),
             "warnings": [w.to_dict() for w in self.warnings],
         }
 
@@ -102,8 +137,8 @@ def statics(
     g = finite_numbers("gravity", gravity if gravity is not None else (0.0, 0.0, 0.0), 3)
     place = Placement(model.plan, model.values, model.geometry)
     load = model.carried[:, :3] @ g
-    for node, value in (loads or {}).items():
-        force = finite_numbers(f"load on {node}", value, 6)
+    forces = {node: finite_numbers(f"load on {node}", value, 6) for node, value in (loads or {}).items()}
+    for node, force in forces.items():
         load = load + model.plan.node_rows(model.plan.topology.numbers([node]), model.geometry).T @ force
     named = matched(actuators or {}, place.actuators)
     commands = {own: _number(name, value) for name, value in (actuators or {}).items() for own in named[name]}
@@ -124,7 +159,7 @@ def statics(
         if out.derivative == 0:
             fed = sum(out.feed.get(name, 0.0) * value for name, value in commands.items())
             readings[out.channel.name] = float(out.row @ u + fed)
-    return Statics(model, load, u, (float(g[0]), float(g[1]), float(g[2])), readings, states)
+    return Statics(model, load, u, (float(g[0]), float(g[1]), float(g[2])), readings, states, forces)
 
 
 def _number(name: str, value: object) -> float:

@@ -11,13 +11,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.preload import finite_numbers
+from flexura.analysis.numbers import finite_numbers
 from flexura.beam import rigid_arm
 from flexura.beam.stress import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.sections import SectionGroup
+from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
 
@@ -143,14 +144,8 @@ def _end_forces(
     model: FullOrderModel, name: str, matrices: PartMatrices, states: Array, g: Array | None
 ) -> tuple[Array, Array]:
     """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies (theory eq. S1)."""
-    part, placed = model.plan.parts[name], model.plan.topology.placed[name]
-    number = np.array(placed.offset)[:, None] + np.arange(part.n_named + len(part.mesh_member))
-    Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
-    axial = np.linalg.det(Q).round()[..., None, None] * Q
-    whole = model.node_displacements(states)[number]
-    own = np.concatenate([Q @ whole[:, :, :3], axial @ whole[:, :, 3:]], axis=2)
-    v = own[:, part.connectivity]
-    v = matrices.T @ v.reshape(*v.shape[:2], 12, -1)
+    placed = model.plan.topology.placed[name]
+    v = element_motions(model, name, states)
     arm = np.zeros((v.shape[1], 3))
     arm[:, 0] = matrices.elements.length
     D = rigid_arm(arm)
@@ -158,6 +153,7 @@ def _end_forces(
     at_start = np.swapaxes(D, -1, -2) @ at_end
     if g is not None:
         local = np.zeros((len(placed.paths), v.shape[1], 12, 1))
+        Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
         R = np.stack([matrices.T[:, :3, :3], matrices.T[:, 6:9, 6:9]], axis=1)
         local.reshape(*local.shape[:2], 2, 6)[..., :3] = (R @ (Q[:, :, None] @ g[:, None]))[..., 0]
         weight = matrices.elements.M @ local
@@ -165,8 +161,59 @@ def _end_forces(
     return at_start, at_end
 
 
+def element_motions(model: FullOrderModel, name: str, states: Array, at: Index | slice = slice(None)) -> Array:
+    """Motions (i, e, 12, k) of both ends of elements `at` of all copies of a prototype, element axes."""
+    part, placed = model.plan.parts[name], model.plan.topology.placed[name]
+    number = np.array(placed.offset)[:, None] + np.arange(part.n_named + len(part.mesh_member))
+    Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
+    axial = np.linalg.det(Q).round()[..., None, None] * Q
+    whole = model.node_displacements(states)[number]
+    own = np.concatenate([Q @ whole[:, :, :3], axial @ whole[:, :, 3:]], axis=2)
+    v = own[:, part.connectivity[at]]
+    return np.asarray(model.matrices[name].T[at] @ v.reshape(*v.shape[:2], 12, states.shape[1]))
+
+
 def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]) -> _Worst:
     """The worst station and state of the members of a group, which have `n` elements each."""
+    worst: _Worst | None = None
+    for first, x, force, raised, nominal in _stresses(model, part, group, n, ends):
+        block = _pick(raised, nominal, x, force)
+        worst = _worse(worst, block._replace(state=block.state + first))
+    assert worst is not None
+    return worst
+
+
+def yield_ratios(
+    model: FullOrderModel, u: Array, gravity: Sequence[float] | None = None
+) -> tuple[list[str], NDArray[np.float64]]:
+    """Names of all placed members whose yield stress is known, and their largest von Mises stress over it (members, k)
+    in each of the states u (n, k), as in `member_stresses`."""
+    g = None if gravity is None else finite_numbers("gravity", gravity, 3)
+    names: list[str] = []
+    ratios = [np.empty((0, u.shape[1]))]
+    for name, matrices in model.matrices.items():
+        part = model.plan.parts[name]
+        limit = part.table.yield_stress(model.values) if part.members else np.empty(0)
+        known = [group for group in part.table.groups if not np.isnan(limit[group[0].index]).all()]
+        known = [(group, n) for group, n, _ in known if group.family != "constants"]
+        if not known:
+            continue
+        ends, keys = _end_forces(model, name, matrices, u, g), list(part.members)
+        for group, n in known:
+            blocks = [raised.max(axis=2) for *_, raised, _ in _stresses(model, part, group, n, ends)]
+            ratio = np.concatenate(blocks, axis=-1) / limit[group.index][:, None]
+            has = np.flatnonzero(~np.isnan(limit[group.index]))
+            ratios.append(ratio[:, has].reshape(-1, u.shape[1]))
+            paths = model.plan.topology.placed[name].paths
+            names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
+    return names, np.concatenate(ratios)
+
+
+def _stresses(
+    model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
+) -> Iterator[tuple[int, Array, Array, Array, Array]]:
+    """Blocks of states: the first of them, stations x (m, stations), internal forces (i, m, stations, k, 6), and von
+    Mises stresses (i, m, stations, k) with notch factors and without."""
     length = model.geometry.parts[part.name].length[group.index]
     regular = np.broadcast_to(np.linspace(0, 1, STATIONS), (len(group.index), STATIONS))
     x = np.sort(np.concatenate([regular, group.corners(model.values, length)], axis=1), axis=1)
@@ -175,15 +222,11 @@ def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, en
     share = (x * n - element)[..., None]
     at = part.table.first[group.index][:, None] + element
     step = max(1, BLOCK // (6 * copies * x.size))
-    worst: _Worst | None = None
     for first in range(0, states, step):
         own = slice(first, min(first + step, states))
         start, end = (np.moveaxis(forces[:, at, :, own], -1, -2) for forces in ends)
         force = _at_stations(start, end, share, length, n)
-        block = _search(model, part, group, length, x, force)
-        worst = _worse(worst, block._replace(state=block.state + first))
-    assert worst is not None
-    return worst
+        yield first, x, force, *_von_mises(model, part, group, length, x, force)
 
 
 def _at_stations(start: Array, end: Array, share: Array, length: Array, n: int) -> Array:
@@ -198,11 +241,13 @@ def _at_stations(start: Array, end: Array, share: Array, length: Array, n: int) 
     return force
 
 
-def _search(model: FullOrderModel, part: Part, group: SectionGroup, length: Array, x: Array, force: Array) -> _Worst:
-    """The worst station and state of internal forces (i, m, stations, k, 6) at fractions x (m, stations)."""
+def _von_mises(
+    model: FullOrderModel, part: Part, group: SectionGroup, length: Array, x: Array, force: Array
+) -> tuple[Array, Array]:
+    """Stresses (i, m, stations, k), with notch factors and without, under internal forces at fractions x."""
     if group.family == "constants":
         size = np.zeros(force.shape[:-1])
-        return _pick(size, size, x, force)
+        return size, size
     sizes = [np.broadcast_to(s, x.shape)[..., None] for s in group.sizes(model.values, length, x)]
     of_y, of_z = (np.broadcast_to(r, x.shape)[..., None] for r in group.notch_ratios(model.values, length, x))
     if group.family == "rectangle":
@@ -215,7 +260,7 @@ def _search(model: FullOrderModel, part: Part, group: SectionGroup, length: Arra
         von_mises, outer, inner = round_von_mises, sizes[0], sizes[1] if len(sizes) > 1 else 0.0
     nominal = von_mises(force, outer, inner)
     notched = bool((of_y > 0).any() or (of_z > 0).any())
-    return _pick(von_mises(force, outer, inner, factors) if notched else nominal, nominal, x, force)
+    return von_mises(force, outer, inner, factors) if notched else nominal, nominal
 
 
 def _pick(raised: Array, nominal: Array, x: Array, force: Array) -> _Worst:

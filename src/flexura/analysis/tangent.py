@@ -10,7 +10,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from flexura.analysis.preload import finite_numbers, refuse_springs_on_arms
+from flexura.analysis.numbers import finite_numbers
+from flexura.analysis.preload import refuse_springs_on_arms
 from flexura.beam import rigid_arm, skew
 from flexura.beam.geometric import arm_stiffness, geometric_stiffness
 from flexura.structure import FullOrderModel

@@ -62,7 +62,7 @@ def print_statics(result: Statics, nodes: list[str]) -> None:
     factor = stresses.factor_to_yield
     if factor is not None and np.isfinite(factor):
         console.print(f"yields at {factor:.4g} times these loads and commands", markup=False)
-    print_warnings(console, result.warnings)
+    _end(console, result.notes, result.warnings, [])
 
 
 def print_kinetostatics(name: str, result: Kinetostatics) -> None:

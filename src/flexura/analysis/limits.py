@@ -1,0 +1,263 @@
+"""Where a linear result stops holding: rotations, deflections, stresses, and what drives it, against their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.stress import element_motions, yield_ratios
+from flexura.beam import rigid_arm
+from flexura.errors import Exceeded
+from flexura.structure import FullOrderModel
+from flexura.systems.placed import PlacedInput, Placement
+
+Array = NDArray[np.float64]
+
+ROTATION = 0.1
+"""Rotation, rad, from which sin and cos of it are no longer it and one: they are off by 0.2 % and 0.5 %."""
+
+BENT = 0.1
+"""Deflection over length of a member from which shortening and stiffening show: the leaves of a parallel guide are then
+shorter by 0.6 % of their length."""
+
+HINT = "the theory is linear, and motions are small in it"
+
+EXACT = 1e-9
+"""Relative distance beyond a limit that is round-off."""
+
+ROWS = 64
+"""Rows that are evaluated at a time, those of the largest bounds first."""
+
+BLOCK = 4_000_000
+"""Numbers that are held at a time."""
+
+MOST_STATES = 2048
+"""States whose stresses are worked out, those of the largest bounds first."""
+
+
+@dataclass(frozen=True)
+class States:
+    """Displacements u (n, N) of a model: `columns` (n, c) times `amplitudes` (c, N), or the columns themselves.
+
+    `when` says of the state with a number when or where it is, with a space before it, e.g. ` at 0.01 s`.
+    """
+
+    model: FullOrderModel
+    columns: Array
+    amplitudes: Array | None = None
+    when: Callable[[int], str] = lambda _: ""
+
+    @property
+    def count(self) -> int:
+        """Number N of states."""
+        return (self.columns if self.amplitudes is None else self.amplitudes).shape[1]
+
+    def at(self, numbers: NDArray[np.intp]) -> Array:
+        """Displacements (n, k) in some states."""
+        if self.amplitudes is None:
+            return self.columns[:, numbers]
+        return self.columns @ self.amplitudes[:, numbers]
+
+    def of(self, row: Array) -> Array:
+        """What a row (n,) reads (N,)."""
+        own = row @ self.columns
+        return own if self.amplitudes is None else own @ self.amplitudes
+
+
+class _Worst(NamedTuple):
+    """The row and the state in which a measure is largest, and its value there."""
+
+    row: int
+    state: int
+    value: float
+
+
+def motion_limits(states: States) -> tuple[Exceeded, ...]:
+    """Rotations above 0.1 rad, and members whose ends move against each other by a tenth of their length.
+
+    The motion of a member's end is read in a frame that moves and turns with the other end, so that rigid motions do
+    not count; of both ends the larger counts. One warning for each, with the worst place and state.
+    """
+    if not states.columns.size:
+        return ()
+    return (*_rotation(states), *_deflection(states))
+
+
+def _rotation(states: States) -> Iterator[Exceeded]:
+    topology = states.model.plan.topology
+    own = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_place)
+    rows = states.model.node_displacements(states.columns)[own, 3:]
+    worst = _largest(rows, np.full(len(own), ROTATION), states)
+    if worst is not None:
+        name, inside, _ = topology.node_names[own[worst.row]].partition("[")
+        angle = worst.value * ROTATION
+        most = "up to " if inside else ""
+        text = f"{name} turns by {most}{angle:.3g} rad{states.when(worst.state)}, above {ROTATION:g} rad: {HINT}"
+        yield Exceeded("rotation", name, angle, ROTATION, "rad", text)
+
+
+def _deflection(states: States) -> Iterator[Exceeded]:
+    names, length, rows = _member_rows(states.model, states.columns)
+    worst = _largest(rows, BENT * length, states)
+    if worst is not None:
+        name, L = names[worst.row // 2], float(length[worst.row])
+        shift = worst.value * BENT * L
+        text = (
+            f"{name} is deflected by {said(shift, 'm')}{states.when(worst.state)}, {worst.value * BENT:.3g} times its"
+            f" length of {said(L, 'm')}, above {BENT:g}: {HINT}"
+        )
+        yield Exceeded("displacement", name, shift, BENT * L, "m", text)
+
+
+def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array, Array]:
+    """Names of all placed members and superelements, their lengths (2k,), and the motion (2k, 3, c) of each of their
+    ends seen from the other."""
+    names: list[str] = []
+    lengths, rows = [np.empty(0)], [np.empty((0, 3, columns.shape[1]))]
+    for name in model.matrices:
+        part, placed = model.plan.parts[name], model.plan.topology.placed[name]
+        if part.members:
+            own = model.geometry.parts[name].length
+            one = element_motions(model, name, columns, part.first[:-1])[:, :, :6]
+            other = element_motions(model, name, columns, part.first[1:] - 1)[:, :, 6:]
+            arm = np.stack([own, 0 * own, 0 * own], axis=1)
+            seen = other - rigid_arm(arm) @ one, one - rigid_arm(-arm) @ other
+            rows.append(np.stack([d[:, :, :3] for d in seen], axis=2).reshape(-1, 3, columns.shape[1]))
+            lengths.append(np.tile(np.repeat(own, 2), len(placed.paths)))
+            names += [".".join((*path, member)) for path in placed.paths for member in part.members]
+    return names, np.concatenate(lengths), np.concatenate(rows)
+
+
+def _largest(rows: Array, scale: Array, states: States) -> _Worst | None:
+    """The largest length of vectors rows (r, 3, c) times amplitudes over their scale (r,), if it is above one.
+
+    Rows are taken in order of a bound, the lengths of what each column can add at most, until none can be larger.
+    """
+    if states.amplitudes is None:
+        size = np.sqrt((rows**2).sum(axis=1)) / scale[:, None]
+        if not size.size or not size.max() > 1 + EXACT:
+            return None
+        row, state = np.unravel_index(int(size.argmax()), size.shape)
+        return _Worst(int(row), int(state), float(size[row, state]))
+    peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
+    bound = np.sqrt(((np.abs(rows) @ peak) ** 2).sum(axis=1)) / scale
+    order, worst, least = np.argsort(-bound), None, 1 + EXACT
+    step = max(BLOCK // (3 * ROWS), 1)
+    for first in range(0, len(order), ROWS):
+        own = order[first : first + ROWS]
+        if not bound[own[0]] > least:
+            break
+        for start in range(0, states.count, step):
+            moved = rows[own].reshape(-1, rows.shape[2]) @ states.amplitudes[:, start : start + step]
+            size = (moved.reshape(len(own), 3, -1) ** 2).sum(axis=1)
+            size = np.sqrt(size) / scale[own, None]
+            if size.max() > least:
+                row, state = np.unravel_index(int(size.argmax()), size.shape)
+                least = float(size[row, state])
+                worst = _Worst(int(own[row]), int(state) + start, least)
+    return worst
+
+
+def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tuple[Exceeded, ...]:
+    """Members stressed beyond the yield stress of their material, notch factors included (see `member_stresses`).
+
+    The stress of a sum of states is at most the sum of their stresses, which rules out most members and states; those
+    left are worked out, the largest bounds first. One warning, with the worst member and state.
+    """
+    numbers, bound = _candidates(states)
+    worst, beyond, least, names = None, 0, 1 + EXACT, []
+    for first in range(0, min(len(numbers), MOST_STATES), ROWS):
+        own = numbers[first : first + ROWS]
+        if not bound[own[0]] > least:
+            break
+        names, ratio = yield_ratios(states.model, states.at(own), gravity)
+        ratio = np.where(np.isfinite(ratio), ratio, 0.0)
+        if ratio.size and ratio.max() > least:
+            member, state = np.unravel_index(int(ratio.argmax()), ratio.shape)
+            least = float(ratio[member, state])
+            worst, beyond = _Worst(int(member), int(own[state]), least), int((ratio.max(axis=1) > 1).sum())
+    if worst is None:
+        return ()
+    name = names[worst.row]
+    others = f", and {beyond - 1} other member{'s' if beyond > 2 else ''} beyond it" if beyond > 1 else ""
+    text = f"{name} is stressed to {least:.3g} times its yield stress{states.when(worst.state)}{others}"
+    return (Exceeded("stress", name, least, 1.0, "1", text),)
+
+
+def _candidates(states: States) -> tuple[NDArray[np.intp], Array]:
+    """States that may be stressed beyond yield, the largest bounds first, and bounds (N,) on the stress over yield.
+
+    Without amplitudes nothing is bounded, and the states with most strain energy come first.
+    """
+    if states.amplitudes is None:
+        K, u = states.model.K, states.columns
+        energy = np.einsum("nk,nk->k", u, K @ u) if states.count > MOST_STATES else np.zeros(states.count)
+        return np.argsort(-energy, kind="stable"), np.full(states.count, np.inf)
+    peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
+    _, each = yield_ratios(states.model, states.columns * peak)
+    each = np.where(np.isfinite(each), each, 0.0)
+    own = each.sum(axis=1) > 1
+    if not own.any():
+        return np.empty(0, dtype=np.intp), np.zeros(states.count)
+    share = np.abs(states.amplitudes) / np.where(peak > 0, peak, 1.0)[:, None]
+    bound = (each[own] @ share).max(axis=0)
+    return np.argsort(-bound)[: int((bound > 1).sum())], bound
+
+
+def command_limits(
+    inputs: Sequence[PlacedInput], commands: Array, when: Callable[[int], str] = lambda _: ""
+) -> tuple[Exceeded, ...]:
+    """Commands (m, N) to inputs beyond their range, above and below: a stack's free stroke or blocked force, or the
+    limit of a force or moment."""
+    found = []
+    for own, u in zip(inputs, commands, strict=True):
+        low, high = own.limits
+        for state, limit in ((int(u.argmax()), high), (int(u.argmin()), low)):
+            value = float(u[state])
+            side, margin = np.sign(limit) or -1.0, EXACT * (high - low)
+            if not (np.isfinite(limit) and side * (value - limit) > margin):
+                continue
+            name, unit = own.channel.name, own.channel.unit
+            head = f"{name} is driven with {said(value, unit)}{when(state)}"
+            if own.stiffness is None:
+                text = f"{head}, {abs(value / limit):.3g} times its limit of {said(high, unit)}"
+            elif value > high:
+                text = f"{head}, {value / high:.3g} times what gives its free stroke, {said(high, unit)}"
+            else:
+                text = f"{head}, below its range from 0 to {said(high, unit)}: a stack is driven to one side"
+            found.append(Exceeded("command", name, value, limit, unit, text))
+    return tuple(found)
+
+
+def force_limits(states: States, place: Placement, commands: dict[str, Array]) -> tuple[Exceeded, ...]:
+    """Forces in piezo stacks, driven or not, beyond their blocked force: stiffness times free stroke."""
+    found = []
+    for own in place.inputs(place.actuators):
+        if own.stiffness is None or not np.isfinite(own.limits[1]):
+            continue
+        most = own.stiffness * own.stroke * own.limits[1]
+        free = own.stiffness * own.stroke * commands.get(own.channel.name, np.zeros(1))
+        force = free - own.stiffness * states.of(own.row)
+        state = int(np.abs(force).argmax())
+        value = float(force[state])
+        if abs(value) > most * (1 + EXACT):
+            pushes = "pushes" if value > 0 else "is pulled"
+            name = own.channel.name
+            text = (
+                f"{name} {pushes} with {said(abs(value), 'N')}{states.when(state)}, {abs(value) / most:.3g} times its"
+                f" blocked force of {said(most, 'N')}"
+            )
+            found.append(Exceeded("force", name, value, most if value > 0 else -most, "N", text))
+    return tuple(found)
+
+
+def said(value: float, unit: str) -> str:
+    """A quantity as it is said, e.g. `30 um`; lengths below a metre in mm or um."""
+    if unit == "m" and 1e-9 < abs(value) < 1:
+        size, unit = (1e-3, "mm") if abs(value) >= 1e-3 * (1 - EXACT) else (1e-6, "um")
+        value = value / size
+    return f"{value:.4g} {unit.replace('*', ' ')}"
