@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from flexura.cli import main
+from flexura.deadline import checkpoint
 from flexura.errors import OptionError
 from flexura.methods import Solution
 
@@ -40,8 +41,8 @@ def methods(monkeypatch: pytest.MonkeyPatch):
     """Replace the methods after the exact one, which gives 100, 150 and 200 Hz."""
 
     def install(**solve):
-        exact = MODULE._Method("exact", "exact", lambda task: Solution("", None, np.array([100.0, 150, 200])[: task.n]))
-        others = tuple(MODULE._Method(key, key, function) for key, function in solve.items())
+        exact = MODULE.Method("exact", "exact", lambda task: Solution("", None, np.array([100.0, 150, 200])[: task.n]))
+        others = tuple(MODULE.Method(key, key, function) for key, function in solve.items())
         monkeypatch.setattr(MODULE, "METHODS", (exact, *others))
         monkeypatch.setattr(MODULE, "EXACT", exact)
         monkeypatch.setattr(MODULE, "FINEST", exact)
@@ -55,6 +56,11 @@ def blind(task):
 
 def refuses(task):
     raise OptionError("not for loops")
+
+
+def endless(task):
+    while True:
+        checkpoint()
 
 
 def interrupts(task):
@@ -98,11 +104,37 @@ def test_interrupted_between_rows(run, methods) -> None:
     methods(blind=blind, slow=interrupts, never=blind)
     status, out, err = run("compare", GUIDE, "-n", "3")
     assert status == 130
-    assert "blind" in out and "never" not in out
+    assert "blind: a remark" in out
+    assert "slow: interrupted before it was done" in out and "never: interrupted before it was done" in out
     assert "interrupted" in err
     status, out, _ = run("compare", GUIDE, "-n", "3", "--json")
     assert status == 130
-    assert [row["method"] for row in json.loads(out)["rows"]] == ["exact", "blind"]
+    found = json.loads(out)["rows"]
+    assert [row["method"] for row in found] == ["exact", "blind", "slow", "never"]
+    assert [bool(row["failure"]) for row in found] == [False, False, True, True]
+
+
+def test_interrupted_before_the_first_row(run, methods) -> None:
+    methods(blind=blind)
+    MODULE.METHODS[0].__dict__["solve"] = interrupts
+    status, out, err = run("compare", GUIDE, "-n", "3")
+    assert status == 130 and "interrupted" in err
+    assert "exact: interrupted before it was done" in out and "blind: interrupted before it was done" in out
+
+
+def test_a_method_out_of_time(run, methods) -> None:
+    methods(endless=endless, blind=blind)
+    status, out, _ = run("compare", GUIDE, "-n", "3", "--budget", "20 ms")
+    assert status == 0
+    assert "endless: stopped after 0.02 s: option --budget gives a method more time" in out
+    assert "blind: a remark" in out
+
+
+@pytest.mark.parametrize("budget", ["0 s", "-1", "1 mm", "soon", "1e999 s"])
+def test_impossible_budgets(run, methods, budget) -> None:
+    methods(blind=blind)
+    status, out, err = run("compare", GUIDE, f"--budget={budget}")
+    assert status == 2 and out == "" and "Traceback" not in err
 
 
 def test_json_is_one_document(run) -> None:

@@ -45,7 +45,7 @@ def stubs(monkeypatch: pytest.MonkeyPatch):
     """Replace the methods by functions of a task, the first of them exact."""
 
     def install(**solve):
-        methods = tuple(MODULE._Method(key, key, function) for key, function in solve.items())
+        methods = tuple(MODULE.Method(key, key, function) for key, function in solve.items())
         monkeypatch.setattr(MODULE, "METHODS", methods)
         monkeypatch.setattr(MODULE, "EXACT", methods[0])
         monkeypatch.setattr(MODULE, "FINEST", methods[-1])
@@ -166,6 +166,48 @@ class TestRows:
         stubs(exact=numbers(100), broken=broken)
         with pytest.raises(ZeroDivisionError):
             compare(load("guide"), n=1)
+
+    @pytest.mark.parametrize(
+        "error",
+        [np.linalg.LinAlgError("singular"), MemoryError(), FloatingPointError("overflow"), fx.SolverError("no")],
+    )
+    def test_numerical_failures_cost_a_row_and_nothing_else(self, stubs, error) -> None:
+        def broken(task):
+            raise error
+
+        stubs(exact=numbers(100, 150), broken=broken, other=numbers(100, 150))
+        result = compare(load("guide"), n=2)
+        assert rows(result)["broken"].failure and rows(result)["broken"].frequency_hz == ()
+        assert rows(result)["other"].worst_error == 0.0
+
+    def test_pairing_that_fails_costs_a_row(self, stubs, monkeypatch) -> None:
+        def fails(*_):
+            raise np.linalg.LinAlgError("SVD did not converge")
+
+        stubs(exact=numbers(100, 150), other=numbers(100, 150))
+        monkeypatch.setattr(MODULE, "pair", fails)
+        result = compare(load("guide"), n=2)
+        assert rows(result)["exact"].frequency_hz == (100, 150)
+        assert "SVD did not converge" in rows(result)["other"].failure
+
+    def test_without_any_reference_the_rows_stay(self, stubs) -> None:
+        stubs(exact=refuses, other=numbers(100, 150), finest=refuses)
+        result = compare(load("guide"), n=2)
+        assert result.reference == ""
+        row = rows(result)["other"]
+        assert row.frequency_hz == (100, 150) and row.counterpart == (1, 2)
+        assert row.error == (None, None) and row.worst_error is None and row.missed == ()
+        assert rows(result)["finest"].failure == "not for loops"
+
+    def test_late_modes_that_cannot_be_looked_for_are_said(self, stubs) -> None:
+        def few(task):
+            if task.n > 2:
+                raise fx.SolverError("too many")
+            return Solution("stub", None, np.array([100.0, 300]))
+
+        stubs(exact=numbers(100, 150, 200, 300, 400), few=few)
+        row = rows(compare(load("guide"), n=2))["few"]
+        assert row.frequency_hz[0] == 100 and "later modes could not be looked for: too many" in row.note
 
     def test_zero_frequencies(self, stubs) -> None:
         stubs(exact=numbers(0, 50), other=numbers(0, 50))

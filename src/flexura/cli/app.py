@@ -11,6 +11,7 @@ import typer
 
 from flexura._version import __version__
 from flexura.cli.calibration import COMMANDS as CALIBRATION
+from flexura.cli.comparison import compare_command
 from flexura.cli.correlation import COMMANDS as CORRELATION
 from flexura.cli.handover import export_command
 from flexura.cli.identification import identify_command
@@ -132,40 +133,6 @@ def check_command(file: File, set: Settings = None, as_json: Json = False) -> No
         tables.print_check(report)
 
 
-@app.command("compare")
-def compare_command(
-    file: File,
-    n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
-    methods: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Only these methods, beside the exact dynamic stiffness.")
-    ] = None,
-    set: Settings = None,
-    as_json: Json = False,
-) -> None:
-    """Natural frequencies by every method, with their errors against the exact ones and their times."""
-    from flexura.cli.comparison import print_comparison
-    from flexura.methods.compare import progressively
-
-    mechanism, parameters = read(file, set)
-    names = None if methods is None else methods.split(",")
-    done, interrupted = None, False
-    try:
-        for rows_so_far in progressively(mechanism, parameters, n=n, methods=names, announce=_announce):
-            done = rows_so_far
-    except KeyboardInterrupt:
-        interrupted = True
-    if done is not None and as_json:
-        print_json(done.to_dict())
-    elif done is not None:
-        print_comparison(done)
-    if interrupted:
-        _fail("flexura: interrupted; the rows that were done are shown", 130)
-
-
-def _announce(method: str) -> None:
-    sys.stderr.write(f"{method} ...\n")
-
-
 @app.command("buckling")
 def buckling_command(
     file: File,
@@ -201,6 +168,7 @@ def buckling_command(
 
 
 for _name, _command in {
+    "compare": compare_command,
     "verify": verify_command,
     **COMMANDS,
     **CORRELATION,

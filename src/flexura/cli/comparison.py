@@ -2,22 +2,65 @@
 
 from __future__ import annotations
 
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 from rich.table import Table
 
+from flexura.cli.options import File, Json, Settings, print_json, read, seconds_of
+from flexura.cli.progress import steps_shown
 from flexura.cli.tables import console_of_width
-from flexura.methods import Comparison, ComparisonRow
+
+if TYPE_CHECKING:
+    from flexura.methods import Comparison, ComparisonRow
 
 BLOCK = 8
 """So many modes side by side."""
 
 
+def compare_command(
+    file: File,
+    n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
+    methods: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Only these methods, beside the exact dynamic stiffness.")
+    ] = None,
+    budget: Annotated[
+        str, typer.Option(metavar="TIME", help="Time that every method is given, e.g. 10 s or 5 min; none: no end.")
+    ] = "60 s",
+    set: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Natural frequencies by every method, with their errors against the exact ones and their times."""
+    from flexura.methods.compare import progressively
+
+    mechanism, parameters = read(file, set)
+    names = None if methods is None else methods.split(",")
+    limit = None if budget == "none" else seconds_of(budget)
+    done, interrupted = None, False
+    try:
+        with steps_shown() as show:
+            for rows_so_far in progressively(mechanism, parameters, n=n, methods=names, budget=limit, progress=show):
+                done = rows_so_far
+    except KeyboardInterrupt:
+        interrupted = True
+        done = None if done is None else done.ended(names, "interrupted before it was done")
+    if done is not None and as_json:
+        print_json(done.to_dict())
+    elif done is not None:
+        print_comparison(done)
+    if interrupted:
+        sys.stderr.write("flexura: interrupted; the rows that were done are shown\n")
+        raise SystemExit(130)
+
+
 def print_comparison(result: Comparison) -> None:
     """Print one row a method: order, the frequency of every mode compared, worst error, time; then the notes."""
     console = console_of_width()
-    title = f"{result.name}: frequencies in Hz, errors against {result.reference}"
-    console.print(title, style="bold", markup=False)
+    against = f"errors against {result.reference}" if result.reference else "nothing to hold them against"
+    console.print(f"{result.name}: frequencies in Hz, {against}", style="bold", markup=False)
     columns = max((_highest(row, result.n) for row in result.rows), default=0)
-    for first in range(0, max(columns, 1), BLOCK):
+    for first in range(0, columns, BLOCK):
         modes = range(first, min(first + BLOCK, columns))
         console.print(_table(result, modes, is_last=first + BLOCK >= columns))
     for row in result.rows:

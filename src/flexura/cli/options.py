@@ -101,3 +101,17 @@ def band_of(text: str) -> tuple[float, float]:
     if len(values) != 2:
         raise OptionError(f"a band is FROM,TO in Hz, not {text!r}")
     return values[0], values[1]
+
+
+def seconds_of(text: str) -> float:
+    """A time such as `10 s` or `5 min`, s; a bare number is in seconds. Raises OptionError when it is none."""
+    from flexura.errors import ExpressionError
+    from flexura.units import parse_quantity
+
+    try:
+        value, exponents = parse_quantity(text)
+    except ExpressionError as error:
+        raise OptionError(f"{text!r} is no time: {error}") from None
+    if [k for k, power in enumerate(exponents) if power] not in ([], [2]) or exponents[2] not in (0, 1):
+        raise OptionError(f"{text!r} is no time; it is written like 10 s or 5 min")
+    return float(value)

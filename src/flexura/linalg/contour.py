@@ -33,6 +33,9 @@ RANK = 1e-13
 STEP = 1e-6
 """Relative step of the difference quotient that stands for dT/dz."""
 
+TINY = 1e-10
+"""Relative step along the imaginary axis, whose square is below round-off."""
+
 CONVERGED = 1e-13
 """Relative step off an eigenvalue that is met to the last digit."""
 
@@ -65,9 +68,14 @@ def real_eigenvalues(
         while found is None:
             probes *= 2
             found, count = _moments(problem, centre, radius, probes, nodes, is_real)
-        inside = found[(np.abs(found.real - centre) < radius) & (np.abs(found.imag) < 1e-2 * radius)]
-        start = np.concatenate([inside.real, *(_nearby(problem, float(z)) for z in [*inside.real, *seeds])])
-        refined = _refined(problem, np.sort(start), low, high)
+        inside = found[(np.abs(found.real - centre) < radius) & (np.abs(found.imag) < 1e-2 * radius)].real
+        if count + poles == len(guesses):
+            # two counts that know nothing of each other agree: no need to try starting values beyond that number
+            refined = _refined(problem, np.sort(np.concatenate([inside, seeds])), low, high, len(guesses), is_real)
+            if len(refined) == count + poles:
+                return refined
+        start = [inside, *(_nearby(problem, float(z), is_real) for z in [*inside, *seeds])]
+        refined = _refined(problem, np.sort(np.concatenate(start)), low, high, None, is_real)
         if len(refined) == count + poles:
             return refined
         seeds = np.concatenate([guesses, np.linspace(low, high, nodes // 4)])
@@ -123,44 +131,55 @@ def _winding(problem: Problem, centre: float, radius: float, phases: list[float]
     return round(float(np.angle(np.exp(1j * turns)).sum() / (np.pi if is_real else 2 * np.pi)))
 
 
-def _refined(problem: Problem, start: Array, low: float, high: float) -> Array:
-    """Eigenvalues inside [low, high] refined from starting values, copies of each together; stray ones drop out."""
+def _refined(problem: Problem, start: Array, low: float, high: float, enough: int | None, is_real: bool) -> Array:
+    """Eigenvalues inside [low, high] refined from starting values, copies of each together; stray ones drop out. The
+    search ends with `enough` of them."""
     found = np.empty(0)
     for value in start:
+        if len(found) == enough:
+            break
         if (np.abs(found - value) <= CLOSE * value).any():
             continue
-        own = _newton(problem, float(value))
+        own = _newton(problem, float(value), is_real)
         if own is not None and low <= own[0] <= high and not (np.abs(found - own[0]) <= CLOSE * value).any():
             found = np.sort(np.concatenate([found, own]))
     return found
 
 
-def _nearby(problem: Problem, z: float) -> Array:
+def _nearby(problem: Problem, z: float, is_real: bool) -> Array:
     """Eigenvalues next to z by the linearised problem T(z) x = mu T'(z) x."""
-    mu = _steps(problem, z)
+    mu = _steps(problem, z, is_real)
     mu = mu[np.abs(mu) <= FAR * abs(z)]
     return z - mu[np.abs(mu.imag) <= 0.1 * np.abs(mu) + CLOSE * abs(z)].real
 
 
-def _steps(problem: Problem, z: float) -> Complex:
+def _steps(problem: Problem, z: float, is_real: bool) -> Complex:
     """Finite eigenvalues of T(z) x = mu T'(z) x, smallest first."""
-    T = problem(z)
-    slope = (problem(z * (1 + STEP)) - problem(z * (1 - STEP))) / (2 * STEP * z)
+    T, slope = _linearised(problem, z, is_real)
     try:
         inverse = np.linalg.solve(T, slope)
     except np.linalg.LinAlgError:  # z is an eigenvalue to the last digit
-        inverse = np.linalg.solve(problem(z * (1 + CONVERGED)), slope)
+        inverse = np.linalg.solve(_linearised(problem, z * (1 + CONVERGED), is_real)[0], slope)
     with np.errstate(divide="ignore", invalid="ignore"):
         mu = 1 / la.eigvals(inverse)
     mu = mu[np.isfinite(mu)]
     return mu[np.argsort(np.abs(mu))]
 
 
-def _newton(problem: Problem, z: float) -> Array | None:
+def _linearised(problem: Problem, z: float, is_real: bool) -> tuple[Any, Any]:
+    """T and dT/dz at real z: from one point a little off the real line where T is real there (Squire and Trapp 1998),
+    else by a difference quotient."""
+    if is_real:
+        T = problem(complex(z, TINY * z))
+        return T.real, T.imag / (TINY * z)
+    return problem(z), (problem(z * (1 + STEP)) - problem(z * (1 - STEP))) / (2 * STEP * z)
+
+
+def _newton(problem: Problem, z: float, is_real: bool) -> Array | None:
     """The eigenvalue next to z, as often as it is repeated; None when none is near."""
     start = z
     for _ in range(30):
-        mu = _steps(problem, z)
+        mu = _steps(problem, z, is_real)
         if not len(mu) or abs(mu[0]) > FAR * z or abs(z - start) > FAR * start:
             return None
         copies = mu[np.abs(mu) <= max(CLOSE * abs(z), 3 * abs(mu[0]))] if abs(mu[0]) <= CLOSE * abs(z) else mu[:1]

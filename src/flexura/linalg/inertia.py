@@ -12,6 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
+from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 
 Array = NDArray[np.float64]
@@ -75,6 +76,7 @@ def superlu(A: sp.csc_matrix) -> spla.SuperLU:
 
 def stable_factors(A: sp.csc_matrix, value: float) -> ShiftedFactors | None:
     """Factors of A = K - value M with diagonal pivots; None where those would be unstable."""
+    checkpoint()
     d = np.sqrt(np.abs(A.diagonal()))
     d = 1 / np.where(d > 0, d, 1.0)
     A = scaled(A, d)

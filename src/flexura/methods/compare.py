@@ -4,35 +4,46 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexura.deadline import OutOfTime, time_limit
 from flexura.errors import FlexuraError, OptionError
-from flexura.linalg import lowest
 from flexura.mechanism.substructure import Mechanism
+from flexura.methods.catalogue import EXACT, FINEST, MESHES, METHODS, Method, Task
 from flexura.methods.finite_elements import convergence, finite_elements
 from flexura.methods.pairing import agree, in_order, pair
 from flexura.methods.solution import Solution
-from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of
-
-TOLERANCE = 1e-3
-"""Relative error that the certified reduction is asked for."""
-
-MARGIN = 1.01
-"""The certified reduction reaches so many times the highest frequency compared."""
 
 REPEATS = 5
 """Methods are timed by the best of so many runs, as long as all runs together take less than `PATIENCE`, s."""
 
 PATIENCE = 0.5
 
-Announce = Callable[[str], None]
+BUDGET = 60.0
+"""Time, s, that every method is given."""
+
+FAILURES = (FlexuraError, np.linalg.LinAlgError, FloatingPointError, OverflowError, MemoryError)
+"""What a method may end with that is an answer about the mechanism, and none about the program."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a comparison is: `method` is at work as number `done` + 1 of `of` rows, and has done the part `share` of
+    its work, None where that is not known."""
+
+    method: str
+    done: int
+    of: int
+    share: float | None = None
+
+
+Announce = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)
@@ -61,7 +72,8 @@ class ComparisonRow:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Methods side by side: `n` modes of a mechanism, with errors against the `reference` method."""
+    """Methods side by side: `n` modes of a mechanism, with errors against the `reference` method, which is empty when
+    no method could answer that others are held against."""
 
     name: str
     n: int
@@ -79,90 +91,11 @@ class Comparison:
             "rows": [asdict(row) for row in self.rows],
         }
 
-
-@dataclass(frozen=True)
-class _Task:
-    """What is asked of every method; `model` serves to make shapes, and is not what a method solves."""
-
-    plan: Plan
-    parameters: dict[str, float]
-    n: int
-    model: FullOrderModel
-    top_hz: float = 0.0
-
-    def assembled(self) -> FullOrderModel:
-        """The full-order model, assembled anew."""
-        return assemble(self.plan, self.parameters)
-
-
-@dataclass(frozen=True)
-class _Method:
-    key: str
-    label: str
-    solve: Callable[[_Task], Solution]
-
-
-def _from(module: str, name: str) -> Callable[[_Task], Solution]:
-    """A method in a module of its own, imported when it is first asked."""
-
-    def solve(task: _Task) -> Solution:
-        try:
-            method = getattr(import_module(f"flexura.methods.{module}"), name)
-        except ModuleNotFoundError as error:
-            if error.name != f"flexura.methods.{module}":
-                raise
-            raise OptionError("this method is not part of this version") from None
-        return method(task.assembled(), task.n)
-
-    return solve
-
-
-def _refined(pieces: int) -> Callable[[_Task], Solution]:
-    return lambda task: finite_elements(task.assembled(), task.n, pieces)
-
-
-def _constraint_modes(task: _Task) -> Solution:
-    """The RPR paper's model."""
-    from flexura.reduction import reduce
-
-    return _of_low_order(task, reduce(task.plan, task.parameters))
-
-
-def _certified(task: _Task) -> Solution:
-    """The smallest model that is proven to be within the tolerance of the full-order one."""
-    from flexura.reduction import reduce
-
-    low = reduce(task.plan, task.parameters, tolerance=TOLERANCE, up_to=MARGIN * task.top_hz)
-    solution = _of_low_order(task, low)
-    worst = float(low.certificate.error_bound.max()) if low.certificate is not None else TOLERANCE
-    return replace(solution, note=f"proven within {worst:.1g} of the full-order model; {low.steps[0]}")
-
-
-def _of_low_order(task: _Task, low: Any) -> Solution:
-    if low.order == 0:
-        raise OptionError("every node that the low-order model keeps is held")
-    pairs = lowest(low.K, low.M, task.n)
-    finite = np.isfinite(pairs.values)
-    hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
-    shapes = task.model.node_displacements(np.asarray(low.recover(pairs.vectors[:, finite])))
-    return Solution("low order", low.order, hz, shapes)
-
-
-EXACT = _Method("dynamic_stiffness", "dynamic stiffness", _from("dynamic_stiffness", "dynamic_stiffness"))
-MESHES = tuple(_Method("finite_elements", f"finite elements {pieces}x", _refined(pieces)) for pieces in (1, 2, 4))
-FINEST = MESHES[-1]
-METHODS = (
-    EXACT,
-    _Method("transfer_matrix", "transfer matrix", _from("transfer_matrix", "transfer_matrix")),
-    _Method("spectral_element", "spectral element", _from("spectral", "spectral_element")),
-    _Method("reverberation_ray", "reverberation-ray", _from("reverberation_ray", "reverberation_ray")),
-    *MESHES,
-    _Method("constraint_modes", "constraint modes alone", _constraint_modes),
-    _Method("certified_reduction", "certified reduction", _certified),
-    _Method("pseudo_rigid_body", "pseudo-rigid-body", _from("pseudo_rigid_body", "pseudo_rigid_body")),
-    _Method("lumped_parameter", "lumped parameter", _from("lumped", "lumped_parameter")),
-)
-"""All methods, in the order of the rows."""
+    def ended(self, methods: Sequence[str] | None, reason: str) -> Comparison:
+        """The same with a row for every method chosen that has none yet, which fails for this reason."""
+        have = {row.method for row in self.rows}
+        left = [method.label for method in _chosen(methods) if method.label not in have]
+        return replace(self, rows=(*self.rows, *(ComparisonRow(label, failure=reason) for label in left)))
 
 
 def compare(
@@ -171,15 +104,18 @@ def compare(
     *,
     n: int = 6,
     methods: Sequence[str] | None = None,
+    budget: float | None = BUDGET,
+    progress: Announce | None = None,
 ) -> Comparison:
     """The `n` lowest modes by every method, or by those named, each against the exact dynamic stiffness.
 
     Modes are paired by shape where a method has shapes, else by frequency without crossing; a mode that a method misses
-    is said to be missed, not given its neighbour's number. A method that cannot answer for this mechanism has a row
-    that says why. Without an exact answer finite elements at fourfold refinement take its place. Raises ModelError and
+    is said to be missed, not given its neighbour's number. A method that cannot answer for this mechanism, or not
+    within `budget` seconds (None: without end), has a row that says why. Without an exact answer finite elements take
+    its place, at fourfold refinement if they can. `progress` is told of every `Progress`. Raises ModelError and
     OptionError.
     """
-    *_, last = progressively(mechanism, parameters, n=n, methods=methods)
+    *_, last = progressively(mechanism, parameters, n=n, methods=methods, budget=budget, progress=progress)
     return last
 
 
@@ -189,39 +125,31 @@ def progressively(
     *,
     n: int = 6,
     methods: Sequence[str] | None = None,
-    announce: Announce | None = None,
+    budget: float | None = BUDGET,
+    progress: Announce | None = None,
 ) -> Iterator[Comparison]:
-    """`compare` after every row; `announce` is told each method before it starts."""
+    """`compare` as it grows: without rows, then after each."""
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
+    if budget is not None and not (np.isfinite(budget) and budget > 0):
+        raise OptionError(f"the budget of a method is a positive number of seconds, or None, not {budget!r}")
     chosen = _chosen(methods)
     plan, single = plan_of(mechanism), one_design(parameters)
     model = assemble(plan, single)
     if model.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
-    task = _Task(plan, single, int(n), model)
-    announce = announce or (lambda _: None)
-    announce(EXACT.label)
-    run = _Run(task, announce)
-    done = Comparison(plan.mechanism.name, task.n, run.label, single, (run.first,))
+    done = Comparison(plan.mechanism.name, int(n), "", single, ())
     yield done
-    solved: dict[str, Solution] = {}
-    for method in chosen:
-        if method is EXACT:
-            continue
-        announce(method.label)
-        row, solution = run.row(method)
-        if solution is not None:
-            solved[method.label] = solution
-        meshes = [solved[m.label] for m in MESHES if m.label in solved]
-        if method is FINEST and len(meshes) == len(MESHES):
-            row = replace(row, note=_observed(meshes, task.n))
-        done = replace(done, rows=(*done.rows, row))
+    run = _Run(Task(plan, single, int(n), model), _Clock(budget, progress or (lambda _: None), len(chosen)))
+    run.find_reference()
+    for number, method in enumerate(chosen):
+        run.clock.done = number
+        done = replace(done, reference=run.label, rows=(*done.rows, run.row(method)))
         yield done
 
 
-def _chosen(names: Sequence[str] | None) -> list[_Method]:
-    """The methods named, in the order of the rows. Raises OptionError for unknown names."""
+def _chosen(names: Sequence[str] | None) -> list[Method]:
+    """The exact method and those named, in the order of the rows. Raises OptionError for unknown names."""
     keys = list(dict.fromkeys(method.key for method in METHODS))
     if names is None:
         return list(METHODS)
@@ -231,72 +159,126 @@ def _chosen(names: Sequence[str] | None) -> list[_Method]:
     for name in wanted:
         if name not in keys:
             raise OptionError(f"there is no method {name!r}; there are {', '.join(keys)}")
-    return [method for method in METHODS if method.key in wanted]
+    return [method for method in METHODS if method is EXACT or method.key in wanted]
+
+
+@dataclass
+class _Clock:
+    """Gives every piece of work its budget, and says what is going on."""
+
+    budget: float | None
+    announce: Announce
+    of: int
+    done: int = 0
+    words: str = ""
+
+    def run(self, words: str, work: Callable[[], Any]) -> Any:
+        """Do a piece of work within the budget; without words it belongs to what was announced last."""
+        if words:
+            self.words = words
+            self.announce(Progress(words, self.done, self.of))
+        with time_limit(self.budget, lambda share: self.announce(Progress(self.words, self.done, self.of, share))):
+            return work()
 
 
 class _Run:
     """The reference, and rows against it."""
 
-    def __init__(self, task: _Task, announce: Announce) -> None:
-        self.announce = announce
-        self.method = EXACT
-        self.task = task
-        failure = ""
-        try:
-            self.reference, seconds = _timed(EXACT, task)
-        except FlexuraError as error:
-            failure = str(error)
-            self.method = FINEST
-            announce(FINEST.label)
-            self.reference, seconds = _timed(FINEST, task)
-        self.label = self.method.label
+    def __init__(self, task: Task, clock: _Clock) -> None:
+        self.task, self.clock = task, clock
+        self.solved: dict[str, tuple[Solution, float]] = {}
+        self.failed: dict[str, str] = {}
+        self.reference: Solution | None = None
+        self.method, self.label = EXACT, ""
+        self.compared = task.n
         self.is_extended = False
-        self.compared = min(task.n, len(self.reference.frequency_hz))
-        self.task = replace(task, top_hz=float(self.reference.frequency_hz[: self.compared].max(initial=0.0)))
-        self.reference = _with_shapes_of_a_mesh(self.reference, self.task)
-        if failure:
-            self.first = ComparisonRow(EXACT.label, failure=failure)
-        else:
-            self.first = self._against(EXACT, self.reference, list(range(self.compared)), seconds)
 
-    def row(self, method: _Method) -> tuple[ComparisonRow, Solution | None]:
-        """Solve by a method; a row that says why when it cannot."""
+    def find_reference(self) -> None:
+        """Solve by the exact method, else by the finest mesh that has an answer."""
+        others = [mesh for mesh in reversed(MESHES) if mesh in METHODS and mesh is not FINEST]
+        for method in (EXACT, FINEST, *others):
+            self._solve(method)
+            if method.label in self.solved:
+                self.method, self.label = method, method.label
+                reference = self.solved[method.label][0]
+                self.compared = min(self.task.n, len(reference.frequency_hz))
+                top = float(reference.frequency_hz[: self.compared].max(initial=0.0))
+                self.task = replace(self.task, top_hz=top)
+                self.reference = self._with_shapes_of_a_mesh(reference, self.task)
+                return
+
+    def row(self, method: Method) -> ComparisonRow:
+        """The row of a method; it says why when there is no answer."""
+        if method.label not in self.solved:
+            self._solve(method)
+        if method.label in self.failed:
+            return ComparisonRow(method.label, failure=self.failed[method.label])
+        solution, seconds = self.solved[method.label]
+        if method is FINEST and len(meshes := self._meshes()) == len(MESHES):
+            solution = replace(solution, note=_observed(meshes, self.task.n))
+        if method is self.method or self.reference is None:
+            return self._against(method, solution, list(range(len(solution.frequency_hz))), seconds)
         try:
-            solution, seconds = _timed(method, self.task)
-        except FlexuraError as error:
-            return ComparisonRow(method.label, failure=str(error)), None
+            return self.clock.run("", lambda: self._paired(method, solution, seconds))
+        except FAILURES as error:
+            return ComparisonRow(method.label, failure=f"has an answer, but its modes were not paired: {_said(error)}")
+
+    def _solve(self, method: Method) -> None:
+        """Solve by a method, or note why there is no answer."""
+        if method.label in self.failed:
+            return
+        try:
+            self.solved[method.label] = self.clock.run(method.label, lambda: _timed(method, self.task))
+        except FAILURES as error:
+            self.failed[method.label] = _said(error)
+
+    def _meshes(self) -> list[Solution]:
+        return [self.solved[mesh.label][0] for mesh in MESHES if mesh.label in self.solved]
+
+    def _paired(self, method: Method, solution: Solution, seconds: float) -> ComparisonRow:
+        """The row of a solution, with more modes where some have no counterpart."""
+        assert self.reference is not None
         partner = pair(self.task.model, self.reference, solution)
         if self._in_doubt(solution, partner):
             solution = self._more_of(method, solution)
             partner = pair(self.task.model, self.reference, solution)
-        return self._against(method, solution, partner, seconds), solution
+        return self._against(method, solution, partner, seconds)
 
     def _in_doubt(self, solution: Solution, partner: list[int]) -> bool:
         """Whether a mode has no counterpart, or frequencies alone decided between modes that are not the same."""
+        assert self.reference is not None
         if -1 in partner:
             return True
         has_shapes = self.reference.shapes is not None and solution.shapes is not None
         return not has_shapes and not agree(self.reference, solution, partner)
 
-    def _more_of(self, method: _Method, solution: Solution) -> Solution:
+    def _more_of(self, method: Method, solution: Solution) -> Solution:
         """Solve for more reference modes, and more of the method where it has them, to find those that come late."""
         more = replace(self.task, n=2 * self.task.n + 4)
-        with suppress(FlexuraError):
+        try:
             if not self.is_extended:
-                self.announce(f"{self.label}, more modes to compare with")
                 self.is_extended = True
-                self.reference = _with_shapes_of_a_mesh(self.method.solve(more), more)
+                words = f"{self.label}, more modes to compare with"
+                extended = self.clock.run(words, lambda: self.method.solve(more))
+                self.reference = self._with_shapes_of_a_mesh(extended, more)
             if len(solution.frequency_hz) == self.task.n:
-                self.announce(f"{method.label}, more modes")
-                return replace(method.solve(more), note=solution.note, order=solution.order)
+                found = self.clock.run(f"{method.label}, more modes", lambda: method.solve(more))
+                return replace(found, note=solution.note, order=solution.order)
+        except FAILURES as error:
+            words = f"later modes could not be looked for: {_said(error)}"
+            return replace(solution, note=f"{solution.note}; {words}" if solution.note else words)
         return solution
 
-    def _against(self, method: _Method, solution: Solution, partner: list[int], seconds: float) -> ComparisonRow:
+    def _against(self, method: Method, solution: Solution, partner: list[int], seconds: float) -> ComparisonRow:
+        """The row of a solution whose frequencies have these counterparts; without a reference they have none."""
         shown = [k for k, p in enumerate(partner) if k < self.task.n or 0 <= p < self.compared]
         hz, partner = solution.frequency_hz[shown], [partner[k] for k in shown]
-        base = self.reference.frequency_hz
-        errors = [None if p < 0 else _relative(float(f), float(base[p])) for f, p in zip(hz, partner, strict=True)]
-        missed = sorted(set(range(self.compared)) - set(partner))
+        errors: list[float | None] = [None] * len(hz)
+        missed: list[int] = []
+        if self.reference is not None:
+            base = self.reference.frequency_hz
+            errors = [None if p < 0 else _relative(float(f), float(base[p])) for f, p in zip(hz, partner, strict=True)]
+            missed = sorted(set(range(self.compared)) - set(partner))
         rated = [e for e, p in zip(errors, partner, strict=True) if e is not None and p < self.compared]
         return ComparisonRow(
             method=method.label,
@@ -310,20 +292,33 @@ class _Run:
             note=solution.note,
         )
 
+    def _with_shapes_of_a_mesh(self, reference: Solution, task: Task) -> Solution:
+        """The reference with shapes of the finest mesh, which are independent where frequencies are close or repeated.
 
-def _with_shapes_of_a_mesh(reference: Solution, task: _Task) -> Solution:
-    """The reference with shapes of the finest mesh, which are independent where frequencies are close or repeated.
+        It is left as it is when the mesh does not have all its frequencies, or no answer.
+        """
+        try:
+            mesh = self.clock.run("", lambda: finite_elements(task.model, len(reference.frequency_hz), 4))
+        except FAILURES:
+            return reference
+        partner = in_order(mesh.frequency_hz, reference.frequency_hz)
+        if -1 in partner or mesh.shapes is None:
+            return reference
+        return replace(reference, shapes=mesh.shapes[..., partner])
 
-    It is left as it is when the mesh does not have all its frequencies.
-    """
-    mesh = finite_elements(task.model, len(reference.frequency_hz), 4)
-    partner = in_order(mesh.frequency_hz, reference.frequency_hz)
-    if -1 in partner or mesh.shapes is None:
-        return reference
-    return replace(reference, shapes=mesh.shapes[..., partner])
+
+def _said(error: BaseException) -> str:
+    """Why there is no answer, in words."""
+    if isinstance(error, OutOfTime):
+        return f"{error}: option --budget gives a method more time"
+    if isinstance(error, FlexuraError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return f"needs more memory than there is: {error}".rstrip(": ")
+    return f"lost all digits on the way ({error})"
 
 
-def _timed(method: _Method, task: _Task) -> tuple[Solution, float]:
+def _timed(method: Method, task: Task) -> tuple[Solution, float]:
     """The solution, and the best time of a few when it is quick."""
     begin = time.perf_counter()
     solution = method.solve(task)
@@ -332,7 +327,10 @@ def _timed(method: _Method, task: _Task) -> tuple[Solution, float]:
         start = time.perf_counter()
         if start - begin > PATIENCE:
             break
-        method.solve(task)
+        try:
+            method.solve(task)
+        except OutOfTime:  # there is an answer already
+            break
         best = min(best, time.perf_counter() - start)
     return solution, best
 

@@ -16,6 +16,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.beam.dynamic import Array, radians
+from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import lowest
 from flexura.methods.exact_chains import ExactChains, exact_chains
@@ -219,6 +220,7 @@ def _search(model: FullOrderModel, guesses: Floats, count: int, zero: int) -> tu
     zero."""
     limit = BEYOND * float(guesses[-1]) if len(guesses) >= count and guesses[-1] > 0 else _short_waves(model)
     for _ in range(STEPS):
+        checkpoint()
         condensed = ExactCondensation(model, limit)
         if condensed.count < count:
             limit *= 2

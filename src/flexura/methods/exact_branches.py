@@ -16,6 +16,7 @@ from flexura.beam import block_rotation, rigid_arm
 from flexura.beam.dynamic import Array, DynamicBeam, Joint, at_pole, join, radians, turned
 from flexura.beam.dynamic_series import SMALL, BeamSeries
 from flexura.beam.uniform import UniformBeam
+from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.methods.exact_chains import ExactChains, exact_chains
 from flexura.reduction.parts import PartReducer
@@ -185,6 +186,7 @@ def branches_below(
     beam = UniformBeam(*(np.concatenate(tuple(field)) for field in fields))
     series = BeamSeries(beam, limit)
     while True:
+        checkpoint()
         found = Branches(series, parts)
         J0 = found(np.array([limit]), count=True)[0].J0[:, 0]
         if not J0.any():
@@ -197,6 +199,7 @@ def _refined(cut: Cut, least: int, limit: float) -> Cut:
     element = np.repeat(np.arange(len(cut.counts)), cut.counts)
     pieces = np.full(len(cut.counts), least, dtype=np.intp)
     while True:
+        checkpoint()
         each = np.ones(len(cut.beam.length), dtype=np.intp)
         each[cut.kind] = pieces[element]
         beam = cut.beam._replace(length=cut.beam.length / each)

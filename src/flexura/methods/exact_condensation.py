@@ -17,6 +17,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.beam.dynamic import Array, DynamicBeam, Joint
+from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.methods.exact_branches import PartBranches, branches_below
 from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
@@ -229,6 +230,7 @@ class ExactCondensation:
         orders = (self.assembler.scatter(self._modes).n, *(part.scatter.n for part in self._parts.values()))
         size = max(1, BATCH // (288 * sum(b.size for b in self.branches.all) + sum(n * n for n in orders)))
         for start in range(0, len(lam), size):
+            checkpoint()
             own = lam[start : start + size]
             exact, joints = self.branches(own)
             T = {}

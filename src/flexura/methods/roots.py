@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import checkpoint
 from flexura.linalg import lowest
 from flexura.linalg.contour import real_eigenvalues
 from flexura.structure.full_order import FullOrderModel
@@ -41,6 +42,11 @@ def natural_frequencies(
     values = lowest(model.K, model.M, min(count + MARGIN, model.order)).values
     guess = np.sqrt(values[np.isfinite(values)])
     rigid = int((guess == 0).sum())
+
+    def watched(omega: complex) -> NDArray[Any]:
+        checkpoint(len(found) / count)
+        return problem(omega)
+
     found: list[float] = [0.0] * min(rigid, count)
     low = 0.3 * guess[rigid] if rigid < len(guess) else 0.0
     k = rigid
@@ -51,6 +57,6 @@ def natural_frequencies(
         end = k + 1 + int(np.argmax(np.diff(guess[k : end + 1]))) if end < len(guess) and end > k + 1 else end
         high = (guess[end - 1] + guess[end]) / 2 if end < len(guess) else 1.1 * guess[end - 1]
         inside = poles(high) - poles(low)
-        found += real_eigenvalues(problem, float(low), float(high), guess[k:end], inside, is_real).tolist()
+        found += real_eigenvalues(watched, float(low), float(high), guess[k:end], inside, is_real).tolist()
         low, k = high, end
     return np.array(found[:count]) / (2 * np.pi)

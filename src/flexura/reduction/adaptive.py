@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, Enclosures, count_below, enclose, lowest
 from flexura.reduction.assembler import LowOrderAssembler
@@ -113,6 +114,7 @@ def reduce_to_tolerance(
     work = _Refinement(assembler, values, geometry, up_to, exact_at)
     grown: list[str] = []
     while True:
+        checkpoint()
         low = work.model()
         pairs, n = work.below(low)
         if not n:

@@ -1,0 +1,46 @@
+"""Progress of long commands on a terminal, and how they are interrupted."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from flexura.methods.compare import Progress as Step
+
+
+@contextmanager
+def steps_shown() -> Iterator[Callable[[Step], None]]:
+    """A function that shows every step: as a bar with the time that it takes on a terminal, else as a line for each."""
+    console = Console(stderr=True)
+    last = ""
+
+    def line(step: Step) -> None:
+        nonlocal last
+        if step.method != last:
+            sys.stderr.write(f"{step.method} ...\n")
+            last = step.method
+
+    if not console.is_terminal:
+        yield line
+        return
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True) as shown:
+        whole = shown.add_task("methods", total=None)
+        own = shown.add_task("")
+
+        def bar(step: Step) -> None:
+            nonlocal last
+            shown.update(whole, completed=step.done, total=step.of)
+            if step.method != last:
+                shown.reset(own, description=step.method, total=None)
+                last = step.method
+            if step.share is not None:
+                shown.update(own, completed=round(100 * step.share), total=100)
+
+        yield bar

@@ -1,0 +1,70 @@
+"""Time limits that long computations keep by themselves.
+
+A limit holds for everything that is called under it. Loops that may take long call `checkpoint` in every turn, which
+raises OutOfTime once the time is over; nothing is stopped from outside (the cancel scopes of Smith 2018, "Timeouts and
+cancellation for humans"). A single step between two checkpoints is never cut short.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+from flexura.errors import SolverError
+
+Report = Callable[[float], None]
+"""Is told what part of the work is done, from 0 to 1."""
+
+
+class OutOfTime(SolverError):  # noqa: N818  it reads as what it says
+    """Work that was given up because its time was over; `seconds` is what it was given."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        super().__init__(f"stopped after {seconds:g} s")
+
+
+@dataclass(frozen=True)
+class _Limit:
+    end: float
+    seconds: float
+    report: Report | None
+
+
+_current: ContextVar[_Limit | None] = ContextVar("flexura_time_limit", default=None)
+
+
+@contextmanager
+def time_limit(seconds: float | None, report: Report | None = None) -> Iterator[None]:
+    """Give what is called within so many seconds, without end for None, or what an outer limit leaves of them.
+
+    `report` is told what part of it is done, by those steps that know.
+    """
+    outer = _current.get()
+    own = _Limit(float("inf"), float("inf"), report)
+    if seconds is not None:
+        own = _Limit(time.monotonic() + seconds, seconds, report)
+    if outer is not None and outer.end < own.end:
+        own = _Limit(outer.end, outer.seconds, report)
+    token = _current.set(own)
+    try:
+        yield
+    finally:
+        _current.reset(token)
+
+
+def checkpoint(share: float | None = None) -> None:
+    """Say that work goes on, and what part of it is done where that is known.
+
+    Raises OutOfTime when the limit under which this is called has passed.
+    """
+    limit = _current.get()
+    if limit is None:
+        return
+    if time.monotonic() > limit.end:
+        raise OutOfTime(limit.seconds)
+    if share is not None and limit.report is not None:
+        limit.report(share)
