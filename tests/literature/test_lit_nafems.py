@@ -104,7 +104,7 @@ def off_centre(theory):
 
 
 def rayleigh_tip(omega, L, A, I):  # noqa: E741
-    """Return the exact dynamic stiffness (2, 2) of a Rayleigh cantilever at its tip, on deflection and slope.
+    """Return displacements and loads (2, 2) of a Rayleigh cantilever at its tip, deflection and slope, by motion.
 
     E I v'''' + rho I w^2 v'' - rho A w^2 v = 0, shear force -(E I v''' + rho I w^2 v') (Rayleigh 1877, sec. 186).
     """
@@ -116,31 +116,29 @@ def rayleigh_tip(omega, L, A, I):  # noqa: E741
     v2 = np.array([a * a * ch + b * b * c, a * sh + b * s])
     v3 = np.array([a**3 * sh - b**3 * s, a * a * ch + b * b * c])
     load = np.array([-E * I * v3 - RHO * I * omega**2 * v1, E * I * v2])
-    return load @ np.linalg.inv([v, v1])
+    return np.array([v, v1]), load
 
 
 def exact_fv4():
-    """Return the six lowest roots, Hz, of the tip's exact dynamic stiffness with both masses on it."""
+    """Return the six lowest frequencies, Hz, at which tip loads and both masses' inertia balance; no poles this way."""
     L, d, mass, first, second = 10.0, 0.5, 11_000.0, 2 * 9_000.0, 4 * 11_000.0
     A, I = np.pi * d**2 / 4, np.pi * d**4 / 64  # noqa: E741
 
     def tip(hz, stiffness, line):
         w = 2 * np.pi * hz
-        D = np.zeros((3, 3))
-        D[:2, :2] = rayleigh_tip(w, L, A, I)
+        moved, load = np.zeros((2, 3, 3))
+        moved[:2, :2], load[:2, :2] = rayleigh_tip(w, L, A, I)
         k = w * np.sqrt(line / stiffness)
-        D[2, 2] = stiffness * k / np.tan(k * L)
-        return D, w * w
+        moved[2, 2], load[2, 2] = np.sin(k * L), stiffness * k * np.cos(k * L)
+        return load, w * w * moved
 
     def bending_with_torsion(hz):
-        D, w2 = tip(hz, G * 2 * I, RHO * 2 * I)  # tz, slope, rx: a mass moves by tz + y rx
-        D -= w2 * np.array([[mass, 0, first], [0, 0, 0], [first, 0, second]])
-        return np.linalg.det(D / 1e8)
+        load, moved = tip(hz, G * 2 * I, RHO * 2 * I)  # tz, slope, rx: a mass moves by tz + y rx
+        return np.linalg.det((load - np.array([[mass, 0, first], [0, 0, 0], [first, 0, second]]) @ moved) / 1e8)
 
     def bending_with_extension(hz):
-        D, w2 = tip(hz, E * A, RHO * A)  # ty, rz, tx: a mass moves by tx - y rz and ty
-        D -= w2 * np.array([[mass, 0, 0], [0, second, -first], [0, -first, mass]])
-        return np.linalg.det(D / 1e8)
+        load, moved = tip(hz, E * A, RHO * A)  # ty, rz, tx: a mass moves by tx - y rz and ty
+        return np.linalg.det((load - np.array([[mass, 0, 0], [0, second, -first], [0, -first, mass]]) @ moved) / 1e8)
 
     both = [roots(f, 0.5, 0.05, 4) for f in (bending_with_torsion, bending_with_extension)]
     return np.sort(np.concatenate(both))[:6]

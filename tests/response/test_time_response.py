@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from extended import stepped
-from oscillators import INERTIA, MASS, K, beam, body, dashes, natural, oscillator, pair, stiffness
+from oscillators import INERTIA, K2, M1, M2, MASS, K, beam, body, dashes, natural, oscillator, pair, stiffness
 
 import flexura as fx
 from flexura.analysis.integration import generalised_alpha
+from flexura.linalg import Eigenpairs, lowest
+from flexura.systems.modal import modal_system
 
 RPR = Path(__file__).parents[2] / "examples" / "rpr" / "rpr.yaml"
 DT, COUNT = 2e-3, 400
@@ -180,6 +182,24 @@ def test_floating_pair(c2):
     r, rate, _ = (reduced / m1 * x for x in kernels(reduced, c2, k2, TIME))
     near(found.response[0], TIME**2 / (2 * (m1 + m2)) + m2 / (m1 + m2) * r, 1e-10)
     near(found.response[1], TIME / (m1 + m2) - m1 / (m1 + m2) * rate, 1e-10)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_round_off_in_modes_couples_none(seed, monkeypatch):
+    """Modes that are mixed by some units in the last place are damped as before, and rigid motions not at all."""
+    built = fx.system(pair(c2=6.0, grounded=False), "one.tx", "one.tx", order="full")
+    rng = np.random.default_rng(seed)
+
+    def mixed(K, M, count):
+        pairs = lowest(K, M, count)
+        mix = np.eye(len(pairs.values)) + 1e-15 * rng.uniform(-1, 1, (len(pairs.values),) * 2)
+        return Eigenpairs(pairs.values, pairs.vectors @ mix)
+
+    monkeypatch.setattr("flexura.systems.modal.lowest", mixed)
+    modes = modal_system(built)
+    assert modes.is_proportional
+    damped = modes.damping.diagonal() > 0
+    assert modes.omega[damped] == pytest.approx([np.sqrt(K2 * (1 / M1 + 1 / M2))], rel=1e-9)
 
 
 def reference(built, u, hold, start=None, rate=None):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence
-from flexura.linalg import is_definite, lowest
+from flexura.linalg import is_definite, leading, lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -170,7 +170,7 @@ def _near_mechanisms(full: FullOrderModel) -> list[Doubt]:
     suspicious = [*zero, *np.flatnonzero(stiff & (finite < NEAR_MECHANISM * reference))]
     for k in suspicious:
         shape = np.abs(pairs.vectors[:, k] * np.sqrt(full.M.diagonal()))
-        where = full.dof_names[int(np.argmax(shape))]
+        where = full.dof_names[int(leading(shape))]
         text = "free to move" if k in zero else f"all but free to move ({np.sqrt(finite[k]) / 2 / np.pi:.2g} Hz)"
         doubts.append(Doubt("mechanism", where, f"{text}; a joint, a support or a stiffness may be missing"))
     return doubts

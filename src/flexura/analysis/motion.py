@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.energy import KINDS, PartEnergy, energies
+from flexura.linalg import leading, ranked, turned
 from flexura.mechanism.layout import TOP
 from flexura.structure import FullOrderModel
 
@@ -81,14 +82,14 @@ def _loose_motions(model: FullOrderModel, u: Array) -> list[str]:
     said = []
     for k in range(u.shape[2]):
         if part.n_nodes and own[:, k].max() < LOOSE * 1e-2 * size * turn[:, k].max():
-            said.append(f"{part.node_names[int(np.argmax(turn[:, k]))].split('[')[0]} twists")
+            said.append(f"{part.node_names[int(leading(turn[:, k]))].split('[')[0]} twists")
             continue
-        node = int(np.argmax(own[: part.n_named, k])) if part.n_named else 0
+        node = int(leading(own[: part.n_named, k])) if part.n_named else 0
         if part.n_named and own[node, k] >= LOOSE * own[:, k].max():
             direction = _direction_name(_unit(u[offset + node, :3, k]))
             said.append(f"{part.node_names[node]} moves along {direction}")
         else:
-            said.append(f"{part.node_names[int(np.argmax(own[:, k]))].split('[')[0]} vibrates")
+            said.append(f"{part.node_names[int(leading(own[:, k]))].split('[')[0]} vibrates")
     return said
 
 
@@ -117,15 +118,12 @@ def _body_motions(model: FullOrderModel, u: Array, kinetic: Array | int) -> list
                             kinetic_share=own_energy / float(np.asarray(kinetic)[k]),
                         )
                     )
-    return [tuple(sorted(motion, key=lambda m: -round(m.kinetic_share, 6))) for motion in found]
+    return [tuple(motion[i] for i in ranked([m.kinetic_share for m in motion])) for motion in found]
 
 
 def _unit(vector: Array) -> tuple[float, float, float]:
     length = float(np.linalg.norm(vector))
-    unit = vector / length if length else vector
-    if unit[np.argmax(abs(unit))] < 0:
-        unit = -unit
-    x, y, z = (float(c) for c in unit)
+    x, y, z = (float(c) for c in turned(vector / length if length else vector))
     return x, y, z
 
 
@@ -155,12 +153,14 @@ def _describe(parts: list[PartEnergy], bodies: tuple[BodyMotion, ...], loose: st
         for kind, v in zip(KINDS, kinds, strict=True)
         if v > 1e-3
     }
+    causes = list(deformation)
+    deformation = {causes[i]: deformation[causes[i]] for i in ranked(list(deformation.values()))}
     return Motion(
         bodies=bodies,
         strain_share={part.path: float(energy) / total for part, energy in zip(parts, strain, strict=True)},
         kinetic_share={p.path: float(s) for p, s in zip(parts, kinetic / kinetic.sum(), strict=True)},
         strain_by_substructure=by_prototype,
-        deformation=dict(sorted(deformation.items(), key=lambda item: -item[1])),
+        deformation=deformation,
         summary=_summary(parts, bodies, loose, kinetic / kinetic.sum(), deformation),
     )
 
@@ -177,10 +177,8 @@ def _summary(
         shown = [str(body) for body in moving[:2]]
         text = "; ".join(shown) + (f" and {len(moving) - 2} more" if len(moving) > 2 else "")
     else:
-        order = np.argsort(-np.round(kinetic, 6), kind="stable")
-        busy = [parts[i].path for i in order if kinetic[i] > STILL][:4]
+        busy = [parts[i].path for i in ranked(kinetic) if kinetic[i] > STILL][:4]
         vibrating = ", ".join(busy) + (" vibrates" if len(busy) == 1 else " vibrate")
         text = ("bodies still; " if bodies else "") + (loose if busy == ["mechanism"] else vibrating)
-    largest = sorted(deformation.items(), key=lambda item: -item[1])
-    causes = [f"{cause} {share:.0%}" for cause, share in largest[:2] if share >= 0.1]
+    causes = [f"{cause} {share:.0%}" for cause, share in list(deformation.items())[:2] if share >= 0.1]
     return text + (f" ({', '.join(causes)})" if causes else "")

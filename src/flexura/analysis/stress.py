@@ -15,6 +15,7 @@ from flexura.analysis.numbers import finite_numbers
 from flexura.beam import rigid_arm
 from flexura.beam.stress import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.errors import OptionError
+from flexura.linalg import leading, ranked
 from flexura.structure import FullOrderModel
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.sections import SectionGroup
@@ -108,7 +109,8 @@ def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[fl
             ends = _end_forces(model, name, matrices, states, g)
             for group, n, _ in part.table.groups:
                 found += _reported(model, part, group, _worst_of(model, part, group, n, ends))
-    return Stresses(tuple(sorted(found, key=lambda m: -1.0 if m.von_mises is None else m.von_mises, reverse=True)))
+    order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in found])
+    return Stresses(tuple(found[i] for i in order))
 
 
 def _reported(model: FullOrderModel, part: Part, group: SectionGroup, worst: _Worst) -> Iterator[MemberStress]:
@@ -266,17 +268,17 @@ def _von_mises(
 def _pick(raised: Array, nominal: Array, x: Array, force: Array) -> _Worst:
     """The largest of stresses (i, m, stations, k)."""
     i, m = raised.shape[:2]
-    best = raised.reshape(i, m, -1).argmax(axis=-1)
+    best = leading(raised.reshape(i, m, -1))
     copy, member = np.ogrid[:i, :m]
     station, state = np.divmod(best, raised.shape[-1])
     where = (copy, member, station, state)
-    return _Worst(raised[where], nominal.max(axis=(2, 3)), x[member, station], force[where], state)
+    return _Worst(raised.max(axis=(2, 3)), nominal.max(axis=(2, 3)), x[member, station], force[where], state)
 
 
 def _worse(one: _Worst | None, other: _Worst) -> _Worst:
     if one is None:
         return other
-    more = other.von_mises > one.von_mises
+    more = leading(np.stack([one.von_mises, other.von_mises]), axis=0) > 0
     chosen = [np.where(more[..., None] if a.ndim == 3 else more, b, a) for a, b in zip(one, other, strict=True)]
     return _Worst(*chosen)._replace(nominal=np.maximum(one.nominal, other.nominal))
 

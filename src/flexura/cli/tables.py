@@ -13,6 +13,7 @@ from rich.table import Table
 from flexura.analysis import CheckReport, Mode, Modes
 from flexura.analysis.evidence import Evidence
 from flexura.errors import Exceeded
+from flexura.linalg import ranked
 
 RESOLVED = 1e-6
 """Relative differences below this are lost in the round-off of the full-order solution."""
@@ -127,8 +128,9 @@ def print_preload(data: dict[str, Any]) -> None:
     console.print(table)
     factors = ", ".join(f"{f:.5g}" for f in data["buckling_factors"]) or "none: no load of this direction buckles it"
     console.print(f"buckling factors on all loads: {factors}", markup=False)
-    forces = sorted(data["axial_force"].items(), key=lambda item: -max(abs(f) for f in item[1]))
-    for name, (least, most) in forces[:10]:
+    forces = list(data["axial_force"].items())
+    for i in ranked([max(abs(f) for f in own) for _, own in forces])[:10]:
+        name, (least, most) = forces[i]
         console.print(f"axial force in {name}: {least:.4g} to {most:.4g} N", markup=False)
     print_warnings(console, (w["text"] for w in data["warnings"]))
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.experiment.identified import IdentifiedModes, ModeEvidence, Poles
 from flexura.experiment.measurement import MeasuredChannel
+from flexura.linalg import leading, turned
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -43,9 +44,7 @@ def phase_deviation(shapes: Complex) -> Array:
 
 def real_shapes(shapes: Complex) -> Array:
     """Real shapes (p, n) nearest to complex ones, the largest entry positive (theory eq. I15)."""
-    real = (shapes * np.exp(-1j * phase(shapes))).real
-    largest = np.abs(real).argmax(axis=0, keepdims=True)
-    return real * np.sign(np.take_along_axis(real, largest, axis=0))
+    return turned((shapes * np.exp(-1j * phase(shapes))).real)
 
 
 def scaled(
@@ -74,8 +73,7 @@ def scaled(
     left, right = shapes * factor, participation / factor
     turn = np.where(np.array(how) == "unit modal mass", 1.0, np.exp(-1j * phase(left)))
     left, right = left * turn, right / turn
-    largest = np.take_along_axis(left, np.abs(left).argmax(axis=0, keepdims=True), axis=0)[0]
-    sign = np.where(largest.real < 0, -1.0, 1.0)
+    sign = np.where(np.take_along_axis(left, leading(np.abs(left), axis=0)[None], axis=0)[0].real < 0, -1.0, 1.0)
     return left * sign, right * sign, tuple(how)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.experiment.markov_chain import Cost, Progress, effective_draws, metropolis, split_r_hat
+from flexura.linalg import ranked, turned
 
 Array = NDArray[np.float64]
 
@@ -39,9 +40,8 @@ class Direction:
 
     def __str__(self) -> str:
         largest = max(abs(w) for w in self.weights.values())
-        shown = sorted(
-            ((n, w) for n, w in self.weights.items() if abs(w) >= 0.3 * largest), key=lambda item: -abs(item[1])
-        )
+        own = [(n, w) for n, w in self.weights.items() if abs(w) >= 0.3 * largest]
+        shown = (own[i] for i in ranked([abs(w) for _, w in own]))
         text = " ".join(f"{'-' if w < 0 else '+'} {abs(w):.2f} {n}" for n, w in shown)
         return text.removeprefix("+ ")
 
@@ -52,8 +52,7 @@ def directions(J: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
     s = np.concatenate([s, np.zeros(len(names) - len(s))])
     found = []
     for value, own in zip(s, Vt, strict=True):
-        signed = own * np.sign(own[np.argmax(np.abs(own))])
-        found.append(Direction(float(value**2 / (1 + value**2)), dict(zip(names, signed.tolist(), strict=True))))
+        found.append(Direction(float(value**2 / (1 + value**2)), dict(zip(names, turned(own).tolist(), strict=True))))
     return tuple(found)
 
 

@@ -15,7 +15,7 @@ from flexura.experiment.channel_pairing import TURNS, pair_channels
 from flexura.experiment.correlation import UNSEEN
 from flexura.experiment.criteria import largest_motion, mac
 from flexura.experiment.measurement import MeasuredChannel
-from flexura.linalg import lowest
+from flexura.linalg import lowest, ranked
 from flexura.mechanism import DOF_NAMES
 from flexura.mechanism.layout import is_pattern
 from flexura.mechanism.substructure import Mechanism
@@ -135,7 +135,7 @@ def place_sensors(
     chosen = effective_independence(shapes, k)
     chosen, exchanges = exchanged(shapes, chosen) if exchange else (chosen, 0)
     independence = _contribution(shapes[chosen])
-    order = np.argsort(-np.round(independence / EQUAL), kind="stable")
+    order = ranked(independence)
     chosen, independence = chosen[order], independence[order]
     own = shapes[chosen]
     return SensorPlacement(

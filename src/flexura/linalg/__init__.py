@@ -3,6 +3,7 @@
 from flexura.linalg.eigen import Eigenpairs, factorise, is_definite, lowest, residual_intervals, residuals
 from flexura.linalg.enclosures import Enclosures, enclose
 from flexura.linalg.inertia import ShiftedFactors, count_below, shifted_factors
+from flexura.linalg.ranking import leading, ranked, turned
 
 __all__ = [
     "Eigenpairs",
@@ -12,8 +13,11 @@ __all__ = [
     "enclose",
     "factorise",
     "is_definite",
+    "leading",
     "lowest",
+    "ranked",
     "residual_intervals",
     "residuals",
     "shifted_factors",
+    "turned",
 ]

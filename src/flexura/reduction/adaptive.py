@@ -45,7 +45,7 @@ class _Refinement:
         self.K, self.M = assembler.plan.full_order(values, geometry)
         matrices = assembler.plan.matrices(values, geometry)
         self.modes: dict[str, CraigBampton] = {
-            name: reducer.craig_bampton(matrices[name]) for name, reducer in assembler.reducers.items()
+            name: reducer.craig_bampton(matrices[name], geometry) for name, reducer in assembler.reducers.items()
         }
         self.counts = {name: modes.count_below(START * up_to) for name, modes in self.modes.items()}
 

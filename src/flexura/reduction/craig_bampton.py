@@ -42,12 +42,22 @@ class ReducedPart:
 class CraigBampton:
     """Constraint modes and fixed-interface normal modes of K, M (n, n), SI, each worked out when first asked for.
 
-    Raises SolverError when part of the interior can move freely with the boundary held.
+    `stiffness_at_boundary` gives K (b, b) condensed to the boundary where that is known without the round-off of the
+    assembled K, which rigid motions strain. Raises SolverError when part of the interior can move freely with the
+    boundary held.
     """
 
-    def __init__(self, K: Any, M: Any, interior: Index, boundary: Index) -> None:
+    def __init__(
+        self,
+        K: Any,
+        M: Any,
+        interior: Index,
+        boundary: Index,
+        stiffness_at_boundary: Callable[[], Array] | None = None,
+    ) -> None:
         self.K, self.M = (_workable(A) for A in (K, M))
         self.interior, self.boundary = interior, boundary
+        self._stiffness_at_boundary = stiffness_at_boundary
         if len(interior) and not (self.K.diagonal()[interior] > 0).all():
             raise SolverError("a node inside a substructure has no stiffness in some direction")
         rows = self.K[interior]
@@ -115,8 +125,8 @@ class CraigBampton:
         T = np.zeros((n, b))
         T[self.boundary, np.arange(b)] = 1.0
         T[self.interior] = self.constraint_modes
-        K, MT = T.T @ (self.K @ T), self.M @ T
-        M = T.T @ MT
+        own, MT = self._stiffness_at_boundary, self.M @ T
+        K, M = T.T @ (self.K @ T) if own is None else own(), T.T @ MT
         return (K + K.T) / 2, MT, (M + M.T) / 2
 
     def reduced(self, count: int = 0) -> ReducedPart:

@@ -78,7 +78,7 @@ def reduce(
     matrices = plan.matrices(values, geometry)
     parts = {}
     for name, reducer in assembler.reducers.items():
-        own = reducer.craig_bampton(matrices[name])
+        own = reducer.craig_bampton(matrices[name], geometry)
         if method == "rubin":
             parts[name] = free_interface(own, counts[name], keep_below)
         else:

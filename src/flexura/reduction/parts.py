@@ -70,9 +70,13 @@ class PartReducer:
         inertia = self._chain_mass.dense([*empty, *masses])
         return stiffness + lam * inertia, self._chain_mass.dense([*slope, *masses])
 
-    def craig_bampton(self, matrices: PartMatrices) -> CraigBampton:
-        """Craig-Bampton modes, one design."""
-        return CraigBampton(*self.assembled(matrices), self.interior_dofs, self.boundary_dofs)
+    def craig_bampton(self, matrices: PartMatrices, geometry: Geometry) -> CraigBampton:
+        """Craig-Bampton modes, one design; the stiffness at the boundary is that of `condensed`."""
+
+        def stiffness() -> Array:
+            return self.condensed(matrices, geometry, ())[0]
+
+        return CraigBampton(*self.assembled(matrices), self.interior_dofs, self.boundary_dofs, stiffness)
 
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""

@@ -17,7 +17,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import Eigenpairs
+from flexura.linalg import Eigenpairs, turned
 from flexura.solid.factors import Factors, Progress, factorise, negative_count
 
 Array = NDArray[np.float64]
@@ -249,9 +249,7 @@ def _fixed_modes(search: _Search, least: int, limit: float) -> Eigenpairs:
             break
         count *= 2
     keep = max(int((found.values <= limit).sum()), min(least, count))
-    vectors = found.vectors[:, :keep]
-    largest = np.take_along_axis(vectors, abs(vectors).argmax(axis=0)[None], axis=0)
-    return Eigenpairs(found.values[:keep], vectors * np.sign(largest))
+    return Eigenpairs(found.values[:keep], turned(found.vectors[:, :keep]))
 
 
 def _each(progress: Callable[[str, float], None] | None, done: int, total: int) -> None:

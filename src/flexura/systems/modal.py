@@ -312,9 +312,11 @@ def _in_modes(system: System, pairs: Eigenpairs, following: float) -> ModalSyste
 
 
 def _in_coordinates(A: Any, V: Array) -> Array:
-    """V' A V without entries that are round-off beside the terms they sum."""
-    found, size = V.T @ (A @ V), np.abs(V).T @ (abs(A) @ np.abs(V))
-    return np.where(np.abs(found) > NEGLIGIBLE * size, found, 0.0)
+    """V' A V without entries that are round-off: that of a mode in one coordinate is beside the largest of all modes
+    in this coordinate, as it is a mixture of these."""
+    found = V.T @ (A @ V)
+    size = np.abs(V).max(axis=1, initial=0.0) @ (abs(A) @ np.abs(V))
+    return np.where(np.abs(found) > NEGLIGIBLE * np.add.outer(size, size), found, 0.0)
 
 
 def _couples(A: Array, scale: Array) -> NDArray[np.bool_]:
@@ -322,4 +324,5 @@ def _couples(A: Array, scale: Array) -> NDArray[np.bool_]:
     d = np.abs(A.diagonal())
     off = np.abs(A - np.diag(A.diagonal()))
     least = np.maximum(COUPLED * np.sqrt(np.outer(d, d)), UNCERTAIN * np.maximum(d[:, None], d))
+    least = np.maximum(least, UNCERTAIN**2 * d.max(initial=0.0))  # two modes that damping reaches by round-off alone
     return np.asarray((off > np.maximum(least, NEGLIGIBLE * np.outer(scale, scale))).any(axis=1))

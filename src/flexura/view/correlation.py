@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.linalg import ranked
 from flexura.view.axes import frame
 from flexura.view.camera import Camera, View
 from flexura.view.curves import COLOURS, FAINT
@@ -247,7 +248,7 @@ def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
 def _largest(overlay: FRFOverlay) -> list[tuple[int, int]]:
     """Outputs and inputs of the largest responses, in their own order."""
     size = np.abs(overlay.measured.response).max(axis=0, initial=0.0)
-    order = np.argsort(-size, axis=None, kind="stable")[:MOST_PANELS]
+    order = ranked(size.ravel())[:MOST_PANELS]
     return [(int(i), int(j)) for i, j in zip(*np.unravel_index(np.sort(order), size.shape), strict=True)]
 
 

@@ -14,6 +14,7 @@ from flexura.experiment.identified import IdentifiedModes, Poles
 from flexura.experiment.indicators import mode_indicators
 from flexura.experiment.matrices import ResponseMatrix, response_matrices
 from flexura.experiment.setups import modes_of_setup
+from flexura.linalg import ranked
 from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures
 from flexura.view.palette import INK
@@ -127,7 +128,7 @@ def _pairs(matrix: ResponseMatrix, pairs: Sequence[tuple[str, str]] | None) -> l
     outputs, inputs = [c.name for c in matrix.outputs], [c.name for c in matrix.inputs]
     if pairs is None:
         size = np.abs(matrix.scaled).max(axis=0)
-        order = np.argsort(-size, axis=None)[:MOST_PANELS]
+        order = ranked(size.ravel())[:MOST_PANELS]
         return sorted((int(k // len(inputs)), int(k % len(inputs))) for k in order)
     for output, into in pairs:
         if output not in outputs or into not in inputs:

@@ -10,6 +10,7 @@ import numpy as np
 from flexura.errors import OptionError
 from flexura.experiment.frequency_list import MeasuredFrequencies
 from flexura.experiment.virtual_test import VirtualTest
+from flexura.linalg import leading
 from flexura.view.curves import COLOURS
 from flexura.view.files import save_figures
 from flexura.view.identification import _figure, _style, save_identification
@@ -46,7 +47,7 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
     magnitude, coherence, shift = figure.subplots(3, 1, height_ratios=(3, 1, 1.4))
     for k, frf in enumerate(frfs):
         size = np.abs(frf.response).max(axis=0)
-        i, j = np.unravel_index(int(size.argmax()), size.shape)
+        i, j = np.unravel_index(int(leading(size.ravel())), size.shape)
         label = f"{frf.outputs[i].name} / {frf.inputs[j].name}" + (f", {frf.setup}" if frf.setup else "")
         colour = COLOURS[k % len(COLOURS)]
         magnitude.semilogy(frf.frequency_hz, np.abs(frf.response[:, i, j]), color=colour, lw=1.0, label=label)
