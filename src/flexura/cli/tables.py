@@ -80,8 +80,8 @@ def _proven(mode: Mode) -> str:
         return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
     if lower is None or upper is None or not mode.frequency_hz:
         return "" if mode.frequency_hz else "zero"
-    error = 100 * max(upper / mode.frequency_hz - 1, 1 - lower / mode.frequency_hz)
-    digit = 10.0 ** (math.floor(math.log10(error)) - 1) if error > 0 else 1.0
+    error = 100 * max(upper / mode.frequency_hz - 1, 1 - lower / mode.frequency_hz, RESOLVED)
+    digit = 10.0 ** (math.floor(math.log10(error)) - 1)
     return f"within {math.ceil(error / digit) * digit:.2g} %"
 
 
