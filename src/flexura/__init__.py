@@ -128,6 +128,7 @@ if TYPE_CHECKING:
     from flexura.mechanism import Leaf as Leaf
     from flexura.mechanism import LinearPattern as LinearPattern
     from flexura.mechanism import Link as Link
+    from flexura.mechanism import Load as Load
     from flexura.mechanism import Material as Material
     from flexura.mechanism import Matrix as Matrix
     from flexura.mechanism import Mechanism as Mechanism
@@ -257,9 +258,9 @@ _EXPORTS = {
         *("CircularPattern", "CornerFilletedContour", "Cylinder", "Damping", "DampingBand", "Dashpot"),
         *("DiagonalDamping", "DiagonalStiffness", "EllipticalContour", "Expression", "Flexure"),
         *("ForceActuator", "ForceSensor", "HammerPoint", "HyperbolicContour", "Instance", "Leaf", "LinearPattern"),
-        *("Link", "Material", "Matrix", "Mechanism", "MirrorPattern", "ModalTest", "MomentActuator", "MotionSensor"),
-        *("Notch", "ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh", "Rectangle"),
-        *("RigidBody", "Rotation", "RoundNotch", "SectionConstants", "Spring", "StraightContour"),
+        *("Link", "Load", "Material", "Matrix", "Mechanism", "MirrorPattern", "ModalTest", "MomentActuator"),
+        *("MotionSensor", "Notch", "ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh"),
+        *("Rectangle", "RigidBody", "Rotation", "RoundNotch", "SectionConstants", "Spring", "StraightContour"),
         *("Substructure", "Superelement", "Support", "TabulatedContour", "Tube", "TwoAxisNotch"),
         *("VShapedContour", "parameter"),
     ),

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.analysis.numbers import finite_numbers
-from flexura.analysis.statics import statics
+from flexura.analysis.statics import response_to
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
@@ -343,7 +343,7 @@ def _drifted(
     box, command = np.array(limits).reshape(-1, 2), np.array(freedom.command)
     if not len(command) or not np.abs(command).max() > 0:
         return freedom
-    unit = statics(model, actuators=dict(zip(names, command, strict=True)))
+    unit = response_to(model, dict(zip(names, command, strict=True)))
     factor = unit.stresses().factor_to_yield
     freedom = replace(freedom, yield_stroke=factor if factor is not None and np.isfinite(factor) else None)
     if not np.isfinite(box).all():

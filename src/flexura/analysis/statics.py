@@ -18,6 +18,7 @@ from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.prestress import dead_load
 from flexura.systems.channel import matched
 from flexura.systems.placed import PlacedInput, Placement
 from flexura.systems.system import static_solution
@@ -124,9 +125,10 @@ def statics(
     actuators: Mapping[str, float] | None = None,
     parameters: Mapping[str, ArrayLike] | None = None,
 ) -> Statics:
-    """Linear static response to loads, (6,) N and N m by node, gravity, (3,) m/s^2, and actuator commands by name,
-    wildcards allowed.
+    """Static response to loads, (6,) N and N m by node, gravity, (3,) m/s^2, and actuator commands by name,
+    wildcards allowed, beside the loads and gravity that are described.
 
+    It is linear, with the stiffness about the state under the loads and gravity that are described (theory eq. P9).
     Commands are in the units of the inputs: N, N m, m of free expansion, V, or m/s^2 of a steadily accelerated base
     (theory eq. T1). Raises ModelError; OptionError for unknown nodes and actuators and for impossible numbers;
     SolverError when something can move freely.
@@ -134,14 +136,25 @@ def statics(
     model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
     if isinstance(mechanism, FullOrderModel) and parameters:
         raise OptionError("parameters belong to a mechanism, not to an assembled model")
-    g = finite_numbers("gravity", gravity if gravity is not None else (0.0, 0.0, 0.0), 3)
+    g = _gravity(model, gravity)
+    dead = dead_load(model, g, model.plan.loads.wrenches(model.values))
+    return _about(model, g, dead, loads or {}, actuators or {})
+
+
+def response_to(model: FullOrderModel, actuators: Mapping[str, float]) -> Statics:
+    """What actuator commands add to the state under the loads and gravity that are described; as `statics`."""
+    return _about(model, np.zeros(3), np.zeros(model.order), {}, actuators)
+
+
+def _about(
+    model: FullOrderModel, g: Array, load: Array, loads: Mapping[str, ArrayLike], actuators: Mapping[str, float]
+) -> Statics:
     place = Placement(model.plan, model.values, model.geometry)
-    load = model.carried[:, :3] @ g
-    forces = {node: finite_numbers(f"load on {node}", value, 6) for node, value in (loads or {}).items()}
+    forces = {node: finite_numbers(f"load on {node}", value, 6) for node, value in loads.items()}
     for node, force in forces.items():
         load = load + model.plan.node_rows(model.plan.topology.numbers([node]), model.geometry).T @ force
-    named = matched(actuators or {}, place.actuators)
-    commands = {own: _number(name, value) for name, value in (actuators or {}).items() for own in named[name]}
+    named = matched(actuators, place.actuators)
+    commands = {own: _number(name, value) for name, value in actuators.items() for own in named[name]}
     driven = place.inputs(list(commands))
     base = np.zeros(6)
     for own, value in zip(driven, commands.values(), strict=True):
@@ -160,6 +173,18 @@ def statics(
             fed = sum(out.feed.get(name, 0.0) * value for name, value in commands.items())
             readings[out.channel.name] = float(out.row @ u + fed)
     return Statics(model, load, u, (float(g[0]), float(g[1]), float(g[2])), readings, states, forces)
+
+
+def _gravity(model: FullOrderModel, given: Sequence[float] | None) -> Array:
+    """Gravity (3,), m/s^2, of the description or as given."""
+    own = model.plan.loads.gravity(model.values)
+    if given is None:
+        return own
+    g = finite_numbers("gravity", given, 3)
+    if own.any() and not np.array_equal(own, g):
+        shown = ", ".join(f"{c:g}" for c in own)
+        raise OptionError(f"gravity is described as [{shown}] m/s^2, about which the stiffness is: change it there")
+    return g
 
 
 def _number(name: str, value: object) -> float:

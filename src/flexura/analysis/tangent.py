@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from flexura.analysis.numbers import finite_numbers
-from flexura.analysis.preload import refuse_springs_on_arms
 from flexura.beam import rigid_arm, skew
 from flexura.beam.geometric import arm_stiffness, geometric_stiffness
+from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.structure.scatter import Scatter
 from flexura.structure.segments import Segments, segments
@@ -54,7 +54,7 @@ def tangent_stiffness(
     stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
     """
     state = finite_numbers("displacements", u, model.order)
-    refuse_springs_on_arms(model, stacks=True)
+    _refuse_springs_on_arms(model)
     cut = segments(model, tapered_pieces=1)
     elements = _elements(model, cut)
     K, force, arm = _element_tangents(elements, np.append(state, 0.0)[elements.dof])
@@ -65,6 +65,22 @@ def tangent_stiffness(
     turning = Scatter([dof[:, 3:]], model.order).sparse([arm_stiffness(force, arm)])
     K_t = cut.scatter().sparse([K]) + turning + cut.K
     return ((K_t + K_t.T) / 2).tocsc()
+
+
+def _refuse_springs_on_arms(model: FullOrderModel) -> None:
+    """Raise OptionError where a spring, superelement or piezo stack pulls on a rigid arm: how its force turns is not
+    known."""
+    topology = model.plan.topology
+    for name, placed in topology.placed.items():
+        part = model.plan.parts[name]
+        ends = [n for spring in part.springs.values() for n in spring.nodes]
+        ends += [n for nodes, *_ in part.superelements.values() for n in nodes]
+        ends += [n for piezo in part.channels.piezos.values() for n in piezo.nodes]
+        number = np.array(placed.offset, dtype=np.intp)[:, None] + np.array(sorted(set(ends)), dtype=np.intp)
+        if (topology.is_rigid[number] & (topology.root[number] != number)).any():
+            where = name or "the mechanism"
+            what = "spring, superelement or piezo stack"
+            raise OptionError(f"a {what} of {where} is attached off a body's centre: use a short link")
 
 
 def dead_load_arms(model: FullOrderModel, u: Array, loads: Mapping[str, ArrayLike]) -> list[tuple[Index, Array, Array]]:

@@ -1,10 +1,11 @@
-"""Geometric stiffness of uniform beams under axial force, and of rigid arms."""
+"""Geometric stiffness of beams under axial force, and of rigid arms."""
 
 import numpy as np
 
-from flexura.beam._columns import FloatArray
-from flexura.beam.element import shape_functions
-from flexura.beam.tapered import gauss_stations
+from flexura.beam._columns import FloatArray, Real
+from flexura.beam.element import shape_functions, stiffness_from_flexibility
+from flexura.beam.section import SectionProperties
+from flexura.beam.tapered import gauss_stations, station_shapes
 from flexura.beam.uniform import UniformBeam, element_stiffness
 
 
@@ -18,10 +19,17 @@ def geometric_stiffness(force: FloatArray, beam: UniformBeam) -> FloatArray:
     force: (...) N, tension positive; UniformBeam fields (...). Holds for small displacements from a straight beam;
     bending moments and shear forces of the preloaded state add nothing here.
     """
+    return np.asarray(force)[..., None, None] * geometric_basis(beam).sum(axis=-3)
+
+
+def geometric_basis(beam: UniformBeam) -> FloatArray:
+    """Return `geometric_stiffness` (..., 2, 12, 12) per axial force at the first and at the second end, linear between.
+
+    1/N of stiffness: m, 1 and 1/m. Axial force under a uniform beam's own weight is linear (theory eq. P3).
+    """
     section, L = beam.section, np.asarray(beam.length)
     K = element_stiffness(beam)
-    shape = np.broadcast(force, L).shape
-    out = np.zeros((*shape, 12, 12))
+    out = np.zeros((*L.shape, 2, 12, 12))
     points, weights = gauss_stations(4)
     for x, w in zip(points, weights, strict=True):
         N = shape_functions(x * L, 1.0, 1.0, section, L, 1.0)
@@ -29,14 +37,46 @@ def geometric_stiffness(force: FloatArray, beam: UniformBeam) -> FloatArray:
             N[..., 5, :] + np.asarray(beam.shear_y)[..., None] * K[..., 7, :],
             -N[..., 4, :] + np.asarray(beam.shear_z)[..., None] * K[..., 8, :],
         )
-        for row in slopes:
-            out += (w * L * force)[..., None, None] * row[..., :, None] * row[..., None, :]
+        own = sum((w * L)[..., None, None] * row[..., :, None] * row[..., None, :] for row in slopes)
+        out[..., 0, :, :] += (1 - x) * own
+        out[..., 1, :, :] += x * own
     radius2 = np.divide(beam.polar, beam.mass, out=np.zeros(np.shape(beam.mass)), where=np.asarray(beam.mass) > 0)
-    twist = force * radius2 / L
+    twist = (radius2 / L / 2)[..., None]
     out[..., 3, 3] += twist
     out[..., 9, 9] += twist
     out[..., 3, 9] -= twist
     out[..., 9, 3] -= twist
+    return (out + np.swapaxes(out, -1, -2)) / 2
+
+
+def tapered_geometric_basis(
+    E: Real,
+    G: Real,
+    section: SectionProperties,
+    inertia: SectionProperties,
+    length: Real,
+    shear: Real,
+    points: FloatArray,
+    weights: FloatArray,
+) -> FloatArray:
+    """Return `geometric_basis` (..., 2, 12, 12) of elements whose section varies along them (theory eqs. P1-P3).
+
+    The same integral over the stations, with the static shapes that the element's flexibility gives (theory eq. 16).
+    section, inertia: fields (..., n) at the stations `points`, the sections that are elastic and those that are there;
+    others as in `flexura.beam.tapered`. Raises numpy.linalg.LinAlgError as `tapered` does.
+    """
+    C, N = station_shapes(E, G, section, length, shear, points, weights)
+    L = np.asarray(length)[..., None]
+    K = stiffness_from_flexibility(C, length)[..., None, :, :]
+    slide = np.asarray(shear)[..., None] / (np.asarray(G)[..., None] * section.A)
+    rows = (
+        N[..., 5, :] + (slide / section.ky)[..., None] * K[..., 7, :],
+        -N[..., 4, :] + (slide / section.kz)[..., None] * K[..., 8, :],
+        (np.sqrt((inertia.Iy + inertia.Iz) / inertia.A) / (np.asarray(G)[..., None] * section.J))[..., None]
+        * K[..., 9, :],
+    )
+    ends = np.stack([weights * (1 - points), weights * points]) * L[..., None]
+    out = sum(np.einsum("...bn,...ni,...nj->...bij", ends, row, row) for row in rows)
     return (out + np.swapaxes(out, -1, -2)) / 2
 
 

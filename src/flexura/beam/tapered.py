@@ -78,14 +78,9 @@ def tapered(
     four of 5.
     Raises numpy.linalg.LinAlgError if C is singular, as with n = 1, or if points repeat.
     """
-    E, G, rho, L, shear, rotary = (np.asarray(v)[..., None] for v in (E, G, rho, length, shear, rotary))
+    C, N = station_shapes(E, G, section, length, shear, points, weights)
+    rho, L, rotary = (np.asarray(v)[..., None] for v in (rho, length, rotary))
     A, Iy, Iz = (section if inertia is None else inertia)[:3]
-    x = points * L
-    at_stations = _integrals(E, G, section, L, shear, points, *_station_operators(tuple(points)))
-    S = combine(at_stations, FLEXIBILITY_BASIS, 6)
-    ends = _integrals(E, G, section, L, shear, points, weights[:, None], (weights * (1 - points))[:, None])
-    C = combine(ends, FLEXIBILITY_BASIS, 6)[..., 0, :, :]
-    N = interpolation(S, C, x, L[..., 0])  # (..., n, 6, 12)
 
     line = rho * weights * L
     density = columns(line * A, line * A, line * A, line * (Iy + Iz), rotary * line * Iy, rotary * line * Iz)
@@ -94,6 +89,22 @@ def tapered(
     N = np.broadcast_to(N, weighted.shape).reshape(*lead, -1, 12)
     M = np.swapaxes(weighted.reshape(*lead, -1, 12), -1, -2) @ N
     return C, (M + np.swapaxes(M, -1, -2)) / 2
+
+
+def station_shapes(
+    E: Real, G: Real, section: SectionProperties, length: Real, shear: Real, points: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the flexibility C (..., 6, 6) and the static shape functions Nbar (..., n, 6, 12) at the stations.
+
+    Nbar is that of the element loaded at its ends alone, whatever its section does (theory eqs. 16, 20). Arguments and
+    errors as in `tapered`.
+    """
+    E, G, L, shear = (np.asarray(v)[..., None] for v in (E, G, length, shear))
+    at_stations = _integrals(E, G, section, L, shear, points, *_station_operators(tuple(points)))
+    S = combine(at_stations, FLEXIBILITY_BASIS, 6)
+    ends = _integrals(E, G, section, L, shear, points, weights[:, None], (weights * (1 - points))[:, None])
+    C = combine(ends, FLEXIBILITY_BASIS, 6)[..., 0, :, :]
+    return C, interpolation(S, C, points * L, L[..., 0])
 
 
 def _integrals(

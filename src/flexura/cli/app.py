@@ -136,7 +136,7 @@ def check_command(file: File, set: Settings = None, as_json: Json = False) -> No
 @app.command("buckling")
 def buckling_command(
     file: File,
-    gravity: Gravity = "0,0,0",
+    gravity: Gravity = None,
     load: Loads = None,
     actuator: Commands = None,
     n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
@@ -151,7 +151,8 @@ def buckling_command(
     mechanism, parameters = read(file, set)
     loads = dict(load_of(text) for text in load or [])
     commands = dict(command_of(text) for text in actuator or [])
-    state = preload(mechanism, parameters, gravity=vector(gravity), loads=loads, actuators=commands)
+    g = None if gravity is None else vector(gravity)
+    state = preload(mechanism, parameters, gravity=g, loads=loads, actuators=commands)
     if strict:
         state.raise_warnings()
     data = {

@@ -30,7 +30,7 @@ Ratio = Annotated[
     float | None,
     typer.Option("--damping", metavar="RATIO", help="Damping ratio of all modes, in place of what the file says."),
 ]
-Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Acceleration in m/s^2, e.g. 0,0,-9.81.")]
+Gravity = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Acceleration in m/s^2, e.g. 0,0,-9.81.")]
 Loads = Annotated[
     list[str] | None,
     typer.Option("--load", metavar="NODE=FX,FY,FZ[,MX,MY,MZ]", help="Dead load at a node, N and N m. May be repeated."),

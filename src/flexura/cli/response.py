@@ -65,7 +65,7 @@ class Hold(StrEnum):
 
 def statics_command(
     file: File,
-    gravity: Gravity = "0,0,0",
+    gravity: Gravity = None,
     load: Loads = None,
     actuator: Commands = None,
     node: Annotated[
@@ -83,7 +83,8 @@ def statics_command(
     mechanism, parameters = read(file, set)
     commands = dict(command_of(text) for text in actuator or [])
     loads = dict(load_of(text) for text in load or [])
-    result = statics(mechanism, loads=loads, gravity=vector(gravity), actuators=commands, parameters=parameters)
+    g = None if gravity is None else vector(gravity)
+    result = statics(mechanism, loads=loads, gravity=g, actuators=commands, parameters=parameters)
     if strict:
         result.raise_warnings()
     nodes = list(node or loads)

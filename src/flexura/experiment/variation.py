@@ -94,6 +94,8 @@ class FullOrderFamily:
                     if f is not None:
                         back = np.swapaxes(G[:, nodes], -1, -2) @ f.reshape(*u[:, nodes].shape)
                         np.add.at(into, dofs[:, nodes], back)
+        if self.plan.is_loaded:
+            KX[:-1] += self.plan.full_order.prestress(values, geometry).K_g @ X
         return KX[:-1], MX[:-1], self.readings(parameters, X)
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:

@@ -23,6 +23,7 @@ from flexura.mechanism.channels import (
 )
 from flexura.mechanism.damping import Damping, DampingBand, Dashpot, DiagonalDamping, Rayleigh
 from flexura.mechanism.expression import Expression, parameter
+from flexura.mechanism.loads import Load
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link
 from flexura.mechanism.modal_test import Accelerometer, HammerPoint, ModalTest
@@ -81,6 +82,7 @@ __all__ = [
     "Leaf",
     "LinearPattern",
     "Link",
+    "Load",
     "Material",
     "Matrix",
     "Mechanism",

@@ -125,13 +125,17 @@ def refuse(rule: str, hint: str = "") -> PydanticCustomError:
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
+def axis_direction(text: str) -> tuple[float, float, float]:
+    """Unit vector of `x`, `-z` and so on; refuses other text as validators of parts do."""
+    sign, name = (-1.0, text[1:]) if text[:1] == "-" else (1.0, text.removeprefix("+"))
+    if name not in _AXES:
+        raise refuse("a direction is x, y, z, -x, -y, -z or a list of three numbers")
+    x, y, z = (sign * c + 0.0 for c in _AXES[name])
+    return x, y, z
+
+
 def _axis_name(raw: Any) -> Any:
-    if isinstance(raw, str):
-        sign, name = (-1.0, raw[1:]) if raw[:1] == "-" else (1.0, raw.removeprefix("+"))
-        if name not in _AXES:
-            raise refuse("a direction is x, y, z, -x, -y, -z or a list of three numbers")
-        return tuple(sign * c + 0.0 for c in _AXES[name])
-    return raw
+    return axis_direction(raw) if isinstance(raw, str) else raw
 
 
 def _not_null(direction: tuple[Scalar, ...]) -> tuple[Scalar, ...]:

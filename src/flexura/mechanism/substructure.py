@@ -11,6 +11,7 @@ from flexura.mechanism.body import PointMass, RigidBody, Rotation, Spring, Super
 from flexura.mechanism.channels import Actuator, Sensor
 from flexura.mechanism.corrections import Corrections
 from flexura.mechanism.damping import Damping, Dashpot
+from flexura.mechanism.loads import Gravity, Load
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Fidelity, Flexure, Link, Theory
 from flexura.mechanism.modal_test import ModalTest
@@ -137,6 +138,10 @@ class Mechanism(Substructure):
     substructures: dict[Name, Substructure] = {}
     ground: dict[str, Support] = {}
     """Nodes that are held, by name; `*` matches any run of characters."""
+    gravity: Gravity = (0.0, 0.0, 0.0)
+    """Acceleration of free fall, m/s^2, global axes: everything has its weight."""
+    loads: dict[str, Load] = {}
+    """Dead loads by the node that they act on, global axes; `*` matches any run of characters, each match has one."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from flexura.beam import element_mass, element_stiffness, flexibility, rigid_arm
 from flexura.errors import OptionError
 from flexura.reduction.chain import ChainGroup
-from flexura.structure.full_order import FullOrderModel, block_diagonal
+from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import Cut, ElementSlice
+from flexura.structure.scatter import block_diagonal
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]

@@ -135,6 +135,7 @@ def progressively(
         raise OptionError(f"the budget of a method is a positive number of seconds, or None, not {budget!r}")
     chosen = _chosen(methods)
     plan, single = plan_of(mechanism), one_design(parameters)
+    plan.refuse_loads("a comparison with exact methods")
     model = assemble(plan, single)
     if model.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")

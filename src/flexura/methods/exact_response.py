@@ -36,6 +36,7 @@ class ExactResponse:
         outputs: Sequence[PlacedOutput],
         direct: Array,
     ) -> None:
+        model.plan.refuse_loads("the exact dynamic stiffness")
         if law.is_modal:
             hint = "give Rayleigh damping, a loss factor or dashpots"
             raise OptionError(f"the exact dynamic stiffness has no modes to which damping ratios could belong; {hint}")

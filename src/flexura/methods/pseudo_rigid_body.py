@@ -17,8 +17,9 @@ from flexura.methods.chains import SegmentChains, segment_chains
 from flexura.methods.solution import Solution
 from flexura.methods.triplets import Triplets
 from flexura.reduction.chain import ChainGroup
-from flexura.structure.full_order import FullOrderModel, block_diagonal
+from flexura.structure.full_order import FullOrderModel
 from flexura.structure.part import Part
+from flexura.structure.scatter import block_diagonal
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]

@@ -23,6 +23,7 @@ _NAMED = frozenset(
         "joints",
         "interface",
         "ground",
+        "loads",
         "parameters",
         "materials",
         "sections",

@@ -27,7 +27,7 @@ _ORDER = (
     *("name", "description", "theory", "corrections", "damping"),
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
-    "ground",
+    *("ground", "gravity", "loads"),
     "test",
 )
 _NAMED = frozenset(_ORDER)

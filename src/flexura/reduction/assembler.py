@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from flexura.linalg import Eigenpairs, lowest
 from flexura.linalg.stacked import GUARD
 from flexura.reduction.parts import PartReducer
-from flexura.structure.full_order import block_diagonal
 from flexura.structure.plan import Geometry, Plan
-from flexura.structure.scatter import Scatter
+from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]

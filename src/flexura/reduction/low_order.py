@@ -95,6 +95,7 @@ def natural_frequencies(
     numbers; ask `modes` for one design when in doubt. Raises OptionError and SolverError.
     """
     plan = plan_of(mechanism)
+    plan.refuse_loads("frequencies of many designs")
     values = plan.values(parameters)
     assembler = low_order(plan)
     if count < 1:

@@ -19,6 +19,7 @@ from flexura.mechanism.substructure import DOF_NAMES
 from flexura.reduction.assembler import LowOrderAssembler, with_modes
 from flexura.reduction.craig_bampton import ReducedPart
 from flexura.structure.plan import Geometry, Plan
+from flexura.structure.prestress import solve_definite
 from flexura.structure.slots import Index
 
 if TYPE_CHECKING:
@@ -206,11 +207,24 @@ class LowOrderModel:
 
     @cached_property
     def residual(self) -> Array | None:
-        """Flexibility (6k, 6k) at the static nodes that the coordinates alone lack; None where they lack none."""
-        if self.origin is None:
+        """Flexibility (6k, 6k) at the static nodes that the coordinates alone lack; None where they lack none.
+
+        Constraint modes are static shapes without load, so that under loads they lack some too.
+        """
+        if self.origin is not None:
+            whole = self.origin.compliance(self.static_nodes)
+        elif self.plan.is_loaded:
+            whole = self._full_flexibility(self.static_nodes)
+        else:
             return None
-        lost = self.origin.compliance(self.static_nodes) - self._own_flexibility(self.static_nodes)
+        lost = whole - self._own_flexibility(self.static_nodes)
         return (lost + lost.T) / 2
+
+    def _full_flexibility(self, nodes: Sequence[str]) -> Array:
+        """Flexibility (6k, 6k) at named nodes of the full-order model."""
+        K, _ = self.plan.full_order(self.values, self.geometry)
+        rows = self.plan.node_rows(self.plan.topology.numbers(nodes), self.geometry).toarray()
+        return np.asarray(rows @ solve_definite(K, rows.T))
 
     def _own_flexibility(self, nodes: Sequence[str]) -> Array:
         """Flexibility (6k, 6k) at named nodes of the coordinates alone."""
@@ -255,8 +269,13 @@ def assembled(
         K.append(Tt @ part.K @ T)
         M.append(Tt @ part.M @ T)
     build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
-    basis = SubstructureBasis(assembler, geometry, parts)
-    return LowOrderModel(assembler.plan, values, geometry, build(K), build(M), basis, (_step(parts),), exact_at)
+    basis, plan = SubstructureBasis(assembler, geometry, parts), assembler.plan
+    own, mass, steps = build(K), build(M), (_step(parts),)
+    if plan.is_loaded:
+        added = basis.recovery.T @ plan.full_order.prestress(values, geometry).K_g @ basis.recovery
+        own = own + (added.toarray() if isinstance(own, np.ndarray) else sp.csc_matrix(added))
+        steps = (*steps, "geometric stiffness of the state under loads and gravity")
+    return LowOrderModel(plan, values, geometry, own, mass, basis, steps, exact_at)
 
 
 def _step(parts: dict[str, ReducedPart]) -> str:

@@ -83,6 +83,7 @@ def nested(
     become underscores. Leave to the mechanism outside what holds the nodes. Raises OptionError for nodes that are held
     or move as one rigid body, or when something is free with the nodes held.
     """
+    low.plan.refuse_loads("a superelement, which is to be placed in other states of load")
     names = _names(low, low.static_nodes if nodes is None else nodes)
     if keep is not None and (not isinstance(keep, int | np.integer) or keep < 0):
         raise OptionError(f"the number of amplitudes is a whole number, zero or more, not {keep!r}")

@@ -49,6 +49,7 @@ def with_solid_parts(
         return mechanism
     plan = Plan(as_beams(mechanism))
     chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(mechanism, name))}
+    plan.refuse_loads("members as solids")
     model = assemble(plan, one_design(parameters))
     tell = announce or (lambda _: None)
     changed = {}

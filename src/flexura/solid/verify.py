@@ -167,6 +167,8 @@ def progressively(
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if not isinstance(mechanism, Mechanism):
         raise OptionError(f"a Mechanism is expected, not a {type(mechanism).__name__}; flexura.load reads a file")
+    if mechanism.loads or any(mechanism.gravity):
+        raise OptionError("solid elements feel no preload: take the loads and gravity that are described out for it")
     fine = FINE if size is None else float(size)
     least, most = SIZES
     if not least <= fine <= most:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,8 @@ from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure.part import Lump, PartMatrices
 from flexura.structure.plan import Geometry, Plan, one_design, plan_of
-from flexura.structure.scatter import Scatter
+from flexura.structure.prestress import Prestress, dead_load, prestress, refuse_buckled
+from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -44,6 +45,7 @@ class FullOrderAssembler:
         self._lump_stiffness, self._lump_mass = Scatter(stiff, n), Scatter(massive, n)
         self._remembered: tuple[Geometry, dict[str, Array]] | None = None
         self._prepared: tuple[Geometry, sp.csr_matrix, sp.csr_matrix] | None = None
+        self._stressed: tuple[bytes, Prestress] | None = None
 
     def _node_dofs(self, name: str) -> Index:
         """DOF numbers (i, nodes, 6) of the roots of all nodes of a prototype's placed copies."""
@@ -52,7 +54,28 @@ class FullOrderAssembler:
         return topology.dof[topology.root[number]]
 
     def __call__(self, values: Array, geometry: Geometry) -> tuple[sp.csc_matrix, sp.csc_matrix]:
-        """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), for slot values (s,)."""
+        """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), for slot values (s,), about the state of load that is
+        described (theory eq. P6).
+
+        Raises SolverError beyond buckling, and as `prestress` does.
+        """
+        K, M = self.elastic(values, geometry)
+        return (K + self.prestress(values, geometry).K_g if self.plan.is_loaded else K).tocsc(), M
+
+    def prestress(self, values: Array, geometry: Geometry) -> Prestress:
+        """The state under the loads and gravity that are described, the last one kept.
+
+        Raises SolverError beyond buckling, and as `prestress` does.
+        """
+        if self._stressed is None or self._stressed[0] != values.tobytes():
+            model = FullOrderModel(self.plan, {}, values, geometry, *self.elastic(values, geometry))
+            found = prestress(model, self.plan.loads.gravity(values), self.plan.loads.wrenches(values))
+            refuse_buckled(model.K, found.K_g)
+            self._stressed = (values.tobytes(), found)
+        return self._stressed[1]
+
+    def elastic(self, values: Array, geometry: Geometry) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """K and M, both (n, n), for slot values (s,), without any load."""
         transforms = self._transforms(geometry)
         if self._prepared is not None and self._prepared[0] is geometry:
             coefficients = self.plan.element_coefficients(values, geometry)
@@ -177,15 +200,6 @@ class FullOrderAssembler:
         return K, M
 
 
-def block_diagonal(blocks: Array) -> Array:
-    """Blocks (..., k, 6, 6) on the diagonal of (..., 6k, 6k)."""
-    k = blocks.shape[-3]
-    out = np.zeros((*blocks.shape[:-3], 6 * k, 6 * k))
-    for i in range(k):
-        out[..., 6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = blocks[..., i, :, :]
-    return out
-
-
 def _dofs(dof: Index, nodes: Index) -> Index:
     """DOFs (i * elements, 6 * ends) of elements over `nodes` (elements, ends) in all copies."""
     return dof[:, nodes].reshape(-1, 6 * nodes.shape[-1])
@@ -195,7 +209,8 @@ def _dofs(dof: Index, nodes: Index) -> Index:
 class FullOrderModel:
     """K and M of the full-order model, with what is needed to make sense of a vector of its DOFs.
 
-    K, M: (n, n) sparse, SI; rows follow `dof_names`.
+    K, M: (n, n) sparse, SI; rows follow `dof_names`. K is about the state under the loads and gravity that are
+    described.
     """
 
     plan: Plan
@@ -255,6 +270,12 @@ class FullOrderModel:
         """
         return self.plan.full_order.carried(self.values, self.geometry)
 
+    @cached_property
+    def dead_load(self) -> Array:
+        """Load (n,) of the loads and gravity that are described, N and N m."""
+        loads = self.plan.loads
+        return dead_load(self, loads.gravity(self.values), loads.wrenches(self.values))
+
     def superelement_coordinates(self, vectors: Array, name: str) -> Array:
         """Coordinates (6k + amplitudes, m) of a placed superelement, in its own frame, for DOF vectors (n, m).
 
@@ -279,11 +300,33 @@ class FullOrderModel:
 def assemble(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> FullOrderModel:
     """Assemble the full-order model, for the default parameters or with some of them replaced.
 
-    Raises ModelError for a description that cannot be used and OptionError for unknown parameters.
+    Raises ModelError for a description that cannot be used, OptionError for unknown parameters and what cannot be
+    loaded, and SolverError when its loads and gravity buckle it.
     """
+    plan, single, values, geometry = _design(mechanism, parameters)
+    return FullOrderModel(plan, single, values, geometry, *plan.full_order(values, geometry))
+
+
+def unloaded(
+    mechanism: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None
+) -> FullOrderModel:
+    """The full-order model as `assemble` makes it, with the elastic stiffness alone whatever loads are described.
+
+    Raises OptionError for parameters beside a model that is assembled already.
+    """
+    if isinstance(mechanism, FullOrderModel):
+        if parameters:
+            raise OptionError("parameters belong to a mechanism, not to an assembled model")
+        own = mechanism
+        return replace(own, K=own.plan.full_order.elastic(own.values, own.geometry)[0]) if own.plan.is_loaded else own
+    plan, single, values, geometry = _design(mechanism, parameters)
+    return FullOrderModel(plan, single, values, geometry, *plan.full_order.elastic(values, geometry))
+
+
+def _design(
+    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None
+) -> tuple[Plan, dict[str, float], Array, Geometry]:
     plan, single = plan_of(mechanism), one_design(parameters)
     plan.verify(single)
     values = plan.values(single)
-    geometry = plan.geometry(values)
-    K, M = plan.full_order(values, geometry)
-    return FullOrderModel(plan, single, values, geometry, K, M)
+    return plan, single, values, plan.geometry(values)

@@ -148,12 +148,16 @@ class SpringLump:
     def matrix(self, values: Array, positions: Array) -> Array:
         """Matrix (..., 6n, 6n) over the n nodes at `positions` (..., n, 3), part's axes."""
         K = values[..., self._entries]
+        at = self.point(values, positions)
         X = block_rotation(self._frame.matrix(values))
         K = X @ K @ np.swapaxes(X, -1, -2)
-        at = positions.mean(axis=-2) if self._at is None else values[..., self._at]
         reach = [rigid_arm(at - positions[..., k, :]) for k in range(len(self.nodes))]
         B = reach[0] if len(reach) == 1 else np.concatenate([-reach[0], reach[1]], axis=-1)
         return np.swapaxes(B, -1, -2) @ K @ B
+
+    def point(self, values: Array, positions: Array) -> Array:
+        """Where it is (..., 3): rigid arms lead there from the nodes at `positions` (..., n, 3), part's axes."""
+        return positions.mean(axis=-2) if self._at is None else values[..., self._at]
 
 
 class PiezoLump:

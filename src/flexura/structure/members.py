@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, element
+from flexura.beam.geometric import geometric_basis, tapered_geometric_basis
 from flexura.beam.tapered import gauss_stations, tapered
 from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
@@ -97,6 +98,16 @@ class Elements:
             M[..., at, :, :] = own
         return M
 
+    @cached_property
+    def geometric(self) -> Array:
+        """Geometric stiffness (..., e, 2, 12, 12) per axial force at both ends, linear between them."""
+        found = geometric_basis(self.uniform)
+        for at, sections in self._stations:
+            stiff, moduli = self._effective(sections, at), (self._E[..., at], self._G[..., at])
+            own = (stiff, sections, self.length[..., at], self._shear[at])
+            found[..., at, :, :, :] = tapered_geometric_basis(*moduli, *own, STATIONS, WEIGHTS)
+        return found
+
     def coefficients(self) -> tuple[Array, Array]:
         """Coefficients (..., e, 10) of K in `STIFFNESS_BASIS` and (..., e, 14) of M in `MASS_BASIS`.
 
@@ -167,6 +178,11 @@ class ElementSlice:
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
         return self._whole.C[..., self._own, :, :]
+
+    @property
+    def geometric(self) -> Array:
+        """Geometric stiffness (..., e, 2, 12, 12) per axial force at both ends."""
+        return self._whole.geometric[..., self._own, :, :, :]
 
     @property
     def length(self) -> Array:

@@ -20,6 +20,7 @@ from flexura.mechanism.layout import TOP, Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
 from flexura.mechanism.substructure import Mechanism, solid_members
 from flexura.structure.ends import settle_ends
+from flexura.structure.loads import DeadLoads
 from flexura.structure.members import ElementSlice, Members
 from flexura.structure.part import Lump, Part, PartGeometry, PartMatrices
 from flexura.structure.slots import Index, SlotTable
@@ -131,6 +132,7 @@ class Plan:
             name: [_ChildPlacement(child, self.slots) for child in children]
             for name, children in self.layout.children.items()
         }
+        self.loads = DeadLoads(self.layout, self.slots)
         self._parameters = ParameterTable(mechanism)
         self.slots.close(self._parameters.defaults)
         self.topology = Topology(self.layout, self.parts)
@@ -148,6 +150,16 @@ class Plan:
         from flexura.structure.full_order import FullOrderAssembler
 
         return FullOrderAssembler(self)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether loads or gravity are described, about whose state stiffness then is."""
+        return self.loads.any
+
+    def refuse_loads(self, what: str) -> None:
+        """Raise OptionError where `what` takes no account of loads and gravity that are described."""
+        if self.is_loaded:
+            raise OptionError(f"{what}: not under the loads and gravity that are described; take these out for it")
 
     def _settle_corrections(self) -> None:
         """Work out which ends are clamped at the default parameters, where a correction asks for it."""

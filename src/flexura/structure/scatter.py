@@ -111,3 +111,12 @@ class Scatter:
             place = np.append(self._unique, self.n**2)[self._place]
             self._dense_places[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
         return self._dense_places[designs]
+
+
+def block_diagonal(blocks: Array) -> Array:
+    """Blocks (..., k, 6, 6) on the diagonal of (..., 6k, 6k)."""
+    k = blocks.shape[-3]
+    out = np.zeros((*blocks.shape[:-3], 6 * k, 6 * k))
+    for i in range(k):
+        out[..., 6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = blocks[..., i, :, :]
+    return out

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
-from flexura.structure.full_order import FullOrderModel, block_diagonal
+from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import ElementSlice
-from flexura.structure.scatter import Scatter
+from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -70,6 +70,7 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = 16) -
     if pieces < 1 or tapered_pieces < 1:
         raise OptionError("an element is cut into at least one piece")
     plan = model.plan
+    plan.refuse_loads("beams as exact solutions of their own")
     beams: list[UniformBeam] = []
     kinds, dofs, ends, members = [], [], [], []
     first_kind, first_segment, n = 0, 0, model.order

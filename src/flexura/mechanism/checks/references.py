@@ -27,6 +27,7 @@ def check_references(survey: Survey) -> None:
         survey.uses[name] = [*_between_nodes(survey, name, nodes), *_bodies(survey, name, nodes)]
         _interface(survey, name, nodes)
     survey.uses[TOP] += _ground(survey)
+    survey.uses[TOP] += _loads(survey)
     survey.uses[TOP] += check_test(survey, _Nodes(survey, TOP).find)
 
 
@@ -43,14 +44,20 @@ class _Nodes:
         if text in self.exposed:
             return [text]
         if wild and is_pattern(text):
-            matches = re.compile(translate(text)).match
-            found = [name for name in self.exposed if matches(name)]
+            found = self.matches(text)
             if not found and not self.survey.partial and not self.survey.lost[self.prototype]:
                 self.survey.report(path, text, "no node matches this pattern", self._hint(text))
             return found
         if not self._excused(text):
             self.survey.report(path, text, "there is no such node here", self._hint(text))
         return []
+
+    def matches(self, text: str) -> list[str]:
+        """Nodes that a reference or pattern stands for, unknown ones without a word."""
+        if not is_pattern(text):
+            return [text] if text in self.exposed else []
+        matches = re.compile(translate(text)).match
+        return [name for name in self.exposed if matches(name)]
 
     def _excused(self, text: str) -> bool:
         """True when the node is missing because of something that was reported before."""
@@ -233,6 +240,27 @@ def _ground(survey: Survey) -> Iterator[Use]:
             holder.setdefault(node, text)
         yield Use(path, found, joins=False)
     _still_channels(survey, holder)
+
+
+def _loads(survey: Survey) -> Iterator[Use]:
+    nodes = _Nodes(survey, TOP)
+    mechanism = survey.layout.mechanism
+    clamped = {n for text, support in mechanism.ground.items() if all(support.held) for n in nodes.matches(text)}
+    loaded: dict[str, str] = {}
+    for text in mechanism.loads:
+        path = ("loads", text)
+        found = nodes.find(path, text, wild=True)
+        for node in found:
+            if node in loaded:
+                survey.report(path, text, f"the node {node} is already loaded by {loaded[node]}", _ONE_LOAD)
+            loaded.setdefault(node, text)
+        idle = [node for node in found if node in clamped]
+        if idle and len(idle) == len(found):
+            survey.report(path, text, f"nothing can move here: {idle[0]} is clamped", "load a node that is free")
+        yield Use(path, found, joins=False)
+
+
+_ONE_LOAD = "give one load with all its forces and moments"
 
 
 def _still_channels(survey: Survey, holder: dict[str, str]) -> None:
