@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -11,6 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.band import NEAR, proof_limits, resonance_limits, truncation_limits
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import count_below
 from flexura.mechanism.damping import Damping
@@ -49,7 +51,8 @@ class FrequencyResponse(Warned):
     """H (f, p, m) at `frequency_hz` (f,): complex amplitude of each output per unit of each input, e^(+i omega t).
 
     `resonances_hz` (k,) are the natural frequencies in the range and `ratios` (k,) their damping ratios; `notes` say
-    which model was used and what to beware of.
+    which model was used. `warnings` are what is `known`, and what the model of the system `unproven` is not proven to
+    contain up to the highest frequency, which is worked out when they are first asked for.
     """
 
     name: str
@@ -61,7 +64,15 @@ class FrequencyResponse(Warned):
     ratios: Array
     order: int
     notes: tuple[str, ...] = ()
-    warnings: tuple[Exceeded, ...] = ()
+    known: tuple[Exceeded, ...] = ()
+    unproven: System | None = None
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Where this response stops holding: undamped resonances, and frequencies beyond what is proven."""
+        if self.unproven is None:
+            return self.known
+        return (*self.known, *proof_limits(self.unproven, float(self.frequency_hz.max())))
 
     def of(self, output: str, input: str) -> Complex:
         """The response (f,) of one output to one input, by name. Raises OptionError for others."""
@@ -144,7 +155,9 @@ def frequency_response(
         hz = _grid(wanted, band, points, *_of_poles(own, wanted[-1]))
         H = own.frequency_response(hz)
         found = _of_poles(own, wanted[-1])
-        return FrequencyResponse(own.name, hz, H, own.inputs, own.outputs, *found, own.order, own.notes)
+        ends = (own.inputs, own.outputs, *found, own.order)
+        known = resonance_limits(hz, *_of_poles(own, wanted[-1] * (1 + NEAR)))
+        return FrequencyResponse(own.name, hz, H, *ends, own.notes, known)
     if isinstance(mechanism, ModalSystem):
         modes = mechanism.selected(inputs, outputs)
     else:
@@ -153,14 +166,18 @@ def frequency_response(
         if order == "exact":
             return _exact(built, wanted, band, points)
         if method == "direct":
-            return _direct(built, wanted, band, points)
+            return replace(_direct(built, wanted, band, points), unproven=_unproven(mechanism, built, how))
         modes = built.modal(up_to=BEYOND * wanted[-1]) if isinstance(built.model, FullOrderModel) else built.modal()
     resonances = _resonances(modes, wanted)
     hz = _grid(wanted, band, points, *resonances)
     H = modes.response(hz)
     _refuse_infinite(H, hz)
     notes = (*_notes(modes, hz, resonances), *_left_out(modes, H, wanted[-1]))
-    return FrequencyResponse(modes.system.name, hz, H, modes.inputs, modes.outputs, *resonances, modes.order, notes)
+    known = _undamped(modes, hz)
+    if isinstance(mechanism, ModalSystem):
+        known += truncation_limits(modes, wanted[-1])
+    ends = (modes.inputs, modes.outputs, *resonances, modes.order)
+    return FrequencyResponse(modes.system.name, hz, H, *ends, notes, known, _unproven(mechanism, modes.system, how))
 
 
 def _listed(names: Sequence[str] | None) -> list[str] | None:
@@ -231,6 +248,15 @@ def proven_reduction(
     if count_below(K, M, (2 * np.pi * top) ** 2):
         return {"tolerance": TOLERANCE, "up_to": top, "coordinates": "substructures"}
     return {}
+
+
+def _unproven(mechanism: Any, built: System, how: dict[str, Any]) -> System | None:
+    """The system, unless it is of a mechanism that was reduced as need be."""
+    return None if isinstance(mechanism, Mechanism | Plan) and not how else built
+
+
+def _undamped(modes: ModalSystem, hz: Array) -> tuple[Exceeded, ...]:
+    return resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
 
 
 def _resonances(modes: ModalSystem, wanted: Array) -> tuple[Array, Array]:
@@ -349,17 +375,20 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
         H[k] = own * ((1j * w) ** built.derivative)[:, None] + built.D
     _refuse_infinite(H, hz)
     notes = (f"solved directly at every frequency, order {built.order}",)
-    return FrequencyResponse(built.name, hz, H, built.inputs, built.outputs, *resonances, built.order, notes)
+    ends = (built.inputs, built.outputs, *resonances, built.order)
+    return FrequencyResponse(built.name, hz, H, *ends, notes, _undamped(modes, hz))
 
 
 def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
     if not isinstance(built.model, FullOrderModel):
         raise OptionError("order exact needs the mechanism, not a system reduced from it")
     exact = ExactResponse(built.model, built.law, built.placed_inputs, built.placed_outputs, built.D)
-    resonances = _resonances(built.modal(up_to=BEYOND * wanted[-1]), wanted)
+    modes = built.modal(up_to=BEYOND * wanted[-1])
+    resonances = _resonances(modes, wanted)
     hz = _grid(wanted, band, points, *resonances)
     H = np.stack([exact.at(2 * np.pi * f) for f in hz])
     _refuse_infinite(H, hz)
     n = len(exact.kept)
     notes = (f"exact dynamic stiffness over {n} kept DOFs; resonances are those of the finite elements",)
-    return FrequencyResponse(built.name, hz, H, built.inputs, built.outputs, *resonances, n, notes)
+    ends = (built.inputs, built.outputs, *resonances, n)
+    return FrequencyResponse(built.name, hz, H, *ends, notes, _undamped(modes, hz))

@@ -11,6 +11,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.drift import ScrewAxis, screw_axis
+from flexura.analysis.limits import workspace_limits
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import response_to
 from flexura.analysis.tangent import tangent_stiffness
@@ -190,7 +191,8 @@ def kinetostatics(
     a = len(inputs)
     R = np.stack([i.row for i in inputs]) if a else np.zeros((0, model.order))
     rows = np.vstack([P, R])
-    S = rows @ static_solution(model.K, model.M, np.ascontiguousarray(rows.T))
+    moved = static_solution(model.K, model.M, np.ascontiguousarray(rows.T))
+    S = rows @ moved
     S = (S + S.T) / 2
     size = np.sqrt(np.outer(np.diagonal(S), np.diagonal(S)))
     S[np.abs(S) < ROUNDING * size] = 0.0
@@ -219,6 +221,7 @@ def kinetostatics(
         limits,
         tuple(found),
         notes,
+        workspace_limits(model, moved[:, q] * gain, limits),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -37,6 +37,10 @@ BLOCK = 4_000_000
 
 MOST_STATES = 2048
 """States whose stresses are worked out, those of the largest bounds first."""
+
+
+MOST_COMMANDS = 12
+"""Commands of which all combinations of least and largest are looked at."""
 
 
 @dataclass(frozen=True)
@@ -206,6 +210,32 @@ def _candidates(states: States) -> tuple[NDArray[np.intp], Array]:
     share = np.abs(states.amplitudes) / np.where(peak > 0, peak, 1.0)[:, None]
     bound = (each[own] @ share).max(axis=0)
     return np.argsort(-bound)[: int((bound > 1).sum())], bound
+
+
+def workspace_limits(
+    model: FullOrderModel, columns: Array, limits: Sequence[tuple[float, float]]
+) -> tuple[Exceeded, ...]:
+    """Motion and stress at the corners of the range of commands, `columns` (n, a) being displacements per command.
+
+    These are largest at corners, as they are convex. Nothing is said without limits, nor for more than twelve commands.
+    """
+    box = np.array(limits).reshape(-1, 2)
+    if not len(box) or len(box) > MOST_COMMANDS or not np.isfinite(box).all():
+        return ()
+    corners = np.stack(np.meshgrid(*box, indexing="ij"), axis=0).reshape(len(box), -1)
+    states = States(model, columns, corners, lambda _: " at a corner of the range of commands")
+    return (*motion_limits(states), *stress_limits(states))
+
+
+def merged(found: Iterable[Exceeded]) -> tuple[Exceeded, ...]:
+    """The worst of each kind, of commands and forces for each place and side."""
+    worst: dict[tuple[str, str, bool], Exceeded] = {}
+    for own in found:
+        each = own.kind in ("command", "force")
+        key = (own.kind, own.place if each else "", each and own.value < 0)
+        if key not in worst or abs(own.value) * abs(worst[key].limit) > abs(worst[key].value) * abs(own.limit):
+            worst[key] = own
+    return tuple(worst.values())
 
 
 def command_limits(

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.numbers import finite_numbers
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import critical_factors, is_definite, lowest
@@ -37,8 +38,13 @@ class Preload(Warned):
     K_g: sp.csc_matrix
     axial_force: dict[str, tuple[float, float]]
 
-    @cached_property
+    @property
     def warnings(self) -> tuple[Exceeded, ...]:
+        """Where this state stops holding: large motion, and loads beyond buckling."""
+        return (*motion_limits(States(self.model, self.displacement_vector[:, None])), *self.buckled)
+
+    @cached_property
+    def buckled(self) -> tuple[Exceeded, ...]:
         """That the loads are beyond buckling, when they are."""
         if not is_definite(self.model.K) or is_definite(self.stiffness()):
             return ()

@@ -92,7 +92,7 @@ class Statics(Warned):
         """Whether the loads are beyond buckling, and why that is not known where it is not."""
         commands = {a.name: a.command for a in self.actuators}
         try:
-            return preload(self.model, gravity=self.gravity, loads=self.loads, actuators=commands).warnings, ()
+            return preload(self.model, gravity=self.gravity, loads=self.loads, actuators=commands).buckled, ()
         except (OptionError, SolverError) as reason:
             return (), (f"whether it buckles is not known: {reason}",)
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.integration import generalised_alpha
+from flexura.analysis.peaks import Run, integrated_warnings
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.mechanism.damping import Damping
@@ -38,8 +40,8 @@ STATES = 50_000_000
 class TimeResponse(Warned):
     """Outputs `response` (p, N) at `time` (N,), s, under `signals` (m, N) at the inputs.
 
-    `modal` (r, N) are the modal coordinates of `modes` where these were kept; `notes` say how this was computed and
-    what to beware of.
+    `modal` (r, N) are the modal coordinates of `modes` where these were kept; `notes` say how this was computed.
+    `warnings` are worked out from its `run` when they are first asked for, or `known`.
     """
 
     name: str
@@ -51,7 +53,8 @@ class TimeResponse(Warned):
     notes: tuple[str, ...]
     modes: ModalSystem | None = None
     modal: Array | None = None
-    warnings: tuple[Exceeded, ...] = ()
+    run: Run | None = None
+    known: tuple[Exceeded, ...] = ()
 
     def of(self, output: str) -> Array:
         """One output (N,) by name. Raises OptionError for others."""
@@ -59,6 +62,11 @@ class TimeResponse(Warned):
         if output not in names:
             raise OptionError(f"there is no output {output!r}; known: {', '.join(names)}")
         return self.response[names.index(output)]
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Where this response stops holding: largest motion, stress and force, and inputs beyond their range."""
+        return self.known if self.run is None else self.run.warnings(self.time, self.signals)
 
     def displacements(self, at: int | Sequence[int]) -> Array:
         """DOF vectors (n, k) of the full-order model at samples `at`, for shapes and stresses.
@@ -256,10 +264,11 @@ def _exact(
     notes = _notes(modes, dt, hold)
     modes = modes.viscous()
     eta0, rate0, y = _static(modes, start), modes.B @ impulses, modes.D @ u
+    run = Run(modes, hold, eta0, rate0)
     if not keep and suits_blocks(modes, len(u)):
         y += block_response(modes, u, dt, hold, eta0, rate0)
         y += np.where(modes.derivative[:, None] == 0, modes.residual, 0.0) @ u
-        return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes)
+        return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, run=run)
     orders = set(modes.derivative.tolist())
     wanted = {min(k, 1) for k in orders} | ({0} if keep or 2 in orders else set())
     eta, rate = motion(modes, u, dt, hold, eta0, rate0, wanted)
@@ -271,7 +280,7 @@ def _exact(
     if keep and modes.order * len(time) > STATES:
         raise OptionError(f"keep_modes keeps at most {STATES} values: ask for fewer modes or samples")
     kept = (modes, eta) if keep else (None, None)
-    return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, *kept)
+    return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, *kept, run)
 
 
 def _read(modes: ModalSystem, eta: Array | None, rate: Array | None, u: Array, C: Array, order: int) -> Array:
@@ -327,4 +336,5 @@ def _integrated(
         y[at] += built.rows[at] @ own
     y[built.derivative == 0] += built.residual[built.derivative == 0] @ u
     notes = (f"generalised-alpha, rho_infinity {rho:g}, {built.order} coordinates: error of order dt^2",)
-    return TimeResponse(built.name, time, y, u, built.inputs, built.outputs, notes)
+    known = integrated_warnings(built, q, time, u)
+    return TimeResponse(built.name, time, y, u, built.inputs, built.outputs, notes, known=known)

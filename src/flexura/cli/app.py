@@ -211,7 +211,13 @@ def _plot(result: Any, folder: Path) -> list[Path]:
     from flexura.view import save_pictures
 
     titles = [f"mode {mode.number}: {mode.frequency_hz:.4g} Hz" for mode in result.modes]
-    return save_pictures(result.model, result.shapes, titles, [mode.motion.summary for mode in result.modes], folder)
+    subtitles = [
+        "; ".join(
+            [mode.motion.summary, *(f"warning: {w}" for w in result.warnings if w.place in ("", str(mode.number)))]
+        )
+        for mode in result.modes
+    ]
+    return save_pictures(result.model, result.shapes, titles, subtitles, folder)
 
 
 def _fail(text: str, status: int) -> NoReturn:

@@ -58,7 +58,7 @@ def state_space(
             C[k, 0::2], C[k, 1::2] = -modes.C[k] * modes.omega**2, -modes.C[k] @ modes.damping
             D[k] += modes.C[k] @ modes.B
     states = tuple(f"mode {k + 1} {word}" for k in range(r) for word in ("displacement", "velocity"))
-    notes = (f"{r} modes of the {_kind(modes)} model of order {modes.system.order}, static gain kept",)
+    notes = (f"{r} modes of the {_kind(modes)} model of order {modes.system.order}, static gain kept", *_range(modes))
     full = StateSpace(A, B, C, D, modes.inputs, modes.outputs, states, None, delay, modes.system.name, notes)
     return full if balanced is None else balance(full, balanced)
 
@@ -107,3 +107,16 @@ def _left_out(modes: ModalSystem, V: Array, in_modes: Array) -> tuple[Array, Arr
     X = X - shapes @ (shapes.T @ (system.M @ X))
     flexibility, inertia = np.einsum("ij,ij->j", X, V), np.einsum("ij,ij->j", X, system.M @ X)
     return np.maximum(flexibility, 0.0) + SLACK * whole, (1 + SLACK) * np.maximum(inertia, 0.0)
+
+
+def _range(modes: ModalSystem) -> list[str]:
+    """Where the state space holds: below the first mode left out, and within the ranges of what drives it."""
+    said = (
+        [f"modes from {modes.next_omega / (2 * np.pi):.5g} Hz on are left out"] if np.isfinite(modes.next_omega) else []
+    )
+    ranges = [
+        f"{channel.name} {low:.5g} to {high:.5g} {channel.unit}"
+        for channel, (low, high) in zip(modes.inputs, modes.system.limits, strict=True)
+        if np.isfinite(low) and np.isfinite(high)
+    ]
+    return said + ([f"inputs hold within {', '.join(ranges)}"] if ranges else [])

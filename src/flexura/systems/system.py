@@ -148,7 +148,7 @@ def system(
     recover = None if isinstance(model, FullOrderModel) else model.recovery
     C, H = (_projected(A, recover, model.K) for A in (C_full, H_full))
     loss = uniform_loss(H_full, full.model.K)
-    loads = np.stack([_load(i, full) for i in ins], axis=1) if ins else np.zeros((plan.topology.n_dof, 0))
+    loads = _loads(ins, full)
     all_rows = np.stack([o.row for o in outs]) if outs else np.zeros((0, plan.topology.n_dof))
     B = loads if recover is None else np.asarray(recover.T @ loads)
     rows = all_rows if recover is None else np.asarray(all_rows @ recover)
@@ -245,6 +245,15 @@ def _channels(
         inputs = dofs if inputs is None and not place.actuators else inputs
         outputs = dofs if outputs is None and not place.sensors else outputs
     return place.inputs(inputs), place.outputs(outputs)
+
+
+def input_loads(system: System) -> Array:
+    """Loads (n, m) of one unit of each input on the DOFs of the full-order model."""
+    return _loads(list(system.placed_inputs), _Full(system.full_order))
+
+
+def _loads(ins: list[PlacedInput], full: _Full) -> Array:
+    return np.stack([_load(i, full) for i in ins], axis=1) if ins else np.zeros((full.model.order, 0))
 
 
 def _load(placed: PlacedInput, full: _Full) -> Array:

@@ -1,0 +1,85 @@
+"""Up to where a frequency response is known: modes that a model lacks, and resonances without damping."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import Exceeded, FlexuraError
+from flexura.reduction import LowOrderModel, certify
+from flexura.systems import ModalSystem, System
+
+Array = NDArray[np.float64]
+
+NEAR = 1e-3
+"""Relative distance to an undamped resonance within which a response is mostly its error: frequencies are proven to
+1e-4, so that the response is off by a tenth there."""
+
+UNDAMPED = 1e-9
+"""Damping ratio below which there is none: round-off of poles."""
+
+PROVEN = 0.01
+"""Relative error of a frequency up to which it counts as proven, where no tolerance was given."""
+
+ADVICE = "reduce with a tolerance up to the highest frequency, or keep more modes"
+
+
+def resonance_limits(hz: Array, resonances: Array, ratios: Array) -> tuple[Exceeded, ...]:
+    """Undamped resonances that frequencies hz (f,) come within reach of."""
+    bare = resonances[ratios < UNDAMPED]
+    if not len(bare) or not len(hz):
+        return ()
+    own = np.sort(hz)
+    at = np.searchsorted(own, bare)
+    beside = np.stack([own[np.clip(at - 1, 0, len(own) - 1)], own[np.clip(at, 0, len(own) - 1)]])
+    distance = np.abs(beside / bare - 1).min(axis=0)
+    near = bare[distance < NEAR]
+    if not len(near):
+        return ()
+    listed = ", ".join(f"{f:.5g}" for f in near[:5]) + (", ..." if len(near) > 5 else "")
+    text = (
+        f"nothing damps the resonance{'s' if len(near) > 1 else ''} at {listed} Hz: the response is infinite there, and"
+        f" its peak says how near to it a frequency lies"
+    )
+    return (Exceeded("resonance", "", float(distance.min()), NEAR, "1", text),)
+
+
+def proof_limits(system: System, top: float) -> tuple[Exceeded, ...]:
+    """What a low-order model is not proven to contain up to the frequency `top`, Hz."""
+    model = system.model
+    if not isinstance(model, LowOrderModel):
+        return ()
+    proof = model.certificate
+    if proof is None or proof.below_hz < top:
+        try:
+            proof = certify(model, system.full_order, up_to=top)
+        except FlexuraError as reason:
+            text = f"the model of order {model.order} is not proven up to {top:.5g} Hz: {reason}"
+            return (Exceeded("proof", "", top, 0.0, "Hz", text),)
+    if proof.missing:
+        known = proof.frequency_hz[proof.is_indexed & (proof.error_bound < PROVEN)]
+        limit = float(known.max(initial=0.0))
+        text = (
+            f"{proof.missing} of the {proof.count} modes below {proof.below_hz:.5g} Hz are missing from the model of"
+            f" order {model.order}: {ADVICE}"
+        )
+        return (Exceeded("proof", "", top, limit, "Hz", text),)
+    off = np.flatnonzero((proof.error_bound > PROVEN) & (proof.frequency_hz <= top))
+    if not len(off):
+        return ()
+    first, worst = float(proof.frequency_hz[off[0]]), float(proof.error_bound[off].max())
+    bound = f"{100 * worst:.2g} %" if np.isfinite(worst) else "nothing"
+    text = (
+        f"resonances of the model of order {model.order} are proven to no better than {bound} from {first:.5g} Hz on:"
+        f" {ADVICE}"
+    )
+    return (Exceeded("proof", "", top, first, "Hz", text),)
+
+
+def truncation_limits(modes: ModalSystem, top: float) -> tuple[Exceeded, ...]:
+    """Modes left out of a system below the frequency `top`, Hz."""
+    first = modes.next_omega / (2 * np.pi)
+    if not first < top:
+        return ()
+    text = f"modes from {first:.5g} Hz on are left out, and frequencies up to {top:.5g} Hz are asked for"
+    return (Exceeded("proof", "", top, first, "Hz", text),)

@@ -1,0 +1,100 @@
+"""What a time response reaches: motion, stress and force over its steps against their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
+from flexura.errors import Exceeded
+from flexura.structure import FullOrderModel
+from flexura.systems import ModalSystem, System
+from flexura.systems.placed import Placement
+from flexura.systems.recurrences import Hold, motion
+from flexura.systems.system import floating_shift, input_loads, static_solution
+
+Array = NDArray[np.float64]
+
+BLOCK = 10_000_000
+"""Modal coordinates that are held at a time."""
+
+STATES = 256
+"""States of a full-order model that are looked at together."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a time response follows from: `modes`, viscously damped, from a state `eta`, `rate` (r,), and `hold`."""
+
+    modes: ModalSystem
+    hold: Hold
+    eta: Array
+    rate: Array
+
+    def warnings(self, time: Array, u: Array) -> tuple[Exceeded, ...]:
+        """Limits that are exceeded at some time (N,) under inputs u (m, N).
+
+        The motion of everything is that of the modes, and what stiffer ones follow statically.
+        """
+        modes, system = self.modes, self.modes.system
+        shapes = modes.shapes if isinstance(system.model, FullOrderModel) else system.model.recover(modes.shapes)
+        shift = floating_shift(system.full_order.K, system.full_order.M)
+        columns = np.hstack([shapes, _left_out(system, shapes, modes.B / (modes.omega**2 + shift)[:, None], shift)])
+        return _merged(system, columns, ((eta, own) for eta, own in self._blocks(time, u)), time, u)
+
+    def _blocks(self, time: Array, u: Array) -> Iterator[tuple[Array, slice]]:
+        """Modal coordinates (r, k) block by block, and the samples that they are of."""
+        step, eta, rate = max(BLOCK // max(self.modes.order, 1), 2), self.eta, self.rate
+        dt, count = time[1] - time[0], len(time)
+        for first in range(0, count - 1, step):
+            own = slice(first, min(first + step, count - 1) + 1)
+            last = own.stop == count
+            q, v = motion(self.modes, u[:, own], dt, self.hold, eta, rate, {0} if last else {0, 1})
+            assert q is not None
+            yield q, own
+            if v is not None:
+                eta, rate = q[:, -1], v[:, -1]
+
+
+def integrated_warnings(system: System, q: Array, time: Array, u: Array) -> tuple[Exceeded, ...]:
+    """Limits that coordinates q (n, N) of a system exceed at some time (N,) under inputs u (m, N)."""
+    if not isinstance(system.model, FullOrderModel):
+        shift = floating_shift(system.full_order.K, system.full_order.M)
+        shapes, gain = system.model.recover(np.eye(system.order)), static_solution(system.K, system.M, system.B, shift)
+        columns = np.hstack([shapes, _left_out(system, shapes, gain, shift)])
+        return _merged(system, columns, [(q, slice(0, len(time)))], time, u)
+    blocks = ((q[:, k : k + STATES], slice(k, min(k + STATES, len(time)))) for k in range(0, len(time), STATES))
+    return _merged(system, None, blocks, time, u)
+
+
+def _left_out(system: System, shapes: Array, gain: Array, shift: float) -> Array:
+    """Static displacement (n, m) per input that shapes (n, r), of static gain (r, m), lack."""
+    full = system.full_order
+    if not system.inputs:
+        return np.zeros((full.order, 0))
+    return static_solution(full.K, full.M, input_loads(system), shift) - shapes @ gain
+
+
+def _merged(system: System, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
+    full, names = system.full_order, [c.name for c in system.inputs]
+    place = Placement(full.plan, full.values, full.geometry)
+    found = list(command_limits(system.placed_inputs, u, lambda k: _at(time[k])))
+    for q, own in blocks:  # type: ignore[attr-defined]
+
+        def when(k: int, first: int = own.start) -> str:
+            return _at(time[first + k])
+
+        if columns is None:
+            states = States(full, q, None, when)
+        else:
+            states = States(full, columns, np.vstack([q, u[:, own]]), when)
+        found += force_limits(states, place, dict(zip(names, u[:, own], strict=True)))
+        found += [*motion_limits(states), *stress_limits(states)]
+    return merged(found)
+
+
+def _at(t: float) -> str:
+    return f" at {t:.4g} s"
