@@ -53,3 +53,23 @@ def test_a_moving_base_is_no_preload() -> None:
     shaker = {"shaker": fx.BaseMotion(direction=(1, 0, 0))}
     with pytest.raises(fx.OptionError, match="base at rest"):
         fx.preload(inverted_pendulum(actuators=shaker), actuators={"shaker": 1.0})
+
+
+def test_a_bonded_stack_under_thrust_and_weight_is_a_beam() -> None:
+    length, area, k, mass = 0.03, 25e-6, 12e6, 0.012
+    section = fx.Rectangle(width=5e-3, thickness=5e-3)
+    stack = fx.PiezoStack(nodes=("foot", "top"), stiffness=k, free_stroke=60e-6, mass=mass, section=section, nu=0.3)
+    link = fx.Link(nodes=("foot", "top"), material="m", section=section, reference=(1, 0, 0), elements=1)
+    description = {
+        "nodes": {"foot": (0, 0, 0), "top": (0, 0, length)},
+        "bodies": {"head": fx.RigidBody(centre=(0, 0, 0.05), mass=0.2, inertia=(1e-5,) * 3, carries=("top",))},
+        "ground": {"foot": "clamped"},
+        "corrections": "none",
+        "materials": {"m": fx.Material(E=k * length / area, nu=0.3, rho=mass / (area * length))},
+    }
+    one, other = (
+        fx.preload(fx.Mechanism(**description, **part), gravity=(200.0, 0, -900.0))
+        for part in ({"actuators": {"stack": stack}}, {"links": {"stack": link}})
+    )
+    assert one.natural_frequencies(6) == pytest.approx(other.natural_frequencies(6), rel=1e-9)
+    assert one.buckling_factors(2) == pytest.approx(other.buckling_factors(2), rel=1e-7)

@@ -36,6 +36,7 @@ def schema() -> dict[str, Any]:
             _also(parts[part]["properties"], key, _AXIS)
     for key in ("rotate", "pattern"):
         _also(parts["Instance"]["properties"], key, parts["Instance"]["properties"][key]["items"])
+    _also(result["properties"], "gravity", _AXIS)
     superelement = parts["Superelement"]["properties"]
     superelement["units"] = {
         "type": "object",

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, block_rotation, element_mass, element_stiffness, member_frame, rigid_arm
+from flexura.beam.geometric import geometric_basis
 from flexura.beam.uniform import UniformBeam
 from flexura.mechanism import (
     Box,
@@ -205,14 +206,34 @@ class PiezoLump:
         rows[..., :3], rows[..., 6:9] = -axis, axis
         return rows
 
+    def geometric(self, values: Array, positions: Array) -> Array:
+        """Geometric stiffness (..., 2, 12, 12) per axial force at both ends, part's axes: of a string, or of the prism
+        (theory eqs. P3, P8). One design."""
+        if self._shape:
+            beam, T = self.prism(values, positions)
+            return T.T @ geometric_basis(beam) @ T
+        axis = positions[1] - positions[0]
+        length = float(np.linalg.norm(axis))
+        across, string = (np.eye(3) - np.outer(axis, axis) / length**2) / length, np.zeros((12, 12))
+        for i, j, sign in ((0, 0, 1), (6, 6, 1), (0, 6, -1), (6, 0, -1)):
+            string[i : i + 3, j : j + 3] = sign * across
+        return np.stack([string, string]) / 2
+
     def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
         """K and M (..., 12, 12), part's axes, for nodes at `positions` (..., 2, 3)."""
-        k, mass, nu = (values[..., slot] for slot in self._numbers)
         if not self._shape:
+            k, mass, _ = (values[..., slot] for slot in self._numbers)
             rows = self.elongation(positions)
             K = k[..., None, None] * rows[..., :, None] * rows[..., None, :]
             points = np.diag(np.tile([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], 2))
             return K, mass[..., None, None] / 2 * points
+        beam, T = self.prism(values, positions)
+        Tt = np.swapaxes(T, -1, -2)
+        return Tt @ element_stiffness(beam) @ T, Tt @ element_mass(beam) @ T
+
+    def prism(self, values: Array, positions: Array) -> tuple[UniformBeam, Array]:
+        """A bonded stack as a beam, and its element axes as T (..., 12, 12)."""
+        k, mass, nu = (values[..., slot] for slot in self._numbers)
         length = np.linalg.norm(positions[..., 1, :] - positions[..., 0, :], axis=-1)
         s = self.section(values)
         assert s is not None
@@ -222,9 +243,7 @@ class PiezoLump:
         for i in range(4):
             T[..., 3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = R
         fields = (E * s.A, E / (2 * (1 + nu)) * s.J, E * s.Iy, E * s.Iz, 0.0, 0.0, rho * s.A, rho * (s.Iy + s.Iz))
-        beam = UniformBeam(*np.broadcast_arrays(*fields, rho * s.Iy, rho * s.Iz, length))
-        Tt = np.swapaxes(T, -1, -2)
-        return Tt @ element_stiffness(beam) @ T, Tt @ element_mass(beam) @ T
+        return UniformBeam(*np.broadcast_arrays(*fields, rho * s.Iy, rho * s.Iz, length)), T
 
 
 def least_aligned(axis: Array) -> Array:

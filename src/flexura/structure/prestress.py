@@ -221,21 +221,21 @@ class _PartState:
                 )
 
     def stacks(self) -> Iterator[tuple[Index, Array] | Pushes]:
-        """Piezo stacks as strings between their nodes, and what arms exert on them."""
+        """Piezo stacks as strings between their nodes, bonded ones as beams, and what arms exert on them."""
         for key, piezo in self.part.channels.piezos.items():
             x = self.local_positions[piezo.nodes]
-            length = float(np.linalg.norm(x[1] - x[0]))
-            elongation = self.v[:, piezo.nodes].reshape(len(self.v), 12) @ piezo.elongation(x)
             free = np.array([self.state.drive.expansion.get(name, 0.0) for name in self._names(key)])
-            tension = float(piezo.stiffness(self.state.model.values)) * (elongation - free)
-            n = (x[1] - x[0]) / length
-            across, string = np.eye(3) - np.outer(n, n), np.zeros((12, 12))
-            for i, j, sign in ((0, 0, 1), (6, 6, 1), (0, 6, -1), (6, 0, -1)):
-                string[i : i + 3, j : j + 3] = sign * across / length
-            yield self._over(piezo.nodes, tension[:, None, None] * string)
-            force = self._global(tension[:, None, None] * np.stack([-n, n]))
-            half = float(piezo.mass(self.state.model.values)) / 2
-            yield Pushes.of(self.dof[:, piezo.nodes], force - half * self.state.gravity, self.arm[:, piezo.nodes])
+            ends = self.v[:, piezo.nodes].reshape(len(self.v), 12)
+            K, M = piezo.matrices(self.state.model.values, x)
+            row = piezo.elongation(x)
+            weight = np.zeros((len(self.v), 2, 6))
+            weight[..., :3] = self.pull[:, None]
+            driven = float(piezo.stiffness(self.state.model.values)) * free[:, None] * row
+            inner = ends @ K - weight.reshape(-1, 12) @ M - driven
+            pull = (inner * row).reshape(-1, 2, 6).sum(axis=-1)
+            yield self._over(piezo.nodes, np.einsum("cb,bij->cij", pull, piezo.geometric(self.state.model.values, x)))
+            force = self._global(inner.reshape(-1, 2, 6)[..., :3])
+            yield Pushes.of(self.dof[:, piezo.nodes], force, self.arm[:, piezo.nodes])
 
     def weights(self) -> Iterator[Pushes]:
         """Weights of bodies, point masses, sensors and superelements of one node, where their centres are."""
