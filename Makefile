@@ -1,17 +1,18 @@
 # flexura: everything runs in an environment of its own, .venv, that the first target called sets up.
-#   make demo    the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
-#   make test    the whole test suite
-#   make lint    ruff, pyright, import rules
-#   make bench   speed and memory, in one run
+#   make demo      the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
+#   make test      the test suite but for its slow sweeps
+#   make test-all  the whole test suite
+#   make lint      ruff, pyright, import rules
+#   make bench     speed and memory, in one run
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo packages test lint format bench verification pictures clean help
+.PHONY: demo packages compiler test test-all lint format bench verification pictures clean help
 help:
-	@sed -n '2,6s/^# *//p' Makefile
+	@sed -n '2,7s/^# *//p' Makefile
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -38,10 +39,18 @@ packages: $(STAMP)
 	fi; \
 	echo "Tests of CalculiX and of solids by gmsh are skipped. On Debian: apt-get install $(PACKAGES)"
 
-test: packages
+# files of tests are shared between processes: a BLAS thread, a process and its fixtures for each
+RUN_TESTS = OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PROCESSES) --dist loadfile --durations=15
+PROCESSES ?= 2
+test: compiler
+	$(RUN_TESTS) $(ARGS)
+
+test-all: compiler
+	$(RUN_TESTS) -m '' $(ARGS)
+
+compiler: packages
 	@command -v cc >/dev/null || command -v gcc >/dev/null || \
 	  { echo "FMUs need a C compiler. On Debian: apt-get install gcc libc6-dev"; exit 1; }
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -61,7 +70,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/virtual_test.py
 
 verification: $(STAMP)
-	$(BIN)/python -m pytest tests/literature tests/opensees --verification-page docs/verification.md
+	$(BIN)/python -m pytest tests/literature tests/opensees -m '' --verification-page docs/verification.md
 
 pictures: $(STAMP)
 	$(BIN)/python docs/figures/make_figures.py

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 import verification_report as page
@@ -43,6 +45,7 @@ class Record:
         self.target = config.getoption(OPTION)
         self.printed = {} if self.target else page.read(PAGE)
         self.measured: dict[tuple[str, str], page.Measurement] = {}
+        self.files: set[Path] = set()
         self.messages: list[str] = []
         self.complete = True
 
@@ -79,11 +82,23 @@ class Record:
         if not report.passed and any(folder.name in Path(report.nodeid.split("::")[0]).parts for folder in FOLDERS):
             self.complete = False
 
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: Any) -> None:
+        """Take over what a process of `pytest -n` measured."""
+        own = pickle.loads(node.workeroutput["verification"])
+        self.measured |= own["measured"]
+        self.files |= own["files"]
+        self.complete &= own["complete"]
+
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write the page, or look for rows of it that nothing measures any more; after a complete run only."""
-        ran = {item.path for item in session.items}
+        self.files |= {item.path for item in getattr(session, "items", ())}
+        if hasattr(session.config, "workeroutput"):  # a process of `pytest -n`
+            own = {"measured": self.measured, "files": self.files, "complete": self.complete}
+            session.config.workeroutput["verification"] = pickle.dumps(own)
+            return
         files = {path for folder in FOLDERS for path in folder.glob("test_*.py")}
-        complete = self.complete and files <= ran and not any("::" in text for text in session.config.args)
+        complete = self.complete and files <= self.files and not any("::" in text for text in session.config.args)
         surplus = sorted(set(self.printed) - set(self.measured))
         if self.target and complete:
             page.write(Path(self.target), self.measured.values())

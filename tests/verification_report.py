@@ -25,7 +25,7 @@ the tolerance of its row, and when this page no longer says what they measure.
   therefore computed with `corrections: none`; the section on flexures puts the corrections to the test.
 
 To write the page anew: `make verification`, which is
-`pytest tests/literature tests/opensees --verification-page docs/verification.md`.
+`pytest tests/literature tests/opensees -m '' --verification-page docs/verification.md`.
 """
 
 _HEAD = "| quantity | unit | reference | computed | relative error | tolerance |\n|---|---|---|---|---|---|\n"

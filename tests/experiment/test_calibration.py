@@ -60,6 +60,7 @@ def test_posterior_of_one_stiffness_in_closed_form():
     assert drawn.interval[0] == pytest.approx(p.interval, rel=3 * error)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say():
     """200 mechanisms drawn from the prior and measured with noise: 95 % intervals hold 95 % of the true values, within
     what 400 draws can tell (a binomial deviation is 1.1 %)."""
@@ -86,7 +87,7 @@ def test_what_the_data_cannot_tell_is_named():
     assert untold.told == pytest.approx(0, abs=1e-9)
     assert untold.weights["kx"] == pytest.approx(untold.weights["mass"], rel=1e-6)
     assert found.unresolved == (untold,)
-    assert "0.71 kx + 0.71 mass" in str(untold) or "0.71 mass + 0.71 kx" in str(untold)
+    assert str(untold) == "0.71 kx + 0.71 mass"
     assert found.correlation[0, 1] > 0.98
     assert any("left to the prior" in note for note in found.notes)
     with pytest.raises(fx.OptionError, match="1 data cannot tell 2 parameters"):

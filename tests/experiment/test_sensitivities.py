@@ -68,7 +68,9 @@ def test_kept_modes_mean_the_same_away_from_the_start():
         assert (np.abs(slopes - expected) < 1e-5 * pairs.values / at[name]).all()
 
 
-@pytest.mark.parametrize("how", [{}, {"order": "low"}, {"order": "low", "keep": 2}])
+@pytest.mark.parametrize(
+    "how", [{}, pytest.param({"order": "low"}, marks=pytest.mark.slow), {"order": "low", "keep": 2}]
+)
 def test_mechanism_of_closed_loops_against_differences(how):
     """Frequencies and shapes, relative to f/p and to the largest displacement.
 

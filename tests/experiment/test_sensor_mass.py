@@ -114,6 +114,7 @@ def test_calibration_is_not_biased_by_the_sensors(stage, tested):
     assert blind.values["kz"] != pytest.approx(9e3, rel=0.03)
 
 
+@pytest.mark.slow
 def test_responses_are_those_of_their_own_placement(stage, tested):
     """The same spring from the frequency responses of both placements; without their mass it is off."""
     text = STAGE.replace("tz: 9 kN/m", "tz: kz")

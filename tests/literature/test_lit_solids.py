@@ -24,6 +24,7 @@ PLANE = {  # height over length
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", PLANE)
 def test_cantilever_as_a_plane_body(verify, height):
     case = Case(

@@ -92,11 +92,11 @@ def test_cantilever_by_its_closed_form(method):
 @pytest.mark.parametrize(
     ("method", "theory", "count"),
     [
-        ("transfer matrix", "euler_bernoulli", 8),
+        pytest.param("transfer matrix", "euler_bernoulli", 8, marks=pytest.mark.slow),
         ("transfer matrix", "rayleigh", 8),
-        ("transfer matrix", "timoshenko", 8),
+        pytest.param("transfer matrix", "timoshenko", 8, marks=pytest.mark.slow),
         ("spectral element", "timoshenko", 6),
-        ("reverberation-ray", "rayleigh", 3),
+        pytest.param("reverberation-ray", "rayleigh", 3, marks=pytest.mark.slow),
         ("reverberation-ray", "timoshenko", 3),
     ],
 )
@@ -109,10 +109,10 @@ def test_methods_agree_on_a_spatial_loop(method, theory, count):
 @pytest.mark.parametrize(
     ("name", "method", "count"),
     [
-        ("guide", "transfer matrix", 12),
+        pytest.param("guide", "transfer matrix", 12, marks=pytest.mark.slow),
         ("guide", "spectral element", 6),
-        ("guide", "reverberation-ray", 6),
-        ("pivot", "transfer matrix", 6),
+        pytest.param("guide", "reverberation-ray", 6, marks=pytest.mark.slow),
+        pytest.param("pivot", "transfer matrix", 6, marks=pytest.mark.slow),
         ("amplifier", "transfer matrix", 6),
     ],
 )

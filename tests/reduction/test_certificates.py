@@ -50,12 +50,23 @@ def holds(proof, true) -> bool:
     return bool(np.where(proof.is_indexed, indexed, inside).all()) and proof.count == int((true < proof.below_hz).sum())
 
 
-@MANY
-@given(mechanisms(), st.integers(0, 3), st.integers(1, 12))
-def test_certificates_hold(mechanism, keep, n):
+def _certificates_hold(mechanism, keep, n):
     low, model = fx.reduce(mechanism, keep=keep), fx.assemble(mechanism)
     assume(low.order > 0 and model.order < 700)
     assert holds(certify(low, model, n=n), true_frequencies(model))
+
+
+@FEW
+@given(mechanisms(), st.integers(0, 3), st.integers(1, 12))
+def test_certificates_hold(mechanism, keep, n):
+    _certificates_hold(mechanism, keep, n)
+
+
+@pytest.mark.slow
+@MANY
+@given(mechanisms(), st.integers(0, 3), st.integers(1, 12))
+def test_a_thousand_certificates_hold(mechanism, keep, n):
+    _certificates_hold(mechanism, keep, n)
 
 
 @FEW

@@ -456,6 +456,7 @@ def test_pieces_do_not_depend_on_place_size_and_metal(example):
     assert mesh_mass(second).mass == pytest.approx(54 * mesh_mass(first).mass, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_round_notch_on_a_box_bends_ever_more_easily_in_finer_cells(example):
     members = solids(example("tip_tilt/tip_tilt.yaml"), "leg1")
     found = []

@@ -81,7 +81,7 @@ def test_a_tip_mass_is_that_of_the_beam_model():
     assert found[0] == pytest.approx(x * np.sqrt(E / RHO) / (2 * np.pi * 0.1), rel=1e-4)
 
 
-@pytest.mark.parametrize("example", ["amplifier", "pivot"])
+@pytest.mark.parametrize("example", [pytest.param("amplifier", marks=pytest.mark.slow), "pivot"])
 def test_components_reduced_once_equal_the_whole_solid(example):
     model = assemble(load(EXAMPLES / example / f"{example}.yaml"))
     found = solid_modes(model, 6, 2.5, hexahedra=False)
@@ -90,6 +90,7 @@ def test_components_reduced_once_equal_the_whole_solid(example):
     assert (found.solution.frequency_hz > whole * (1 - 1e-5)).all()
 
 
+@pytest.mark.slow
 def test_more_fixed_modes_come_closer_to_the_whole_solid(monkeypatch):
     model = assemble(load(EXAMPLES / "amplifier" / "amplifier.yaml"))
     whole = whole_frequencies(model, 4, 4.0)

@@ -63,12 +63,14 @@ def test_the_limit_lies_below_both_meshes(guide):
     assert guide.uncertainty[0] == pytest.approx((f2 - guide.frequency_hz[0]) / guide.frequency_hz[0])
 
 
+@pytest.mark.slow
 def test_a_mesh_half_as_fine_again_lies_within_the_uncertainty(guide):
     finer = solid_modes(assemble(load(GUIDE)), 6, 0.7).solution.frequency_hz[:6]
     assert (np.abs(finer / guide.frequency_hz - 1) < guide.uncertainty).all()
     assert (finer < guide.solids[1].frequency_hz).all()
 
 
+@pytest.mark.slow
 def test_a_frequency_that_rises_is_not_extrapolated():
     """Cells as large as the round notches cut their tips short, so that the coarse mesh is too soft."""
     result = verify(load(EXAMPLES / "tip_tilt" / "tip_tilt.yaml"), 1, 2.0)
@@ -184,9 +186,9 @@ def command(monkeypatch, capsys):
     [
         ("amplifier", 2.0, (0.3, 0.6), 0.05, 0.0),
         ("pivot", 2.0, (0.005, 0.02), 0.01, 0.0),
-        ("tip_tilt", 1.4, (0.005, 0.1), 0.03, 0.0),
+        pytest.param("tip_tilt", 1.4, (0.005, 0.1), 0.03, 0.0, marks=pytest.mark.slow),
         ("xy_stage", 1.4, (0.1, 0.2), 0.03, -0.001),
-        ("rpr", 2.0, (0.3, 0.5), 0.04, 0.0),
+        pytest.param("rpr", 2.0, (0.3, 0.5), 0.04, 0.0, marks=pytest.mark.slow),
     ],
 )
 def test_every_example_is_verified(command, name, size, plain, corrected, mass):

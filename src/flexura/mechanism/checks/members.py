@@ -22,6 +22,8 @@ from flexura.mechanism.profile import (
 from flexura.mechanism.section import ROUND_SECTIONS
 
 RELATIVE = 1e-9
+ROUND_OFF = 1e-12
+"""A member is without length when its ends are apart by no more than this beside their own coordinates."""
 PARALLEL = 1e-6
 """Sine of the angle below which two directions count as parallel."""
 
@@ -42,13 +44,14 @@ def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[
         survey.report((*path, "reference"), "", "required for a section that is not round, but missing", hint)
     if member.nodes[0] == member.nodes[1] or not all(node in positions for node in member.nodes):
         return
-    start = _sum(positions[member.nodes[0]], member.start_offset)
-    end = _sum(positions[member.nodes[1]], member.end_offset)
+    ends = [positions[node] for node in member.nodes]
+    start, end = _sum(ends[0], member.start_offset), _sum(ends[1], member.end_offset)
     axis = [b - a for a, b in zip(start, end, strict=True)]
     length = math.hypot(*axis)
     if not math.isfinite(length):
         return
-    if length <= 1e-12 * (1 + survey.size):
+    far = max(abs(c) for point in (*ends, member.start_offset, member.end_offset) for c in point)
+    if length <= ROUND_OFF * (1 + far):
         survey.report((*path, "nodes"), ", ".join(member.nodes), "the member has no length", _NO_LENGTH)
         return
     if member.reference is not None:
