@@ -50,7 +50,7 @@ def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[
     length = math.hypot(*axis)
     if not math.isfinite(length):
         return
-    far = max(abs(c) for point in (*ends, start, end) for c in point)
+    far = max(math.hypot(*point) for point in (start, end, *ends))
     if length <= ROUND_OFF * (1 + far):
         survey.report((*path, "nodes"), ", ".join(member.nodes), "the member has no length", _NO_LENGTH)
         return
