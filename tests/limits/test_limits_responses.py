@@ -184,3 +184,16 @@ def test_pictures_say_it():
         result = fx.time_response(amplifier, signal, ["motion"], dt=2e-5, duration=4e-3, damping=0.01)
         texts = [text.get_text() for text in fx.draw_time(result).texts]
         assert len(texts) == len(words) and all(w in t for w, t in zip(words, texts, strict=True))
+
+
+def test_motion_about_a_described_load_starts_from_it(heavy):
+    mechanism, name, hz = heavy
+    axis = ["tx", "ty", "tz"].index(name[-2:])
+    force = np.eye(3)[axis] * STIFFNESS * 0.09 * L
+    loaded = mechanism.model_copy(update={"loads": {"b": fx.Load(force=tuple(map(float, force)))}})
+    push = {name: fx.signals.step(STIFFNESS * 0.03 * L)}
+    for how in ({}, {"method": "generalised_alpha", "order": "full"}):
+        ask = {"dt": 1 / (400 * hz), "duration": 1 / hz, "damping": VISCOUS, **how}
+        assert fx.time_response(mechanism, push, [name], **ask).warnings == ()
+        found = warned(fx.time_response(loaded, push, [name], **ask))
+        assert found["displacement"].value == pytest.approx((0.09 + 2 * 0.03) * L, rel=2e-3)

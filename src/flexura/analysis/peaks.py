@@ -81,6 +81,10 @@ def _left_out(system: System, shapes: Array, gain: Array, shift: float) -> Array
 def _merged(system: System, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
     full, names = system.full_order, [c.name for c in system.inputs]
     place = Placement(full.plan, full.values, full.geometry)
+    at_rest = np.zeros((full.order, 1 if columns is None else 0))
+    if full.plan.is_loaded:
+        # what is described as loaded moves about its displaced state
+        at_rest = static_solution(full.K, full.M, full.dead_load[:, None])
     found = list(command_limits(system.placed_inputs, u, lambda k: _at(time[k])))
     for q, own in blocks:  # type: ignore[attr-defined]
 
@@ -88,9 +92,10 @@ def _merged(system: System, columns: Array | None, blocks: object, time: Array, 
             return _at(time[first + k])
 
         if columns is None:
-            states = States(full, q, None, when)
+            states = States(full, q + at_rest, None, when)
         else:
-            states = States(full, columns, np.vstack([q, u[:, own]]), when)
+            amplitudes = np.vstack([q, u[:, own], np.ones((at_rest.shape[1], q.shape[1]))])
+            states = States(full, np.hstack([columns, at_rest]), amplitudes, when)
         found += force_limits(states, place, dict(zip(names, u[:, own], strict=True)))
         found += [*motion_limits(states), *stress_limits(states)]
     return merged(found)
