@@ -214,3 +214,38 @@ def test_mistakes_are_refused_with_their_line(text, words):
         fx.loads(SOURCE + text, "arms.yaml")
     line = SOURCE.count("\n") + 1
     assert f"arms.yaml:{line}: {text[:5]}" in str(raised.value)
+
+
+def test_responses_and_low_orders_of_every_kind_feel_the_loads(monkeypatch):
+    """Static compliance of a taut pinned beam's middle through every kind of model."""
+    links = {
+        name: fx.Link(
+            nodes=ends, material="steel", section=fx.Rectangle(width=B, thickness=T), reference=(0, 0, 1), elements=6
+        )
+        for name, ends in {"one": ("a", "m"), "two": ("m", "b")}.items()
+    }
+    nodes = {"a": (0, 0, 0), "m": (L / 2, 0, 0), "b": (L, 0, 0)}
+    beam = fx.Mechanism(
+        theory="euler_bernoulli", corrections="none", materials={"steel": STEEL}, links=links, nodes=nodes,
+        ground=PINNED, loads=pull(2e3), damping=0.02,
+    )  # fmt: skip
+    u = L / 2 * np.sqrt(2e3 / EI)
+    exact = L**3 / (48 * EI) * 3 * (u - np.tanh(u)) / u**3
+    ports = {"inputs": ["m.tz"], "outputs": ["m.tz"]}
+    for order, options in (("low", {}), ("low", {"keep": 2}), ("low", {"method": "rubin", "keep": 2}), ("full", {})):
+        model = fx.assemble(beam) if order == "full" else fx.reduce(beam, **options)
+        space = fx.state_space(fx.system(model, **ports), n=2)
+        gain = space.D - space.C @ np.linalg.solve(space.A, space.B)
+        assert gain.item() == pytest.approx(exact, rel=1e-4)
+    dense = fx.reduce(beam, keep=2)
+    monkeypatch.setattr("flexura.reduction.model.DENSE_ORDER", 1)
+    sparse = fx.reduce(beam, keep=2)
+    assert not isinstance(sparse.K, np.ndarray)
+    np.testing.assert_allclose(sparse.K.toarray(), dense.K, rtol=1e-12, atol=1e-9 * abs(dense.K).max())
+    step = fx.time_response(beam, {"m.tz": np.ones(1001)}, ["m.tz"], dt=1e-3)
+    assert np.asarray(step.response).ravel()[-1] == pytest.approx(exact, rel=1e-3)
+
+
+def test_modes_say_what_state_they_are_about():
+    for order in ("low", "full"):
+        assert any("loads and gravity" in step for step in fx.modes(bar(loads=pull(1.0)), n=1, order=order).steps)

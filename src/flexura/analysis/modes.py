@@ -17,6 +17,7 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import Certificate, LowOrderModel, certify, reduce
 from flexura.reduction.certificate import certificate
 from flexura.reduction.low_order import Method
+from flexura.reduction.model import STATE
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 
@@ -175,7 +176,8 @@ def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> M
         missed=(),
         more_missed=count - reported,
     )
-    return _result(full, full.order, found, evidence, u, parameters, proof, ())
+    steps = (STATE,) if full.plan.is_loaded else ()
+    return _result(full, full.order, found, evidence, u, parameters, proof, steps)
 
 
 def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dict[str, float]) -> Modes:

@@ -130,6 +130,9 @@ class ProjectedBasis:
         return self.parent.recover(self.T @ coordinates)
 
 
+STATE = "about the state under the loads and gravity that are described"
+"""What the stiffness of a mechanism is whose description has loads or gravity."""
+
 DENSE_ORDER = 1500
 """Up to this order the low-order K and M are dense arrays, beyond it sparse."""
 
@@ -274,7 +277,7 @@ def assembled(
     if plan.is_loaded:
         added = basis.recovery.T @ plan.full_order.prestress(values, geometry).K_g @ basis.recovery
         own = own + (added.toarray() if isinstance(own, np.ndarray) else sp.csc_matrix(added))
-        steps = (*steps, "geometric stiffness of the state under loads and gravity")
+        steps = (*steps, STATE)
     return LowOrderModel(plan, values, geometry, own, mass, basis, steps, exact_at)
 
 
