@@ -16,6 +16,7 @@ from flexura.linalg import Eigenpairs, count_below, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import Certificate, LowOrderModel, certify, reduce
 from flexura.reduction.certificate import certificate
+from flexura.reduction.equal_branches import split
 from flexura.reduction.low_order import Method
 from flexura.reduction.model import STATE
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -143,6 +144,10 @@ def modes(
     full = assemble(plan, single)
     if full.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
+    if order == "full" and (parts := split(full)) is not None:
+        from flexura.analysis.split_modes import split_modes
+
+        return split_modes(parts, n, single)
     if order == "full":
         return _full_modes(full, min(n, full.order), single)
     low = reduce(plan, single, keep=keep, keep_below=keep_below, method=reduction, tolerance=tolerance, up_to=up_to)

@@ -20,6 +20,8 @@ The theory holds for slender straight members, small strains and rotations, and 
 warp freely. Without shear and rotary inertia the frequencies are too high by about 7 (depth/wavelength)^2.
 """
 
+from contextlib import suppress
+
 import numpy as np
 
 from flexura.beam._columns import FloatArray, Real, basis_of, columns, combine, symmetric
@@ -182,8 +184,20 @@ def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
     raises numpy.linalg.LinAlgError.
     """
     T = _deformation(length)
-    K = np.swapaxes(T, -1, -2) @ (np.linalg.inv(C) @ T)
+    K = np.swapaxes(T, -1, -2) @ (_inverse(C) @ T)
     return (K + np.swapaxes(K, -1, -2)) / 2
+
+
+def _inverse(C: FloatArray) -> FloatArray:
+    """Inverses (..., 6, 6), NaN where there is none."""
+    try:
+        return np.linalg.inv(C)
+    except np.linalg.LinAlgError:
+        found = np.full(C.shape, np.nan)
+        for at in np.ndindex(C.shape[:-2]):
+            with suppress(np.linalg.LinAlgError):
+                found[at] = np.linalg.inv(C[at])
+        return found
 
 
 def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatArray:
@@ -194,9 +208,9 @@ def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatA
 
     S: (..., n, 6, 6), displacement at n stations per load at j; C: (..., 6, 6), the same at j; x: (..., n) m,
     where the stations are; length: (...) m. Returns (..., n, 6, 12): displacement at x per displacement of
-    (i, j). A singular C raises numpy.linalg.LinAlgError.
+    (i, j), NaN where C is singular.
     """
-    P = np.linalg.inv(C) @ _deformation(length)
+    P = _inverse(C) @ _deformation(length)
     stacked = S.reshape(*S.shape[:-3], 6 * S.shape[-3], 6) @ P  # all stations of an element in one product
     N = stacked.reshape(*stacked.shape[:-2], S.shape[-3], 6, 12)
     N[..., :6] += _arm_along_x(x)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
+import numpy as np
 import typer
 
 from flexura._version import __version__
@@ -227,6 +229,8 @@ def _fail(text: str, status: int) -> NoReturn:
 
 def main() -> None:
     """Run the command line; errors go to stderr, bad input exits with status 2, others with 1."""
+    # results that are not finite are refused or shown as such; NumPy's warnings would only name lines of the program
+    warnings.filterwarnings("ignore", category=RuntimeWarning, module="flexura|numpy|scipy")
     try:
         app()
     except ModelError as error:
@@ -235,6 +239,10 @@ def main() -> None:
         _fail(f"flexura: {error}", 2)
     except FlexuraError as error:
         _fail(f"flexura: {error}", 1)
+    except MemoryError as error:
+        _fail(f"flexura: this needs more memory than there is: {error}".rstrip(": "), 1)
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        _fail(f"flexura: the numbers of this mechanism lie too far apart for double precision ({error})", 1)
     except BrokenPipeError:
         sys.stderr.close()
         raise SystemExit(1) from None

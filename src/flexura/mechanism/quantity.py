@@ -23,6 +23,15 @@ CONTEXT_KEY = "read_quantity"
 FRACTION = "at least 0 and below 1"
 Scalar = float | Expression
 
+LARGEST_LENGTH = 1e9
+"""m; of all sizes and coordinates."""
+
+SMALLEST_LENGTH = 1e-12
+"""m; of sizes that are positive."""
+
+LARGEST = 1e60
+"""Of every other quantity with a dimension in SI, and its inverse of those that are positive."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -46,6 +55,14 @@ class Quantity:
         if self.sign == FRACTION:
             return 0 <= value < 1
         return value >= 0 or self.sign == "any"
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The least and the largest size of a value, SI, that double precision can hold beside others."""
+        if self.dimension is None or self.dimension == dim.NUMBER:
+            return 0.0, math.inf
+        least, most = (SMALLEST_LENGTH, LARGEST_LENGTH) if self.dimension == dim.LENGTH else (1 / LARGEST, LARGEST)
+        return (least if self.sign == "positive" else 0.0), most
 
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(
@@ -71,6 +88,15 @@ class Quantity:
             if not self.admits(value):
                 rule = f"{self.a_kind} must be {self.sign}"
                 raise PydanticCustomError("quantity", "{rule}", {"rule": rule, "hint": ""})
+            least, most = self.limits
+            if not least <= abs(value) <= most:
+                rule = (
+                    f"{self.a_kind} must be"
+                    + (f" at least {least:g} and" if least else "")
+                    + f" at most {most:g} in SI"
+                )
+                hint = "double precision cannot hold it beside others; check its unit"
+                raise PydanticCustomError("quantity", "{rule}", {"rule": rule, "hint": hint})
         return value
 
 

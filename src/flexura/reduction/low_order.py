@@ -16,6 +16,7 @@ from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
 from flexura.structure.plan import Plan, one_design, plan_of
+from flexura.structure.representable import refuse_unrepresentable
 
 Array = NDArray[np.float64]
 
@@ -69,13 +70,15 @@ def reduce(
     plan.verify(single)
     values = plan.values(single)
     geometry = plan.geometry(values)
+    with np.errstate(all="ignore"):  # what is not finite is refused by name
+        matrices = plan.matrices(values, geometry)
+        refuse_unrepresentable(plan, matrices)
     exact_at = static_nodes(assembler, static_at)
     if tolerance is not None and up_to is not None:
         from flexura.reduction.adaptive import reduce_to_tolerance
 
         low = reduce_to_tolerance(assembler, values, geometry, exact_at, tolerance, up_to, coordinates)
         return replace(low, parameters=single)
-    matrices = plan.matrices(values, geometry)
     parts = {}
     for name, reducer in assembler.reducers.items():
         own = reducer.craig_bampton(matrices[name], geometry)

@@ -16,6 +16,7 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.structure.part import Lump, PartMatrices
 from flexura.structure.plan import Geometry, Plan, one_design, plan_of
 from flexura.structure.prestress import Prestress, dead_load, prestress, refuse_buckled
+from flexura.structure.representable import refuse_unrepresentable
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
@@ -329,4 +330,7 @@ def _design(
     plan, single = plan_of(mechanism), one_design(parameters)
     plan.verify(single)
     values = plan.values(single)
-    return plan, single, values, plan.geometry(values)
+    geometry = plan.geometry(values)
+    with np.errstate(all="ignore"):  # what is not finite is refused by name
+        refuse_unrepresentable(plan, plan.matrices(values, geometry))
+    return plan, single, values, geometry
