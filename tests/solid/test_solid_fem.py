@@ -195,6 +195,7 @@ def test_bar_under_tension_stretches_by_closed_form(kind):
     assert np.allclose(u.reshape(-1, 3), mesh.points * strain * [1, -0.33, -0.33], rtol=0, atol=1e-11 * strain * L)
 
 
+@pytest.mark.slow
 def test_leaf_with_a_block_converges_to_its_known_frequencies():
     known = np.array([127.1, 607.0, 1399.0, 3696.0])
     found = []

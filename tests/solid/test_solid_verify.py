@@ -244,6 +244,7 @@ def test_rows_say_what_the_file_itself_has(tmp_path):
         assert not last_beams.solids
 
 
+@pytest.mark.slow
 def test_solid_members_of_a_description_are_nearest(tmp_path):
     text = (EXAMPLES / "pivot" / "pivot.yaml").read_text()
     file = tmp_path / "solid.yaml"
