@@ -9,6 +9,7 @@ import pytest
 import flexura as fx
 from flexura.linalg import count_below, lowest
 from flexura.reduction.equal_branches import split
+from flexura.reduction.model import STATE
 from flexura.structure import assemble
 
 MODULE = import_module("flexura.reduction.equal_branches")
@@ -109,6 +110,17 @@ def test_branches_that_are_not_alike_in_numbers_are_not_split() -> None:
     K[dof, dof] *= 1.001
     assert split(replace(model, K=K.tocsc())) is None
     assert split(model) is not None
+
+
+def test_a_loaded_state_is_said(monkeypatch) -> None:
+    """Gravity along the axis presses all branches alike, across it does not."""
+    result = fx.modes(wheel(gravity=(0, 0, -9.81)), n=8, order="full")
+    assert "equal branches" in result.steps[0] and STATE in result.steps
+    sideways = fx.modes(wheel(gravity=(9.81, 0, 0)), n=8, order="full")
+    assert sideways.steps == (STATE,)
+    monkeypatch.setattr(MODULE, "LEAST", 10**9)
+    undivided = fx.modes(wheel(gravity=(0, 0, -9.81)), n=8, order="full")
+    np.testing.assert_allclose(result.frequency_hz, undivided.frequency_hz, rtol=1e-7)
 
 
 def test_nothing_to_split() -> None:

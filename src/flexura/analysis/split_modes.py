@@ -8,6 +8,7 @@ from flexura.analysis.evidence import Evidence, mass_evidence
 from flexura.analysis.modes import Mode, Modes
 from flexura.analysis.motion import motions
 from flexura.reduction.equal_branches import SplitModel
+from flexura.reduction.model import STATE
 
 HERTZ = 2 * np.pi
 
@@ -35,6 +36,5 @@ def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Mode
     )
     names = tuple(full.plan.topology.node_names)
     name = full.plan.mechanism.name
-    return Modes(
-        name, full.order, full.order, tuple(found), evidence, u, names, parameters, full, proof, (split.summary,)
-    )
+    steps = (split.summary, STATE) if full.plan.is_loaded else (split.summary,)
+    return Modes(name, full.order, full.order, tuple(found), evidence, u, names, parameters, full, proof, steps)
