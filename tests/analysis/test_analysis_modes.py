@@ -198,3 +198,89 @@ def test_a_missing_mode_widens_intervals_and_is_counted():
     assert result.certificate.missing >= len(result.evidence.missed) > 0
     assert not result.modes[-1].is_indexed
     assert result.modes[0].is_indexed
+
+
+ARM = {
+    "nodes": {"foot": (0, 0, 0), "tip": (0.05, 0, 0)},
+    "flexures": {
+        "blade": fx.Flexure(
+            nodes=("foot", "tip"), material="steel", reference=(0, 0, 1), profile=fx.Leaf(width=0.01, thickness=0.0005)
+        )
+    },
+}
+
+
+def test_a_heavy_point_mass_beside_a_light_body_is_what_moves() -> None:
+    """The mass at the end of one leaf swings, a light body at the end of another stands nearly still: the summary
+    names what the table of kinetic energy names."""
+    leaf = {"material": "steel", "reference": (0, 0, 1), "profile": fx.Leaf(width=0.01, thickness=0.0005)}
+    both = fx.Mechanism(
+        materials={"steel": STEEL},
+        nodes={"foot": (0, 0, 0), "end": (0.05, 0, 0), "far": (0.1, 0, 0), "other": (0, 0.05, 0)},
+        flexures={
+            "long": fx.Flexure(nodes=("foot", "end"), **leaf),
+            "joint": fx.Flexure(nodes=("end", "far"), **leaf),
+            "short": fx.Flexure(nodes=("foot", "other"), **leaf),
+        },
+        masses={"payload": fx.PointMass(node="far", mass=1.0, offset=(0.01, 0, 0))},
+        bodies={"light": fx.RigidBody(centre=(0.05, 0, 0), mass=1e-3, inertia=(1e-8, 1e-8, 1e-8), carries=("end",))},
+        ground={"foot": "clamped"},
+    )
+    mode = fx.modes(both, n=1, order="full").modes[0]
+    assert mode.motion.summary.startswith("payload moves along z")
+    assert mode.motion.masses[0].kinetic_share > 0.99
+    assert mode.motion.bodies[0].kinetic_share < 0.01
+
+
+def test_a_mass_that_a_body_carries_counts_as_the_body() -> None:
+    loaded = guide(masses={"payload": fx.PointMass(node="h1", mass=5.0)})
+    motion = fx.modes(loaded, n=1).modes[0].motion
+    assert motion.summary.startswith("table moves along x (")
+    assert motion.masses[0].body == "payload" and motion.masses[0].kinetic_share > 0.9
+
+
+def test_kinetic_energies_of_bodies_and_masses_are_those_of_the_mass_matrix() -> None:
+    """With massless leaves everything that moves is rigid, masses off their node and with inertia included."""
+    air = fx.Material(E=200e9, nu=0.3, rho=1e-9)
+    point = fx.PointMass(node="h1", mass=0.3, offset=(0.01, 0.02, -0.03), inertia=(1e-4, 2e-4, 3e-4))
+    for mode in fx.modes(guide(materials={"steel": air}, masses={"m": point}), n=4).modes:
+        motion = mode.motion
+        assert sum(m.kinetic_share for m in (*motion.bodies, *motion.masses)) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_leaves_that_hold_most_of_the_energy_come_before_a_body_that_shakes() -> None:
+    for mode in fx.modes(guide(), n=12, order="full").modes:
+        share, said = mode.motion.bodies[0].kinetic_share, mode.motion.summary
+        assert said.startswith("table") == (share >= 0.5)
+        assert ("table" in said) == (share > 0.05)
+
+
+@pytest.mark.parametrize("interface", [("foot", "tip"), ("foot",)])
+def test_a_mechanism_of_instances_alone_names_their_nodes(interface: tuple[str, ...]) -> None:
+    """f1 = 1.8751^2/(2 pi L^2) sqrt(EI/(rho A)) of a cantilever that is an instance, the top level having no nodes."""
+    arms = fx.Mechanism(
+        materials={"steel": STEEL},
+        corrections="none",
+        substructures={"arm": fx.Substructure(**ARM, interface=interface)},
+        instances={"arm": fx.Instance(of="arm")},
+        ground={"arm.foot": "clamped"},
+    )
+    first = fx.modes(arms, n=2, order="full").modes[0]
+    expected = 1.8751040687**2 / (2 * np.pi * 0.05**2) * np.sqrt(200e9 * 0.0005**2 / 12 / 7800)
+    assert first.frequency_hz == pytest.approx(expected, rel=1e-4)
+    assert first.motion.summary == "arm.tip moves along z (arm: thickness bending 100%)"
+
+
+def test_many_equal_bodies_are_not_said_to_stand_still() -> None:
+    """Forty bodies on forty springs, none with more than a fortieth of the energy."""
+    spring = fx.DiagonalStiffness(tx=1e3, ty=1e5, tz=1e5, rx=1e2, ry=1e2, rz=1e2)
+    names = [f"b{k}" for k in range(40)]
+    held = {k: fx.Spring(nodes=(k,), stiffness=spring) for k in names}
+    tie = fx.DiagonalStiffness(tx=1e4, ty=1e4, tz=1e4, rx=1, ry=1, rz=1)
+    ties = {f"t{a}": fx.Spring(nodes=(a, b), stiffness=tie) for a, b in zip(names[:-1], names[1:], strict=True)}
+    row = fx.Mechanism(
+        bodies={k: fx.RigidBody(centre=(0, 0, 0), mass=0.1, inertia=(1e-5,) * 3) for k in names},
+        springs={f"s{k}": s for k, s in held.items()} | ties,
+    )
+    said = fx.modes(row, n=1, order="full").modes[0].motion.summary
+    assert said.startswith("b") and "moves along x" in said and "and 38 more" in said
