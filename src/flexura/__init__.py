@@ -19,6 +19,7 @@ from flexura._version import __version__
 if TYPE_CHECKING:
     from flexura.analysis import ActuatorState as ActuatorState
     from flexura.analysis import CheckReport as CheckReport
+    from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
     from flexura.analysis import Doubt as Doubt
     from flexura.analysis import Drift as Drift
     from flexura.analysis import Evidence as Evidence
@@ -223,7 +224,8 @@ if TYPE_CHECKING:
 
 _EXPORTS = {
     "flexura.analysis": (
-        *("ActuatorState", "CheckReport", "Doubt", "Drift", "Evidence", "Freedom", "FrequencyResponse"),
+        *("ActuatorState", "CheckReport", "ComplianceSpectrum", "Doubt", "Drift", "Evidence", "Freedom"),
+        "FrequencyResponse",
         *("Kinetostatics", "MemberStress", "Mode", "Modes", "Preload", "ScrewAxis", "SignalFile", "Statics"),
         *("Stresses", "TimeResponse", "check", "compliance", "drift", "frequency_response"),
         *("internal_force_rows", "kinetostatics", "member_stresses", "modes", "preload", "read_signals"),

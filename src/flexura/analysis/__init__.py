@@ -5,8 +5,9 @@ from flexura.analysis import signals
 from flexura.analysis.check import CheckReport, Doubt, check
 from flexura.analysis.drift import Drift, ScrewAxis, drift, screw_axis
 from flexura.analysis.evidence import Evidence, MissedMode
+from flexura.analysis.freedoms import ComplianceSpectrum, Freedom
 from flexura.analysis.frequency_response import FrequencyResponse, frequency_response
-from flexura.analysis.kinetostatics import Freedom, Kinetostatics, kinetostatics
+from flexura.analysis.kinetostatics import Kinetostatics, kinetostatics
 from flexura.analysis.modes import Mode, Modes, modes
 from flexura.analysis.preload import Preload, preload
 from flexura.analysis.signals import SignalFile, read_signals
@@ -18,6 +19,7 @@ from flexura.analysis.time_response import TimeResponse, time_response
 __all__ = [
     "ActuatorState",
     "CheckReport",
+    "ComplianceSpectrum",
     "Doubt",
     "Drift",
     "Evidence",

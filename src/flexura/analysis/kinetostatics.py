@@ -10,11 +10,22 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.drift import ScrewAxis, screw_axis
+from flexura.analysis.drift import screw_axis
+from flexura.analysis.freedoms import (
+    GAP,
+    NOISE,
+    ComplianceSpectrum,
+    Freedom,
+    compliance_spectrum,
+    freedom,
+    screws,
+    stiffness_without_springs,
+)
 from flexura.analysis.limits import workspace_limits
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import response_to
 from flexura.analysis.tangent import tangent_stiffness
+from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
 from flexura.mechanism.substructure import Mechanism
@@ -28,36 +39,8 @@ Array = NDArray[np.float64]
 OWNED = 0.5
 """Share of a compliance that locking the actuators takes away, from which it is a freedom."""
 
-GAP = 10.0
-"""Least ratio of compliances between freedoms and constraints where there are no actuators."""
-
 ROUNDING = 1e-8
 """Compliances below so much of their bound, sqrt(S_ii S_jj), are round-off."""
-
-TURNS = 0.1
-"""Share of rotation in a freedom, lengths over the size of the mechanism, below which it is a translation."""
-
-
-@dataclass(frozen=True)
-class Freedom:
-    """One way in which a platform is free: a twist (6,) of its node of unit size, m and rad, and its screw axis.
-
-    `share` is the part of the compliance that the actuators own, 1 where they are all of it; nan without actuators.
-    `command` (a,) are the actuator commands, in their units, per unit of the twist. In units of the twist, `stroke` is
-    how far they reach to either side within their limits, and `yield_stroke` how far until a link or flexure yields;
-    `shift`, m, and `tilt`, rad, say how far the axis drifts at the end of the stroke. None where there are no commands,
-    limits or yield stresses, and where the tangent stiffness is refused (`tangent_stiffness`).
-    """
-
-    kind: str
-    twist: tuple[float, ...]
-    axis: ScrewAxis
-    share: float
-    command: tuple[float, ...]
-    stroke: float | None = None
-    yield_stroke: float | None = None
-    shift: float | None = None
-    tilt: float | None = None
 
 
 @dataclass(frozen=True)
@@ -69,7 +52,9 @@ class Kinetostatics(Warned):
     held; jacobian (6, a): its displacement per unit elongation of each while the others keep their lengths;
     input_stiffness (a,), N/m or N m/rad: what each has to push against, its own stiffness left out; elongation (a, a)
     of each per unit command of each; workspace (6, 2): least and largest displacement within the limits of the
-    commands, one coordinate at a time, infinite without limits. SI, global frame.
+    commands, one coordinate at a time, infinite without limits; spectrum: the compliances without the actuators'
+    stiffness on one scale. `is_clear` is False where there are no actuators and no gap in the spectrum tells freedoms
+    from constraints. SI, global frame.
     """
 
     platform: str
@@ -84,12 +69,16 @@ class Kinetostatics(Warned):
     workspace: Array
     limits: tuple[tuple[float, float], ...]
     freedoms: tuple[Freedom, ...]
+    spectrum: ComplianceSpectrum
+    is_clear: bool
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[Exceeded, ...] = ()
 
     @property
     def kind(self) -> str:
-        """Freedoms in the usual short form, e.g. `2R1T`."""
+        """Freedoms in the usual short form, e.g. `2R1T`; `unclear` where they are not clear cut."""
+        if not self.is_clear:
+            return "unclear"
         counts = [sum(f.kind == kind for f in self.freedoms) for kind in ("R", "T")]
         return "".join(f"{n}{kind}" for n, kind in zip(counts, "RT", strict=True) if n) or "none"
 
@@ -137,6 +126,14 @@ class Kinetostatics(Warned):
                     *("input_stiffness", "stiffness", "elongation", "workspace"),
                 )
             },
+            "spectrum": {
+                "compliance": self.spectrum.compliance.tolist(),
+                "characteristic_length": self.spectrum.length,
+                "centre": self.spectrum.centre.tolist(),
+                "gap": self.spectrum.gap,
+                "count": self.spectrum.count,
+                "is_clear": self.spectrum.is_clear,
+            },
             "freedoms": [
                 {
                     "kind": f.kind,
@@ -169,11 +166,12 @@ def kinetostatics(
     *,
     parameters: Mapping[str, ArrayLike] | None = None,
 ) -> Kinetostatics:
-    """Coupling, amplification, stiffness, workspace and freedoms of a platform (theory eqs. T20-T23).
+    """Coupling, amplification, stiffness, workspace and freedoms of a platform (theory eqs. T20-T24).
 
     `platform` is a node, by default the only rigid body; `actuators` are inputs as in `system`, by default all that are
     described. Freedoms are the motions whose compliance the actuators own: what is left of it when their lengths are
-    held is less than half. Without actuators they are the compliances above the largest gap of their spectrum.
+    held is less than half. Without actuators they are the compliances above a gap of their spectrum that stands out
+    (`ComplianceSpectrum`, theory eq. T24), or none is named.
 
     Raises ModelError; OptionError for unknown names and where the platform is not clear; SolverError when something can
     move freely.
@@ -205,8 +203,13 @@ def kinetostatics(
     coupling, elongation = S[p, q] * gain, S[q, q] * gain
     own = np.diagonal(S[q, q])
     limits = tuple(i.limits for i in inputs)
-    freedoms, notes = _freedoms(model, free[p, p], locked, coupling, number)
-    found = [_drifted(model, P, node, f, [i.channel.name for i in inputs], place, limits) for f in freedoms]
+    spectrum, said = _spectrum(model, P, int(number[0]), free[p, p], a > 0)
+    freedoms, notes = _freedoms(model, free[p, p], locked, coupling, spectrum, int(number[0]))
+    names = [i.channel.name for i in inputs]
+    found = [
+        _drifted(model, P, node, f, names, place, limits) if a else _yielding(model, node, f, free[p, p], spectrum)
+        for f in freedoms
+    ]
     return Kinetostatics(
         node,
         tuple(i.channel for i in inputs),
@@ -220,7 +223,9 @@ def kinetostatics(
         _workspace(coupling, limits),
         limits,
         tuple(found),
-        notes,
+        spectrum,
+        bool(a) or spectrum.is_clear,
+        (*said, *notes),
         workspace_limits(model, moved[:, q] * gain, limits),
     )
 
@@ -259,98 +264,106 @@ def _workspace(coupling: Array, limits: Sequence[tuple[float, float]]) -> Array:
 
 
 def _freedoms(
-    model: FullOrderModel, free: Array, locked: Array, coupling: Array, number: Any
+    model: FullOrderModel, free: Array, locked: Array, coupling: Array, spectrum: ComplianceSpectrum, number: int
 ) -> tuple[list[Freedom], tuple[str, ...]]:
-    """Freedoms as rotations about axes and translations, and what else is to be said (theory eqs. T21-T23)."""
-    size = float(np.linalg.norm(np.ptp(model.geometry.positions, axis=0))) / 2 or 1.0
-    scale = np.array([1.0, 1.0, 1.0, size, size, size])
-    own = free * scale[:, None] * scale
+    """Freedoms as rotations about axes and translations, and what else is to be said (theory eqs. T21-T24)."""
+    at = model.geometry.positions[number]
+    scale = np.repeat([1.0, spectrum.length], 3)
+    arm = rigid_arm(spectrum.centre - at)
+    own, held = ((arm @ C @ arm.T) * scale[:, None] * scale for C in (free, locked))
     notes: list[str] = []
     if coupling.shape[1]:
-        left, W = la.eigh(locked * scale[:, None] * scale, own)
+        left, W = la.eigh(held, own)
         taken = left < 1 - OWNED
-        twists = own @ W[:, taken]
-        if not taken.all():
-            loose = [float(x) for x in la.eigh(own, eigvals_only=True)]
-            rest = la.eigh(locked * scale[:, None] * scale, eigvals_only=True)
-            if rest[-1] > loose[-int(taken.sum())] / GAP and taken.any():
+        basis = la.orth(own @ W[:, taken]) if taken.any() else np.zeros((6, 0))
+        if taken.any() and not taken.all():
+            rest = la.eigh(held, eigvals_only=True)
+            if rest[-1] > spectrum.compliance[taken.sum() - 1] / GAP:
                 notes.append("the platform is compliant, beside its freedoms, in motions that no actuator controls")
     else:
-        values, W = la.eigh(own)
-        ratio = values[1:] / values[:-1]
-        first = int(np.argmax(ratio)) + 1
-        if ratio[first - 1] < GAP:
-            notes.append(f"no clear freedoms: compliances are at most {ratio.max():.2g} times each other")
-            first = 6
-        twists = W[:, first:]
-    basis = la.orth(twists) if twists.size else np.zeros((6, 0))
-    at = model.geometry.positions[number[0]]
-    return [_freedom(t, kind, scale, at, coupling, free, locked) for t, kind in _screws(basis)], tuple(notes)
+        basis = spectrum.axes[:, : spectrum.count if spectrum.is_clear else 0]
+        if not spectrum.is_clear:
+            notes.append(_unclear(spectrum))
+    found = []
+    couples = own[:, 3:] @ la.pinvh(own[3:, 3:], rtol=NOISE)
+    for motion, kind in screws(basis, own, model):
+        alone = kind == "R" and not coupling.shape[1]
+        twist = (couples @ motion[3:] if alone else motion) / scale
+        one = freedom(rigid_arm(at - spectrum.centre) @ twist, kind, at)
+        found.append(_commanded(one, coupling, free, locked, scale) if coupling.shape[1] else one)
+    return found, tuple(notes)
 
 
-def _screws(basis: Array) -> list[tuple[Array, str]]:
-    """Rotations and translations that span a space of twists (6, f), translation first in each column.
-
-    Rotations carry no part of the pure translations, and are turned among themselves so that their directions are those
-    of largest rotation.
-    """
-    if not basis.shape[1]:
-        return []
-    _, cosines, Vt = la.svd(basis[3:])
-    cosines = np.append(cosines, np.zeros(max(0, basis.shape[1] - len(cosines))))
-    turning = cosines > TURNS
-    found = [(basis @ v, "R" if turns else "T") for v, turns in zip(Vt, turning, strict=True)]
-    turns = np.stack([t for t, kind in found if kind == "R"], axis=1) if turning.any() else np.zeros((6, 0))
-    turns = _along_axes(turns)
-    slides = [t for t, kind in found if kind == "T"]
-    return [(t, "R") for t in turns.T] + [(t, "T") for t in slides]
-
-
-def _along_axes(turns: Array) -> Array:
-    """The same space of rotations (6, r) with directions as near to the global axes as can be."""
-    r = turns.shape[1]
-    if r < 2:
-        return turns
-    W = turns[3:]
-    chosen = np.argsort(-np.linalg.norm(la.orth(W).T, axis=0))[:r]
-    inverse = np.linalg.pinv(W)
-    wanted = np.eye(3)[:, sorted(chosen)]
-    return turns @ (inverse @ wanted)
+def _spectrum(
+    model: FullOrderModel, P: Array, number: int, C: Array, driven: bool
+) -> tuple[ComplianceSpectrum, tuple[str, ...]]:
+    """The spectrum of a compliance C (6, 6); where freedoms are not clear, that without springs in which they are."""
+    spectrum = compliance_spectrum(model, number, C)
+    if driven or spectrum.is_clear:
+        return spectrum, ()
+    K = stiffness_without_springs(model)
+    if K is None:
+        return spectrum, ()
+    own = compliance_spectrum(model, number, P @ static_solution(K, model.M, np.ascontiguousarray(P.T)))
+    if not own.is_clear:
+        return spectrum, ()
+    values = " ".join(f"{1e6 * c:.4g}" for c in spectrum.compliance)
+    return own, (
+        "freedoms and compliances are those without springs, which stiffen them; with the springs no freedoms are "
+        f"clear cut: {values} um/N",
+    )
 
 
-def _freedom(t: Array, kind: str, scale: Array, at: Array, coupling: Array, free: Array, locked: Array) -> Freedom:
-    twist = t / scale
-    turn, slide = float(np.linalg.norm(twist[3:])), float(np.linalg.norm(twist[:3]))
-    twist = twist / (turn if kind == "R" else slide)
-    own = twist[3:] if kind == "R" else twist[:3]
-    twist *= np.sign(own[np.argmax(np.abs(own))])
-    twist[np.abs(twist) < 1e-9 * np.abs(twist).max()] = 0.0
-    axis = screw_axis(twist, at, at=at) if kind == "R" else screw_axis([*twist[:3], 0, 0, 0], at, at=at)
+def _unclear(spectrum: ComplianceSpectrum) -> str:
+    """Why no freedoms are named."""
+    if spectrum.gap < GAP:
+        return f"no clear freedoms: compliances are at most {spectrum.gap:.2g} times each other"
+    if spectrum.is_outstanding:
+        return "no clear freedoms: where the largest gap is depends on the length at which rotations are counted"
+    return f"no clear freedoms: another gap is nearly as large as the largest, {spectrum.gap:.2g} times"
+
+
+def _commanded(one: Freedom, coupling: Array, free: Array, locked: Array, scale: Array) -> Freedom:
+    """The freedom with the commands that make it and the share that actuators own of it."""
+    twist = np.array(one.twist)
     command = np.linalg.lstsq(coupling * scale[:, None], twist * scale, rcond=1e-9)[0]
     wrench = np.linalg.solve(free, twist)
-    share = 1 - float(wrench @ locked @ wrench) / float(wrench @ twist) if len(command) else np.nan
+    share = 1 - float(wrench @ locked @ wrench) / float(wrench @ twist)
     command[np.abs(command) < 1e-8 * np.abs(command).max(initial=0.0)] = 0.0
-    return Freedom(kind, tuple(float(x) for x in twist), axis, share, tuple(float(x) for x in command))
+    return replace(one, share=share, command=tuple(float(x) for x in command))
+
+
+def _yielding(
+    model: FullOrderModel, node: str, one: Freedom, compliance: Array, spectrum: ComplianceSpectrum
+) -> Freedom:
+    """The freedom with the stroke at which something yields under the wrench at the node that makes its twist."""
+    scale = np.repeat([1.0, spectrum.length], 3)
+    stiffness = la.pinvh(compliance * scale[:, None] * scale, rtol=NOISE)
+    wrench = scale * (stiffness @ (scale * np.array(one.twist)))
+    return replace(one, yield_stroke=_finite(response_to(model, loads={node: wrench}).stresses().factor_to_yield))
+
+
+def _finite(factor: float | None) -> float | None:
+    return factor if factor is not None and np.isfinite(factor) else None
 
 
 def _drifted(
     model: FullOrderModel,
     P: Array,
     node: str,
-    freedom: Freedom,
+    one: Freedom,
     names: list[str],
     place: Placement,
     limits: Sequence[tuple[float, float]],
 ) -> Freedom:
     """The freedom with the drift of its axis from rest to half the commands' range (theory eq. S22)."""
-    box, command = np.array(limits).reshape(-1, 2), np.array(freedom.command)
+    box, command = np.array(limits).reshape(-1, 2), np.array(one.command)
     if not len(command) or not np.abs(command).max() > 0:
-        return freedom
+        return one
     unit = response_to(model, dict(zip(names, command, strict=True)))
-    factor = unit.stresses().factor_to_yield
-    freedom = replace(freedom, yield_stroke=factor if factor is not None and np.isfinite(factor) else None)
+    one = replace(one, yield_stroke=_finite(unit.stresses().factor_to_yield))
     if not np.isfinite(box).all():
-        return freedom
+        return one
     half = (box[:, 1] - box[:, 0]) / 2
     used = np.abs(command) > 1e-9 * np.abs(command).max()
     stroke = float((half[used] / np.abs(command[used])).min())
@@ -359,18 +372,18 @@ def _drifted(
     try:
         K_t = tangent_stiffness(model, displaced)
     except OptionError:
-        return replace(freedom, stroke=stroke)
+        return replace(one, stroke=stroke)
     twist = P @ static_solution(K_t, model.M, np.asarray(load)[:, None])[:, 0]
     number = model.plan.topology.numbers([node])[0]
     at = model.geometry.positions[number]
     moved = at + (P @ displaced)[:3]
-    if freedom.kind == "T":
+    if one.kind == "T":
         slide = twist[:3] / np.linalg.norm(twist[:3])
-        before = np.array(freedom.axis.direction)
+        before = np.array(one.axis.direction)
         tilt = float(np.arctan2(np.linalg.norm(np.cross(before, slide)), abs(before @ slide)))
-        return replace(freedom, stroke=stroke, shift=0.0, tilt=tilt)
+        return replace(one, stroke=stroke, shift=0.0, tilt=tilt)
     axis = screw_axis(twist, at, at=moved)
-    before, after = np.array(freedom.axis.direction), np.array(axis.direction)
+    before, after = np.array(one.axis.direction), np.array(axis.direction)
     tilt = float(np.arctan2(np.linalg.norm(np.cross(before, after)), abs(before @ after)))
-    shift = float(np.linalg.norm(np.subtract(axis.point, freedom.axis.point)))
-    return replace(freedom, stroke=stroke, shift=shift, tilt=tilt)
+    shift = float(np.linalg.norm(np.subtract(axis.point, one.axis.point)))
+    return replace(one, stroke=stroke, shift=shift, tilt=tilt)

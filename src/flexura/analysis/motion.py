@@ -126,7 +126,7 @@ def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid
             coupling = lump.M[3:, :3] / (m or 1.0)
             arm = Q @ np.array([coupling[2, 1], coupling[0, 2], coupling[1, 0]])
             turn = u[node, 3:]
-            v = u[node, :3] + np.cross(turn, arm, axis=0)
+            v = np.asarray(u[node, :3] + np.cross(turn, arm, axis=0), dtype=np.float64)
             inertia = Q @ (lump.M[3:, 3:] - m * coupling @ coupling.T) @ Q.T
             turning = np.einsum("ik,ij,jk->k", turn, inertia, turn) / 2
             own = (".".join((*path, lump.name)), lump.name in part.bodies, node, number)

@@ -141,9 +141,14 @@ def statics(
     return _about(model, g, dead, loads or {}, actuators or {})
 
 
-def response_to(model: FullOrderModel, actuators: Mapping[str, float]) -> Statics:
-    """What actuator commands add to the state under the loads and gravity that are described; as `statics`."""
-    return _about(model, np.zeros(3), np.zeros(model.order), {}, actuators)
+def response_to(
+    model: FullOrderModel,
+    actuators: Mapping[str, float] | None = None,
+    loads: Mapping[str, ArrayLike] | None = None,
+) -> Statics:
+    """What actuator commands and loads add to the state under the loads and gravity that are described; as
+    `statics`."""
+    return _about(model, np.zeros(3), np.zeros(model.order), loads or {}, actuators or {})
 
 
 def _about(

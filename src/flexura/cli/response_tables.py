@@ -68,7 +68,8 @@ def print_statics(result: Statics, nodes: list[str]) -> None:
 def print_kinetostatics(name: str, result: Kinetostatics) -> None:
     """Print freedoms with their screw axes, the coupling matrix, stiffness and workspace."""
     console = console_of_width()
-    console.print(f"{name}: {result.platform} has {result.kind}", style="bold", markup=False)
+    found = f"has {result.kind}" if result.is_clear else "has no freedoms that are clear cut"
+    console.print(f"{name}: {result.platform} {found}", style="bold", markup=False)
     table = _table("freedom", "axis", "through mm", "pitch mm/rad", "owned", "reach", "axis drifts", "yields at")
     for f in result.freedoms:
         axis = " ".join(f"{x:+.4f}" for x in f.axis.direction)
@@ -85,7 +86,14 @@ def print_kinetostatics(name: str, result: Kinetostatics) -> None:
         limit = "" if f.yield_stroke is None else f"{1e3 * f.yield_stroke:.4g} {unit}"
         kind = "rotation" if f.kind == "R" else "translation"
         table.add_row(kind, axis, through, pitch, share, reach, drift, limit)
-    console.print(table)
+    if result.freedoms:
+        console.print(table)
+    if not result.inputs:
+        values = [f"{1e6 * c:.4g}" for c in result.spectrum.compliance]
+        if result.is_clear:
+            values.insert(result.spectrum.count, f"(gap {result.spectrum.gap:.3g})")
+        length = f"rotations counted at {1e3 * result.spectrum.length:.4g} mm"
+        console.print(f"compliances um/N, {length}: {' '.join(values)}", markup=False)
     if result.inputs:
         table = _table("per unit command", *(f"{c.name} [{c.unit}]" for c in result.inputs))
         for k, dof in enumerate(DOF_NAMES):
