@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
@@ -162,7 +163,8 @@ def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
 
 def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
     """K (n, n) without the springs of the description; None when there are none, or when nothing else holds."""
-    K, topology = model.K.tocsc(copy=True), model.plan.topology
+    K: Any = model.K.tocsc(copy=True)
+    topology = model.plan.topology
     for name, matrices in model.matrices.items():
         placed = topology.placed[name]
         for lump in matrices.lumps:
@@ -178,7 +180,7 @@ def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
     left = K.diagonal()
     if not any(part.springs for part in model.plan.parts.values()) or (left < NOISE * model.K.diagonal()).any():
         return None
-    K = sp.csc_matrix(K + K.T) / 2
+    K = sp.csc_matrix((K + K.T) / 2)
     return K if is_definite(K) else None
 
 
