@@ -169,6 +169,7 @@ if TYPE_CHECKING:
     from flexura.modelfile import schema as schema
     from flexura.reduction import Certificate as Certificate
     from flexura.reduction import LowOrderModel as LowOrderModel
+    from flexura.reduction import NaturalFrequencies as NaturalFrequencies
     from flexura.reduction import NestedModel as NestedModel
     from flexura.reduction import certify as certify
     from flexura.reduction import condense as condense
@@ -176,6 +177,7 @@ if TYPE_CHECKING:
     from flexura.reduction import natural_frequencies as natural_frequencies
     from flexura.reduction import nested as nested
     from flexura.reduction import reduce as reduce
+    from flexura.reduction import unproven_frequencies as unproven_frequencies
     from flexura.solid.imported import ImportedPart as ImportedPart
     from flexura.solid.imported import imported as imported
     from flexura.solid.parts import with_solid_parts as with_solid_parts
@@ -269,8 +271,8 @@ _EXPORTS = {
     "flexura.methods": ("Comparison", "ComparisonRow", "compare"),
     "flexura.modelfile": ("dumps", "load", "loads", "save", "schema"),
     "flexura.reduction": (
-        *("Certificate", "LowOrderModel", "NestedModel", "certify", "condense", "interface_reduction"),
-        *("natural_frequencies", "nested", "reduce"),
+        *("Certificate", "LowOrderModel", "NaturalFrequencies", "NestedModel", "certify", "condense"),
+        *("interface_reduction", "natural_frequencies", "nested", "reduce", "unproven_frequencies"),
     ),
     "flexura.solid.imported": ("ImportedPart", "imported"),
     "flexura.solid.parts": ("with_solid_parts",),

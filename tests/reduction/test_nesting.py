@@ -70,8 +70,8 @@ def sizes_at(model, vectors, names, prefix=""):
 
 
 def test_constraint_modes_of_nested_branches_against_flexibilities_of_chains():
-    """`natural_frequencies` sums flexibilities and cancels no digits: an independent way to the same model."""
-    quick = fx.natural_frequencies(rpr(), count=12)
+    """`unproven_frequencies` sums flexibilities and cancels no digits: an independent way to the same model."""
+    quick = fx.unproven_frequencies(rpr(), count=12)
     np.testing.assert_allclose(hertz(fx.assemble(platform_on(nested_branches(0))), 12), quick, rtol=2e-9)
     np.testing.assert_allclose(hertz(fx.reduce(rpr()), 12), quick, rtol=2e-9)
 

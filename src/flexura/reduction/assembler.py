@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import Eigenpairs, lowest
 from flexura.linalg.stacked import GUARD
 from flexura.reduction.parts import PartReducer
+from flexura.reduction.stacks import refuse_impossible
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
@@ -74,10 +77,14 @@ class LowOrderAssembler:
         return self._starts[count]
 
     def stack(self, values: Array) -> tuple[Array, Array]:
-        """K and M (..., n, n) with constraint modes alone for slot values (..., s): the paper's model, every design."""
+        """K and M (..., n, n) with constraint modes alone for slot values (..., s): the paper's model, every design.
+
+        Raises ImpossibleDesignError.
+        """
         lead = values.shape[:-1]
         geometry = self.plan.geometry(values)
         matrices = self.plan.matrices(values, geometry)
+        refuse_impossible(matrices, math.prod(lead))
         transforms = self.transforms(geometry)
         K, M = [], []
         for name, reducer in self.reducers.items():

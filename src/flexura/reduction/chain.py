@@ -119,7 +119,7 @@ def _inverse(X: Array) -> Array:
 
 def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
     """Reduced K and M (..., c, 12, 12) of each chain over its two end nodes (theory eqs. 48-51)."""
-    C, M = (_take(matrices, group.elements, kin.run) for matrices in (elements.C, elements.M))
+    C, M = (taken(matrices, group.elements, kin.run) for matrices in (elements.C, elements.M))
     F = kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2)
     running = np.cumsum(F, axis=-3)
     k = np.linalg.inv(running[..., -1, :, :])
@@ -142,7 +142,7 @@ def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | Eleme
     return K, np.swapaxes(kin.B, -1, -2) @ m @ kin.B
 
 
-def _take(matrices: Array, index: Index, run: slice | None) -> Array:
+def taken(matrices: Array, index: Index, run: slice | None) -> Array:
     """Matrices (..., c, e, i, j) of the elements `index` (c, e); a view where they are the slice `run`."""
     if run is None:
         return matrices[..., index, :, :]

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg.stacked import lowest_values
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
@@ -22,9 +21,6 @@ Array = NDArray[np.float64]
 
 Coordinates = Literal["modal", "physical", "substructures"]
 Method = Literal["craig_bampton", "rubin"]
-
-STACK = 32
-"""Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
 
 
 def reduce(
@@ -87,41 +83,6 @@ def reduce(
         else:
             parts[name] = own.reduced(own.whole(max(counts[name], own.count_below(keep_below))))
     return replace(assembled(assembler, values, geometry, parts, exact_at), parameters=single)
-
-
-def natural_frequencies(
-    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None, count: int = 6
-) -> Array:
-    """Lowest natural frequencies, Hz, of the low-order model with constraint modes alone: the quick way for sweeps.
-
-    Parameters may be arrays over designs; the result is (count,) or (designs, count). No evidence comes with these
-    numbers; ask `modes` for one design when in doubt. Raises OptionError and SolverError.
-    """
-    plan = plan_of(mechanism)
-    plan.refuse_loads("frequencies of many designs")
-    values = plan.values(parameters)
-    assembler = low_order(plan)
-    if count < 1:
-        raise OptionError(f"the number of frequencies is at least 1, not {count}")
-    count = min(count, len(assembler.physical))
-    stacks = [values] if values.ndim == 1 else [values[k : k + STACK] for k in range(0, len(values), STACK)]
-    found = []
-    for stack in stacks:
-        K, M = assembler.stack(stack)
-        _refuse_impossible(K, M)
-        found.append(lowest_values(K, M, count, assembler.start(count)))
-    values = np.concatenate([np.empty((0, count)), *found]) if values.ndim > 1 else found[0]
-    return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
-
-
-def _refuse_impossible(K: Array, M: Array) -> None:
-    """Raise OptionError when a design has come out with a stiffness or mass that is not positive and finite."""
-    k, m = (np.einsum("...ii->...i", A) for A in (K, M))
-    if not ((k > 0) & np.isfinite(k) & (m >= 0) & np.isfinite(m)).all():
-        raise OptionError(
-            "a design has a stiffness or mass that is not positive: a size has gone through zero;"
-            " `check` with these parameters names it"
-        )
 
 
 def kept_counts(assembler: LowOrderAssembler, keep: int | Mapping[str, int]) -> dict[str, int]:

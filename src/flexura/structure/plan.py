@@ -237,6 +237,12 @@ class Plan:
                 named = ", ".join(f"{name} = {resolved[name]:g}" for name in sorted(changed))
                 raise ModelError(replace(problem, hint=f"with {named}") for problem in found)
 
+    def turned(self, values: Array) -> Index:
+        """Designs, of slot values (designs, s), with a size, no coordinate, that has gone through zero."""
+        sizes = np.setdiff1d(self.slots.varying(), self._geometry_slots)
+        default = self.values()[sizes]
+        return np.flatnonzero(((values[:, sizes] <= 0) & (default > 0)).any(axis=1))
+
     def geometry(self, values: Array) -> Geometry:
         """Geometry for slot values; remembered while the numbers that it depends on stay the same.
 

@@ -1,0 +1,244 @@
+"""Natural frequencies of many designs at once, each with a proven interval."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import OptionError
+from flexura.linalg import lowest
+from flexura.linalg.stacked import GUARD
+from flexura.mechanism.substructure import Mechanism
+from flexura.reduction.assembler import low_order
+from flexura.reduction.certificate import HERTZ, certificate
+from flexura.reduction.chain_assembler import ChainAssembler, ChainOrder, Kind
+from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
+from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, stacks
+from flexura.structure import assemble
+from flexura.structure.plan import Plan, plan_of
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+"""Called with how many designs are done, and of how many."""
+
+LARGEST_ORDER = 160
+"""Coordinates beyond which a design by itself, of full order and sparse, is quicker than dense matrices of a stack."""
+
+SAMPLES = 3
+"""Designs of a stack, beside the default one, for which the kept modes must be enough."""
+
+HEADROOM = 0.25
+"""Part of the tolerance that default design and samples must meet."""
+
+SLOW = 0.4
+"""Modes of chains are kept until none that is left out lies below the highest squared frequency asked for over this."""
+
+ROUNDS = 40
+
+
+@dataclass(frozen=True)
+class NaturalFrequencies:
+    """Natural frequencies of one design (count,) or of many (designs, count), Hz, with proven intervals.
+
+    `lower_hz` and `upper_hz` enclose the frequency of the same number, counted from the lowest, of the full-order model
+    of each design, and `frequency_hz` lies between them. `is_proven` (designs,), or a single truth value, says where
+    every interval is as narrow as `tolerance`, relative, so that no mode is missing; elsewhere it is as wide as it is.
+    `kept_modes` says how many fixed-interface modes of the chains of each substructure were used.
+    """
+
+    frequency_hz: Array
+    lower_hz: Array
+    upper_hz: Array
+    is_proven: NDArray[np.bool_]
+    tolerance: float
+    kept_modes: Mapping[str, int]
+    plan: Plan = field(repr=False, compare=False)
+    parameters: Mapping[str, ArrayLike] = field(repr=False, compare=False)
+
+    @property
+    def missed(self) -> NDArray[np.intp]:
+        """Numbers of the designs that missed the tolerance, or may lack a mode."""
+        return np.flatnonzero(~np.atleast_1d(self.is_proven))
+
+    @property
+    def error_bound(self) -> Array:
+        """Proven bound, shaped like the frequencies, on the relative distance of each from that of the full order."""
+        return _error_bound(self.frequency_hz, self.lower_hz, self.upper_hz)
+
+    def resolved(self, progress: Progress | None = None) -> NaturalFrequencies:
+        """The same with every missed design solved by itself, of full order, and certified.
+
+        Designs that miss the tolerance even so stay in `missed`. Raises ModelError and SolverError for a design that
+        cannot be solved.
+        """
+        missed = self.missed
+        count = self.frequency_hz.shape[-1]
+        shape = self.frequency_hz.shape
+        f, low, up = (A.reshape(-1, count).copy() for A in (self.frequency_hz, self.lower_hz, self.upper_hz))
+        for done, d in enumerate(missed):
+            f[d], low[d], up[d] = _alone(self.plan, one_of(self.parameters, int(d)), count)
+            if progress is not None:
+                progress(done + 1, len(missed))
+        proven = _is_proven(f, low, up, self.tolerance)
+        return replace(
+            self,
+            frequency_hz=f.reshape(shape),
+            lower_hz=low.reshape(shape),
+            upper_hz=up.reshape(shape),
+            is_proven=proven.reshape(np.shape(self.is_proven)),
+        )
+
+    def __repr__(self) -> str:
+        designs, count = np.atleast_2d(self.frequency_hz).shape
+        missed = len(self.missed)
+        said = f"all proven within {self.tolerance:g}"
+        if missed:
+            said = f"{missed} of {designs} NOT proven within {self.tolerance:g}: resolved() solves them one by one"
+        return f"<NaturalFrequencies: {count} of {designs} design{'s' if designs != 1 else ''}, {said}>"
+
+
+def natural_frequencies(
+    mechanism: Mechanism | Plan,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    count: int = 6,
+    *,
+    tolerance: float = 1e-3,
+    progress: Progress | None = None,
+) -> NaturalFrequencies:
+    """The `count` lowest natural frequencies, Hz, of one design or of many, each with a proven interval.
+
+    Parameters may be arrays over designs. Every chain of elements is reduced to its ends, and fixed-interface modes of
+    chains are kept until the intervals of the default design and of a few others are within `tolerance`, relative. The
+    intervals are those of the full-order model of each design, number by number, round-off included (theory
+    eqs. N1-N11).
+    Designs for which they are wider are not hidden: the result says which, and `resolved()` solves them one by one.
+    Mechanisms with many coordinates between chains are solved one by one from the start.
+    Raises OptionError, with the design where one has a size that has gone through zero, and ModelError and SolverError.
+    """
+    plan = plan_of(mechanism)
+    plan.refuse_loads("frequencies of many designs")
+    values = plan.values(parameters)
+    refuse_turned(plan, values, parameters or {})
+    if count < 1:
+        raise OptionError(f"the number of frequencies is at least 1, not {count}")
+    if not (np.isfinite(tolerance) and 0 < tolerance < 1):
+        raise OptionError(f"tolerance is a relative error between 0 and 1, such as 1e-3, not {tolerance}")
+    given = dict(parameters or {})
+    many = values if values.ndim > 1 else values[None]
+    count = min(count, plan.topology.n_dof)
+    batch = _Batch(plan, many, count, tolerance, given)
+    found = np.empty((3, len(many), count))
+    for own in stacks(len(many)):
+        found[:, own] = batch(many, own)
+        if progress is not None:
+            progress(own.stop, len(many))
+    f, lower, upper = found if values.ndim > 1 else found[:, 0]
+    proven = _is_proven(f, lower, upper, tolerance)
+    return NaturalFrequencies(f, lower, upper, proven, tolerance, batch.kept_modes, plan, given)
+
+
+class _Batch:
+    """Designs evaluated with as many kept modes as a default design and samples of the others need."""
+
+    def __init__(
+        self, plan: Plan, values: Array, count: int, tolerance: float, parameters: Mapping[str, ArrayLike]
+    ) -> None:
+        self.plan, self.count, self.tolerance, self.parameters = plan, count, tolerance, parameters
+        chains = _chains(plan, None)
+        self.is_stacked = False
+        self.counts = dict.fromkeys(chains.forces, 0)
+        self._use(self.counts)
+        if chains.order <= LARGEST_ORDER:
+            key = f"kept modes {count} {tolerance!r}"
+            if key not in plan.prepared:
+                self._choose(plan.values()[None])
+                plan.prepared[key] = self.counts
+            self._use(plan.prepared[key])
+            sampled = np.unique(np.linspace(0, len(values) - 1, SAMPLES).astype(int)) if len(values) else []
+            for d in sampled:
+                self._choose(values[d : d + 1], int(d))
+            self.is_stacked = self.chains.order >= count and bool(np.isfinite(self.chains.start(count).values).all())
+
+    def _use(self, counts: dict[Kind, int]) -> None:
+        self.counts, self.chains = dict(counts), _chains(self.plan, counts)
+
+    def _choose(self, values: Array, number: int = 0) -> None:
+        """Keep more modes of the slowest chains until the intervals of a design are well within the tolerance."""
+        for _ in range(ROUNDS):
+            own, top = self._order(values, number), np.inf
+            if self.chains.order >= self.count and np.isfinite(self.chains.start(self.count).values).all():
+                bounds = chain_bounds(own, self.count, self.chains.start(self.count), HEADROOM * self.tolerance)
+                if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
+                    return
+                top = float(bounds.upper[0, -1])
+            slow = {kind: s for kind, s in own.slow.items() if self.counts[kind] < self.chains.most(kind)}
+            least = min(SLOW / top, max(slow.values(), default=0.0) / 2)
+            more = {kind: n + (slow.get(kind, 0.0) > least) for kind, n in self.counts.items()}
+            if more == self.counts or self.chains.order_with(more) > LARGEST_ORDER:
+                return
+            self._use(more)
+
+    @property
+    def kept_modes(self) -> dict[str, int]:
+        """Kept modes of the chains of every substructure."""
+        found = dict.fromkeys((name or "mechanism" for name, _ in self.counts), 0)
+        for (name, _), forces in self.chains.forces.items():
+            found[name or "mechanism"] += forces.shape[0] * forces.shape[-1]
+        return found
+
+    def _order(self, values: Array, first: int) -> ChainOrder:
+        try:
+            return self.chains(values)
+        except ImpossibleDesignError as error:
+            raise named(error, first, self.parameters) from None
+
+    def __call__(self, values: Array, own: slice) -> tuple[Array, Array, Array]:
+        """Frequencies, lower and upper bounds (designs, count), Hz, of the designs of a stack."""
+        if self.is_stacked:
+            order = self._order(values[own], own.start)
+            return _hertz(chain_bounds(order, self.count, self.chains.start(self.count), self.tolerance))
+        found = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(own.start, own.stop)]
+        f, low, up = (np.array(column) for column in zip(*found, strict=True))
+        return f, low, up
+
+
+def _chains(plan: Plan, counts: dict[Kind, int] | None) -> ChainAssembler:
+    """The prepared assembly of a plan with so many kept modes of its default design."""
+    kept = [*(counts or {}).values()]
+    key = f"chains {kept if any(kept) else []}"
+    if key not in plan.prepared:
+        assembler = ChainAssembler(plan, low_order(plan).reducers)
+        if counts:
+            assembler.keep(counts, plan.values())
+        plan.prepared[key] = assembler
+    return plan.prepared[key]
+
+
+def _hertz(bounds: ChainBounds) -> tuple[Array, Array, Array]:
+    """Frequencies, lower and upper bounds, Hz: the upper bounds are the better estimates."""
+    lower, upper = (np.sqrt(b) / HERTZ for b in (bounds.lower, bounds.upper))
+    return np.where(bounds.zero, 0.0, upper), lower, upper
+
+
+def _alone(plan: Plan, parameters: dict[str, float], count: int) -> tuple[Array, Array, Array]:
+    """Frequencies, lower and upper bounds (count,), Hz, of one design, of full order."""
+    full = assemble(plan, parameters)
+    pairs = lowest(full.K, full.M, count + GUARD)
+    proof = certificate(full.K, full.M, pairs, count)
+    lower = np.where(proof.is_indexed, proof.lower_hz, 0.0)[:count]
+    upper = np.where(proof.is_indexed, proof.upper_hz, proof.frequency_hz)[:count]
+    return np.clip(proof.frequency_hz[:count], lower, upper), lower, upper
+
+
+def _error_bound(f: Array, lower: Array, upper: Array) -> Array:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.maximum(upper - f, f - lower) / lower
+    return np.where(f == 0, 0.0, np.where(lower > 0, off, np.inf))
+
+
+def _is_proven(f: Array, lower: Array, upper: Array, tolerance: float) -> NDArray[np.bool_]:
+    """Whether every frequency of each design is within the tolerance; zeros have been proven to be zero."""
+    return np.asarray((_error_bound(f, lower, upper) <= tolerance).all(axis=-1))

@@ -1,0 +1,150 @@
+"""Proven intervals for the natural frequencies of many designs, from the moments of their chains.
+
+Above: Ritz values of motions to which the response of the chains to their own inertia is added. Below: with ell smaller
+than every squared frequency of the motions left out, the dynamic stiffness of the full order at ell has no more
+negative eigenvalues than the smaller matrix K - ell M - ell^2/(1 - ell/mu) R has, and that it has fewer than j is
+proven by a Cholesky factorisation (theory eqs. N6-N11).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from flexura.linalg import Eigenpairs
+from flexura.linalg.stacked import GUARD, lowest_pairs, small_pencils
+from flexura.reduction.chain_assembler import ChainOrder
+from flexura.reduction.chain_moments import EPS
+
+Array = NDArray[np.float64]
+
+RITZ = 1e-9
+"""Relative error at which the search for Ritz vectors ends: it goes into the upper bounds alone."""
+
+REACH = 0.95
+"""Part of the lowest frequency left out, squared, up to which lower bounds are looked for."""
+
+CORRECTED = 0.45
+"""Part of the same up to which the response to their own inertia is added to Ritz vectors."""
+
+ZERO = 1e-4
+"""A frequency that round-off alone makes, and that is below this part of the first elastic one, is zero."""
+
+LOSSES = 4.0
+"""How often the relative error of the chains' energy enters an eigenvalue: in K, in M by the constraint modes, in R."""
+
+
+@dataclass(frozen=True)
+class ChainBounds:
+    """Bounds (designs, count), (rad/s)^2, on the lowest eigenvalues of the full order, number by number: `lower` is
+    zero where nothing is proven; eigenvalues that are `zero` to working accuracy lie between zero and `upper`."""
+
+    lower: Array
+    upper: Array
+    zero: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class _Small:
+    """Projections (designs, p, p) on the Ritz vectors X, and M X (designs, n, p), of designs of squared frequencies
+    `values` (designs, p); slack of K, of M, and of K in a Cholesky factorisation."""
+
+    K: Array
+    M: Array
+    R: Array
+    slack: Array
+    X: Array
+    values: Array
+
+
+def chain_bounds(own: ChainOrder, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
+    """Bounds on the `count` lowest eigenvalues of every design, as narrow as they come, or to `tolerance` relative in
+    frequency; `start` holds eigenpairs of a design like these.
+
+    Raises SolverError when a stiffness is singular.
+    """
+    shift = 0.0 if (start.values > 0).all() else float(start.values[start.values > 0].min(initial=1e300))
+    wanted = max(count, start.vectors.shape[-1] - GUARD)
+    if shift:
+        start = Eigenpairs(start.values + shift, start.vectors)
+    pairs = lowest_pairs(own.K + shift * own.M if shift else own.K, own.M, wanted, start, RITZ)
+    small = _projected(own, pairs.vectors)
+    upper, _ = small_pencils(*_from_above(small, own.slowness))
+    margin = np.einsum("dii->di", small.slack[0]) + EPS * own.K.shape[-1] * shift
+    zero = small.values < 4 * margin
+    elastic = np.where(zero, np.inf, small.values).min(axis=1, keepdims=True)
+    zero &= (4 * margin <= ZERO**2 * elastic) & np.isfinite(elastic)
+    upper = np.maximum(np.maximum.accumulate(upper, axis=1), np.where(zero, 4 * margin, 0.0))
+    guess, Z = small_pencils(*_from_below(small, own.slowness))
+    vectors = own.M @ (small.X @ Z)
+    moved = np.maximum(small.values - guess, 0.0)
+    careful = guess - 0.05 * np.maximum(upper - guess, 0.0) - 4 * moved**2 / np.maximum(guess, EPS) - 1e-10 * guess
+    wide = upper * (1 - 0.999 * tolerance) ** 2
+    lower = np.zeros((len(own.K), count))
+    for j in range(count):
+        for attempt in (careful[:, j], wide[:, j]):
+            open_ = np.flatnonzero((lower[:, j] == 0) & ~zero[:, j] & (attempt > 0))
+            open_ = open_[attempt[open_] * own.slowness[open_] < REACH]
+            if len(open_):
+                proven = _fewer_than(own, open_, attempt[open_], vectors[open_, :, :j])
+                lower[open_[proven], j] = attempt[open_[proven]]
+    lower = np.maximum.accumulate(lower, axis=1) * np.maximum(1 - LOSSES * own.loss, 0.0)[:, None]
+    return ChainBounds(lower, upper[:, :count] * (1 + LOSSES * own.loss[:, None]), zero[:, :count])
+
+
+def _projected(own: ChainOrder, X: Array) -> _Small:
+    Xt = np.swapaxes(X, -1, -2)
+    K, M, R = (Xt @ (A @ X) for A in (own.K, own.M, own.R))
+    rump = _rump(X.shape[-2], X.shape[-1]) * np.einsum("dii->di", own.K)
+    slack = np.stack([Xt @ (diagonal[..., None] * X) for diagonal in (*own.slack[:2], own.slack[0] + 2 * rump)])
+    values = np.einsum("dii->di", K) / np.einsum("dii->di", M)
+    return _Small(K, M, R, slack, X, np.maximum(values, 0.0))
+
+
+def _from_above(small: _Small, slowness: Array) -> tuple[Array, Array]:
+    """The pencil whose eigenvalues bound those of the full order from above (theory eq. N6): Ritz values of motions
+    x + lambda G M x, but for a part of their mass that is left out."""
+    # x'R x <= x'M x / mu, so that a factor below 1/2 keeps the mass positive
+    scale = np.where(small.values * slowness[:, None] < CORRECTED, small.values, 0.0)
+    response = small.R * scale[:, None, :]
+    stiffness = small.K + small.slack[0] + scale[:, :, None] * response
+    # R, from above in `_from_below`, must come from below in the mass
+    mass = small.M - small.slack[1] + (1 - 1e-7) * (response + np.swapaxes(response, -1, -2))
+    return stiffness, mass
+
+
+def _from_below(small: _Small, slowness: Array) -> tuple[Array, Array]:
+    """A pencil whose eigenvalues are near the best lower bounds; nothing depends on how near."""
+    left = np.maximum(1 - small.values * slowness[:, None], CORRECTED)
+    h = small.values / np.sqrt(left)
+    return small.K - small.slack[2] - h[:, :, None] * small.R * h[:, None, :], small.M + small.slack[1]
+
+
+def _fewer_than(own: ChainOrder, at: NDArray[np.intp], ell: Array, vectors: Array) -> NDArray[np.bool_]:
+    """True for the designs `at` for which fewer than j eigenvalues of the full order are proven to lie below ell
+    (designs,); `vectors` (designs, n, j - 1), M times the lower modes, are lifted out of the way (theory eqs. N7, N8).
+    """
+    n = own.K.shape[-1]
+    whole = len(at) == len(own.K)
+    K, M, R, slack = (own.K, own.M, own.R, own.slack) if whole else (own.K[at], own.M[at], own.R[at], own.slack[:, at])
+    h = ell**2 / (1 - ell * own.slowness[at])
+    A = K - ell[:, None, None] * M
+    A -= (h * (1 + 1e-9))[:, None, None] * R
+    margin = slack[0] + ell[:, None] * slack[1] + h[:, None] * slack[2]
+    size = sum(f * np.einsum("dii->di", B) for f, B in ((1.0, K), (ell[:, None], M), (h[:, None], R)))
+    if vectors.shape[-1]:
+        lifted = vectors * np.sqrt(2 * ell)[:, None, None]
+        A += lifted @ np.swapaxes(lifted, -1, -2)
+        size = size + np.einsum("dij,dij->di", lifted, lifted)
+    np.einsum("dii->di", A)[...] -= margin + _rump(n, vectors.shape[-1]) * size
+    return np.array([lapack.dpotrf(B.T, clean=0)[1] == 0 for B in A], dtype=bool)
+
+
+def _rump(n: int, lifted: int) -> float:
+    """Part of the diagonal by which a sum of a few matrices (n, n) may be off that a Cholesky factorisation proves
+    positive definite: n + 1 roundings of the factorisation (Rump 2006; theory eq. N11), ten and the lifted vectors' of
+    the sum."""
+    return n * (n + 11 + lifted) * EPS / 2

@@ -1,0 +1,75 @@
+"""Designs in stacks, and the names of those that cannot be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexura.errors import ModelError, OptionError
+from flexura.structure.part import PartMatrices
+from flexura.structure.plan import Plan
+
+STACK = 32
+"""Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
+
+
+class ImpossibleDesignError(OptionError):
+    """A design of a stack, by its `number` there, has a stiffness or mass that is not positive and finite."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        super().__init__("a stiffness or mass is not positive")
+
+
+def stacks(designs: int) -> list[slice]:
+    """So many designs cut into stacks."""
+    return [slice(k, min(k + STACK, designs)) for k in range(0, designs, STACK)]
+
+
+def refuse_impossible(matrices: Mapping[str, PartMatrices], designs: int) -> None:
+    """Raise ImpossibleDesignError for the first design with an element or a lump that is not positive and finite."""
+    good = np.ones(designs, dtype=bool)
+    for own in matrices.values():
+        for diagonals, least in ((own.elements.C, np.finfo(float).tiny), (own.elements.M, 0.0)):
+            found = np.einsum("...ii->...i", diagonals)
+            good &= ((found >= least) & (found < np.inf)).all(axis=(-1, -2))
+        for lump in own.lumps:
+            for A in (lump.K, lump.M):
+                if A is not None:
+                    found = np.einsum("...ii->...i", A)
+                    good &= ((found >= 0) & (found < np.inf)).all(axis=-1)
+    if not good.all():
+        raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
+
+
+def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[str, ArrayLike]) -> None:
+    """Raise OptionError for the first design of slot values (..., s) that has a size on the other side of zero than the
+    default one, which breaks the description: a section's formula does not always see its sign."""
+    for d in plan.turned(np.atleast_2d(values)):
+        own = one_of(parameters, int(d))
+        try:
+            plan.verify(own)
+        except ModelError as error:
+            what = error.problems[0]
+            text = f"{what.place}: {what.rule} (found {what.value})"
+            raise OptionError(f"design {d} ({_said(own)}): {text}") from None
+
+
+def named(error: ImpossibleDesignError, first: int, parameters: Mapping[str, ArrayLike]) -> OptionError:
+    """The error with the design's number among all and its parameters."""
+    number = first + error.number
+    return OptionError(
+        f"design {number} ({_said(one_of(parameters, number))}): {error}; a size has gone through zero;"
+        " `check` with these parameters names it"
+    )
+
+
+def _said(parameters: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in parameters.items()) or "default parameters"
+
+
+def one_of(parameters: Mapping[str, ArrayLike], number: int) -> dict[str, float]:
+    """Parameters of one design of many."""
+    return {name: float(np.ravel(v)[number if np.ndim(v) else 0]) for name, v in parameters.items()}
