@@ -30,7 +30,7 @@ REACH = 0.95
 CORRECTED = 0.45
 """Part of the same up to which the response to their own inertia is added to Ritz vectors."""
 
-ZERO = 1e-4
+ZERO = 1e-3
 """A frequency that round-off alone makes, and that is below this part of the first elastic one, is zero."""
 
 LOSSES = 4.0
