@@ -232,9 +232,16 @@ def _spread(own: ChainMoments, size: Array) -> Array:
     roots[..., 1] = np.sqrt(abs(np.einsum("...ii->...i", own.M)))
     roots[..., 2] = np.sqrt(abs(np.einsum("...ii->...i", own.R)))
     nodal = np.swapaxes(size, -1, -2) @ roots[..., None, :, :12, :]
-    modal = np.broadcast_to(roots[..., None, :, 12:, :], (*nodal.shape[:-2], roots.shape[-2] - 12, 3))
-    s: Array = np.moveaxis(np.concatenate([nodal, modal], axis=-2) ** 2, -1, 0)
-    return s.reshape(*s.shape[:-3], s.shape[-3] * s.shape[-2], s.shape[-1])
+    modal = np.broadcast_to(roots[..., None, :, 12:, :], (*nodal.shape[:-2], own.k_modes.shape[-1], 3))
+    s = np.concatenate([nodal, modal], axis=-2) ** 2
+    flat = s.reshape(*_joined(s.shape), 3)
+    return np.moveaxis(flat, -1, 0)
+
+
+def _joined(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """A shape (..., copies, c, n, 3) as (..., copies c, n)."""
+    *lead, copies, chains, n, _ = shape
+    return (*lead, copies * chains, n)
 
 
 def _lump_spread(lump: Lump, T: Array) -> Array:
