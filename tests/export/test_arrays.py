@@ -190,10 +190,9 @@ def test_system_has_its_own_damping(tmp_path: Path) -> None:
         assert np.allclose(found["C"], C, rtol=1e-10, atol=0)
 
 
-@pytest.mark.parametrize("damping", [{"loss_factor": 0.01}, 0.02])
-def test_damping_that_is_in_no_matrix_is_not_lost(damping: object, tmp_path: Path) -> None:
+def test_damping_that_is_in_no_matrix_is_not_lost(tmp_path: Path) -> None:
     mechanism = fx.load(EXAMPLES / "guide" / "guide.yaml")
-    built = system(mechanism, ["carriage.tx"], ["carriage.tx"], damping=damping)
+    built = system(mechanism, ["carriage.tx"], ["carriage.tx"], damping={"loss_factor": 0.01})
     with pytest.raises(fx.OptionError, match="no matrix C of this system"):
         export(built, tmp_path / "no.npz")
     with np.load(export(built, tmp_path / "given.npz", damping=1e-6 * built.K)[0]) as found:

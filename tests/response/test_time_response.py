@@ -406,7 +406,6 @@ UNIT = {"mass.tx": np.ones(5)}
         (UNIT, {"impulses": {"mass.tx": "strong"}}, "a number is expected"),
         (UNIT, {"start": {"mass.ty": [1, 2]}}, "a number is expected"),
         (UNIT, {"method": "generalised_alpha", "rho_infinity": 1.1}, "between 0 and 1"),
-        (UNIT, {"method": "generalised_alpha", "damping": 0.01}, "no modal damping ratios"),
         (UNIT, {"method": "generalised_alpha", "damping": {"loss_factor": 0.1}}, "no causal"),
     ],
 )

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import Exceeded, FlexuraError
+from flexura.errors import Exceeded, FlexuraError, SolverError
 from flexura.reduction import LowOrderModel, certify
-from flexura.systems import ModalSystem, System
+from flexura.systems import ModalSystem, System, neglected_bound
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 NEAR = 1e-3
 """Relative distance to an undamped resonance within which a response is mostly its error: frequencies are proven to
@@ -20,6 +21,9 @@ UNDAMPED = 1e-9
 
 PROVEN = 0.01
 """Relative error of a frequency up to which it counts as proven, where no tolerance was given."""
+
+WORTH = 0.01
+"""Share of the largest responses that modes left out may add without a warning."""
 
 ADVICE = "reduce with a tolerance up to the highest frequency, or keep more modes"
 
@@ -83,3 +87,28 @@ def truncation_limits(modes: ModalSystem, top: float) -> tuple[Exceeded, ...]:
         return ()
     text = f"modes from {first:.5g} Hz on are left out, and frequencies up to {top:.5g} Hz are asked for"
     return (Exceeded("proof", "", top, first, "Hz", text),)
+
+
+def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[list[str], tuple[Exceeded, ...]]:
+    """What the modes left out can add to responses H (f, p, m) at frequencies hz (f,), and a warning if it is much."""
+    below = 2 * np.pi * hz < modes.next_omega
+    if not np.isfinite(modes.next_omega) or not H.size or not below.any():
+        return [], ()
+    hz, H = hz[below], H[below]
+    try:
+        bound = neglected_bound(modes, hz) * (2 * np.pi * hz)[:, None, None] ** modes.derivative[:, None]
+    except SolverError:
+        return ["what modes left out add is not bounded: something floats"], ()
+    peak = np.abs(H).max(axis=0)
+    scale = np.sqrt(np.outer(peak.max(axis=1), peak.max(axis=0)))
+    shares = (bound / np.where(scale > 0, scale, np.inf)).max(axis=(1, 2))
+    share = float(shares.max())
+    if np.isfinite(share):
+        text = f"modes left out add at most {share:.1g} of the largest responses up to {hz[-1]:.5g} Hz"
+    else:
+        text = (
+            f"what modes left out add has no bound at {np.count_nonzero(~np.isfinite(shares))} of {len(hz)} frequencies"
+        )
+    if share <= WORTH:
+        return [text], ()
+    return [text], (Exceeded("tolerance", "", share, WORTH, "1", f"{text}: keep more modes, or take method direct"),)

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.band import NEAR, proof_limits, resonance_limits, truncation_limits
+from flexura.analysis.band import NEAR, proof_limits, remainder_of_response, resonance_limits, truncation_limits
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import count_below
 from flexura.mechanism.damping import Damping
@@ -21,7 +21,8 @@ from flexura.methods.exact_response import ExactResponse
 from flexura.reduction import LowOrderModel
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
-from flexura.systems import Channel, ModalSystem, StateSpace, System, neglected_bound, system
+from flexura.systems import Channel, ModalSystem, StateSpace, System, system
+from flexura.systems.remainder import stiffening
 from flexura.systems.system import as_quantity
 
 Array = NDArray[np.float64]
@@ -134,7 +135,8 @@ def frequency_response(
 
     `order`: low (a mechanism is reduced until its frequencies up to twice the highest one asked for are proven to
     0.01 %, or as `how` says), full, or exact (dynamic stiffness, no mesh). `method`: modal sum with static correction,
-    or direct solution at every frequency, which takes any damping but modal ratios.
+    or direct solution at every frequency, which takes any damping, modal
+    ratios by their matrix (`System.damping_matrix`).
 
     Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
     combinations that make no sense; SolverError at an undamped resonance.
@@ -172,8 +174,9 @@ def frequency_response(
     hz = _grid(wanted, band, points, *resonances)
     H = modes.response(hz)
     _refuse_infinite(H, hz)
-    notes = (*_notes(modes, hz, resonances), *_left_out(modes, H, wanted[-1]))
-    known = _undamped(modes, hz)
+    lost, much = remainder_of_response(modes, H, hz)
+    notes = (*_notes(modes, hz, resonances), *lost)
+    known = _undamped(modes, hz) + much
     if isinstance(mechanism, ModalSystem):
         known += truncation_limits(modes, wanted[-1])
     ends = (modes.inputs, modes.outputs, *resonances, modes.order)
@@ -316,22 +319,6 @@ def _notes(modes: ModalSystem, hz: Array, resonances: tuple[Array, Array]) -> tu
     return tuple(notes)
 
 
-def _left_out(modes: ModalSystem, H: Complex, top: float) -> list[str]:
-    """What the modes left out of a full-order model can add, where that can be bounded."""
-    if not isinstance(modes.system.model, FullOrderModel) or not H.size:
-        return []
-    if not np.isfinite(modes.next_omega):
-        return []
-    try:
-        bound = neglected_bound(modes, top)[0] * (2 * np.pi * top) ** modes.derivative[:, None]
-    except SolverError:
-        return []
-    peak = np.abs(H).max(axis=0)
-    scale = np.sqrt(np.outer(peak.max(axis=1), peak.max(axis=0)))
-    share = float((bound / np.where(scale > 0, scale, np.inf)).max())
-    return [f"modes left out add at most {share:.1g} of the largest responses up to {top:.5g} Hz"]
-
-
 def _between(hz: Array, resonances: Array, ratios: Array) -> list[float]:
     """Resonances with no frequency within their half-power width."""
     if not len(hz):
@@ -349,19 +336,16 @@ def _refuse_infinite(H: Complex, hz: Array) -> None:
 
 def _direct(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
     """K + i H + i omega C - omega^2 M solved at every frequency (theory eq. T14)."""
-    if built.law.is_modal:
-        raise OptionError(
-            "method direct takes no modal damping ratios; give Rayleigh damping, loss factors or dashpots"
-        )
+    M, C, K, lossy = built.matrices()
     modes = built.modal(up_to=BEYOND * wanted[-1])
     resonances = _resonances(modes, wanted)
     hz = _grid(wanted, band, points, *resonances)
     H = np.empty((len(hz), len(built.outputs), len(built.inputs)), dtype=complex)
-    K = built.K if built.H is None else built.K + 1j * built.H
-    stiff, heavy = np.abs(K.diagonal()), np.abs(built.M.diagonal())
+    K = K if lossy is None else K + 1j * lossy
+    stiff, heavy = np.abs(K.diagonal()), np.abs(M.diagonal())
     for k, f in enumerate(hz):
         w = 2 * np.pi * f
-        Z = K + 1j * w * built.C - w * w * built.M
+        Z = K + 1j * w * C - w * w * M
         d = 1 / np.sqrt(stiff + w * w * heavy)
         try:
             if isinstance(Z, np.ndarray):
@@ -371,7 +355,7 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
                 q = d[:, None] * spla.splu((D @ Z @ D).tocsc()).solve(d[:, None] * built.B.astype(complex))
         except (np.linalg.LinAlgError, RuntimeError):
             q = np.full(built.B.shape, np.nan, dtype=complex)
-        own = built.rows @ q + built.residual
+        own = built.rows @ q + built.residual / stiffening(built, np.array(w))
         H[k] = own * ((1j * w) ** built.derivative)[:, None] + built.D
     _refuse_infinite(H, hz)
     notes = (f"solved directly at every frequency, order {built.order}",)

@@ -325,11 +325,10 @@ def _notes(modes: ModalSystem, dt: float, hold: Hold) -> tuple[str, ...]:
 def _integrated(
     built: System, time: Array, u: Array, dt: float, rho: float, impulses: Array, start: Array
 ) -> TimeResponse:
-    if built.law.is_modal:
-        raise OptionError("generalised_alpha takes no modal damping ratios; give Rayleigh damping or dashpots")
     if built.H is not None:
         raise OptionError("structural damping has no causal time response: use method exact, or viscous damping")
-    q, v, a = generalised_alpha(built.M, built.C, built.K, built.B, u, dt, rho, start, impulses)
+    M, C, K, _ = built.matrices()
+    q, v, a = generalised_alpha(M, C, K, built.B, u, dt, rho, start, impulses)
     y = built.D @ u
     for order, own in enumerate((q, v, a)):
         at = built.derivative == order

@@ -50,7 +50,8 @@ def is_sparse(A: Any) -> bool:
 def second_order(what: Any, damping: Any | None = None) -> SecondOrder:
     """The matrices of a full-order, low-order or nested model, or of a system; `damping` is its C (n, n), N s/m.
 
-    Raises OptionError for other things, for systems with damping that is in no C, and for a C of another size.
+    Modal damping ratios of a system are in C as its `damping_matrix` has them. Raises OptionError for other things, for
+    systems with structural damping, which is in no C, and for a C of another size.
     """
     model = what.model if isinstance(what, NestedModel) else what
     own = None
@@ -59,12 +60,11 @@ def second_order(what: Any, damping: Any | None = None) -> SecondOrder:
         model = getattr(what, "model", None)
         if not isinstance(model, FullOrderModel | LowOrderModel) or not hasattr(what, "C"):
             raise OptionError(f"K and M are of a full-order or low-order model or a system, not of {_kind(what)}")
-        if damping is None and (getattr(what, "H", None) is not None or getattr(whole.law, "is_modal", False)):
+        if damping is None and getattr(what, "H", None) is not None:
             raise OptionError(
-                "structural damping and modal damping ratios are in no matrix C of this system: export its state space,"
-                " or give `damping`"
+                "structural damping is in no matrix C of this system: export its state space, or give `damping`"
             )
-        own = whole.C if damping is None and abs(whole.C).max() > 0 else None
+        own = whole.damping_matrix() if damping is None and whole.is_damped else None
     names = model.dof_names if isinstance(model, FullOrderModel) else list(model.coordinate_names)
     C = own if damping is None else damping
     K, M, C = (None if A is None else _symmetric(A, len(names)) for A in (model.K, model.M, C))

@@ -2,7 +2,8 @@
 
 from flexura.systems.channel import Channel
 from flexura.systems.modal import ComplexModes, ModalSystem
-from flexura.systems.reduction import neglected_bound, state_space
+from flexura.systems.reduction import state_space
+from flexura.systems.remainder import neglected_bound
 from flexura.systems.state_space import StateSpace
 from flexura.systems.system import System, system
 

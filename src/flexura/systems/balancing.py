@@ -65,7 +65,9 @@ def balance(model: StateSpace, keep: int | float) -> StateSpace:
     gain = model.static_gain()
     small = replace(small, D=gain + (small.C @ np.linalg.solve(small.A, small.B) if n else 0.0))
     tail = 2 * float(sigma[n:].sum())
-    rounding = ALLOWED * max(found.rounding * model.order * sigma.max(initial=0.0), _beyond(model, small, tail))
+    plain = 1e-15 * float(np.linalg.norm(gain) + np.linalg.norm(model.D))
+    expected = found.rounding * model.order * sigma.max(initial=0.0) + plain
+    rounding = ALLOWED * max(expected, _beyond(model, small, tail))
     bound = rounded_up(tail + rounding)
     note = f"balanced truncation to {n} states: error at most {bound} at any frequency, in the units of the gains"
     if n < asked:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below, lowest
 from flexura.systems.channel import Channel, positions
+from flexura.systems.remainder import Remainder, coupled_response, remainder_of, stiffening
 from flexura.systems.system import System, floating_shift, static_solution
 
 Array = NDArray[np.float64]
@@ -41,7 +42,7 @@ class ModalSystem:
     Outputs y = (d/dt)^derivative (C eta + residual u) + D u. omega (r,), rad/s, ascending; `damping` (r, r), 1/s, and
     `loss` (r, r), 1/s^2 (None without structural damping); B (r, m); C (p, r); D and `residual` (p, m), the static
     gain of the modes that are left out. `shapes` (n, r) lead back to the coordinates of `system`, and `next_omega` is
-    the first frequency left out, infinite when none is.
+    the first frequency left out, infinite when none is. `remainder` says what those modes do beyond their static gain.
     """
 
     system: System
@@ -57,6 +58,7 @@ class ModalSystem:
     next_omega: float
     inputs: tuple[Channel, ...]
     outputs: tuple[Channel, ...]
+    remainder: Remainder | None = None
 
     @property
     def order(self) -> int:
@@ -93,6 +95,7 @@ class ModalSystem:
             B=self.B[own],
             C=self.C[:, own],
             shapes=self.shapes[:, own],
+            remainder=None,
         )
 
     @property
@@ -115,12 +118,13 @@ class ModalSystem:
     def viscous(self) -> ModalSystem:
         """The system with structural damping replaced by viscous damping that dissipates the same at each resonance,
         loss_rs / sqrt(omega_r omega_s): structural damping has no causal time response (Crandall 1970; theory eq. T7).
+        Modes left out stay static.
         """
         if self.loss is None:
-            return self
+            return self if self.remainder is None else replace(self, remainder=None)
         w = np.sqrt(self.omega)
         w = np.where(w > 0, w, np.inf)
-        return replace(self, damping=self.damping + self.loss / w[:, None] / w, loss=None)
+        return replace(self, damping=self.damping + self.loss / w[:, None] / w, loss=None, remainder=None)
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> ModalSystem:
         """The system with some of its inputs and outputs, by name. Raises OptionError for others."""
@@ -135,15 +139,21 @@ class ModalSystem:
             residual=self.residual[np.ix_(o, i)],
             inputs=tuple(self.inputs[k] for k in i),
             outputs=tuple(self.outputs[k] for k in o),
+            remainder=None if self.remainder is None else self.remainder.selected(i, o),
         )
 
     def response(self, frequency_hz: ArrayLike) -> Complex:
         """H (f, p, m) at frequencies (f,), Hz, by modal sum; damping that couples modes is solved as it is.
 
-        The sum takes two real matrix products (theory eq. T10). At an undamped resonance H is infinite.
+        The sum takes two real matrix products (theory eq. T10). Modes left out enter by their flexibility, and to first
+        order by their inertia and damping, that which couples them to the others included (theory eqs. T25, T26). At an
+        undamped resonance H is infinite.
         """
         w = 2 * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
-        if self.is_proportional:
+        rest = self.remainder
+        if rest is not None and rest.couples:
+            H = coupled_response(self, w, rest)[0]
+        elif self.is_proportional:
             H = self._sum(w)
         elif self.loss is None:
             H = self._partly_coupled(w)
@@ -152,9 +162,14 @@ class ModalSystem:
         return self._outward(H, w)
 
     def _outward(self, H: Complex, w: Array) -> Complex:
-        """Add the static correction, differentiate, and add what goes directly."""
-        loss = self.system.uniform_loss if self.loss is not None else None
-        H += self.residual / (1 + 1j * loss) if loss else self.residual
+        """Add what the modes left out do, differentiate, and add what goes directly."""
+        system, rest, static = self.system, self.remainder, self.residual
+        if rest is not None:
+            at = (rest.places[1], rest.places[0])
+            if not rest.couples:
+                H += rest.flexibility(system, w, at)
+            static = static - rest.stiff[np.ix_(*at)]
+        H += static / stiffening(system, w, self.loss is not None)[:, None, None]
         for k, order in enumerate(self.derivative):
             if order:
                 H[:, k] *= ((1j * w) ** int(order))[:, None]
@@ -305,9 +320,10 @@ def _in_modes(system: System, pairs: Eigenpairs, following: float) -> ModalSyste
         shift = floating_shift(system.K, system.M)
         whole = system.rows @ static_solution(system.K, system.M, system.B, shift)
         residual = residual + whole - (C / (pairs.values + shift)) @ B
+    rest = remainder_of(system, omega, V) if np.isfinite(following) and residual.size else None
     return ModalSystem(
         system, omega, damping, loss, B, C, system.derivative, system.D, residual, V, following,
-        system.inputs, system.outputs,
+        system.inputs, system.outputs, rest,
     )  # fmt: skip
 
 

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from flexura.errors import OptionError, SolverError
+from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.systems.balancing import balance
 from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.state_space import StateSpace
-from flexura.systems.system import System, floating_shift, static_solution
+from flexura.systems.system import System
 
 Array = NDArray[np.float64]
-
-SLACK = 1e-9
-"""Relative round-off allowed for in static sums."""
 
 
 def state_space(
@@ -65,48 +62,6 @@ def state_space(
 
 def _kind(modes: ModalSystem) -> str:
     return "full-order" if isinstance(modes.system.model, FullOrderModel) else "low-order"
-
-
-def neglected_bound(modes: ModalSystem, frequency_hz: ArrayLike) -> Array:
-    """Bound (f, p, m) on what modes left out add to displacements beyond their static gain, at frequencies (f,), Hz.
-
-    (w^2 s4 + w (2 zeta s3 + alpha s4 + beta s2) + eta s2)/(1 - (w/w_next)^2), the sums s over all modes left out being
-    bounded by Cauchy and Schwarz from two static solutions, without computing one of these modes (theory eq. T18).
-    Infinite from the first frequency left out. Raises SolverError for something that floats, and where damping couples
-    the modes.
-    """
-    system, law = modes.system, modes.system.law
-    if floating_shift(system.K, system.M):
-        raise SolverError("the bound needs a mechanism that is held")
-    if not modes.is_proportional:
-        raise SolverError("the bound needs damping that does not couple the modes")
-    w = 2 * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))[:, None, None]
-    if not np.isfinite(modes.next_omega):
-        return np.zeros((len(w), len(modes.outputs), len(modes.inputs)))
-    out, into = (_left_out(modes, V, Y) for V, Y in ((system.rows.T, modes.C.T), (system.B, modes.B)))
-    s4, s3, s2 = (np.sqrt(np.outer(out[i], into[j])) for i, j in ((1, 1), (1, 0), (0, 0)))
-    zeta = max([law.ratio, *(ratio for _, ratio in law.bands), *law.ratios])
-    eta = 0.0 if system.H is None else float(system.H.diagonal().sum() / system.K.diagonal().sum())
-    if modes.loss is None:
-        zeta, eta = zeta + eta / 2, 0.0
-    above = w**2 * s4 + w * (2 * zeta * s3 + law.alpha * s4 + law.beta * s2) + eta * s2
-    with np.errstate(divide="ignore"):
-        bound = above / np.abs(1 - (w / modes.next_omega) ** 2)
-    return np.where(w < modes.next_omega, bound, np.inf)
-
-
-def _left_out(modes: ModalSystem, V: Array, in_modes: Array) -> tuple[Array, Array]:
-    """Sums of v^2/omega^2 and v^2/omega^4 over the modes left out, for each column v of V (n, k), rounded up.
-
-    They are those of the static solution less its part in the modes kept, (r, k), to which it is made orthogonal.
-    """
-    system, shapes = modes.system, modes.shapes
-    X = static_solution(system.K, system.M, np.ascontiguousarray(V))
-    whole = np.einsum("ij,ij->j", X, V)
-    X = X - shapes @ (in_modes / modes.omega[:, None] ** 2)
-    X = X - shapes @ (shapes.T @ (system.M @ X))
-    flexibility, inertia = np.einsum("ij,ij->j", X, V), np.einsum("ij,ij->j", X, system.M @ X)
-    return np.maximum(flexibility, 0.0) + SLACK * whole, (1 + SLACK) * np.maximum(inertia, 0.0)
 
 
 def _range(modes: ModalSystem) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.errors import OptionError
+from flexura.errors import Exceeded, OptionError, Warned
 from flexura.systems.channel import Channel, positions
 
 Array = NDArray[np.float64]
@@ -23,12 +23,12 @@ DEPENDENT = 1e5
 
 
 @dataclass(frozen=True)
-class StateSpace:
+class StateSpace(Warned):
     """x' = A x + B u, y = C x + D u; or with a step `dt`, s: x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k].
 
     A (n, n), B (n, m), C (p, n), D (p, m), SI. `inputs` (m) and `outputs` (p) say what u and y are. `delay` is a dead
     time of all inputs, s, that the matrices of a continuous model leave out and those of a discrete one contain.
-    `notes` say where the model comes from and what was neglected.
+    `notes` say where the model comes from and what was neglected, and `warnings` where that is not small.
     """
 
     A: Array
@@ -42,6 +42,7 @@ class StateSpace:
     delay: float = 0.0
     name: str = "mechanism"
     notes: tuple[str, ...] = field(default=())
+    warnings: tuple[Exceeded, ...] = ()
 
     @property
     def order(self) -> int:

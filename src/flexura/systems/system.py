@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg import factorise, is_definite
+from flexura.linalg import factorise, is_definite, lowest
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel, reduce
@@ -37,6 +37,9 @@ UNIFORM = 1e-12
 ROUNDING = 1e-9
 """Relative size of a static correction that is round-off."""
 
+MOST_MODES = 3000
+"""Coordinates up to which all modes are found for a matrix of modal damping ratios."""
+
 NEAR_ZERO = 1e-3
 """Shift beside the lowest diagonal frequency with which flexibility of something that floats is worked out."""
 
@@ -48,8 +51,8 @@ class System:
     M, C, K (n, n) dense or sparse, SI; H (n, n) is structural damping, None without; B (n, m); rows (p, n) and the
     order k of differentiation, `derivative` (p,), of every output; D (p, m) reaches the outputs directly; `residual`
     (p, m) is the static gain that the coordinates q lack. `law` holds the modal damping ratios, which C does not
-    contain. C is that of `dashpots` and Rayleigh damping, and H is `uniform_loss` times K unless that is None. `model`
-    recovers physical displacements from q.
+    contain and `damping_matrix` does. C is that of `dashpots` and Rayleigh damping, and H is `uniform_loss` times K
+    unless that is None. `model` recovers physical displacements from q.
     """
 
     model: Model
@@ -91,6 +94,36 @@ class System:
     def full_order(self) -> FullOrderModel:
         """The full-order model behind `model`."""
         return _Full(self.model).model
+
+    def damping_matrix(self) -> Any:
+        """C (n, n), N s/m, with modal damping ratios in it: C + M Phi diag(2 zeta omega) Phi' M (theory eq. T27).
+
+        Over all modes of the system (Wilson and Penzien 1972, Earthquake Eng. Struct. Dyn. 1, 5): each gets the ratio
+        that the law gives it, and none is left undamped but rigid motions and directions without mass. Dense where
+        there are such ratios. Raises OptionError where there are too many modes for that.
+        """
+        if not self.law.is_modal:
+            return self.C
+        if self.order > MOST_MODES:
+            raise OptionError(
+                f"modal damping ratios as a matrix need all modes, of {self.order} coordinates; at most {MOST_MODES}:"
+                " reduce the mechanism, or give Rayleigh damping, loss factors or dashpots"
+            )
+        pairs = lowest(self.K, self.M, self.order)
+        own = np.isfinite(pairs.values)
+        omega = np.sqrt(np.maximum(pairs.values[own], 0.0))
+        forces = self.M @ pairs.vectors[:, own]
+        modal = (forces * (2 * self.law.modal_ratios(omega / (2 * np.pi)) * omega)) @ forces.T
+        C = self.C if isinstance(self.C, np.ndarray) else self.C.toarray()
+        return C + (modal + modal.T) / 2
+
+    def matrices(self) -> tuple[Any, Any, Any, Any]:
+        """M, C, K and H (None without) with the modal damping ratios in C; all dense, or all sparse."""
+        C, others = self.damping_matrix(), (self.M, self.K, self.H)
+        if isinstance(C, np.ndarray):
+            others = tuple(A if A is None or isinstance(A, np.ndarray) else A.toarray() for A in others)
+        M, K, H = others
+        return M, C, K, H
 
     def modal(self, n: int | None = None, up_to: float | None = None) -> ModalSystem:
         """The system in modal coordinates; see `modal_system`."""
