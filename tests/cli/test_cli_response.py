@@ -194,3 +194,126 @@ def test_a_partly_held_node_may_be_read_where_it_is_free(beam, flexura):
     beam.write_text(text.replace("fixed: [ty]", "fixed: [tz]"), encoding="utf-8")
     status, _, err = flexura("check", beam)
     assert status == 2 and err.count("nothing can move here") == 3
+
+
+STACKED = BEAM.replace(
+    "  coil:",
+    """\
+  stack: {type: piezo, nodes: [foot, tip], stiffness: 1 N/um, free_stroke: 20 um}
+  amplified: {type: piezo, nodes: [foot, tip], stiffness: 1 N/um, free_stroke: 20 um, gain: 0.2 um/V}
+  twist: {type: moment, nodes: [tip], direction: y}
+  turntable: {type: base_rotation, direction: z}
+  coil:""",
+)
+STACKED = STACKED.replace("tip: [length, 0, 0]}", "tip: [length, 0, 0], foot: [length, 0, -20 mm]}")
+STACKED = STACKED.replace("{root: clamped}", "{root: clamped, foot: clamped}")
+
+
+@pytest.fixture
+def stacked(tmp_path):
+    path = tmp_path / "stacked.yaml"
+    path.write_text(STACKED, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("written", "bare"),
+    [
+        ("coil=1500 mN", "coil=1.5"),
+        ("coil=1.5N", "coil=1.5"),
+        ("stack=3 um", "stack=3e-6"),
+        ("amplified=0.075 kV", "amplified=75"),
+        ("twist=20 N*mm", "twist=0.02"),
+        ("*oil=2 [N]", "coil=2"),
+    ],
+)
+def test_a_command_with_its_unit_is_the_same_as_bare_in_si(stacked, flexura, written, bare):
+    one, other = (
+        flexura("statics", stacked, "--actuator", text, "--node", "tip", "--json") for text in (written, bare)
+    )
+    assert one == other and one[0] == 0
+    assert json.loads(one[1])["displacement"]["tip"][2] != 0
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "said"),
+    [
+        ("--actuator", "stack=3 N", "--actuator 'stack=3 N': N is no unit of stack, which takes expansion in m; write"),
+        ("--actuator", "amplified=3 um", "um is no unit of amplified, which takes voltage in V"),
+        ("--actuator", "*a*=3 um", "um is no unit of amplified"),
+        ("--actuator", "twist=3 N*m/deg", "N*m/deg is no unit of twist, which takes moment in N*m"),
+        ("--actuator", "turntable=1 Hz^2", "Hz^2 is no unit of turntable, which takes angular_acceleration in rad/s^2"),
+        ("--actuator", "coil=3 parsnips", "'parsnips' is not a unit"),
+        ("--actuator", "coil=-inf", "a number must be finite"),
+        ("--actuator", "coil", "NAME=VALUE is expected"),
+        ("--actuator", "coil=1,2", "NAME=VALUE is expected"),
+        ("--actuator", "caul=1 N", "there is no input 'caul'"),
+    ],
+)
+def test_a_command_in_a_unit_of_another_quantity_is_refused(stacked, flexura, option, text, said):
+    status, out, err = flexura("statics", stacked, option, text)
+    assert status == 2 and not out
+    assert said in err and text in err
+
+
+def test_a_command_given_twice_is_refused(beam, flexura):
+    status, _, err = flexura("statics", beam, "--actuator", "coil=1", "--actuator", "coil=2 N")
+    assert status == 2 and "coil has a value already" in err
+
+
+def test_buckling_takes_commands_with_units(beam, flexura):
+    one, other = (flexura("buckling", beam, "--actuator", text, "--json") for text in ("coil=500 mN", "coil=0.5"))
+    assert one == other and one[0] == 0
+    assert "um is no unit of coil" in flexura("buckling", beam, "--actuator", "coil=5 um")[2]
+
+
+@pytest.mark.parametrize(
+    ("option", "written", "bare"),
+    [
+        ("--step", "coil=500 mN", "coil=0.5"),
+        ("--step", "twist=10 N*mm", "twist=0.01"),
+        ("--step", "ground.tz=100 mm/s^2", "ground.tz=0.1"),
+        ("--step", "turntable=180 deg/s^2", "turntable=3.141592653589793"),
+        ("--step", "turntable=2 1/s^2", "turntable=2"),
+        ("--impulse", "coil=5 mN*s", "coil=0.005"),
+        ("--impulse", "ground.tz=10 mm/s", "ground.tz=0.01"),
+        ("--impulse", "stack=10 um*ms", "stack=1e-8"),
+        ("--release", "amplified=10 V", "amplified=10"),
+        ("--hammer", "coil=5000 mN,2 ms", "coil=5,0.002"),
+        ("--sweep", "coil=1000 mN,10 Hz,0.1 kHz", "coil=1,10,100"),
+        ("--noise", "coil=1000 mN,10 Hz,0.1 kHz", "coil=1,10,100"),
+        ("--noise", "coil=1000 mN", "coil=1"),
+    ],
+)
+def test_signals_with_units_are_the_same_as_bare_in_si(stacked, flexura, option, written, bare):
+    one, other = (
+        flexura("time-response", stacked, "--dt", "1ms", "--duration", "50ms", "-o", "gap", option, text, "--json")
+        for text in (written, bare)
+    )
+    assert one == other and one[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "said"),
+    [
+        ("--step", "coil=5 um", "um is no unit of coil, which takes force in N"),
+        ("--impulse", "coil=5 N", "N is no unit of coil, which takes impulses of force in N*s"),
+        (
+            "--impulse",
+            "turntable=5 Hz",
+            "Hz is no unit of turntable, which takes impulses of angular_acceleration in rad/s",
+        ),
+        ("--release", "coil=5 V", "V is no unit of coil"),
+        ("--hammer", "coil=5 m,2 ms", "m is no unit of coil"),
+        ("--hammer", "coil=5 N,2 N", "is no time"),
+        ("--hammer", "coil=5 N", "NAME=PEAK,WIDTH is expected"),
+        ("--sweep", "coil=5 N,10 rad/s,100 rad/s", "'10 rad/s' is no frequency; it is written in Hz"),
+        ("--sweep", "coil=5 Pa,10 Hz,100 Hz", "Pa is no unit of coil"),
+        ("--noise", "coil=5 N,10", "NAME=RMS[,FROM,TO] is expected"),
+        ("--noise", "coil=5 N,10,60 rpm", "'60 rpm' is no frequency"),
+    ],
+)
+def test_signals_in_units_of_another_quantity_are_refused(stacked, flexura, option, text, said):
+    status, out, err = flexura("time-response", stacked, "--dt", "1ms", "--duration", "50ms", "-o", "gap", option, text)
+    assert status == 2 and not out
+    assert f"{option} {text!r}: " in err and said in err

@@ -13,6 +13,7 @@ import typer
 
 from flexura._version import __version__
 from flexura.cli.calibration import COMMANDS as CALIBRATION
+from flexura.cli.commands import CommandReader
 from flexura.cli.comparison import compare_command
 from flexura.cli.correlation import COMMANDS as CORRELATION
 from flexura.cli.handover import export_command
@@ -26,7 +27,6 @@ from flexura.cli.options import (
     Loads,
     Settings,
     Strict,
-    command_of,
     load_of,
     print_json,
     read,
@@ -152,7 +152,7 @@ def buckling_command(
 
     mechanism, parameters = read(file, set)
     loads = dict(load_of(text) for text in load or [])
-    commands = dict(command_of(text) for text in actuator or [])
+    commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     g = None if gravity is None else vector(gravity)
     state = preload(mechanism, parameters, gravity=g, loads=loads, actuators=commands)
     if strict:

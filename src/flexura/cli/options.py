@@ -37,7 +37,9 @@ Loads = Annotated[
 ]
 Commands = Annotated[
     list[str] | None,
-    typer.Option("--actuator", metavar="NAME=VALUE", help="Command in SI of its unit (* allowed). May be repeated."),
+    typer.Option(
+        "--actuator", metavar="NAME=VALUE", help="Command, e.g. '*.piezo=75 V'; bare: SI. * allowed. May be repeated."
+    ),
 ]
 
 
@@ -82,17 +84,6 @@ def load_of(text: str) -> tuple[str, list[float]]:
         raise OptionError(f"a load is NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ, not {text!r}")
     force = vector(numbers)
     return node, force + [0.0] * 3 if len(force) == 3 else force
-
-
-def command_of(text: str) -> tuple[str, float]:
-    """A command to an actuator. Raises OptionError when it is none."""
-    name, equals, number = text.partition("=")
-    if not equals:
-        raise OptionError(f"a command is NAME=VALUE, a number in the unit of the actuator's input, not {text!r}")
-    values = vector(number)
-    if len(values) != 1:
-        raise OptionError(f"{text!r}: one number is expected")
-    return name, values[0]
 
 
 def band_of(text: str) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from flexura.cli.commands import CommandReader, hertz_of
 from flexura.cli.options import (
     Commands,
     File,
@@ -21,10 +22,10 @@ from flexura.cli.options import (
     Settings,
     Strict,
     band_of,
-    command_of,
     load_of,
     print_json,
     read,
+    seconds_of,
     vector,
 )
 from flexura.errors import OptionError
@@ -81,7 +82,7 @@ def statics_command(
     from flexura.cli.response_tables import print_statics
 
     mechanism, parameters = read(file, set)
-    commands = dict(command_of(text) for text in actuator or [])
+    commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     loads = dict(load_of(text) for text in load or [])
     g = None if gravity is None else vector(gravity)
     result = statics(mechanism, loads=loads, gravity=g, actuators=commands, parameters=parameters)
@@ -173,24 +174,29 @@ def time_response_command(
     file: File,
     dt: Annotated[str, typer.Option(metavar="STEP", help="Time step with its unit, e.g. 0.1ms.")],
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="With its unit, e.g. 0.5s.")] = None,
-    step: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="A step at time zero.")] = None,
+    step: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="A step at time zero, e.g. 'coil=2 N'; bare: SI.")
+    ] = None,
     impulse: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="An impulse at time zero, N s.")
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="An impulse at time zero, e.g. 'coil=5 mN*s'; bare: SI."),
     ] = None,
     hammer: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=PEAK,WIDTH", help="A half-sine pulse: peak in SI, width in s.")
+        list[str] | None,
+        typer.Option(metavar="NAME=PEAK,WIDTH", help="A half-sine pulse, e.g. 'coil=50 N,2 ms'; bare: SI."),
     ] = None,
     sweep: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=AMPLITUDE,FROM,TO", help="A sine sweep over the duration, Hz.")
+        list[str] | None,
+        typer.Option(metavar="NAME=AMPLITUDE,FROM,TO", help="A sine sweep over the duration; bare: SI, Hz."),
     ] = None,
     noise: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=RMS[,FROM,TO]", help="Random, in a band, Hz.")
+        list[str] | None, typer.Option(metavar="NAME=RMS[,FROM,TO]", help="Random, in a band; bare: SI, Hz.")
     ] = None,
     signals: Annotated[
         Path | None, typer.Option(metavar="FILE", help="CSV with time and columns named as inputs.")
     ] = None,
     release: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Let go of a static state at time zero.")
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Let go of the static state under this at time zero.")
     ] = None,
     output: Outputs = None,
     hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = Hold.foh,
@@ -207,7 +213,8 @@ def time_response_command(
 
     mechanism, parameters = read(file, set)
     h, total = seconds(dt, "dt"), None if duration is None else seconds(duration, "duration")
-    inputs: dict[str, Any] = _signals(step, hammer, sweep, noise, total)
+    commands = CommandReader(mechanism, parameters)
+    inputs: dict[str, Any] = _signals(commands, step, hammer, sweep, noise, total)
     if signals is not None:
         found = read_signals(signals)
         if abs(found.dt - h) > 1e-6 * h:
@@ -222,8 +229,8 @@ def time_response_command(
         dt=h,
         duration=total if total is not None or not inputs else None,
         hold=hold.value,
-        impulses=dict(command_of(text) for text in impulse or []),
-        start=dict(command_of(text) for text in release or []),
+        impulses=commands.values("--impulse", impulse, impulse=True),
+        start=commands.values("--release", release),
         damping=damping,
         parameters=parameters,
     )
@@ -252,6 +259,7 @@ def seconds(text: str, what: str) -> float:
 
 
 def _signals(
+    commands: CommandReader,
     step: list[str] | None,
     hammer: list[str] | None,
     sweep: list[str] | None,
@@ -261,19 +269,19 @@ def _signals(
     from flexura.analysis import signals as s
 
     found: dict[str, Any] = {}
-    for text in step or []:
-        name, value = command_of(text)
+    band = [hertz_of, hertz_of]
+    for name, value in commands.values("--step", step).items():
         _add(found, name, s.step(value))
     for text in hammer or []:
-        name, (peak, width) = _numbers(text, "NAME=PEAK,WIDTH", 2)
+        name, (peak, width) = commands.amounts("--hammer", text, "NAME=PEAK,WIDTH", [seconds_of])
         _add(found, name, s.half_sine(peak, width))
     for text in sweep or []:
-        name, (amplitude, first, last) = _numbers(text, "NAME=AMPLITUDE,FROM,TO", 3)
+        name, (amplitude, first, last) = commands.amounts("--sweep", text, "NAME=AMPLITUDE,FROM,TO", band)
         if total is None:
             raise OptionError("a sweep needs a --duration")
         _add(found, name, s.sweep(amplitude, first, last, total))
     for text in noise or []:
-        name, numbers = _numbers(text, "NAME=RMS[,FROM,TO]", 1, 3)
+        name, numbers = commands.amounts("--noise", text, "NAME=RMS[,FROM,TO]", band, optional=True)
         _add(found, name, s.random(numbers[0], (numbers[1], numbers[2]) if len(numbers) == 3 else None))
     return found
 
@@ -282,14 +290,6 @@ def _add(found: dict[str, Any], name: str, signal: Any) -> None:
     if name in found:
         raise OptionError(f"two signals are given for {name}")
     found[name] = signal
-
-
-def _numbers(text: str, form: str, *counts: int) -> tuple[str, list[float]]:
-    name, equals, rest = text.partition("=")
-    values = vector(rest) if equals else []
-    if len(values) not in counts:
-        raise OptionError(f"{form} is expected, not {text!r}")
-    return name, values
 
 
 def _save(figures: dict[str, Any], folder: Path) -> list[Path]:

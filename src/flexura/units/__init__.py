@@ -1,7 +1,7 @@
 """Text with units to SI floats, and back."""
 
 from flexura.units.format import customary_unit, format_number, format_quantity
-from flexura.units.parse import FAMILIAR, Exponents, parse_quantity, parse_unit
+from flexura.units.parse import FAMILIAR, Exponents, parse_quantity, parse_unit, split_quantity
 
 __all__ = [
     "FAMILIAR",
@@ -11,4 +11,5 @@ __all__ = [
     "format_quantity",
     "parse_quantity",
     "parse_unit",
+    "split_quantity",
 ]

@@ -63,6 +63,16 @@ def parse_quantity(text: str) -> tuple[float, Exponents]:
 
     Raises ExpressionError when the text is not that.
     """
+    number, unit = split_quantity(text)
+    factor, exponents = parse_unit(unit) if unit else (Fraction(1), NO_DIMENSION)
+    return to_si(number, factor), exponents
+
+
+def split_quantity(text: str) -> tuple[str, str]:
+    """The texts of the number and of the unit, empty where there is none.
+
+    Raises ExpressionError when the text does not begin with a number.
+    """
     stripped = text.strip()
     match = _NUMBER.match(stripped) if len(stripped) <= MAX_QUANTITY_LENGTH else None
     if match is None:
@@ -70,8 +80,7 @@ def parse_quantity(text: str) -> tuple[float, Exponents]:
     unit = stripped[match.end() :].strip()
     if unit[:1] == "[" and unit[-1:] == "]":
         unit = unit[1:-1]
-    factor, exponents = parse_unit(unit) if unit else (Fraction(1), NO_DIMENSION)
-    return to_si(match[0], factor), exponents
+    return match[0], unit
 
 
 def to_si(number: str, factor: Fraction) -> float:
