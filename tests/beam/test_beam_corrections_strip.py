@@ -171,13 +171,15 @@ def torsion_by_energy(nu, J, warping, secondary, L, both):
 @pytest.mark.parametrize("both", [True, False])
 @pytest.mark.parametrize(("b", "t", "L"), [(1.0, 0.05, 0.5), (1.0, 0.05, 3.0), (1.0, 0.4, 1.0), (1.0, 1.0, 2.0)])
 def test_torsion_minimises_its_energy(b, t, L, both):
-    args = (0.33, rectangle(b, t, 0.33).J, warping_constant(b, t), secondary_constant(b, t))
     place = (L, -L / 2, L / 2) if both else (2 * L, -L, 0.0)
+    J = rectangle(b, t, 0.33).J
+    args = (0.33, J, warping_constant(b, t), secondary_constant(0.33, J, b, t, place[0]))
     assert_allclose(warping_compliance(*args, *place), torsion_by_energy(*args, L, both), rtol=1e-4)
 
 
 def test_torsion_has_its_limits():
-    args = (0.3, rectangle(1.0, 0.03, 0.3).J, warping_constant(1.0, 0.03), secondary_constant(1.0, 0.03))
+    J = rectangle(1.0, 0.03, 0.3).J
+    args = (0.3, J, warping_constant(1.0, 0.03), secondary_constant(0.3, J, 1.0, 0.03, 0.7))
     L = np.geomspace(1e-3, 1e6, 60)
     factor = warping_compliance(*args, L, -L / 2, L / 2)
     assert (np.diff(factor) > 0).all() and (factor > 0).all()
@@ -186,6 +188,38 @@ def test_torsion_has_its_limits():
     decay, kappa = warping_decay(*args)
     z = decay * 0.35
     assert_allclose(warping_compliance(*args, 0.7, -0.35, 0.35), 1 - kappa * np.tanh(z) / z, rtol=1e-13)
+
+
+def test_secondary_shear_has_its_limits():
+    """5 b^3 t/72 in long thin strips (Reissner 1945), and all of Ip in those without length."""
+    b, t = 1.0, 1e-3
+    J = rectangle(b, t, 0.3).J
+    assert_allclose(secondary_constant(0.3, J, b, t, 1e3 * t), 5 / 72 * b**3 * t, rtol=1e-3)
+    for width in (1e-3, 3e-3, 1.0):
+        J = rectangle(width, t, 0.3).J
+        polar = width * t * (width**2 + t**2) / 12
+        assert_allclose(J + secondary_constant(0.3, J, width, t, np.array([0.0, 1e-9])), polar, rtol=1e-9)
+
+
+def through_the_thickness(nu, t, L):
+    """Shear per force of a strip that stays plane but for P3(2z/t), free at its ends or not, G = 1 and t the area."""
+    n = 3000
+    dx, stiff = L / n, t / 7 * 2 / (1 - nu)
+    main = np.full(n + 1, 2 * stiff / dx)
+    K = np.zeros((3, n + 1))
+    K[1], K[0, 1:], K[2, :-1] = main + 20 / t * dx, -stiff / dx, -stiff / dx  # 24/t less what gamma takes, 4/t
+    chi = np.zeros(n + 1)
+    chi[1:-1] = solve_banded((1, 1), K[:, 1:-1], np.full(n - 1, -2 / t * dx))
+    return np.trapezoid((1 - 2 * chi) / t, dx=dx) / L * t
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.5, 2.0, 20.0])
+def test_shear_across_the_thickness_minimises_its_energy(ratio):
+    b, t = 50.0, 1.0
+    J = rectangle(b, t, 0.3).J
+    polar = b * t * (b**2 + t**2) / 12
+    own = (polar - J) / secondary_constant(0.3, J, b, t, ratio)
+    assert_allclose(own, through_the_thickness(0.3, t, ratio), rtol=1e-4)
 
 
 def test_functions_broadcast():

@@ -55,7 +55,7 @@ class CheckReport:
     corrections: dict[str, tuple[str, ...]]
     """Corrections by member, those without any left out."""
     ends: dict[str, tuple[str, str]]
-    """Whether the ends of corrected members are clamped or free."""
+    """Whether the ends of corrected members are `clamped` or `free`, or how far, such as `60 % clamped`."""
     actuators: dict[str, str]
     """Inputs by name: quantity, unit and range."""
     sensors: dict[str, str]

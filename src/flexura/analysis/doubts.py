@@ -61,9 +61,15 @@ def corrected(full: FullOrderModel) -> tuple[dict[str, tuple[str, ...]], dict[st
             if active.any():
                 place = _place(name, key)
                 applied[place] = tuple(c for c in CORRECTIONS if c in _names(active))
-                first, second = ("clamped" if end else "free" for end in clamped)
+                first, second = (_held(float(end)) for end in clamped)
                 ends[place] = (first, second)
     return applied, ends
+
+
+def _held(share: float) -> str:
+    """How far an end is held flat, in words, to a percent."""
+    percent = round(100 * share)
+    return {0: "free", 100: "clamped"}.get(percent, f"{percent} % clamped")
 
 
 def _place(name: str, key: str) -> str:

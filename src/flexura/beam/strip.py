@@ -89,11 +89,20 @@ def warping_constant(width: ArrayLike, thickness: ArrayLike) -> FloatArray:
     return b**3 * t**3 / 144 - 32 * t**5 / np.pi**6 * series
 
 
-def secondary_constant(width: ArrayLike, thickness: ArrayLike) -> FloatArray:
+def secondary_constant(nu: Real, J: Real, width: ArrayLike, thickness: ArrayLike, span: Real) -> FloatArray:
     """Return the constant Js of solid rectangles for shear that comes with held warping, m^4 (theory eq. F8).
 
-    Js = 5 b^3 t/72, b >= t: the shear stiffness (5/6) G t of strips along the length, times their distance from the
-    axis squared. width, thickness: (...) m.
+    Js = (Ip - J) / [1 + (1 - tanh z/z)/5], Ip the polar second moment: with Saint-Venant's warping function the energy
+    of shear is GJ theta'^2 + G (Ip - J) (theta' - psi)^2; shear across the thickness adds a warping of its own, which
+    held ends suppress, z = sqrt(70 (1 - nu)) span/2t. 5 b^3 t/72 for long thin strips. J + Js is never above Ip, the
+    stiffness without any warping.
+
+    nu: -; J: Saint-Venant constant, m^4; width, thickness, span as in the module docstring, m. Returns (...), m^4.
     """
     sides = np.asarray(width, dtype=np.float64), np.asarray(thickness, dtype=np.float64)
-    return 5 / 72 * np.maximum(*sides) ** 3 * np.minimum(*sides)
+    b, t = np.maximum(*sides), np.minimum(*sides)
+    z = np.sqrt(70 * (1 - np.asarray(nu))) * span / (2 * t)
+    small = z < 1e-3
+    safe = np.where(small, 1.0, z)
+    held = np.where(small, z * z / 3, 1 - np.tanh(safe) / safe)
+    return (b * t * (b * b + t * t) / 12 - J) / (1 + held / 5)

@@ -22,12 +22,6 @@ Bools = NDArray[Any]
 SLICES = 160
 """Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""
 
-STUBBY = 2.0
-"""Length over thickness below which a uniform member is no strip, so that `auto` leaves it alone."""
-
-BULKY = 2.0
-"""Ratio of torsion constants above which a section holds another flat."""
-
 
 class Factors(NamedTuple):
     """Factors (..., e) on the stiffness of elements: EA, EIy, EIz, GJ. Mass and shear stiffness stay as they are."""
@@ -46,8 +40,8 @@ class Factors(NamedTuple):
 class MemberCorrections:
     """Which corrections the members of a list have, and the factors that they come to.
 
-    `active` (m, 4), in the order of CORRECTIONS, and `clamped` (m, 2) hold once `settle` has been called: they depend
-    on the sizes at the default parameters, so that no correction comes and goes during a sweep.
+    `active` (m, 4), in the order of CORRECTIONS, and `clamped` (m, 2), how far from free (0) to held flat (1) the ends
+    are, hold once `settle` has been called: they depend on the sizes at the default parameters.
     """
 
     def __init__(
@@ -55,7 +49,6 @@ class MemberCorrections:
     ) -> None:
         self._groups = groups
         self.wanted = np.zeros((len(members), len(CORRECTIONS)), dtype=bool)
-        self.automatic = np.zeros(len(members), dtype=bool)
         for row, member in enumerate(members):
             chosen = mechanism.corrections if member.corrections is None else member.corrections
             form = member.section if isinstance(member, Link) else member.profile
@@ -63,15 +56,14 @@ class MemberCorrections:
             possible = possible_corrections(form, member.theory or mechanism.theory)
             names = possible if chosen == "auto" else possible & set(() if chosen == "none" else chosen)
             self.wanted[row] = [name in names for name in CORRECTIONS]
-            self.automatic[row] = chosen == "auto"
         self.shear = self.wanted[:, CORRECTIONS.index("shear")]
-        self.settle(np.zeros((len(members), 2), dtype=bool), np.zeros(len(members), dtype=bool))
+        self.settle(np.zeros((len(members), 2)))
 
-    def settle(self, clamped: Bools, slender: Bools) -> None:
-        """Take in which ends are clamped (m, 2) and which members are long enough (m,) for `auto` to apply."""
+    def settle(self, clamped: Array) -> None:
+        """Take in how far the ends are clamped (m, 2), from 0 to 1."""
         self.clamped = clamped
         plate, warping, shear, notch = self.wanted.T
-        holds = (slender | ~self.automatic) & clamped.any(axis=1)
+        holds = (clamped > 0).any(axis=1)
         self.active = np.stack([plate & holds, warping & holds, shear, notch], axis=1)
         plate, warping, _, notch = self.active.T
         self.any = bool((plate | warping | notch).any())
@@ -100,27 +92,36 @@ class MemberCorrections:
         return factors
 
 
-def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Bools) -> tuple[Array | float, ...]:
+def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
     """Factors, (..., m, n) or 1, of uniform strips; b, t, nu, L: (..., m, 1)."""
-    span, start = _span(clamped)
-    edges = start + np.arange(n + 1) / n
-    place = (span * L, edges[:, :-1] * L, edges[:, 1:] * L)
     plate, warping = active[:, :1], active[:, 1:2]
-    bend_y, bend_z, twist = 1.0, 1.0, 1.0
-    if plate.any():
-        bend_y = np.where(plate, 1 / strip.anticlastic_compliance(nu, b, *place), 1.0)
-        bend_z = np.where(plate, 1 / strip.anticlastic_compliance(nu, t, *place), 1.0)
-    if warping.any():
-        constants = (strip.warping_constant(b, t), strip.secondary_constant(b, t))
-        compliance = strip.warping_compliance(nu, section.rectangle(b, t, nu).J, *constants, *place)
-        twist = np.where(warping, 1 / compliance, 1.0)
-    return 1.0, bend_y, bend_z, twist
+    J = section.rectangle(b, t, nu).J
+    edges = np.arange(n + 1) / n
+    every = []
+    for share, span, start in _cases(clamped):
+        at = start + edges
+        place = (span * L, at[:-1] * L, at[1:] * L)
+        case = [1.0, 1.0, 1.0]
+        if plate.any():
+            case[:2] = (strip.anticlastic_compliance(nu, side, *place) for side in (b, t))
+        if warping.any():
+            constants = (strip.warping_constant(b, t), strip.secondary_constant(nu, J, b, t, place[0]))
+            case[2] = strip.warping_compliance(nu, J, *constants, *place)
+        every.append([share * (1 - c) for c in case])
+    bend_y, bend_z, twist = (1 / (1 - sum(own)) for own in zip(*every, strict=True))
+    return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
 
 
-def _span(clamped: Bools) -> tuple[Array, Array]:
-    """Span of members and where they begin in it, from its middle, (m, 1) each, in units of their length."""
-    both, first = clamped.all(axis=1), clamped[:, 0]
-    return np.where(both, 1.0, 2.0)[:, None], np.where(both, -0.5, np.where(first, -1.0, 0.0))[:, None]
+def _cases(clamped: Array) -> list[tuple[Array, float, float]]:
+    """Shares (m, 1) of members held flat at both ends, at the first and at the second one, with the span and where the
+    member begins in it, from its middle, in units of its length.
+
+    Held ends take off flexibility in proportion to how far they are held (theory eq. F19).
+    """
+    first, second = clamped[:, :1], clamped[:, 1:]
+    both = (first * second, 1.0, -0.5)
+    cases = [both, (first * (1 - second), 2.0, -1.0), (second * (1 - first), 2.0, 0.0)]
+    return [case for case in cases if case[0].any()]
 
 
 class _Slices(NamedTuple):
@@ -156,7 +157,7 @@ def _slices(group: SectionGroup, values: Array, L: Array, count: int, notch: Boo
 
 
 def _notch(
-    group: SectionGroup, values: Array, nu: Array, L: Array, n: int, is_tapered: bool, active: Bools, clamped: Bools
+    group: SectionGroup, values: Array, nu: Array, L: Array, n: int, is_tapered: bool, active: Bools, clamped: Array
 ) -> tuple[Array, ...]:
     """Factors (..., m, n) of notches, relative to the section in the middle of every element or, for tapered ones, to
     the integral over it (theory eqs. F15-F18). nu, L: (..., m)."""
@@ -192,25 +193,27 @@ def _together(y: Array, z: Array) -> Array:
     return (y * y + z * z) / np.where(both > 0, both, 1.0)
 
 
-def _web(cut: _Slices, nu: Array, clamped: Bools) -> tuple[Array, Array]:
+def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
     """Factors (..., m, 1) on bending and torsion of notches whose web is wide, as of a leaf of an equivalent length
     (theory eqs. F16-F17)."""
     dx, rotation, stretch = cut.dx, cut.z[0], cut.z[1]
     b = cut.width[..., :1]
     web = cut.thickness.min(axis=-1, keepdims=True)
-    span = _span(clamped)[0] * (web * stretch.sum(axis=-1, keepdims=True))
-    bend = 1 / strip.anticlastic_compliance(nu, b, span, -span / 2, 0.0)
-
     x = dx * (np.arange(rotation.shape[-1]) + 0.5)
     weight = web**3 / 12 * rotation
     area, first, second = ((weight * x**k).sum(axis=-1, keepdims=True) for k in (0, 1, 2))
-    whole = dx * rotation.shape[-1]
-    free = np.where(clamped[:, :1], whole, 0.0)
-    pole = np.where(clamped[:, :1] & clamped[:, 1:], first / area, free)
-    inertia = second - 2 * pole * first + pole * pole * area
     J = section.rectangle(cut.width, cut.thickness, nu).J
     own = section.rectangle(b, web, nu).J
     length = (own * dx / J).sum(axis=-1, keepdims=True)
-    decay, kappa = strip.warping_decay(nu, own, strip.warping_constant(b, web), strip.secondary_constant(b, web))
-    z = decay * np.sqrt(3 * inertia / length)
-    return bend, 1 / (1 - kappa * np.tanh(z) / z)
+    warping = strip.warping_constant(b, web)
+    poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}
+    bend, turn = 0.0, 0.0
+    for share, times, start in _cases(clamped):
+        span = times * web * stretch.sum(axis=-1, keepdims=True)
+        bend = bend + share * (1 - strip.anticlastic_compliance(nu, b, span, -span / 2, 0.0))
+        pole = poles[start]
+        inertia = second - 2 * pole * first + pole * pole * area
+        decay, kappa = strip.warping_decay(nu, own, warping, strip.secondary_constant(nu, own, b, web, span))
+        z = decay * np.sqrt(3 * inertia / length)
+        turn = turn + share * kappa * np.tanh(z) / z
+    return 1 / (1 - bend), 1 / (1 - turn)

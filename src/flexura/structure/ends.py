@@ -8,53 +8,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.mechanism.layout import TOP, Layout, matching
-from flexura.structure.corrections import BULKY, STUBBY, Bools
 
 if TYPE_CHECKING:
     from flexura.structure.part import Part, PartGeometry
 
 Array = NDArray[np.float64]
 
-COLLINEAR = 1e-3
-"""Sine of the angle below which two members go on in one line."""
+ARM = 0.5
+"""Length of a rigid arm over the member's least thickness from which it holds the end flat altogether."""
 
 
-def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometry) -> tuple[Bools, Bools]:
-    """Return which ends of a part's members are clamped (m, 2), and which members are long for their thickness (m,).
+def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometry) -> Array:
+    """Return how far the ends of a part's members are clamped (m, 2), from 0, free, to 1, held flat.
 
-    An end is clamped at a node that is held, carried, an interface or a joint to other parts, on a rigid arm, or where
-    it meets a bulkier member; free where it meets nothing, goes on in line into a member that is no bulkier, or meets
-    only slimmer ones across. A notch that is bulkier at its end than at its web holds itself. What a member says of
-    its `ends` goes before. One design: values (s,).
+    An end is clamped at a node that is held, carried, an interface or a joint to other parts, and on a rigid arm; free
+    where it meets nothing. Other members hold it the more the bulkier they are (theory eq. F20), and so does a notch
+    that is bulkier at its end than at its web; what holds most counts. What a member says of its `ends` goes before.
+    One design: values (s,).
     """
     table = part.table
     J, least, thickness = table.bulk(values, geometry.length)
-    clamped = BULKY * least[:, None] < J
+    arm = np.linalg.norm(geometry.offsets, axis=-1) / (ARM * thickness[:, None])
+    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / least[:, None], 0.0))
     shared = _clamping_nodes(layout, part)
     axis = geometry.R[:, 0]
     at: dict[int, list[tuple[int, int]]] = {}
     for member, ends in enumerate(part.ends.tolist()):
         for end, node in enumerate(ends):
             at.setdefault(node, []).append((member, end))
-    has_arm: Bools = np.asarray(geometry.offsets.any(axis=-1))
     for node, meeting in at.items():
-        for member, end in meeting:
-            others = [other for other in meeting if other[0] != member]
-            clamped[member, end] |= (
-                node in shared
-                or bool(has_arm[member, end])
-                or any(_holds(J[o], J[member, end], axis[member], axis[o[0]], bool(has_arm[o])) for o in others)
-            )
+        if node in shared:
+            for own in meeting:
+                clamped[own] = 1.0
+            continue
+        members, ends = np.array(meeting).T
+        sine = np.linalg.norm(np.cross(axis[members][:, None], axis[members]), axis=-1)
+        across = np.maximum(sine**2, np.minimum(arm[members, ends], 1.0))
+        held = _hold(J[members, ends] / J[members, ends][:, None], across)
+        held[members[:, None] == members] = 0.0
+        clamped[members, ends] = np.maximum(clamped[members, ends], held.max(axis=1))
     for k, member in enumerate(part.members.values()):
         if member.ends is not None:
             clamped[k] = [end == "clamped" for end in member.ends]
-    return clamped, geometry.length > STUBBY * thickness
+    return clamped
 
 
-def _holds(other: float, own: float, axis: Array, its_axis: Array, has_arm: bool) -> bool:
-    """True when a member of torsion constant `other` holds the end of one of constant `own` flat."""
-    in_line = not has_arm and bool(np.linalg.norm(np.cross(axis, its_axis)) < COLLINEAR)
-    return other > BULKY * own if in_line else other > own / BULKY
+def _hold(ratio: Array, across: Array | float) -> Array:
+    """How far an end is held by what has `ratio` times its torsion constant (theory eq. F20).
+
+    `across` is the square of the sine of the angle between the two.
+    """
+    return np.clip((ratio * (1 + across) - (1 - across)) / (1 + ratio), 0.0, 1.0)
 
 
 def _clamping_nodes(layout: Layout, part: Part) -> set[int]:

@@ -162,16 +162,15 @@ class Plan:
             raise OptionError(f"{what}: not under the loads and gravity that are described; take these out for it")
 
     def _settle_corrections(self) -> None:
-        """Work out which ends are clamped at the default parameters, where a correction asks for it."""
+        """Work out how far ends are clamped at the default parameters, where a correction asks for it."""
         if not self._members.corrections.wanted.any():
             return
         values = self.values()
         geometry = self.geometry(values)
         settled = [settle_ends(self.layout, p, values, geometry.parts[name]) for name, p in self.parts.items()]
         for part, found in zip(self.parts.values(), settled, strict=True):
-            part.table.corrections.settle(*found)
-        clamped, slender = (np.concatenate(found) for found in zip(*settled, strict=True))
-        self._members.corrections.settle(clamped, slender)
+            part.table.corrections.settle(found)
+        self._members.corrections.settle(np.concatenate(settled))
 
     def _find_geometry_slots(self) -> Index:
         """Slots with expressions on which positions, lengths and orientations depend."""
