@@ -15,9 +15,11 @@ from flexura.errors import OptionError
 from flexura.mechanism import Leaf, Material, Mechanism, RigidBody
 from flexura.mechanism.body import Box
 from flexura.mechanism.member import Flexure
+from flexura.mechanism.profile import CircularContour, Notch
 from flexura.modelfile import load
 from flexura.solid import verify as module
-from flexura.solid.modes import solid_modes
+from flexura.solid.modes import SURE, solid_modes
+from flexura.solid.reduced import MOST_MODES
 from flexura.solid.verify import progressively, verify
 from flexura.structure import assemble
 from flexura.view import draw_mode_pair
@@ -52,15 +54,67 @@ def test_corrected_beams_are_nearer_to_the_solid_than_plain_ones(guide):
     assert abs(corrected.error[0]) < 0.01
 
 
-def test_the_limit_lies_below_both_meshes(guide):
+def test_each_mesh_lies_below_the_coarser_ones(guide):
     coarse, fine = guide.solids
     assert coarse.size == pytest.approx(2 * fine.size)
     assert coarse.dofs < fine.dofs
     assert (np.array(coarse.frequency_hz) > fine.frequency_hz).all()
-    assert (np.array(fine.frequency_hz) > guide.frequency_hz).all()
-    f1, f2 = coarse.frequency_hz[0], fine.frequency_hz[0]
-    assert guide.frequency_hz[0] == pytest.approx(f2 - (f1 - f2) / (2**1.5 - 1))
-    assert guide.uncertainty[0] == pytest.approx((f2 - guide.frequency_hz[0]) / guide.frequency_hz[0])
+    assert guide.frequency_hz == fine.frequency_hz  # two meshes do not tell the order
+    assert guide.uncertainty[0] == pytest.approx(coarse.frequency_hz[0] / fine.frequency_hz[0] - 1)
+
+
+@pytest.mark.parametrize("order", [1.0, 1.5, 2.0, 3.0, 4.0, 6.0])
+@pytest.mark.parametrize("coefficient", [1e-5, 1e-3, 0.1, 1.0])
+@pytest.mark.parametrize("noise", [0.0, 2e-5, -2e-5])
+def test_extrapolation_never_leads_further_from_the_limit(order, coefficient, noise):
+    """Frequencies that converge at a known order, fast ones on smooth solids, with what uneven meshes add."""
+    h = np.array([4.0, 2.0, 1.0]) / 4
+    meshes = [np.array([100 * (1 + coefficient * x**order + noise * (-1) ** k)]) for k, x in enumerate(h)]
+    limit, off = module.extrapolated(meshes)
+    assert abs(limit[0] - 100) <= abs(meshes[-1][0] - 100) + 200 * abs(noise) + 1e-9
+    assert abs(limit[0] - 100) / 100 <= 1.01 * off[0] + 4 * abs(noise)
+    two, off = module.extrapolated(meshes[1:])
+    assert two[0] == meshes[-1][0]
+    assert order < 1.5 or abs(two[0] - 100) / 100 <= 1.01 * off[0] + 4 * abs(noise)
+
+
+def test_singular_solids_are_extrapolated():
+    meshes = [np.array([100 * (1 + 0.1 * x**1.5)]) for x in (1.0, 0.5, 0.25)]
+    limit, _ = module.extrapolated(meshes)
+    assert limit[0] == pytest.approx(100, rel=1e-9)
+
+
+def test_many_high_modes_end_with_a_word():
+    """A block on one notch has six modes below those within the notch, at hundreds of kHz."""
+    mechanism = Mechanism(
+        materials={"own": Material(E=206e9, nu=0.3, rho=7850.0)},
+        nodes={"foot": (0, 0, 0), "head": (6e-3, 0, 0)},
+        flexures={
+            "notch": Flexure(
+                nodes=("foot", "head"),
+                material="own",
+                reference=(0, 0, 1),
+                profile=Notch(width=8e-3, contour=CircularContour(radius=3e-3, web=0.5e-3)),
+            )
+        },
+        bodies={
+            "block": RigidBody(
+                centre=(0.016, 0, 0), solid=Box(size=(0.02, 0.008, 0.0065), material="own"), carries=("head",)
+            )
+        },
+        ground={"foot": "clamped"},
+    )
+    model = assemble(mechanism)
+    told = []
+    found = solid_modes(model, 8, 2.5, announce=told.append)
+    assert found.order <= 6 + MOST_MODES
+    hz = found.solution.frequency_hz
+    assert len(hz) >= 6
+    assert (hz <= found.complete_hz / SURE).all()
+    assert ((found.truncation >= 0) & (found.truncation < 0.01)).all()
+    result = verify(mechanism, 40, 2.5)
+    assert len(result.frequency_hz) == len(result.uncertainty) < 40
+    assert f"{len(result.frequency_hz)} of 40 modes" in result.notes[0]
 
 
 @pytest.mark.slow

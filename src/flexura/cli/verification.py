@@ -188,6 +188,7 @@ def _remarks(result: Verification) -> list[str]:
     """What the file itself says, failures, the solid's own error, the masses."""
     said = [f"members of the file itself: {DESCRIBED[result.described]}"]
     said += [f"{row.model}: {row.failure}" for row in result.rows if row.failure]
+    said += result.notes
     if not result.solids:
         return said
     doubtful = [
@@ -202,7 +203,7 @@ def _remarks(result: Verification) -> list[str]:
         said.append("one mesh: how far it is from the limit is not known")
     else:
         each = ", ".join("unknown" if u is None else f"{100 * u:.2g}" for u in result.uncertainty)
-        said.append(f"limit estimated from two meshes, uncertain by {each} %")
+        said.append(f"limit estimated from {len(result.solids)} meshes, uncertain by {each} %")
     finest = result.solids[-1]
     said.append(
         f"fine mesh: {finest.cells} distinct cells, {finest.meshed_dofs} DOFs of {finest.dofs} placed,"

@@ -24,6 +24,13 @@ REACH = 6.0
 """Fixed-interface modes are kept up to so many times the highest beam frequency asked for."""
 
 
+SURE = 2.0
+"""Modes are given up to the frequency, over this, from which fixed-interface modes are left out."""
+
+OCTAVE = np.sqrt(2.0)
+"""What modes left out may do is estimated by leaving out those of the last part of so much in frequency as well."""
+
+
 @dataclass(frozen=True)
 class SolidModes:
     """The lowest modes of a mechanism of solids.
@@ -31,7 +38,8 @@ class SolidModes:
     `solution` has frequencies and shapes at the nodes of the beam model, means over sections (theory eq. E6), of length
     one in the solid's mass matrix; `surfaces` are those of all placed pieces in these modes. `order` is that of the
     problem solved, `dofs` that of all meshes placed, `meshed_dofs` and `cells` of the distinct meshes; `mass`, kg, of
-    solids and lumps; `size` the relative mesh size.
+    solids and lumps; `size` the relative mesh size. `truncation` (m,) is about how much of each frequency the
+    fixed-interface modes that are left out may take, relative; all up to `complete_hz` are kept.
     """
 
     solution: Solution
@@ -41,6 +49,8 @@ class SolidModes:
     cells: int
     mass: float
     size: float
+    truncation: Array
+    complete_hz: float
     surfaces: tuple[SurfaceShape, ...] = ()
 
 
@@ -59,6 +69,7 @@ def solid_modes(
     n: int = 6,
     size: float = 1.0,
     *,
+    more: int = 0,
     hexahedra: bool = True,
     matrices: Matrices = elastic_matrices,
     announce: Announce = lambda _: None,
@@ -66,8 +77,9 @@ def solid_modes(
     """The `n` lowest modes with every member a solid that follows nodes at its ends (theory eqs. E1-E8).
 
     Distinct pieces are meshed and reduced once, with the fixed-interface modes up to `REACH` times the highest of the
-    beam model's `n` frequencies. `hexahedra`, `matrices` and `announce` as in `reduced_piece`. Raises OptionError and
-    SolverError.
+    beam model's `n` frequencies, as far as MOST_MODES of a piece reach: there are fewer than `n` where that is
+    less than SURE times their frequency. So many `more` come with them, less accurate, to be paired. `hexahedra`,
+    `matrices` and `announce` as in `reduced_piece`. Raises OptionError and SolverError.
     """
     top = REACH * _top_hz(model, n)
     made: list[tuple[Component, ReducedPiece]] = []
@@ -83,7 +95,7 @@ def solid_modes(
             announce=lambda stage, label=label: announce(f"{label}: {stage}"),
         )
         made.append((component, component.placed(unit)))
-    return _solved(model, made, n, size)
+    return _solved(model, made, n + more, size, top)
 
 
 def beam_mass(model: FullOrderModel) -> float:
@@ -102,8 +114,12 @@ def _top_hz(model: FullOrderModel, n: int) -> float:
     return float(np.sqrt(max(values[np.isfinite(values)].max(initial=0.0), 0.0)) / (2 * np.pi))
 
 
-def _solved(model: FullOrderModel, made: list[tuple[Component, ReducedPiece]], n: int, size: float) -> SolidModes:
+def _solved(
+    model: FullOrderModel, made: list[tuple[Component, ReducedPiece]], n: int, size: float, top: float
+) -> SolidModes:
     """Place all copies among the lumps of the beam model and solve."""
+    complete = min((own.complete_hz for _, own in made), default=np.inf)
+    high = np.zeros(0, dtype=np.intp)
     total = model.order + sum(len(c.copies) * own.amplitudes for c, own in made)
     K, M = (
         sp.csc_matrix((A.data, A.indices, np.append(A.indptr, [A.nnz] * (total - model.order))), (total, total))
@@ -116,14 +132,20 @@ def _solved(model: FullOrderModel, made: list[tuple[Component, ReducedPiece]], n
             K, M = K + S.T @ sp.csc_matrix(own.K) @ S, M + S.T @ sp.csc_matrix(own.M) @ S
             placed.append(_Placed(component, own, copy, S))
             first += own.amplitudes
+            above = np.flatnonzero(own.fixed_hz[::-1] > complete / OCTAVE)
+            high = np.concatenate([high, first - 1 - above])
     used = np.flatnonzero((K.diagonal() > 0) | (M.diagonal() > 0))
     if not len(used):
         raise OptionError("nothing in this mechanism can move: every node is held")
-    pairs = lowest(sp.csc_matrix(K[used][:, used]), sp.csc_matrix(M[used][:, used]), min(n, len(used)))
-    finite = np.isfinite(pairs.values)
-    x = np.zeros((total, int(finite.sum())))
-    x[used] = pairs.vectors[:, finite]
-    hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
+    hz, vectors = _lowest_hz(K, M, used, n)
+    truncation = np.zeros(len(hz))
+    if complete < top:
+        sure = hz <= complete / SURE
+        hz, vectors = hz[sure], vectors[:, sure]
+        without = _lowest_hz(K, M, np.setdiff1d(used, high), len(hz))[0]
+        truncation = without / np.where(hz > 0, hz, 1.0) - np.where(hz > 0, 1.0, 0.0)
+    x = np.zeros((total, len(hz)))
+    x[used] = vectors
     return SolidModes(
         Solution("solid", len(used), hz, _shapes(model, placed, used, x)),
         len(used),
@@ -132,8 +154,17 @@ def _solved(model: FullOrderModel, made: list[tuple[Component, ReducedPiece]], n
         sum(own.cells for _, own in made),
         sum(len(c.copies) * own.mass for c, own in made),
         size,
+        truncation,
+        complete,
         tuple(_surface(one, x) for one in placed),
     )
+
+
+def _lowest_hz(K: sp.csc_matrix, M: sp.csc_matrix, used: Index, n: int) -> tuple[Array, Array]:
+    """Frequencies (k,), Hz, and vectors of the `n` lowest modes, or fewer, over the coordinates `used`."""
+    pairs = lowest(sp.csc_matrix(K[used][:, used]), sp.csc_matrix(M[used][:, used]), min(n, len(used)))
+    finite = np.isfinite(pairs.values)
+    return np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi), pairs.vectors[:, finite]
 
 
 def _placing(

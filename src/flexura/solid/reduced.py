@@ -28,11 +28,17 @@ Index = NDArray[np.intp]
 Announce = Callable[[str], None]
 Matrices = Callable[[SolidMesh], tuple[Any, Any]]
 
-REVISION = 3
+REVISION = 4
 """Goes up whenever meshes or matrices of pieces change, so that those in the cache are worked out anew."""
 
 LEAST_MODES = 8
 """Fixed-interface modes that are kept of every piece, asked for or not."""
+
+MOST_MODES = 64
+"""Fixed-interface modes that are worked out of any piece, whatever frequency they are asked up to."""
+
+EACH = 5.0
+"""Seconds after which a stage that goes on says how far it is."""
 
 LEAST_POINTS = 12
 """A mean over a section takes in at least so many points."""
@@ -89,6 +95,7 @@ class ReducedPiece:
 
     `average` (6 s, 6 k + amplitudes) has the mean displacements of the sections (theory eq. E6). `mass` is that of the
     solid, `dofs` and `cells` those of its mesh, `seconds` what it took to work out. Axes are those of the first member.
+    The last amplitudes are those of fixed-interface modes of `fixed_hz` (m,); up to `complete_hz` none is left out.
     """
 
     K: Array
@@ -100,6 +107,8 @@ class ReducedPiece:
     dofs: int
     cells: int
     seconds: float
+    fixed_hz: Array
+    complete_hz: float
 
     def scaled(self, length: float, E: float, rho: float) -> ReducedPiece:
         """At another length, m, modulus, Pa, and density, kg/m^3, of the first member (theory eq. B6)."""
@@ -108,6 +117,7 @@ class ReducedPiece:
         both = np.outer(s, s)
         unit = np.tile(np.repeat([length, 1.0], 3), len(self.average) // 6)
         own = self.surface
+        faster = float(np.sqrt(E / rho)) / length
         rows = (own.rows * (length * s)).astype(own.rows.dtype)
         return ReducedPiece(
             E * length**3 * both * self.K,
@@ -119,6 +129,8 @@ class ReducedPiece:
             self.dofs,
             self.cells,
             self.seconds,
+            faster * self.fixed_hz,
+            faster * self.complete_hz,
         )
 
 
@@ -134,7 +146,8 @@ def reduced_piece(
 ) -> ReducedPiece:
     """Craig-Bampton reduction (theory eq. B5) of a piece with the `modes` lowest fixed-interface modes, and all below.
 
-    `up_to` is a frequency of the piece in normal form; it is rounded up to a power of sqrt(2). `size` scales the cells,
+    `up_to` is a frequency of the piece in normal form; it is rounded up to a power of sqrt(2). No more than MOST_MODES
+    are worked out, or `modes` if that is more: see `complete_hz` of the result. `size` scales the cells,
     `matrices` makes K and M of a mesh, `announce` is told each step. From the cache where our own elements make the
     matrices. Raises OptionError and SolverError.
     """
@@ -144,12 +157,17 @@ def reduced_piece(
         return _worked_out(piece, size, max(modes, LEAST_MODES), limit, hexahedra, matrices, announce)
 
     def enough(found: Arrays) -> bool:
-        return len(found["modes_hz"]) >= min(modes, int(found["free"])) and float(found["limit"]) >= limit
+        full = len(found["modes_hz"]) >= min(max(modes, MOST_MODES), int(found["free"]))
+        return full or (len(found["modes_hz"]) >= min(modes, int(found["free"])) and float(found["limit"]) >= limit)
 
     parts = (REVISION, [m.key for m in piece.members], piece.ties, piece.sections, size, hexahedra)
     found = _kept(parts, compute, enough) if matrices is elastic_matrices else compute()
     wanted = max(modes, int((found["modes_hz"] <= limit).sum()))
     order = len(found["K"]) - len(found["modes_hz"]) + min(wanted, len(found["modes_hz"]))
+    kept = found["modes_hz"][:wanted]
+    whole = len(found["modes_hz"]) == int(found["free"])
+    following = found["modes_hz"][wanted:]
+    complete = float(following[0]) if len(following) else np.inf if whole else float(found["limit"])
     return ReducedPiece(
         found["K"][:order, :order],
         found["M"][:order, :order],
@@ -160,6 +178,8 @@ def reduced_piece(
         int(found["dofs"]),
         int(found["cells"]),
         float(found["seconds"]),
+        kept,
+        complete,
     )
 
 
@@ -188,9 +208,10 @@ def _worked_out(
     ]
     ties = face_ties(mesh, faces)
     K, M = (sp.csc_matrix(ties.T.T @ A @ ties.T) for A in matrices(mesh))
-    found = constraint_modes(
-        K, M, ties.boundary, min(modes, len(ties.free) - 1), up_to_hz=limit, progress=_stages(announce)
-    )
+    least = min(modes, len(ties.free) - 1)
+    found = constraint_modes(K, M, ties.boundary, least, up_to_hz=limit, most=MOST_MODES, progress=_stages(announce))
+    highest = float(found.fixed_frequency_hz.max(initial=0.0))
+    reached = highest if len(found.fixed_frequency_hz) >= MOST_MODES else max(limit, highest)
     basis = ties.T @ found.basis
     own = mesh_mass(mesh)
     lost = piece.members[0].volume / own.volume if len(piece.members) == 1 else 1.0
@@ -200,7 +221,7 @@ def _worked_out(
         "M": lost * found.M,
         "modes_hz": found.fixed_frequency_hz / np.sqrt(lost),
         "free": np.array(len(ties.free) - 1),
-        "limit": np.array(max(limit, found.fixed_frequency_hz.max(initial=0.0))),
+        "limit": np.array(reached),
         "average": np.vstack([np.empty((0, basis.shape[1])), *(_means(mesh, basis, piece, s) for s in piece.sections)]),
         "points": mesh.points[used],
         "facets": facets,
@@ -213,14 +234,18 @@ def _worked_out(
 
 
 def _stages(announce: Announce) -> Callable[[str, float], None]:
-    """A progress that announces every stage once."""
+    """A progress that announces every stage, and how far it is every few seconds."""
     words = {"factorise": "factorisation", "condense": "constraint modes", "iterate": "fixed-interface modes"}
-    told: set[str] = set()
+    told: dict[str, float] = {}
 
-    def progress(stage: str, _: float) -> None:
+    def progress(stage: str, share: float) -> None:
+        now = time.monotonic()
         if stage in words and stage not in told:
-            told.add(stage)
+            told[stage] = now
             announce(words[stage])
+        elif stage in words and now > told[stage] + EACH:
+            told[stage] = now
+            announce(f"{words[stage]}, {share:.0%}")
 
     return progress
 

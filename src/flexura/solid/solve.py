@@ -204,14 +204,16 @@ def constraint_modes(
     n_fixed: int = 0,
     *,
     up_to_hz: float = 0.0,
+    most: int | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
 ) -> CondensedSolid:
     """Craig-Bampton reduction to boundary DOFs (b,) and `n_fixed` fixed-interface modes (theory eq. E7).
 
     Psi = -Kii^-1 Kib, and Kii x = lambda Mii x for the modes, M-orthonormal; without modes it is Guyan's (1965). With
-    `up_to_hz` all modes up to that frequency are taken, and at least `n_fixed`. K, M: (n, n) sparse. Raises SolverError
-    when the inside can move with the boundary held, or for want of memory.
+    `up_to_hz` all modes up to that frequency are taken, and at least `n_fixed`, but no more than `most`: their number
+    grows as the cube of the frequency. K, M: (n, n) sparse. Raises SolverError when the inside can move with the
+    boundary held, or for want of memory.
     """
     K, M = sp.csc_matrix(K), sp.csc_matrix(M)
     n, b = K.shape[0], len(boundary)
@@ -227,7 +229,7 @@ def constraint_modes(
         part = np.arange(first, min(first + COLUMNS, b))
         psi[np.ix_(inner, part)] = -factors(coupling[:, part].toarray())
         _each(progress, part[-1] + 1, b)
-    fixed = _fixed_modes(_Search(Kii, Mii, 0.0, factors, progress, n_fixed), n_fixed, (2 * np.pi * up_to_hz) ** 2)
+    fixed = _fixed_modes(_Search(Kii, Mii, 0.0, factors, progress, n_fixed), n_fixed, (2 * np.pi * up_to_hz) ** 2, most)
     values, basis = fixed.values, np.hstack([psi, np.zeros((n, len(fixed.values)))])
     basis[inner, b:] = fixed.vectors
     reduced = [basis.T @ (A @ basis) for A in (K, M)]
@@ -236,18 +238,21 @@ def constraint_modes(
     return CondensedSolid(Kr, Mr, basis, np.sqrt(values) / (2 * np.pi))
 
 
-def _fixed_modes(search: _Search, least: int, limit: float) -> Eigenpairs:
-    """All pairs with values up to a limit, and at least `least`; vectors with the largest entry positive."""
+def _fixed_modes(search: _Search, least: int, limit: float, most: int | None) -> Eigenpairs:
+    """All pairs with values up to a limit, at least `least` and at most `most`; largest entries of vectors positive."""
     n = search.K.shape[0]
+    bound = n - 1 if most is None else min(max(most, least), n - 1)
     count = max(least, 6) if limit else least
     if not count:
         return Eigenpairs(np.empty(0), np.empty((n, 0)))
     while True:
-        count = min(count, n - 1)
+        count = min(count, bound)
+        search.expected = search.solves + 3 * count + 30
         found = search.run(count, np.empty((n, 0)))
-        if found.values[-1] > limit or count == n - 1:
+        if found.values[-1] > limit or count == bound:
             break
-        count *= 2
+        grown = (limit / found.values[-1]) ** 1.5  # their number grows as the cube of the frequency
+        count = int(min(max(2.0, grown) * count, float(bound)))
     keep = max(int((found.values <= limit).sum()), min(least, count))
     return Eigenpairs(found.values[:keep], turned(found.vectors[:, :keep]))
 

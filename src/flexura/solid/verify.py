@@ -16,7 +16,8 @@ from flexura.methods.pairing import assigned, mac_matrix
 from flexura.methods.solution import Solution
 from flexura.solid.beams import BeamModel, Described, beam_models
 from flexura.solid.mesh import SolidMesh
-from flexura.solid.modes import Announce, SolidModes, beam_mass, solid_modes
+from flexura.solid.modes import SURE, Announce, SolidModes, beam_mass, solid_modes
+from flexura.solid.reduced import MOST_MODES
 from flexura.structure import FullOrderModel
 from flexura.structure.plan import one_design
 
@@ -29,11 +30,17 @@ FINE = 0.7
 COARSER = 2.0
 """The coarse mesh has cells so many times longer than the fine one."""
 
+COARSEST = 5.0
+"""Largest size of any mesh."""
+
 SIZES = (0.05, 2.5)
 """Smallest and largest size of the fine mesh."""
 
-CONVERGENCE = (1.5, 1.0)
-"""Order with the cell size to which the frequencies are taken to converge, and the lowest it may be (theory eq. E9)."""
+LEAST_ORDER = 1.5
+"""Least order with the cell size to which frequencies are taken to converge (theory eq. E9)."""
+
+SAME = 1e-3
+"""Relative difference of two meshes up to which frequencies are not extrapolated: uneven cells make as much."""
 
 PICTURED = "corrected, full order"
 """The row whose shapes stand beside the solid's in pictures, and whose nodes both are compared at."""
@@ -98,9 +105,10 @@ class Verification:
     """Beam models against the solid of the same mechanism.
 
     `described` says which rows have the members as the description has them: plain, corrected, or a row of its own.
-    `frequency_hz` are the solid's converged frequencies as estimated from two meshes, `uncertainty` how far off,
-    relative, that may be (theory eq. E9), None where the coarse mesh has no such mode; with one mesh they are of that
-    mesh, and nothing is known of the rest.
+    `frequency_hz` are the solid's converged frequencies as estimated from its meshes, `uncertainty` how far off,
+    relative, that may be (theory eq. E9), None where coarser meshes have no such mode; with one mesh they are of that
+    mesh, and nothing is known of the rest. They are fewer than `n` where fixed-interface modes of the solids would have
+    to be known to too high frequencies; `notes` say so.
     `beam_mass` and `solid_mass`, kg, are those of the members alone: bodies and masses are the same in both.
     """
 
@@ -115,6 +123,7 @@ class Verification:
     uncertainty: tuple[float | None, ...] = ()
     beam_mass: float = 0.0
     solid_mass: float | None = None
+    notes: tuple[str, ...] = ()
     shapes: ShapePairs | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -145,7 +154,7 @@ def verify(
 ) -> Verification:
     """The `n` lowest modes of the solid beside those of the beam models, plain and corrected, paired by shape.
 
-    `size` of the fine mesh is relative to the meshers' own choice; a second mesh is coarser. `solver` makes the solid's
+    `size` of the fine mesh is relative to the meshers' own choice; two more are coarser. `solver` makes the solid's
     matrices: this package's elements, or CalculiX, which has tetrahedra alone. Raises ModelError, OptionError and
     SolverError.
     """
@@ -187,12 +196,13 @@ def progressively(
         done = replace(done, rows=tuple(_row(own, int(n)) for own in solved))
         yield done
     found: list[tuple[SolidModes, float]] = []
-    for relative in (COARSER * fine, fine):
+    for relative in (factor * fine for factor in (COARSER**2, COARSER, 1.0) if factor * fine <= COARSEST):
         begin = time.perf_counter()
         own = solid_modes(
             corrected,
-            int(n) + 2,
+            int(n),
             relative,
+            more=2,
             hexahedra=solver == "flexura",
             matrices=matrices,
             announce=announce,
@@ -232,6 +242,7 @@ def _against(done: Verification, solved: list[BeamModel], found: list[tuple[Soli
         rows.append(row)
     return replace(
         done,
+        notes=_left_out(done.n, finest),
         rows=tuple(rows),
         solids=solids,
         frequency_hz=_floats(limit),
@@ -243,17 +254,45 @@ def _against(done: Verification, solved: list[BeamModel], found: list[tuple[Soli
 
 def _limit(model: FullOrderModel, meshes: list[SolidModes], n: int) -> tuple[Array, Array | None, list[Array]]:
     """Converged frequencies, their uncertainty, and the frequencies of every mesh (theory eq. E9)."""
-    hz = meshes[-1].solution.frequency_hz[:n]
-    if len(meshes) == 1:
+    finest = meshes[-1]
+    hz = finest.solution.frequency_hz[:n]
+    coarser = [
+        np.array([np.nan if f is None else f for f in _counterparts(model, finest.solution, mesh.solution, n)[0]])
+        for mesh in meshes[:-1]
+    ]
+    if not coarser:
         return hz, None, [hz]
-    coarse = _counterparts(model, meshes[1].solution, meshes[0].solution, n)[0]
-    own = np.array([np.nan if f is None else f for f in coarse])
-    change = np.where(np.isnan(own), 0.0, own - hz)
-    ratio = meshes[0].size / meshes[1].size
-    limit, furthest = (np.where(change > 0, hz - change / (ratio**order - 1), hz) for order in CONVERGENCE)
-    off = np.maximum(np.abs(_relative(hz, limit)), np.abs(_relative(furthest, limit)))
-    off = np.where(change > 0, off, np.abs(_relative(hz - change, hz)))
-    return limit, np.where(np.isnan(own), np.nan, off), [own, hz]
+    limit, off = extrapolated([*coarser, hz])
+    return limit, off + finest.truncation[:n], [*coarser, hz]
+
+
+def extrapolated(meshes: list[Array]) -> tuple[Array, Array]:
+    """Limits of frequencies (n,) of two or three meshes, and how far off, relative, they may be (theory eq. E9).
+
+    Every mesh has cells half as long as the one before. Frequencies are extrapolated where three meshes show the
+    order at which they come down, with that order or LEAST_ORDER if this is more; not where they agree within SAME.
+    """
+    fine, coarse = meshes[-1], meshes[-2]
+    change = coarse - fine
+    limit = fine
+    if len(meshes) > 2:
+        before = meshes[-3] - coarse
+        falls = (change > SAME * fine) & (before > change)
+        order = np.log2(np.where(falls, before / np.where(falls, change, 1.0), 2.0))
+        limit = np.where(falls, fine - change / (2.0 ** np.maximum(order, LEAST_ORDER) - 1), fine)
+    moved = fine - limit
+    return limit, np.maximum(np.abs(change) - moved, moved) / np.where(limit > 0, limit, 1.0)
+
+
+def _left_out(n: int, finest: SolidModes) -> tuple[str, ...]:
+    """Why there are fewer modes than asked for."""
+    found = len(finest.solution.frequency_hz)
+    if found >= n or not np.isfinite(finest.complete_hz):
+        return ()
+    return (
+        f"{found} of {n} modes: of the solids {MOST_MODES} fixed-interface modes at most are kept, which reach to "
+        f"{finest.complete_hz:.3g} Hz; modes of the mechanism above {finest.complete_hz / SURE:.3g} Hz are not given",
+    )
 
 
 def _on_common_nodes(own: BeamModel, model: FullOrderModel, reference: Solution) -> tuple[Solution, Solution]:

@@ -101,9 +101,9 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
     for share, span, start in _cases(clamped):
         at = start + edges
         place = (span * L, at[:-1] * L, at[1:] * L)
-        case = [1.0, 1.0, 1.0]
+        case: list[Array | float] = [1.0, 1.0, 1.0]
         if plate.any():
-            case[:2] = (strip.anticlastic_compliance(nu, side, *place) for side in (b, t))
+            case[:2] = [strip.anticlastic_compliance(nu, side, *place) for side in (b, t)]
         if warping.any():
             constants = (strip.warping_constant(b, t), strip.secondary_constant(nu, J, b, t, place[0]))
             case[2] = strip.warping_compliance(nu, J, *constants, *place)
@@ -207,7 +207,7 @@ def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
     length = (own * dx / J).sum(axis=-1, keepdims=True)
     warping = strip.warping_constant(b, web)
     poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}
-    bend, turn = 0.0, 0.0
+    bend, turn = np.zeros_like(b * web), np.zeros_like(b * web)
     for share, times, start in _cases(clamped):
         span = times * web * stretch.sum(axis=-1, keepdims=True)
         bend = bend + share * (1 - strip.anticlastic_compliance(nu, b, span, -span / 2, 0.0))
