@@ -13,6 +13,7 @@ import pyuff
 from models import example_modes, modal_model
 
 import flexura as fx
+from flexura.cli import main
 from flexura.exports import export
 from flexura.systems.channel import Channel
 
@@ -211,3 +212,118 @@ def test_what_a_universal_file_cannot_hold(response: SimpleNamespace, tmp_path: 
     odd = SimpleNamespace(**vars(response) | {"name": "ä\n" * 90, "outputs": (Channel("µ", "voltage"),) * 3})
     assert read_uff(export(odd, tmp_path / "odd.uff")[0])[58][0]["ordinate_spec_data_type"] == 1
     assert [path.name for path in tmp_path.iterdir()] == ["odd.uff"]
+
+
+SENSED = """
+flexura: 1
+name: sensed cantilever
+damping: 0.02
+nodes: {root: [0, 0, 0], tip: [100 mm, 0, 0], foot: [100 mm, 0, -20 mm]}
+links:
+  beam:
+    nodes: [root, tip]
+    material: Al-6061-T6
+    section: {shape: rectangle, width: 10 mm, thickness: 2 mm}
+    reference: z
+    elements: 4
+actuators:
+  coil: {type: force, nodes: [tip], direction: -z}
+  twist: {type: moment, nodes: [tip], direction: [0, 3, 4]}
+  stack: {type: piezo, nodes: [foot, tip], stiffness: 1 N/um}
+  floor: {type: base, direction: -z}
+sensors:
+  gap: {type: displacement, nodes: [tip], direction: z}
+  slanted: {type: acceleration, nodes: [tip], direction: [0, 3, 4]}
+  gyroscope: {type: angular_velocity, nodes: [tip], direction: -y}
+  between: {type: displacement, nodes: [root, tip], direction: z}
+  load_cell: {type: force, actuator: stack}
+ground: {root: clamped, foot: clamped}
+"""
+
+
+def axes_of(dataset: dict, number: int) -> np.ndarray:
+    """Axes of a node, rows, from the three points that dataset 18 has of them."""
+    k = [int(n) for n in dataset["cs_num"]].index(number)
+    o, x, z = (np.array(dataset[key][k]) for key in ("ref_o", "x_point", "xz_point"))
+    y = np.cross(z - o, x - o)
+    return np.stack([x - o, y, np.cross(x - o, y)])
+
+
+@pytest.mark.parametrize("with_model", [True, False])
+def test_described_channels_are_at_their_nodes_and_in_their_directions(with_model: bool, tmp_path: Path) -> None:
+    mechanism = fx.loads(SENSED)
+    model = fx.assemble(mechanism)
+    inputs, outputs = (
+        ["coil", "twist", "stack", "floor", "tip.ty"],
+        ["gap", "slanted", "gyroscope", "between", "load_cell"],
+    )
+    response = fx.frequency_response(mechanism, np.linspace(5, 50, 10), inputs, outputs)
+    sets = read_uff(export(response, tmp_path / "s.uff", geometry=model if with_model else None)[0])
+    found = {one["id2"].split()[1]: one for one in sets[58]}
+    ends = {name: (one["rsp_node"], one["rsp_dir"]) for name, one in found.items()}
+    ends |= {one["id3"].split()[1]: (one["ref_node"], one["ref_dir"]) for one in sets[58]}
+    tip, n = ends["gap"][0], len(model.plan.topology.node_names)
+    if with_model:
+        assert tip == model.plan.topology.node_names.index("tip") + 1 and max(sets[15][0]["node_nums"]) == n + 1
+    assert ends["gap"] == (tip, 3) and ends["coil"] == (tip, -3) and ends["tip.ty"] == (tip, 2)
+    assert ends["gyroscope"] == (tip, -5)
+    assert ends["between"] == ends["load_cell"] == ends["stack"] == (tip, 0)
+    assert ends["floor"][0] != tip and ends["floor"][1] == -3
+    # the two oblique ones share a direction, and so a node beside the tip: along its x, and about it
+    assert ends["slanted"][0] == ends["twist"][0] != tip and (ends["slanted"][1], ends["twist"][1]) == (1, 4)
+    own = ends["slanted"][0]
+    axes = axes_of(sets[18][0], own)
+    assert np.allclose(axes @ axes.T, np.eye(3), atol=1e-5) and np.linalg.det(axes) > 0
+    assert np.allclose(axes[0], [0, 0.6, 0.8], atol=1e-5)
+    numbers = [int(k) for k in sets[15][0]["node_nums"]]
+    at = {k: [sets[15][0][c][numbers.index(k)] for c in "xyz"] for k in (tip, own)}
+    assert at[tip] == at[own] == pytest.approx([0.1, 0, 0])
+    systems = dict(zip(numbers, (int(k) for k in sets[15][0]["disp_cs"]), strict=True))
+    assert systems[own] == own and systems[tip] == 0
+    assert found["between"]["id4"].startswith("response from root to tip")
+    assert sets[58][2]["id4"].strip() == "reference from foot to tip" and sets[58][0]["id4"].strip() == "NONE"
+
+
+def test_a_response_reads_back_where_it_was(tmp_path: Path) -> None:
+    response = fx.frequency_response(fx.loads(SENSED), np.linspace(5, 50, 10), ["coil", "twist"], ["slanted", "gap"])
+    (frf,) = fx.read_measurement(export(response, tmp_path / "s.uff")[0]).frfs
+    said = {c.name: c for c in (*frf.outputs, *frf.inputs)}
+    for channel in (*response.outputs, *response.inputs):
+        assert said[channel.name].quantity == channel.quantity
+        assert said[channel.name].direction == pytest.approx(channel.direction, abs=1e-5)
+        assert said[channel.name].position == pytest.approx((0.1, 0, 0), abs=1e-9)
+
+
+def test_a_channel_between_two_nodes_is_announced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    (tmp_path / "s.yaml").write_text(SENSED, encoding="utf-8")
+    words = ["export", str(tmp_path / "s.yaml"), str(tmp_path / "s.uff"), "--what", "response", "--band", "5,50"]
+    monkeypatch.setattr("sys.argv", ["flexura", *words, "-i", "coil", "-o", "gap", "-o", "between"])
+    with pytest.raises(SystemExit, match="0"):
+        main()
+    out = " ".join(capsys.readouterr().out.split())
+    assert "between acts between root and tip" in out and "gap acts" not in out
+
+
+TURNED = """
+flexura: 1
+name: turned arm
+substructures:
+  arm:
+    nodes: {a: [0, 0, 0], b: [50 mm, 0, 0]}
+    interface: [a, b]
+    links:
+      l: {nodes: [a, b], material: Al-7075-T6, section: {shape: circle, diameter: 2 mm}, reference: z}
+    sensors: {s: {type: displacement, nodes: [b], direction: x}}
+instances:
+  one: {of: arm, at: [100 mm, 0, 0], rotate: {axis: z, angle: 90 deg}}
+ground: {one.a: clamped}
+"""
+
+
+def test_a_place_follows_its_instance() -> None:
+    """A copy turned by a quarter turn about z, whose sensor along its own x is along y."""
+    (channel,) = fx.system(fx.loads(TURNED), ["one.b.tz"], ["one.s"], order="full").outputs
+    assert channel.node == "one.b" and channel.against is None
+    assert channel.direction == pytest.approx((0, 1, 0), abs=1e-12)
+    assert channel.position == pytest.approx((0.1, 0.05, 0), abs=1e-12)
+    assert channel == Channel("one.s", "displacement")

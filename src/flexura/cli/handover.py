@@ -52,6 +52,7 @@ def export_command(
 ) -> None:
     """Write a state space (of the full-order model, static gain kept), matrices, modes or responses for other tools."""
     from flexura.exports import export, format_of
+    from flexura.exports.uff import scalar_notes
 
     own = what or DEFAULTS.get(format_of(out, to), What.state_space)
     mechanism, parameters = read(file, set)
@@ -82,6 +83,8 @@ def export_command(
         thing = assemble(mechanism, parameters) if full else reduce(mechanism, parameters, keep=keep)
     written = [str(path) for path in export(thing, out, to)]
     notes = list(getattr(thing, "notes", ()))
+    if format_of(out, to) == "uff":
+        notes += scalar_notes(thing)
     if as_json:
         print_json({"files": written, "notes": notes})
     else:

@@ -143,6 +143,8 @@ def frfs_of(data: Data) -> tuple[str, Sequence[MeasuredFRF], tuple[str, ...]]:
 
 def _placed(channel: Channel) -> MeasuredChannel:
     """A channel of a computed response; one that is a DOF has a node and a direction."""
+    if channel.node is not None and channel.against is None:
+        return MeasuredChannel(channel.name, channel.quantity, channel.node, channel.direction)
     node, dot, dof = channel.name.partition(":")[0].rpartition(".")
     if not dot or dof not in DOF_NAMES:
         return MeasuredChannel(channel.name, channel.quantity)

@@ -128,38 +128,21 @@ def places_of(mechanism: Mechanism | Plan, names: Sequence[str]) -> dict[str, Pl
     values = plan.values(None)
     geometry = plan.geometry(values)
     placement = Placement(plan, values, geometry)
-    described = {
-        (kind, ".".join((*path, key))): [placed.offset[copy] + k for k in placed.part.channels.nodes[kind, key]]
-        for placed in plan.topology.placed.values()
-        for copy, path in enumerate(placed.paths)
-        for kind, entries in (("sensor", placed.part.channels.sensors), ("actuator", placed.part.channels.actuators))
-        for key in entries
-    }
     found: dict[str, Place] = {}
     for name in names:
         node, _, dof = name.partition(":")[0].rpartition(".")
         try:
-            if ("sensor", name) in described:
-                out = placement.outputs([name])[0]
-                numbers, parts, quantity = described["sensor", name], out.absolute, out.channel.quantity
-                turns = quantity.startswith(("rotation", "angular"))
-                direction = parts[3:] if turns else parts[:3]
-            elif ("actuator", name) in described:
-                into = placement.inputs([name])[0]
-                numbers, quantity = list(into.nodes), into.channel.quantity
-                rows = plan.node_rows(np.array(numbers[:1], dtype=np.intp), geometry).toarray()
-                block = rows[3:] if quantity == "moment" else rows[:3]
-                direction = np.linalg.lstsq(block.T, into.row, rcond=None)[0]
+            if name in placement.sensors or name in placement.actuators:
+                is_sensor = name in placement.sensors
+                channel = (placement.outputs([name]) if is_sensor else placement.inputs([name]))[0].channel
+                if channel.node is not None and channel.against is None:
+                    found[name] = Place(channel.node, channel.direction, channel.position, channel.quantity)
             else:
-                numbers = [int(plan.topology.numbers([node])[0])]
-                direction, quantity = np.eye(3)[DOF_NAMES.index(dof) % 3], None
+                number = int(plan.topology.numbers([node])[0])
+                x, y, z = geometry.positions[number].tolist()
+                found[name] = Place(node, axis("xyz"[DOF_NAMES.index(dof) % 3], name), (x, y, z))
         except (FlexuraError, ValueError, IndexError):
             continue
-        length = float(np.linalg.norm(direction))
-        if len(numbers) == 1 and length > 0:
-            where = geometry.positions[numbers[0]]
-            label = plan.topology.node_names[numbers[0]]
-            found[name] = Place(label, axis(direction, name), tuple(float(x) for x in where), quantity)  # pyright: ignore
     return found
 
 

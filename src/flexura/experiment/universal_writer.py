@@ -14,6 +14,7 @@ from flexura._version import __version__
 from flexura.errors import OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.universal import FORCES, MOTIONS, TURNING
+from flexura.exports.channel_numbers import axes_along
 from flexura.extras import need
 
 Array = NDArray[np.float64]
@@ -84,7 +85,7 @@ class _Numbers:
             if channel.position is not None:
                 self.positions.setdefault(number, channel.position)
             if key[1] is not None:
-                self.axes[number] = _axes(np.array(key[1]))
+                self.axes[number] = axes_along(np.array(key[1]))
 
     def _key(self, channel: MeasuredChannel) -> _Place:
         oblique = channel.direction is not None and np.count_nonzero(channel.direction) > 1
@@ -117,13 +118,6 @@ class _Numbers:
             nodes = {"type": 2411, "node_nums": numbers, "def_cs": [0] * len(numbers), "disp_cs": systems}
             found.append({**nodes, "color": [0] * len(numbers), **dict(zip("xyz", places.T, strict=True))})
         return found
-
-
-def _axes(x: Array) -> Any:
-    """Right-handed axes, rows, whose first is along x."""
-    z = np.cross(x, np.eye(3)[np.argmin(np.abs(x))])
-    z = z / np.linalg.norm(z)
-    return np.stack([x, np.cross(z, x), z])
 
 
 def _headers(name: str) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Universal files: geometry (15, 82), mode shapes (55) and frequency responses (58), with headers (151, 164)."""
+"""Universal files: geometry (15, 18, 82), mode shapes (55), frequency responses (58), with headers (151, 164)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from flexura._version import __version__
 from flexura.analysis.modes import Modes
 from flexura.errors import OptionError
+from flexura.exports.channel_numbers import ChannelNumbers, entity
 from flexura.exports.contents import Array, Response
 from flexura.exports.lines import lines_of
 from flexura.extras import need
 from flexura.files import write_file
-from flexura.mechanism.substructure import DOF_NAMES
 from flexura.structure import FullOrderModel
 from flexura.systems.channel import Channel
 
@@ -41,9 +41,10 @@ _SMALLEST = 1e-90
 def write_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | None = None) -> Path:
     """Write modes, a frequency response, or several of them as an ASCII universal file in SI units.
 
-    Nodes are numbered from 1 in the order of `Modes.node_names`. A channel whose name begins with NODE.DOF is at that
-    node and direction (1 to 3 along, 4 to 6 about x, y, z) if the node is known from modes or from `geometry`, and
-    otherwise at a number of its own, in direction 0 unless its name ends in a DOF; its name stands in ID lines. Modes
+    Nodes are numbered from 1 in the order of `Modes.node_names`, when modes or `geometry` say it. A channel is at its
+    node, in direction +-1 to +-3 along and +-4 to +-6 about x, y, z; one in an oblique direction is at a further node
+    in the same place, along or about x of axes of its own. Between two nodes it is a scalar, direction 0, at the
+    second, and ID line 4 says between which; where nothing says where it is, it is a scalar at a node of its own. Modes
     have unit modal mass; responses are complex, in double precision. Coordinates, shapes and unevenly spaced
     frequencies have 6 digits, as the format has them. Raises OptionError without pyuff, for other objects, for numbers
     that are not finite and when the file cannot be written.
@@ -56,10 +57,11 @@ def write_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | No
     if not things:
         raise OptionError("a universal file needs modes or a frequency response")
     model = _model(geometry, things)
-    numbers = {} if model is None else {name: k + 1 for k, name in enumerate(model.plan.topology.node_names)}
-    sets = _headers(things[0].name)
+    responses = [thing for thing in things if not isinstance(thing, Modes)]
+    numbers = ChannelNumbers(model, [c for r in responses for c in (*r.outputs, *r.inputs)])
+    sets = _headers(things[0].name) + numbers.sets()
     if model is not None:
-        sets += _geometry(model)
+        sets += _traces(model)
     for thing in things:
         sets += _modes(thing) if isinstance(thing, Modes) else _response(thing, numbers)
 
@@ -90,20 +92,17 @@ def _headers(name: str) -> list[dict[str, Any]]:
     ]
 
 
-def _geometry(model: FullOrderModel) -> list[dict[str, Any]]:
-    """Nodes, and a trace along every member and to every node that a body carries."""
+def _traces(model: FullOrderModel) -> list[dict[str, Any]]:
+    """A trace along every member and to every node that a body carries."""
     mesh = lines_of(model)
-    x, y, z = np.round(mesh.points, 12).T
-    label, zero = (mesh.node + 1).tolist(), [0] * len(mesh.node)
-    nodes = {"type": 15, "node_nums": label, "def_cs": zero, "disp_cs": zero, "color": zero}
-    sets: list[dict[str, Any]] = [{**nodes, "x": x.tolist(), "y": y.tolist(), "z": z.tolist()}]
+    sets: list[dict[str, Any]] = []
     ends = mesh.node[mesh.lines] + 1
     for k, name in enumerate(mesh.names):
         trace = _trace(ends[mesh.part == k])
         for start in range(0, max(len(trace) - 1, 0), _LONGEST_TRACE - 1):
             piece = trace[start : start + _LONGEST_TRACE]
             if len(piece) > 1:
-                sets.append({"type": 82, "trace_num": len(sets), "color": 0, "id": _text(name), "nodes": piece})
+                sets.append({"type": 82, "trace_num": len(sets) + 1, "color": 0, "id": _text(name), "nodes": piece})
     return sets
 
 
@@ -140,14 +139,13 @@ def _modes(modes: Modes) -> list[dict[str, Any]]:
     ]
 
 
-def _response(response: Response, numbers: dict[str, int]) -> list[dict[str, Any]]:
+def _response(response: Response, numbers: ChannelNumbers) -> list[dict[str, Any]]:
     hz, H = np.asarray(response.frequency_hz, dtype=float), np.asarray(response.response, dtype=complex)
     _refuse_infinite(H)
     if len(hz) < 2:
         raise OptionError("a frequency response in a universal file has at least two frequencies")
-    numbers = dict(numbers)
-    outs = [_place(channel, numbers) for channel in response.outputs]
-    ins = [_place(channel, numbers) for channel in response.inputs]
+    outs = [numbers.of(channel) for channel in response.outputs]
+    ins = [numbers.of(channel) for channel in response.inputs]
     sets = []
     for i, (out, (node, direction)) in enumerate(zip(response.outputs, outs, strict=True)):
         for j, (inp, (at, along)) in enumerate(zip(response.inputs, ins, strict=True)):
@@ -159,10 +157,11 @@ def _response(response: Response, numbers: dict[str, int]) -> list[dict[str, Any
                     "id1": _text(response.name),
                     "id2": _text(f"response {out}"),
                     "id3": _text(f"reference {inp}"),
-                    "rsp_ent_name": _text(out.name.rpartition(".")[0] or out.name, 10),
+                    "id4": _text(_between(out, inp)),
+                    "rsp_ent_name": _text(entity(out), 10),
                     "rsp_node": node,
                     "rsp_dir": direction,
-                    "ref_ent_name": _text(inp.name.rpartition(".")[0] or inp.name, 10),
+                    "ref_ent_name": _text(entity(inp), 10),
                     "ref_node": at,
                     "ref_dir": along,
                     "abscissa_spacing": int(_evenly_spaced(hz)),
@@ -189,14 +188,21 @@ def _axis(which: str, channel: Channel) -> dict[str, Any]:
     }
 
 
-def _place(channel: Channel, numbers: dict[str, int]) -> tuple[int, int]:
-    """Node number and direction of a channel; a name that is new gets the next number."""
-    name = channel.name.partition(":")[0]
-    node, _, dof = name.rpartition(".")
-    if dof not in DOF_NAMES or not node:
-        node, dof = channel.name, ""
-    numbers.setdefault(node, max(numbers.values(), default=0) + 1)
-    return numbers[node], DOF_NAMES.index(dof) + 1 if dof else 0
+def scalar_notes(what: Any) -> list[str]:
+    """What a universal file cannot say of the channels of a response: that they act between two nodes."""
+    things = [what] if isinstance(what, Response) else []
+    found = [c for thing in things for c in dict.fromkeys((*thing.outputs, *thing.inputs)) if c.against is not None]
+    return [
+        f"{c.name} acts between {c.against} and {c.node}: a universal file has one node for it, so it is written at "
+        f"{c.node} as a scalar, direction 0, and ID line 4 says between which"
+        for c in found
+    ]
+
+
+def _between(out: Channel, inp: Channel) -> str:
+    """What response and reference are measured between, where that is two nodes."""
+    said = [f"{word} from {c.against} to {c.node}" for word, c in (("response", out), ("reference", inp)) if c.against]
+    return ", ".join(said) or "NONE"
 
 
 def _evenly_spaced(hz: Array) -> bool:

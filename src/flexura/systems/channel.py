@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 
 from flexura.errors import OptionError
@@ -27,10 +27,20 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Channel:
-    """An input or an output: its name, e.g. `platform.tz` or `rpu1.piezo`, and the quantity, a key of `UNITS`."""
+    """An input or an output: its name, e.g. `platform.tz` or `rpu1.piezo`, its quantity, a key of `UNITS`, and place.
+
+    `node` is the name of the node that it acts on or reads, and `against` that of the one that it does so against, the
+    first of two. `direction` (3,) is the unit vector along or about which it counts as positive, and `position` (3,)
+    where the single node is, m, both in global axes. None where there is none: motion of the base has no node. Channels
+    are equal when their names and quantities are.
+    """
 
     name: str
     quantity: str
+    node: str | None = field(default=None, compare=False)
+    direction: tuple[float, float, float] | None = field(default=None, compare=False)
+    position: tuple[float, float, float] | None = field(default=None, compare=False)
+    against: str | None = field(default=None, compare=False, kw_only=True)
 
     @property
     def unit(self) -> str:

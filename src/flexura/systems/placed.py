@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +100,11 @@ class Placement:
                 for key in entries:
                     yield ".".join((*path, key)), (name, copy, key)
 
+    @cached_property
+    def _names(self) -> list[str]:
+        """Names of all global nodes."""
+        return self.plan.topology.node_names
+
     @property
     def actuators(self) -> list[str]:
         """Names of the described actuators."""
@@ -157,9 +164,9 @@ class Placement:
         R[:3, 3:] = np.array([[0, x[2], -x[1]], [-x[2], 0, x[0]], [x[1], -x[0], 0]])
         return R
 
-    def _along(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[Array, Array]:
-        """Row (n,) of the motion along or about a direction, of one node or of the second against the first, and its
-        reading (6,) in rigid motions of the base."""
+    def _along(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[Array, Array, dict[str, Any]]:
+        """Row (n,) of the motion along or about a direction, of one node or of the second against the first, its
+        reading (6,) in rigid motions of the base, and the place that a channel has there."""
         name, copy, key = entry
         placed = self.plan.topology.placed[name]
         channels = placed.part.channels
@@ -178,7 +185,15 @@ class Placement:
         rows, signs = self._rows(numbers), (1.0,) if len(numbers) == 1 else (-1.0, 1.0)
         row = sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs))
         absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
-        return np.asarray(row), np.asarray(absolute)
+        return np.asarray(row), np.asarray(absolute), self._place(numbers, d)
+
+    def _place(self, numbers: Sequence[int], direction: Array) -> dict[str, Any]:
+        """Where a channel is that acts on one global node, or on the second of two against the first."""
+        label = [self._names[n] for n in numbers]
+        if len(numbers) == 2:
+            return {"node": label[1], "against": label[0], "direction": _triple(direction)}
+        position = self.geometry.positions[numbers[0]]
+        return {"node": label[0], "direction": _triple(direction), "position": _triple(position)}
 
     def _actuator(self, name: str) -> PlacedInput:
         entry = self._actuators[name]
@@ -188,8 +203,9 @@ class Placement:
         part: Actuator = channels.actuators[key]
         nothing = np.zeros(self.plan.topology.n_dof)
         if isinstance(part, BaseMotion | BaseRotation):
-            return PlacedInput(Channel(name, _BASE[part.type]), nothing, nothing, self._base(entry))
-        row, _ = self._along(entry, "actuator", isinstance(part, MomentActuator))
+            base = self._base(entry)
+            return PlacedInput(_of_base(name, _BASE[part.type], base), nothing, nothing, base)
+        row, _, at = self._along(entry, "actuator", isinstance(part, MomentActuator))
         if not row.any():
             _refuse_still("actuators", prototype, key)
         value = {
@@ -201,13 +217,14 @@ class Placement:
         if not isinstance(part, PiezoStack):
             limit = value.get("limit", np.inf)
             quantity = "moment" if isinstance(part, MomentActuator) else "force"
-            return PlacedInput(Channel(name, quantity), row, row, nodes=nodes, limits=(-limit, limit))
+            return PlacedInput(Channel(name, quantity, **at), row, row, nodes=nodes, limits=(-limit, limit))
         k = value["stiffness"]
         top = value.get("free_stroke", value.get("blocked_force", np.inf) / k)
         gain = value.get("gain")
         stroke = 1.0 if gain is None else gain
         quantity = "expansion" if gain is None else "voltage"
-        return PlacedInput(Channel(name, quantity), k * stroke * row, row, None, k, stroke, nodes, (0.0, top / stroke))
+        channel = Channel(name, quantity, **at)
+        return PlacedInput(channel, k * stroke * row, row, None, k, stroke, nodes, (0.0, top / stroke))
 
     def _base(self, entry: tuple[str, int, str]) -> Array:
         prototype, copy, key = entry
@@ -229,17 +246,18 @@ class Placement:
         if isinstance(part, ForceSensor):
             return self._force_sensor(name, part)
         turns = part.type.startswith(("rotation", "angular"))
-        row, absolute = self._along(self._sensors[name], "sensor", turns)
+        row, absolute, at = self._along(self._sensors[name], "sensor", turns)
         if not row.any():
             _refuse_still("sensors", prototype, key)
-        return PlacedOutput(Channel(name, part.type), row, DERIVATIVE[part.type], absolute)
+        return PlacedOutput(Channel(name, part.type, **at), row, DERIVATIVE[part.type], absolute)
 
     def _force_sensor(self, name: str, sensor: ForceSensor) -> PlacedOutput:
         source = self._actuator(".".join((*name.split(".")[:-1], sensor.actuator)))
+        channel = replace(source.channel, name=name, quantity="force")
         if source.stiffness is None:
-            return PlacedOutput(Channel(name, "force"), 0 * source.row, 0, np.zeros(6), {source.channel.name: 1.0})
+            return PlacedOutput(channel, 0 * source.row, 0, np.zeros(6), {source.channel.name: 1.0})
         feed = {source.channel.name: source.stiffness * source.stroke}
-        return PlacedOutput(Channel(name, "force"), -source.stiffness * source.row, 0, np.zeros(6), feed)
+        return PlacedOutput(channel, -source.stiffness * source.row, 0, np.zeros(6), feed)
 
     def _dof_input(self, name: str) -> PlacedInput:
         node, dof = self._node_and_dof(name, "input", self._actuators)
@@ -247,11 +265,13 @@ class Placement:
         nothing = np.zeros(self.plan.topology.n_dof)
         if node is None:
             base = np.eye(6)[dof]
-            return PlacedInput(Channel(name, _BASE["base_rotation" if turns else "base"]), nothing, nothing, base)
+            channel = _of_base(name, _BASE["base_rotation" if turns else "base"], base)
+            return PlacedInput(channel, nothing, nothing, base)
         row = self._rows([node])[dof]
         if not row.any():
             raise OptionError(f"{name} is held: it can be neither driven nor read")
-        return PlacedInput(Channel(name, "moment" if turns else "force"), row, row, nodes=(node,))
+        at = self._place([node], np.eye(3)[dof % 3])
+        return PlacedInput(Channel(name, "moment" if turns else "force", **at), row, row, nodes=(node,))
 
     def _dof_output(self, name: str) -> PlacedOutput:
         where, _, word = name.partition(":")
@@ -265,7 +285,8 @@ class Placement:
             raise OptionError(f"{name} is held: it can be neither driven nor read")
         derivative = _WORDS.index(word) if word else 0
         quantity = (_TURNS if dof >= 3 else _WORDS)[derivative]
-        return PlacedOutput(Channel(name, quantity), row, derivative, self._rigid(node)[dof])
+        at = self._place([node], np.eye(3)[dof % 3])
+        return PlacedOutput(Channel(name, quantity, **at), row, derivative, self._rigid(node)[dof])
 
     def _node_and_dof(self, name: str, what: str, known: dict[str, tuple[str, int, str]]) -> tuple[int | None, int]:
         node, _, dof = name.rpartition(".")
@@ -278,6 +299,16 @@ class Placement:
         hint = suggestion(name, known, f"described {what}s") if known else ""
         rule = f"there is no {what} {name!r}: it is a described {_PARTS[what]}, or a DOF such as NODE.tx"
         raise OptionError(f"{rule}; {hint}" if hint else rule)
+
+
+def _triple(v: Array) -> tuple[float, float, float]:
+    x, y, z = (float(entry) + 0.0 for entry in v)
+    return x, y, z
+
+
+def _of_base(name: str, quantity: str, base: Array) -> Channel:
+    """The channel of a motion of the base: of no node, along or about the direction of it."""
+    return Channel(name, quantity, direction=_triple(base[3:] if base[3:].any() else base[:3]))
 
 
 def actuator_names(plan: Plan) -> list[str]:

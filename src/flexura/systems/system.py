@@ -239,7 +239,7 @@ def _read_as(out: PlacedOutput, derivative: int) -> PlacedOutput:
         return out
     turns = out.channel.quantity.startswith(("rotation", "angular"))
     names = [q for q, order in DERIVATIVE.items() if order == derivative]
-    return replace(out, derivative=derivative, channel=Channel(out.channel.name, names[turns]))
+    return replace(out, derivative=derivative, channel=replace(out.channel, quantity=names[turns]))
 
 
 def _model(mechanism: Any, parameters: Mapping[str, ArrayLike] | None, order: str, how: dict[str, Any]) -> Model:
