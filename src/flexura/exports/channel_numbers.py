@@ -101,7 +101,7 @@ def entity(channel: Channel) -> str:
     return _named(channel)[0]
 
 
-def axes_along(x: Array) -> Array:
+def axes_along(x: Array) -> Any:
     """Right-handed axes (3, 3), rows, whose first is along the unit vector x (3,)."""
     z = np.cross(x, np.eye(3)[np.argmin(np.abs(x))])
     z = z / np.linalg.norm(z)
