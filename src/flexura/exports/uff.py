@@ -44,8 +44,8 @@ def write_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | No
     Nodes are numbered from 1 in the order of `Modes.node_names`, when modes or `geometry` say it. A channel is at its
     node, in direction +-1 to +-3 along and +-4 to +-6 about x, y, z; one in an oblique direction is at a further node
     in the same place, along or about x of axes of its own. Between two nodes it is a scalar, direction 0, at the
-    second, and ID line 4 says between which; where nothing says where it is, it is a scalar at a node of its own. Modes
-    have unit modal mass; responses are complex, in double precision. Coordinates, shapes and unevenly spaced
+    second, and ID lines 4 and 5 say between which; where nothing says where it is, it is a scalar at a node of its
+    own. Modes have unit modal mass; responses are complex, in double precision. Coordinates, shapes and unevenly spaced
     frequencies have 6 digits, as the format has them. Raises OptionError without pyuff, for other objects, for numbers
     that are not finite and when the file cannot be written.
     """
@@ -157,7 +157,8 @@ def _response(response: Response, numbers: ChannelNumbers) -> list[dict[str, Any
                     "id1": _text(response.name),
                     "id2": _text(f"response {out}"),
                     "id3": _text(f"reference {inp}"),
-                    "id4": _text(_between(out, inp)),
+                    "id4": _text(_between("response", out)),
+                    "id5": _text(_between("reference", inp)),
                     "rsp_ent_name": _text(entity(out), 10),
                     "rsp_node": node,
                     "rsp_dir": direction,
@@ -194,15 +195,14 @@ def scalar_notes(what: Any) -> list[str]:
     found = [c for thing in things for c in dict.fromkeys((*thing.outputs, *thing.inputs)) if c.against is not None]
     return [
         f"{c.name} acts between {c.against} and {c.node}: a universal file has one node for it, so it is written at "
-        f"{c.node} as a scalar, direction 0, and ID line 4 says between which"
+        f"{c.node} as a scalar, direction 0, and its ID lines say between which"
         for c in found
     ]
 
 
-def _between(out: Channel, inp: Channel) -> str:
-    """What response and reference are measured between, where that is two nodes."""
-    said = [f"{word} from {c.against} to {c.node}" for word, c in (("response", out), ("reference", inp)) if c.against]
-    return ", ".join(said) or "NONE"
+def _between(word: str, channel: Channel) -> str:
+    """What a response or a reference is measured between, where that is two nodes."""
+    return "" if channel.against is None else f"{word} from {channel.against} to {channel.node}"
 
 
 def _evenly_spaced(hz: Array) -> bool:
