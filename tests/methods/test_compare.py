@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.deadline import checkpoint
 from flexura.linalg import lowest
 from flexura.methods import Comparison, Solution, compare
 from flexura.methods.finite_elements import finite_elements
@@ -208,6 +209,42 @@ class TestRows:
         stubs(exact=numbers(100, 150, 200, 300, 400), few=few)
         row = rows(compare(load("guide"), n=2))["few"]
         assert row.frequency_hz[0] == 100 and "later modes could not be looked for: too many" in row.note
+
+    def test_a_row_has_one_budget_for_all_that_it_needs(self, stubs, monkeypatch) -> None:
+        """Two modes take 15 s, more of them 15 s again, of the 20 s that there are."""
+        now = [0.0]
+        monkeypatch.setattr(MODULE.time, "monotonic", lambda: now[0])
+
+        def slow(task):
+            now[0] += 15.0
+            checkpoint()
+            return Solution("stub", None, np.array([100.0, 300, 400, 500])[: task.n])
+
+        stubs(exact=numbers(100, 150, 200, 300, 400), slow=slow)
+        row = rows(compare(load("guide"), n=2, budget=20.0))["slow"]
+        assert row.frequency_hz == (100, 300)
+        assert "later modes could not be looked for: stopped after 20 s: option --budget" in row.note
+
+    def test_meshes_in_place_of_the_exact_method_share_one_budget(self, stubs, monkeypatch) -> None:
+        now, asked = [0.0], []
+        monkeypatch.setattr(MODULE.time, "monotonic", lambda: now[0])
+
+        def endless(task):
+            asked.append(now[0])
+            now[0] += 100.0
+            checkpoint()
+
+        stubs(exact=endless, one=endless, two=endless, four=endless, other=numbers(100))
+        meshes = {method.key: method for method in MODULE.METHODS[1:4]}
+        monkeypatch.setattr(MODULE, "MESHES", tuple(meshes.values()))
+        monkeypatch.setattr(MODULE, "FINEST", meshes["four"])
+        result = compare(load("guide"), n=1, methods=["other"], budget=20.0)
+        assert asked == [0.0, 100.0]  # the exact method and the finest mesh
+        assert rows(result)["exact"].failure.startswith("stopped after 20 s")
+        assert rows(result)["other"].frequency_hz == (100,)
+        asked.clear()
+        compare(load("guide"), n=1, methods=["exact"], budget=20.0)
+        assert len(asked) == 1  # nothing is held against a mesh
 
     def test_zero_frequencies(self, stubs) -> None:
         stubs(exact=numbers(0, 50), other=numbers(0, 50))

@@ -17,6 +17,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
+from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg.inertia import count_below, scaled, stable_factors, superlu
 
@@ -205,6 +206,7 @@ def _lanczos(Ks: Any, Ms: Any, solve: Any, count: int, shift: float, known: Arra
     Mk = Ms @ known
 
     def invert(x: Array) -> Array:
+        checkpoint()
         y = solve(x)
         return y - known @ (Mk.T @ y) if known.shape[1] else y
 

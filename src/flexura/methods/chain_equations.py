@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from flexura.beam.dynamic import Array
+from flexura.methods.dense import refuse_large
 from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.methods.exact_chains import ExactChains
 from flexura.structure.full_order import FullOrderModel
@@ -22,7 +23,7 @@ class ChainEquations(ABC):
 
     Junctions are the nodes that substructures keep, in the global frame, and those where members branch or lumps sit,
     in the frame of their part. Elements are cut into `pieces` uniform beams. `is_real` says that the equations are real
-    at real frequencies.
+    at real frequencies. Raises SolverError where the equations are too many.
     """
 
     pieces = 1
@@ -44,6 +45,7 @@ class ChainEquations(ABC):
             boundary = assembler.coordinates(name, 0, 0)
             chains = 0 if self.condensed else sum(self.extra(own) * len(own.kind) for own in part.chains)
             inner = 6 * len(part.reducer.remaining) - boundary.shape[1] + chains
+            refuse_large(first + inner * len(boundary), "junctions and chains")
             more = first + np.arange(inner * len(boundary)).reshape(len(boundary), inner)
             dofs.append(np.hstack([boundary, more]))
             first += more.size

@@ -18,7 +18,7 @@ from flexura.beam import element_mass, element_stiffness, flexibility, rigid_arm
 from flexura.errors import OptionError
 from flexura.reduction.chain import ChainGroup
 from flexura.structure.full_order import FullOrderModel
-from flexura.structure.members import Cut, ElementSlice
+from flexura.structure.members import TAPERED_PIECES, Cut, ElementSlice
 from flexura.structure.scatter import block_diagonal
 from flexura.structure.slots import Index
 
@@ -111,13 +111,12 @@ class SegmentChains:
 
 
 def segment_chains(
-    model: FullOrderModel, name: str, groups: list[ChainGroup], pieces: int = 1, tapered_pieces: int = 16
+    model: FullOrderModel, name: str, groups: list[ChainGroup], pieces: int = 1, tapered_pieces: int = TAPERED_PIECES
 ) -> Iterator[SegmentChains]:
     """Cut chains of elements of one prototype into uniform segments, chains of equal numbers together.
 
-    Every segment that `flexura.structure.segments.segments` makes of an element is cut into `pieces`; tapered elements
-    keep their `tapered_pieces` steps, so that all meshes stand for one and the same structure. Raises OptionError for
-    numbers below one.
+    Every element is cut into `pieces`; tapered ones keep their steps, at most `tapered_pieces`, so that all meshes
+    stand for one and the same structure (`Elements.cut`). Raises OptionError for numbers below one.
     """
     if pieces < 1 or tapered_pieces < 1:
         raise OptionError("an element is cut into at least one piece")
@@ -125,8 +124,7 @@ def segment_chains(
         return
     elements = model.matrices[name].elements
     assert isinstance(elements, ElementSlice)
-    whole = elements.cut(1, tapered_pieces)
-    cut = Cut(whole.beam.cut(pieces), np.repeat(whole.kind, pieces), pieces * whole.counts)
+    cut = elements.cut(pieces, tapered_pieces)
     for group in groups:
         total = cut.counts[group.elements].sum(axis=1)
         for s in np.unique(total):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ REPEATS = 5
 PATIENCE = 0.5
 
 BUDGET = 60.0
-"""Time, s, that every method is given."""
+"""Time, s, that every row is given: its solution, its modes' counterparts and further modes to find them together."""
 
 FAILURES = (FlexuraError, np.linalg.LinAlgError, FloatingPointError, OverflowError, MemoryError)
 """What a method may end with that is an answer about the mechanism, and none about the program."""
@@ -111,9 +112,10 @@ def compare(
 
     Modes are paired by shape where a method has shapes, else by frequency without crossing; a mode that a method misses
     is said to be missed, not given its neighbour's number. A method that cannot answer for this mechanism, or not
-    within `budget` seconds (None: without end), has a row that says why. Without an exact answer finite elements take
-    its place, at fourfold refinement if they can. `progress` is told of every `Progress`. Raises ModelError and
-    OptionError.
+    within `budget` seconds (None: without end), has a row that says why; the search for further modes that a row is
+    paired with counts. Without an exact answer finite elements take its place where there are other rows, at fourfold
+    refinement if they can; meshes that have no row of their own share one budget. `progress` is told of every
+    `Progress`. Raises ModelError and OptionError.
     """
     *_, last = progressively(mechanism, parameters, n=n, methods=methods, budget=budget, progress=progress)
     return last
@@ -141,7 +143,7 @@ def progressively(
         raise OptionError("nothing in this mechanism can move: every node is held")
     done = Comparison(plan.mechanism.name, int(n), "", single, ())
     yield done
-    run = _Run(Task(plan, single, int(n), model), _Clock(budget, progress or (lambda _: None), len(chosen)))
+    run = _Run(Task(plan, single, int(n), model), _Clock(budget, progress or (lambda _: None), len(chosen)), chosen)
     run.find_reference()
     for number, method in enumerate(chosen):
         run.clock.done = number
@@ -165,28 +167,41 @@ def _chosen(names: Sequence[str] | None) -> list[Method]:
 
 @dataclass
 class _Clock:
-    """Gives every piece of work its budget, and says what is going on."""
+    """Gives all work for a row one budget, and says what is going on."""
 
     budget: float | None
     announce: Announce
     of: int
     done: int = 0
     words: str = ""
+    spent: dict[str, float] = field(default_factory=dict)
 
-    def run(self, words: str, work: Callable[[], Any]) -> Any:
-        """Do a piece of work within the budget; without words it belongs to what was announced last."""
+    def run(self, row: str, words: str, work: Callable[[], Any]) -> Any:
+        """Do a piece of work within what is left of a row's budget; without words it belongs to what was announced
+        last. Raises OutOfTime, at once when nothing is left."""
         if words:
             self.words = words
             self.announce(Progress(words, self.done, self.of))
-        with time_limit(self.budget, lambda share: self.announce(Progress(self.words, self.done, self.of, share))):
-            return work()
+        used, begin = self.spent.get(row, 0.0), time.monotonic()
+        left = None if self.budget is None else self.budget - used
+        if self.budget is not None and used >= self.budget:
+            raise OutOfTime(self.budget)
+        try:
+            with time_limit(left, lambda share: self.announce(Progress(self.words, self.done, self.of, share))):
+                return work()
+        except OutOfTime as error:
+            if self.budget is None or error.seconds != left:
+                raise
+            raise OutOfTime(self.budget) from None
+        finally:
+            self.spent[row] = used + time.monotonic() - begin
 
 
 class _Run:
     """The reference, and rows against it."""
 
-    def __init__(self, task: Task, clock: _Clock) -> None:
-        self.task, self.clock = task, clock
+    def __init__(self, task: Task, clock: _Clock, chosen: list[Method]) -> None:
+        self.task, self.clock, self.chosen = task, clock, chosen
         self.solved: dict[str, tuple[Solution, float]] = {}
         self.failed: dict[str, str] = {}
         self.reference: Solution | None = None
@@ -195,9 +210,10 @@ class _Run:
         self.is_extended = False
 
     def find_reference(self) -> None:
-        """Solve by the exact method, else by the finest mesh that has an answer."""
+        """Solve by the exact method, else, where there are other rows, by the finest mesh that has an answer."""
         others = [mesh for mesh in reversed(MESHES) if mesh in METHODS and mesh is not FINEST]
-        for method in (EXACT, FINEST, *others):
+        is_alone = self.chosen == [EXACT]
+        for method in (EXACT, *(() if is_alone else (FINEST, *others))):
             self._solve(method)
             if method.label in self.solved:
                 self.method, self.label = method, method.label
@@ -205,7 +221,7 @@ class _Run:
                 self.compared = min(self.task.n, len(reference.frequency_hz))
                 top = float(reference.frequency_hz[: self.compared].max(initial=0.0))
                 self.task = replace(self.task, top_hz=top)
-                self.reference = self._with_shapes_of_a_mesh(reference, self.task)
+                self.reference = reference if is_alone else self._with_shapes_of_a_mesh(method, reference, self.task)
                 return
 
     def row(self, method: Method) -> ComparisonRow:
@@ -220,7 +236,7 @@ class _Run:
         if method is self.method or self.reference is None:
             return self._against(method, solution, list(range(len(solution.frequency_hz))), seconds)
         try:
-            return self.clock.run("", lambda: self._paired(method, solution, seconds))
+            return self._paired(method, solution, seconds)
         except FAILURES as error:
             return ComparisonRow(method.label, failure=f"has an answer, but its modes were not paired: {_said(error)}")
 
@@ -229,9 +245,14 @@ class _Run:
         if method.label in self.failed:
             return
         try:
-            self.solved[method.label] = self.clock.run(method.label, lambda: _timed(method, self.task))
+            work = self.clock.run(self._row_of(method), method.label, lambda: _timed(method, self.task))
+            self.solved[method.label] = work
         except FAILURES as error:
             self.failed[method.label] = _said(error)
+
+    def _row_of(self, method: Method) -> str:
+        """The row whose time a method takes; meshes without one, in place of the exact method, share theirs."""
+        return method.label if method in self.chosen else ""
 
     def _meshes(self) -> list[Solution]:
         return [self.solved[mesh.label][0] for mesh in MESHES if mesh.label in self.solved]
@@ -260,10 +281,10 @@ class _Run:
             if not self.is_extended:
                 self.is_extended = True
                 words = f"{self.label}, more modes to compare with"
-                extended = self.clock.run(words, lambda: self.method.solve(more))
-                self.reference = self._with_shapes_of_a_mesh(extended, more)
+                extended = self.clock.run(method.label, words, lambda: self.method.solve(more))
+                self.reference = self._with_shapes_of_a_mesh(method, extended, more)
             if len(solution.frequency_hz) == self.task.n:
-                found = self.clock.run(f"{method.label}, more modes", lambda: method.solve(more))
+                found = self.clock.run(method.label, f"{method.label}, more modes", lambda: method.solve(more))
                 return replace(found, note=solution.note, order=solution.order)
         except FAILURES as error:
             words = f"later modes could not be looked for: {_said(error)}"
@@ -293,13 +314,15 @@ class _Run:
             note=solution.note,
         )
 
-    def _with_shapes_of_a_mesh(self, reference: Solution, task: Task) -> Solution:
+    def _with_shapes_of_a_mesh(self, method: Method, reference: Solution, task: Task) -> Solution:
         """The reference with shapes of the finest mesh, which are independent where frequencies are close or repeated.
 
-        It is left as it is when the mesh does not have all its frequencies, or no answer.
+        It is left as it is when the mesh does not have all its frequencies, or no answer in what is left of the time of
+        the row of `method`.
         """
         try:
-            mesh = self.clock.run("", lambda: finite_elements(task.model, len(reference.frequency_hz), 4))
+            solve = partial(finite_elements, task.model, len(reference.frequency_hz), 4)
+            mesh = self.clock.run(self._row_of(method), "", solve)
         except FAILURES:
             return reference
         partner = in_order(mesh.frequency_hz, reference.frequency_hz)

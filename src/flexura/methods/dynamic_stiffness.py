@@ -19,8 +19,9 @@ from flexura.beam.dynamic import Array, radians
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import lowest
+from flexura.methods.dense import refuse_large_parts
 from flexura.methods.exact_chains import ExactChains, exact_chains
-from flexura.methods.exact_condensation import TAPERED_PIECES, ExactCondensation
+from flexura.methods.exact_condensation import ExactCondensation
 from flexura.methods.solution import Solution
 from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.parts import PartReducer
@@ -77,7 +78,7 @@ class ExactPart:
         self.chains: list[ExactChains] = []
         self.groups: list[list[int]] = []
         if len(reducer.part.connectivity):
-            cut = matrices.elements.cut(pieces, TAPERED_PIECES)
+            cut = matrices.elements.cut(pieces)
             for group in reducer.chains:
                 own = exact_chains(reducer.part, group, model.geometry, cut)
                 self.groups.append([len(self.chains) + k for k in range(len(own))])
@@ -121,7 +122,8 @@ class DynamicStiffness:
     frequency.
 
     Elements are cut into `pieces` uniform beams, which changes nothing. Digits are lost next to frequencies of
-    eliminated parts with their ends held, where K has poles. Raises OptionError when there is nothing that moves.
+    eliminated parts with their ends held, where K has poles. Raises OptionError when there is nothing that moves,
+    SolverError where the equations are too many.
     """
 
     def __init__(self, model: FullOrderModel, pieces: int = 1) -> None:
@@ -129,6 +131,7 @@ class DynamicStiffness:
         self.assembler: LowOrderAssembler = low_order(model.plan)
         if not len(self.assembler.physical):
             raise OptionError("every node that the substructures keep is held: cut a member in two to see it move")
+        refuse_large_parts(self.assembler)
         self.parts = {name: ExactPart(model, reducer, pieces) for name, reducer in self.assembler.reducers.items()}
         self.copies = [len(model.plan.topology.placed[name].paths) for name in self.parts]
 
@@ -171,8 +174,10 @@ def dynamic_stiffness(model: FullOrderModel, count: int) -> Solution:
     """The `count` lowest natural frequencies by the dynamic stiffness method, and their shapes (theory eqs. D9-D12).
 
     None is missed: counts on both sides of every frequency confirm its number. Shapes are those of the exact motion,
-    with unit modal mass. Raises OptionError when nothing can move, SolverError when counts and frequencies disagree.
+    with unit modal mass. Raises OptionError when nothing can move, SolverError when counts and frequencies disagree or
+    the equations are too many.
     """
+    refuse_large_parts(low_order(model.plan))
     guesses = _guesses(model, count)
     endless = any(len(own.elements.length) for own in model.matrices.values())
     if not endless:
@@ -245,7 +250,7 @@ def _short_waves(model: FullOrderModel) -> float:
     lam = 1.0
     for _ in range(STEPS):
         waves = max(
-            float(np.max(radians(own.elements.cut(1, TAPERED_PIECES).beam, lam), initial=0.0))
+            float(np.max(radians(own.elements.cut(1).beam, lam), initial=0.0))
             for own in model.matrices.values()
             if isinstance(own.elements, ElementSlice)
         )

@@ -161,8 +161,8 @@ def branches_below(
 ) -> Branches:
     """Cut the chains of all prototypes so that no branch has an eigenvalue with its ends held below `limit`, rad^2/s^2.
 
-    Tapered elements are `tapered_pieces` uniform beams; every uniform beam is cut into at least `pieces`, which changes
-    nothing. Raises SolverError when an element would need more than `FINEST`.
+    Tapered elements are at most `tapered_pieces` uniform beams; every uniform beam is cut into at least `pieces`, which
+    changes nothing. Raises SolverError when an element would need more than `FINEST`.
     """
     beams: list[UniformBeam] = []
     parts: dict[str, PartBranches] = {}

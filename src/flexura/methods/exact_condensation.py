@@ -19,15 +19,14 @@ from numpy.typing import NDArray
 from flexura.beam.dynamic import Array, DynamicBeam, Joint
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
+from flexura.methods.dense import refuse_large, refuse_large_parts
 from flexura.methods.exact_branches import PartBranches, branches_below
 from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
 from flexura.structure.full_order import FullOrderModel
+from flexura.structure.members import TAPERED_PIECES
 from flexura.structure.part import Lump
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
-
-TAPERED_PIECES = 16
-"""Uniform pieces for every tapered element."""
 
 BATCH = 4_000_000
 """About how many numbers matrices hold at once."""
@@ -125,8 +124,9 @@ class _State:
 class ExactCondensation:
     """A mechanism over as many coordinates as it has natural frequencies below `limit`, rad^2/s^2.
 
-    `count` is their number. Good for any lam between zero and the limit. Tapered elements stand as `tapered_pieces`
-    uniform beams; every uniform beam is cut into at least `pieces`, which changes nothing. Raises SolverError.
+    `count` is their number. Good for any lam between zero and the limit. Tapered elements stand as at most
+    `tapered_pieces` uniform beams; every uniform beam is cut into at least `pieces`, which changes nothing. Raises
+    SolverError, also where there are more dense equations than are solved.
     """
 
     def __init__(
@@ -134,6 +134,7 @@ class ExactCondensation:
     ) -> None:
         self.model, self.limit = model, limit
         self.assembler: LowOrderAssembler = low_order(model.plan)
+        refuse_large_parts(self.assembler)
         self.branches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
         self._parts = {name: self._part(name, own) for name, own in self.branches.parts.items()}
         both = np.array([limit, 0.0])
@@ -143,6 +144,8 @@ class ExactCondensation:
             K = self._part_stiffness(part, exact.K, both)
             part.elimination = _Elimination.at(K[0], K[1], part.boundary)
             T[name] = part.elimination.shapes(K)
+        modes = sum(m * len(model.plan.topology.placed[name].paths) for name, m in zip(T, self._modes, strict=True))
+        refuse_large(len(self.assembler.physical) + modes, "kept nodes and modes of substructures")
         K = self._global(self._condensed(exact.K, both, T))
         self._elimination = _Elimination.at(K[0], K[1], 0)
 
@@ -177,6 +180,7 @@ class ExactCondensation:
 
     def _part(self, name: str, own: PartBranches) -> _Part:
         reducer = own.reducer
+        refuse_large(6 * own.n_junctions, f"the junctions and cuts of {name or 'the top level'!r}")
         number = np.full(reducer.part.n_nodes, -1)
         number[reducer.remaining] = np.arange(len(reducer.remaining))
         pairs = np.array([branch.junctions for branch in own.branches], dtype=np.intp).reshape(-1, 2)

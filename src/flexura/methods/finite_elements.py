@@ -21,6 +21,7 @@ from flexura.methods.solution import Solution
 from flexura.methods.triplets import Triplets
 from flexura.reduction.chain import find_chains
 from flexura.structure.full_order import FullOrderModel
+from flexura.structure.members import TAPERED_PIECES
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -77,11 +78,11 @@ def _inner(own: SegmentChains, first: int, copies: int) -> Index:
     return first + np.arange(copies * c * (s - 1) * 6).reshape(copies, c, s - 1, 6)
 
 
-def chained(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = 16) -> ChainedModel:
+def chained(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPERED_PIECES) -> ChainedModel:
     """The full-order model with every element cut into `pieces`, in relative coordinates of its serial chains.
 
-    Tapered elements stand as `tapered_pieces` uniform ones, each cut into `pieces`. Raises OptionError for numbers
-    below one.
+    Tapered elements stand as at most `tapered_pieces` uniform ones, each cut into `pieces` (`Elements.cut`). Raises
+    OptionError for numbers below one.
     """
     plan = model.plan
     chains = [
@@ -146,9 +147,9 @@ def _add_chains(
 def finite_elements(model: FullOrderModel, count: int, pieces: int = 1) -> Solution:
     """The `count` lowest natural frequencies with every element of the full-order model cut into `pieces`.
 
-    Consistent mass matrices (theory eqs. 15, 19); a tapered element stands as 16 uniform ones, each cut so. Frequencies
-    converge from above to those of the exact dynamic stiffness, to order 4 in bending without shear, else to order 2.
-    Raises OptionError when nothing can move or has mass, and SolverError.
+    Consistent mass matrices (theory eqs. 15, 19); a tapered element stands as up to 16 uniform ones, each cut so.
+    Frequencies converge from above to those of the exact dynamic stiffness, to order 4 in bending without shear, else
+    to order 2. Raises OptionError when nothing can move or has mass, and SolverError.
     """
     if model.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")

@@ -12,7 +12,6 @@ from flexura.beam.dynamic import DynamicBeam, at_pole, dynamic_beam, join
 from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
 from flexura.methods.exact_chains import in_series, twists_inside
-from flexura.methods.exact_condensation import TAPERED_PIECES
 from flexura.methods.solution import Solution
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import ElementSlice
@@ -47,7 +46,7 @@ def inside_member(model: FullOrderModel, solution: Solution, member: str, fracti
     placed = _find(model, member)
     elements = model.matrices[placed.name].elements
     assert isinstance(elements, ElementSlice)
-    cut = elements.cut(1, TAPERED_PIECES)
+    cut = elements.cut(1)
     first = np.concatenate([[0], np.cumsum(cut.counts)])
     found = np.empty((len(at), 6, solution.shapes.shape[2]))
     index = np.minimum((at * len(placed.elements)).astype(int), len(placed.elements) - 1)

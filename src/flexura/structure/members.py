@@ -27,6 +27,16 @@ Stations = list[tuple[Index, SectionProperties]]
 STATIONS, WEIGHTS = gauss_stations(6)
 """Gauss rule of a tapered element."""
 
+TAPERED_PIECES = 16
+"""Most uniform steps that stand for a tapered element."""
+
+CHANGE = 0.02
+"""Most relative change of a rigidity or mass along a step of a tapered element, as long as it has fewer steps."""
+
+STEP_ERROR = 1e-5
+"""Most relative error of the lowest frequencies that the steps of a tapered member cause, as long as its elements have
+fewer."""
+
 
 class Cut(NamedTuple):
     """Elements cut into pieces: the distinct beams, for every piece in order which of them it is, and the number of
@@ -41,7 +51,8 @@ class Elements:
     """Matrices of beam elements in their own axes, each worked out when first asked for.
 
     Mass follows from the sections themselves, stiffness from the effective ones that corrections make of them.
-    K, M: (..., e, 12, 12); flexibility C: (..., e, 6, 6), end j loaded with end i clamped; length: (..., e), m.
+    K, M: (..., e, 12, 12); flexibility C: (..., e, 6, 6), end j loaded with end i clamped; length: (..., e), m; share:
+    (e,), that of an element in the length of its member.
     """
 
     def __init__(
@@ -50,6 +61,7 @@ class Elements:
         sections: SectionProperties,
         finer: Callable[[Array], Stations],
         length: Array,
+        share: Array,
         flags: tuple[Array, Array],
         factors: Factors | None = None,
     ) -> None:
@@ -57,7 +69,7 @@ class Elements:
         self._sections, self._finer, self._factors = sections, finer, factors
         self._stiff = sections if factors is None else factors.applied(sections, slice(None))
         self._stations = finer(STATIONS)
-        self.length = length
+        self.length, self._share = length, share
         self._shear, self._rotary = flags
 
     @cached_property
@@ -124,30 +136,61 @@ class Elements:
         moduli, flags = (self._E, self._G, self._rho), (self._shear, self._rotary)
         return _uniform(moduli, self._stiff, self._sections, self.length, flags)
 
-    def cut(self, own: slice, pieces: int, tapered_pieces: int) -> Cut:
-        """A run of elements cut into uniform pieces of equal length, tapered ones tapered_pieces times as finely.
+    def cut(self, own: slice, pieces: int, tapered_pieces: int = TAPERED_PIECES) -> Cut:
+        """A run of elements cut into uniform pieces of equal length.
 
-        One design.
+        A tapered element is first cut into at most `tapered_pieces` steps, as many as its change of section asks for,
+        with the section at the middle of each; then every element or step is cut into `pieces`, so that all numbers of
+        pieces stand for one and the same structure. One design.
         """
-        elements = range(own.start, own.stop)
-        kinds: list[Index] = [np.full(pieces, k) for k in range(len(elements))]
+        kinds: list[Index] = [np.full(pieces, k) for k in range(own.stop - own.start)]
         beams = [self.uniform.take(own).cut(pieces)]
-        count = pieces * tapered_pieces
-        first = len(elements)
-        for at, sections in self._finer((np.arange(count) + 0.5) / count):
-            e = np.flatnonzero((at >= own.start) & (at < own.stop))
-            mine = at[e]
-            moduli = tuple(m[mine][:, None] for m in (self._E, self._G, self._rho))
-            flags = (self._shear[mine][:, None], self._rotary[mine][:, None])
-            fine = SectionProperties(*(f[e] for f in sections))
-            beam = _uniform(moduli, self._effective(fine, mine), fine, self.length[mine][:, None] / count, flags)
-            beams.append(UniformBeam(*(f.ravel() for f in beam)))
-            for k, element_number in enumerate(mine):
-                kinds[element_number - own.start] = first + count * k + np.arange(count)
-            first += count * len(mine)
+        first = len(kinds)
+        for group, steps in enumerate(self._steps(tapered_pieces)):
+            at = self._stations[group][0]
+            mine = (at >= own.start) & (at < own.stop)
+            for count in np.unique(steps[mine]):
+                chosen = np.flatnonzero(mine & (steps == count))
+                beam = self._stepped(group, chosen, (np.arange(count) + 0.5) / count)
+                beams.append(UniformBeam(*(f.ravel() for f in beam)).cut(count * pieces))
+                for element_number in at[chosen]:
+                    kinds[element_number - own.start] = np.repeat(first + np.arange(count), pieces)
+                    first += count
         beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
         counts = np.array([len(k) for k in kinds], dtype=np.intp)
         return Cut(beam, np.concatenate(kinds), counts)
+
+    def _steps(self, most: int) -> list[Index]:
+        """Numbers of steps (e',) of the tapered elements of every group, at most so many; one design.
+
+        Along a step of length h = b L of a member, whose flexibility f changes by d = ln(f2/f1), the energy int f m^2
+        of a moment m is taken with f at the middle. The midpoint rule leaves d^2/24 + d b L (m^2)'/(12 m^2) of it. As
+        int f (m^2)' is what m^2 is at a clamped end, some 4 times its mean, a frequency is off by half the mean of
+        d^2/24 + d b/3: CHANGE bounds the first term, STEP_ERROR the second.
+        """
+        found = []
+        count = max(most, TAPERED_PIECES)
+        for group in range(len(self._stations)):
+            beam = self._stepped(group, slice(None), np.linspace(0.0, 1.0, count + 1))
+            sizes = np.stack([beam.EA, beam.GJ, beam.EIy, beam.EIz, beam.mass])
+            with np.errstate(divide="ignore", invalid="ignore"):  # without mass nothing of it changes
+                change = np.nan_to_num(np.abs(np.diff(np.log(sizes), axis=-1))).max(axis=(0, -1))
+            whole = count * change
+            wanted = np.maximum(
+                whole / CHANGE, np.sqrt(whole * self._share[self._stations[group][0]] / (6 * STEP_ERROR))
+            )
+            found.append(np.clip(np.ceil(wanted - 1e-6), 1, most).astype(np.intp))
+        return found
+
+    def _stepped(self, group: int, chosen: Index | slice, points: Array) -> UniformBeam:
+        """Sections at `points` (stations,) of chosen tapered elements of a group as beams (e', stations) of their full
+        length; one design."""
+        at, sections = self._finer(points)[group]
+        e = at[chosen]
+        moduli = tuple(m[e][:, None] for m in (self._E, self._G, self._rho))
+        flags = (self._shear[e][:, None], self._rotary[e][:, None])
+        own = SectionProperties(*(f[chosen] for f in sections))
+        return _uniform(moduli, self._effective(own, e), own, self.length[e][:, None], flags)
 
     @cached_property
     def C(self) -> Array:
@@ -189,8 +232,8 @@ class ElementSlice:
         """Lengths (..., e), m."""
         return self._whole.length[..., self._own]
 
-    def cut(self, pieces: int, tapered_pieces: int) -> Cut:
-        """The elements cut into uniform pieces."""
+    def cut(self, pieces: int, tapered_pieces: int = TAPERED_PIECES) -> Cut:
+        """The elements cut into uniform pieces; arguments as in `Elements.cut`."""
         return self._whole.cut(self._own, pieces, tapered_pieces)
 
 
@@ -310,7 +353,9 @@ class Members:
         moduli = (E[..., m], G[..., m], rho[..., m])
         finer = partial(self.stations, values, nu, length)
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
-        return Elements(moduli, sections, finer, (length / self.counts)[..., m], self._flags, factors)
+        return Elements(
+            moduli, sections, finer, (length / self.counts)[..., m], 1 / self.counts[m], self._flags, factors
+        )
 
     def bulk(self, values: Array, length: Array) -> tuple[Array, Array, Array]:
         """Torsion constants at both ends (m, 2) and the least along the member (m,), m^4; the least thickness (m,), m.

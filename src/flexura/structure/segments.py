@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
 from flexura.structure.full_order import FullOrderModel
-from flexura.structure.members import ElementSlice
+from flexura.structure.members import TAPERED_PIECES, ElementSlice
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
@@ -61,11 +61,11 @@ class Segments:
         return block_diagonal(self.X)
 
 
-def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = 16) -> Segments:
+def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPERED_PIECES) -> Segments:
     """Cut every element of a full-order model into `pieces` uniform segments of equal length.
 
-    Elements that are integrated as tapered become `tapered_pieces` times as many segments with the section at the
-    middle of each. Raises OptionError for numbers below one.
+    Elements that are integrated as tapered become at most `tapered_pieces` times as many, as many as their section
+    changes (`Elements.cut`). Raises OptionError for numbers below one.
     """
     if pieces < 1 or tapered_pieces < 1:
         raise OptionError("an element is cut into at least one piece")
