@@ -145,6 +145,7 @@ if TYPE_CHECKING:
     from flexura.mechanism import PointMass as PointMass
     from flexura.mechanism import Rayleigh as Rayleigh
     from flexura.mechanism import Rectangle as Rectangle
+    from flexura.mechanism import Reduction as Reduction
     from flexura.mechanism import RigidBody as RigidBody
     from flexura.mechanism import Rotation as Rotation
     from flexura.mechanism import RoundNotch as RoundNotch
@@ -265,6 +266,7 @@ _EXPORTS = {
         *("Link", "Load", "Material", "Matrix", "Mechanism", "MirrorPattern", "ModalTest", "MomentActuator"),
         *("MotionSensor", "Notch", "ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh"),
         *("Rectangle", "RigidBody", "Rotation", "RoundNotch", "SectionConstants", "Spring", "StraightContour"),
+        "Reduction",
         *("Substructure", "Superelement", "Support", "TabulatedContour", "Tube", "TwoAxisNotch"),
         *("VShapedContour", "parameter"),
     ),

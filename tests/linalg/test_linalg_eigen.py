@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from flexura.linalg import count_below, is_definite, lowest, residuals
+from flexura.linalg import Pencil, count_below, is_definite, lowest, residuals
 from flexura.linalg.stacked import lowest_values
 
 SIZES = [40, 600]
@@ -82,9 +82,9 @@ def test_residual_bounds_the_error_of_a_spoiled_eigenvalue() -> None:
     K, exact = chain(50, "fixed")
     M = sp.identity(50, format="csc")
     pairs = lowest(K, M, 3)
-    assert residuals(K, M, pairs).max() < 1e-9
+    assert residuals(Pencil.of(K, M), pairs).max() < 1e-9
     spoiled = type(pairs)(pairs.values * 1.01, pairs.vectors)
-    bound = residuals(K, M, spoiled)
+    bound = residuals(Pencil.of(K, M), spoiled)
     assert (bound >= np.abs(spoiled.values / exact[:3] - 1) * 0.999).all()
     np.testing.assert_allclose(bound, 0.01, rtol=0.02)
 

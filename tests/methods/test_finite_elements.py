@@ -136,7 +136,7 @@ def test_shapes_are_those_of_the_nodes():
     """M-orthonormal, and stationary for the full-order matrices."""
     model = assemble(fx.load(Path(__file__).parents[2] / "examples" / "amplifier" / "amplifier.yaml"))
     own = chained(model)
-    pairs = lowest(own.K, own.M, 8)
+    pairs = lowest(own.pencil.K, own.pencil.M, 8)
     x = own.recover(pairs.vectors)
     np.testing.assert_allclose(x.T @ (model.M @ x), np.eye(8), atol=1e-7)
     np.testing.assert_allclose(x.T @ (model.K @ x), np.diag(pairs.values), atol=1e-6 * pairs.values[-1])

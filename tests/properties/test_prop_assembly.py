@@ -126,7 +126,8 @@ def test_frequencies_go_with_the_inverse_of_size(mechanism, s):
 @FEW
 @given(mechanisms(nested=False))
 def test_a_link_may_be_split_in_two(mechanism):
-    flat = flatten(mechanism)
+    # corrections look at the members next to a flexure, which splitting changes
+    flat = flatten(mechanism).model_copy(update={"corrections": "none"})
     even = [name for name, link in flat.links.items() if link.elements % 2 == 0]
     assume(even)
     same_frequencies(flat, split(flat, even[0]))

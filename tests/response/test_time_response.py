@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from extended import stepped
+from extended_steps import stepped
 from oscillators import INERTIA, K2, M1, M2, MASS, K, beam, body, dashes, natural, oscillator, pair, stiffness
 
 import flexura as fx

@@ -19,7 +19,7 @@ from wholes import set_ties, with_lumps
 
 import flexura as fx
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import residuals
+from flexura.linalg import Pencil, residuals
 from flexura.mechanism import Flexure, Leaf, Material, Mechanism, RigidBody
 from flexura.solid import factors, solve
 from flexura.solid.constraints import averaged_rows, face_products
@@ -404,7 +404,7 @@ def test_lowest_modes_are_those_of_dense_algebra(solver):
     found = lowest_modes(K, M, 9)
     assert found.solver == solver and found.missing == 0
     assert found.frequency_hz == pytest.approx(dense, rel=1e-9)
-    assert residuals(K, M, found.pairs).max() < 1e-8 and found.residuals.max() < 1e-8
+    assert residuals(Pencil.of(K, M), found.pairs).max() < 1e-8 and found.residuals.max() < 1e-8
     X = found.pairs.vectors
     assert np.allclose(X.T @ (M @ X), np.eye(9), rtol=0, atol=1e-10)
 

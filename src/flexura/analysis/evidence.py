@@ -53,10 +53,11 @@ class Evidence:
     `mass_error` and `inertia_error` are their relative differences. `rigid_body_residual` is the largest
     |K r| / (k (k |r|)), k the square roots of the diagonal, over six rigid motions of every unrestrained part.
     `full_residual` and `low_residual` are the largest residuals of the reported modes of either model, in the norm that
-    bounds the relative error of the eigenvalue (`flexura.linalg.residuals`).
-    `sturm_count` full-order eigenvalues lie below `sturm_below_hz`, next to the highest frequency reported, and
-    `reported_below` of the model reported; `missed` lists full-order modes there without a counterpart, `more_missed`
-    counts those not listed.
+    bounds the relative error of the eigenvalue (`flexura.linalg.residuals`); None where a model was not solved.
+    `sturm_count` full-order eigenvalues lie below `sturm_below_hz`, beyond the highest frequency certified, and
+    `reported_below` of the model reported; where not `is_counted`, round-off hides how many, and `sturm_count` is the
+    most there can be. `missed` lists full-order modes there without a counterpart, `more_missed` counts those not
+    listed.
     """
 
     model_mass: MassProperties
@@ -65,18 +66,19 @@ class Evidence:
     inertia_error: float
     rigid_body_residual: float
     rigid_body_modes: int
-    full_residual: float
+    full_residual: float | None
     low_residual: float | None
     sturm_below_hz: float
     sturm_count: int
     reported_below: int
     missed: tuple[MissedMode, ...]
     more_missed: int = 0
+    is_counted: bool = True
 
     @property
     def complete(self) -> bool:
-        """True when no full-order mode in the reported range lacks a counterpart."""
-        return not self.missed and not self.more_missed
+        """True when it is proven that no full-order mode in the reported range lacks a counterpart."""
+        return self.is_counted and not self.missed and not self.more_missed
 
 
 def mass_evidence(model: FullOrderModel) -> dict[str, Any]:

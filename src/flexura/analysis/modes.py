@@ -12,17 +12,21 @@ from numpy.typing import NDArray
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.motion import Motion, motions
 from flexura.errors import Exceeded, OptionError, Warned
-from flexura.linalg import Eigenpairs, count_below, lowest, residuals
+from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
-from flexura.reduction import Certificate, LowOrderModel, certify, reduce
-from flexura.reduction.certificate import certificate
+from flexura.reduction import Certificate, LowOrderModel, reduce
+from flexura.reduction.certificate import HERTZ, certificate, design_of, lowest_pairs, model_pairs
+from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.equal_branches import split
-from flexura.reduction.low_order import Method
+from flexura.reduction.low_order import TOLERANCE, Method, reduction_of
 from flexura.reduction.model import STATE
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 
 Array = NDArray[np.float64]
+
+LARGEST = 30_000
+"""Up to this full order its own modes are worked out beside those of the low order."""
 
 EXTRA = 60
 """At most so many full-order modes beyond the reported ones are computed to name what a reduction misses."""
@@ -39,9 +43,11 @@ class Mode:
     """One mode.
 
     `relative_error` is the low-order frequency over the full-order one, less one; `mac` the mass-weighted modal
-    assurance criterion of the pair. All three are None when the low-order mode has no counterpart. `interval_hz` is
-    proven to contain a full-order frequency, that of the same number where `is_indexed` (see `Certificate`); an end
-    that is not proven is None.
+    assurance criterion of the pair. All three are None when the low-order mode has no counterpart, or the full-order
+    model was too large to be solved beside it. `interval_hz` is proven to contain a full-order frequency, that of the
+    same number where `is_indexed` (see `Certificate`); an end that is not proven is None. `is_rigid` says that the
+    frequency is zero: its interval holds zero, and a rigid motion that strains nothing stands for it. `missed` says
+    that the interval is wider than the tolerance that was asked for.
     """
 
     number: int
@@ -53,6 +59,16 @@ class Mode:
     interval_hz: tuple[float | None, float | None]
     is_indexed: bool
     motion: Motion
+    is_rigid: bool = False
+    missed: bool = False
+
+    @property
+    def frequency_text(self) -> str:
+        """The frequency in words: five digits, `0`, or a bound where round-off hides whether it is zero."""
+        if self.frequency_hz > 0 or self.is_rigid:
+            return f"{self.frequency_hz:.5g}"
+        upper = self.interval_hz[1]
+        return "unknown" if upper is None else f"below {upper:.2g}"
 
 
 @dataclass(frozen=True)
@@ -75,7 +91,10 @@ class Modes(Warned):
     certificate: Certificate
     steps: tuple[str, ...] = ()
     """What the reduction kept and why."""
+    tolerance: float = TOLERANCE
+    """Relative error that every frequency is held against."""
     warnings: tuple[Exceeded, ...] = ()
+    """What is missing, not proven, or beyond the tolerance."""
 
     def __repr__(self) -> str:
         hz = ", ".join(f"{mode.frequency_hz:.5g}" for mode in self.modes)
@@ -105,6 +124,7 @@ class Modes(Warned):
             "full_order": self.full_order,
             "parameters": self.parameters,
             "steps": list(self.steps),
+            "tolerance": self.tolerance,
             "modes": [asdict(mode) for mode in self.modes],
             "certificate": self.certificate.to_dict(),
             "evidence": {**asdict(self.evidence), "complete": self.evidence.complete},
@@ -118,157 +138,158 @@ def modes(
     *,
     n: int = 6,
     order: Literal["low", "full"] = "low",
-    keep: int | Mapping[str, int] = 0,
-    keep_below: float = 0.0,
-    reduction: Method = "craig_bampton",
+    keep: int | Mapping[str, int] | None = None,
+    keep_below: float | None = None,
+    reduction: Method | None = None,
     tolerance: float | None = None,
     up_to: float | None = None,
 ) -> Modes:
     """The `n` lowest modes of the low-order model beside their full-order counterparts, or of the full model alone.
 
-    `parameters` replace default values; `keep`, `keep_below` (Hz), `tolerance`, `up_to` (Hz) and the method `reduction`
-    as in `reduce`. With a tolerance the modes are all those up to `up_to`, whatever n is. A model that `reduce` has
-    made may stand in place of the mechanism. Raises ModelError, OptionError and SolverError.
+    `parameters` replace default values. The low-order model is the smallest that is proven to be within 1e-3 for these
+    modes, unless the mechanism's `reduction` or arguments say otherwise: `tolerance` with or without `up_to` (Hz, for
+    all modes up to there whatever n is), or `keep`, `keep_below` (Hz) and the method `reduction` as in `reduce`;
+    `keep=0` is the model of constraint modes alone. A model that `reduce` has made may stand in place of the mechanism.
+    Every frequency lies in its own proven interval; what is missing, not
+    proven, or off by more than the tolerance is in `warnings`. Raises ModelError, OptionError and SolverError.
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
+    given = {"keep": keep, "keep_below": keep_below, "method": reduction, "tolerance": tolerance, "up_to": up_to}
+    given = {name: value for name, value in given.items() if value is not None}
     if isinstance(mechanism, LowOrderModel):
-        reduced = keep or keep_below or reduction != "craig_bampton" or tolerance is not None or up_to is not None
-        if parameters or order == "full" or reduced:
+        if parameters or order == "full" or given:
             raise OptionError("a reduced model has its design and its reduction already; only n can be asked of it")
-        full = assemble(mechanism.plan, mechanism.parameters)
-        return _low_modes(full, mechanism, min(n, mechanism.order), dict(mechanism.parameters))
+        full = chained(design_of(mechanism))
+        return _low_modes(full, mechanism, min(n, mechanism.order), dict(mechanism.parameters), TOLERANCE)
     plan, single = plan_of(mechanism), one_design(parameters)
-    full = assemble(plan, single)
-    if full.order == 0:
+    model = assemble(plan, single)
+    if model.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
-    if order == "full" and (parts := split(full)) is not None:
+    if order == "full" and given:
+        raise OptionError(f"{next(iter(given))} belongs to order low")
+    if order == "full" and (parts := split(model)) is not None:
         from flexura.analysis.split_modes import split_modes
 
         return split_modes(parts, n, single)
     if order == "full":
-        return _full_modes(full, min(n, full.order), single)
-    low = reduce(plan, single, keep=keep, keep_below=keep_below, method=reduction, tolerance=tolerance, up_to=up_to)
-    if tolerance is not None:
+        return _full_modes(chained(model), min(n, model.order), single)
+    how = reduction_of(plan, given, n)
+    low = reduce(plan, single, **how)
+    if how.get("up_to") is not None:
         n = low.order
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held; keep normal modes, or ask for order full")
-    return _low_modes(full, low, min(n, low.order), single)
+    return _low_modes(chained(model), low, min(n, low.order), single, how.get("tolerance", TOLERANCE))
 
 
-def _full_modes(full: FullOrderModel, n: int, parameters: dict[str, float]) -> Modes:
-    more = _finite(lowest(full.K, full.M, n + 2))
-    proof = certificate(full.K, full.M, more, n)
-    pairs = Eigenpairs(more.values[:n], more.vectors[:, :n])
-    u = full.node_displacements(pairs.vectors)
-    hz = np.sqrt(np.maximum(pairs.values, 0)) / (2 * np.pi)
-    found = tuple(
-        Mode(k + 1, float(f), float(2 * np.pi * f), float(f), 0.0, 1.0, *_interval(proof, k), motion)
-        for k, (f, motion) in enumerate(zip(hz, motions(full, u), strict=True))
+def _full_modes(full: ChainedModel, n: int, parameters: dict[str, float]) -> Modes:
+    found = lowest_pairs(full, n)
+    certified = certificate(full, found, n)
+    n = min(n, len(found.values))
+    vectors = full.recover(found.vectors[:, :n])
+    u = full.model.node_displacements(vectors)
+    reported = tuple(
+        _mode(k, (certified, full.free_motions, np.inf), (float(certified.frequency_hz[k]), 0.0, 1.0), motion)
+        for k, motion in enumerate(motions(full.model, u))
     )
-    below, count = _sturm(full, pairs.values, -1)
-    reported = int((hz < below).sum())
-    evidence = Evidence(
-        **mass_evidence(full),
-        rigid_body_modes=int((pairs.values == 0).sum()),
-        full_residual=float(residuals(full.K, full.M, pairs).max()),
-        low_residual=None,
-        sturm_below_hz=below,
-        sturm_count=count,
-        reported_below=reported,
-        missed=(),
-        more_missed=count - reported,
-    )
-    steps = (STATE,) if full.plan.is_loaded else ()
-    return _result(full, full.order, found, evidence, u, parameters, proof, steps)
+    evidence = _evidence(full, certified, reported, found)
+    steps = (STATE,) if full.model.plan.is_loaded else ()
+    return _result(full, full.model.order, reported, evidence, u, parameters, certified, steps, np.inf)
 
 
-def _low_modes(full: FullOrderModel, low: LowOrderModel, n: int, parameters: dict[str, float]) -> Modes:
-    pairs = _finite(lowest(low.K, low.M, n))
-    below, count = _sturm(full, pairs.values, 1)
-    # low-order modes that share the last frequency reported are needed to tell which full-order modes have none
-    limit = (2 * np.pi * below) ** 2
-    low_count = min(max(count_below(low.K, low.M, limit), len(pairs.values)), count)
-    if low_count > len(pairs.values):
-        pairs = _finite(lowest(low.K, low.M, min(low_count, n + EXTRA)))
-    reference = _finite(lowest(full.K, full.M, min(max(count, len(pairs.values)), n + EXTRA)))
-    shapes = low.recover(pairs.vectors)
-    partner, mac = _pair(full, shapes, pairs.values, reference)
-    full_hz = np.sqrt(np.maximum(reference.values, 0)) / (2 * np.pi)
-    u = full.node_displacements(shapes[:, :n])
-    proof = low.certificate
-    if proof is None or len(proof.frequency_hz) < n:
-        proof = certify(low, full, n=n)
-    found = tuple(_mode(k, pairs, full_hz, partner, mac, proof, motion) for k, motion in enumerate(motions(full, u)))
-    lost = np.setdiff1d(np.flatnonzero(full_hz <= below), partner) if count > low_count else np.empty(0, dtype=np.intp)
-    lost_motions = motions(full, full.node_displacements(reference.vectors[:, lost]))
-    evidence = Evidence(
-        **mass_evidence(full),
-        rigid_body_modes=int((reference.values == 0).sum()),
-        full_residual=float(residuals(full.K, full.M, reference).max()),
-        low_residual=float(residuals(low.K, low.M, pairs).max()),
-        sturm_below_hz=below,
-        sturm_count=count,
-        reported_below=low_count,
-        missed=tuple(
-            MissedMode(float(full_hz[i]), motion.summary) for i, motion in zip(lost, lost_motions, strict=True)
-        ),
-        more_missed=max(count - low_count - len(lost), 0),
+def _low_modes(full: ChainedModel, low: LowOrderModel, n: int, parameters: dict[str, float], tolerance: float) -> Modes:
+    pairs = model_pairs(low, full, n)
+    n = min(n, len(pairs.values))
+    if n == 0:
+        raise OptionError("the mechanism has no mass")
+    certified = low.certificate
+    if certified is None or len(certified.frequency_hz) < n:
+        certified = certificate(full, pairs, n)
+    reference = _reference(full, certified, n)
+    shapes = pairs.vectors[:, : max(n, len(certified.frequency_hz))]
+    partner, mac = _pair(full.pencil.M, shapes, pairs.values[: shapes.shape[1]], reference)
+    u = full.model.node_displacements(full.recover(shapes[:, :n]))
+    beside = np.sqrt(reference.values) / HERTZ
+    reported = []
+    for k, motion in enumerate(motions(full.model, u)):
+        own, other = float(certified.frequency_hz[k]), float(beside[partner[k]]) if partner[k] >= 0 else None
+        pair = (None, None, None) if other is None else (other, own / other - 1 if other else 0.0, mac[k])
+        reported.append(_mode(k, (certified, full.free_motions, tolerance), pair, motion))
+    lost = np.setdiff1d(np.flatnonzero(beside <= certified.below_hz), partner) if certified.missing > 0 else []
+    lost_motions = motions(full.model, full.model.node_displacements(full.recover(reference.vectors[:, lost])))
+    missed = tuple(MissedMode(float(beside[i]), m.summary) for i, m in zip(lost, lost_motions, strict=True))
+    evidence = _evidence(full, certified, tuple(reported), reference, low, missed)
+    return _result(full, low.order, tuple(reported), evidence, u, parameters, certified, low.steps, tolerance)
+
+
+def _reference(full: ChainedModel, certified: Certificate, n: int) -> Eigenpairs:
+    """Full-order modes to stand beside those of a low-order model, none where the full order is too large."""
+    if full.model.order > LARGEST:
+        return Eigenpairs(np.empty(0), np.empty((full.pencil.order, 0)))
+    wanted = min(max(certified.count, len(certified.frequency_hz)), n + EXTRA)
+    return lowest_pairs(full, wanted)
+
+
+def _evidence(
+    full: ChainedModel,
+    certified: Certificate,
+    reported: tuple[Mode, ...],
+    reference: Eigenpairs,
+    low: LowOrderModel | None = None,
+    missed: tuple[MissedMode, ...] = (),
+) -> Evidence:
+    residual = float(residuals(full.pencil, reference).max()) if len(reference.values) else None
+    own = None
+    if low is not None:
+        stored = Pencil.of(low.K, low.M)
+        own = float(residuals(stored, lowest(low.K, low.M, len(reported))).max())
+    return Evidence(
+        **mass_evidence(full.model),
+        rigid_body_modes=sum(mode.is_rigid for mode in reported),
+        full_residual=residual,
+        low_residual=own,
+        sturm_below_hz=certified.below_hz,
+        sturm_count=certified.count,
+        reported_below=certified.found,
+        missed=missed,
+        more_missed=max(certified.missing - len(missed), 0),
+        is_counted=certified.is_counted,
     )
-    return _result(full, low.order, found, evidence, u, parameters, proof, low.steps)
 
 
 def _mode(
-    k: int, pairs: Eigenpairs, full_hz: Array, partner: Array, mac: list[float], proof: Certificate, motion: Motion
+    k: int,
+    proof: tuple[Certificate, int, float],
+    beside: tuple[float | None, float | None, float | None],
+    motion: Motion,
 ) -> Mode:
-    hz = float(np.sqrt(max(pairs.values[k], 0.0)) / (2 * np.pi))
-    if partner[k] < 0:
-        return Mode(k + 1, hz, 2 * np.pi * hz, None, None, None, *_interval(proof, k), motion)
-    beside = float(full_hz[partner[k]])
-    error = hz / beside - 1 if beside else 0.0
-    return Mode(k + 1, hz, 2 * np.pi * hz, beside, error, mac[k], *_interval(proof, k), motion)
+    """Mode k from the certificate, how many rigid motions are free, and the tolerance."""
+    certified, free, tolerance = proof
+    hz, indexed = float(certified.frequency_hz[k]), bool(certified.is_indexed[k])
+    lower, upper = (float(b[k]) if np.isfinite(b[k]) else None for b in (certified.lower_hz, certified.upper_hz))
+    is_rigid = hz == 0.0 and k < free and lower == 0.0
+    missed = not is_rigid and not (indexed and certified.error_bound[k] <= tolerance)
+    return Mode(
+        k + 1, hz, HERTZ * hz, *beside, (lower, upper), indexed, motion, is_rigid, missed and tolerance < np.inf
+    )
 
 
-def _interval(proof: Certificate, k: int) -> tuple[tuple[float | None, float | None], bool]:
-    """The proven interval of a frequency, and whether it is for that of the same number."""
-    lower, upper = (float(bound[k]) if np.isfinite(bound[k]) else None for bound in (proof.lower_hz, proof.upper_hz))
-    return (lower, upper), bool(proof.is_indexed[k])
-
-
-def _finite(pairs: Eigenpairs) -> Eigenpairs:
-    """Leave out infinite eigenvalues, which belong to DOFs without mass."""
-    finite = np.isfinite(pairs.values)
-    if not finite.any():
-        raise OptionError("the mechanism has no mass")
-    return Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
-
-
-def _sturm(full: FullOrderModel, values: Array, side: int) -> tuple[float, int]:
-    """A frequency, Hz, just above (side 1) or below (-1) the highest of `values`, and the number of full-order
-    eigenvalues below it."""
-    top = float(values.max())
-    limit = top * (1 + 2 * side * REPEATED)
-    if top == 0.0:
-        d = full.K.diagonal()
-        limit = 1e-12 * float(d.sum() / full.M.diagonal().sum())
-    return float(np.sqrt(limit) / (2 * np.pi)), count_below(full.K, full.M, limit)
-
-
-def _pair(full: FullOrderModel, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[Array, list[float]]:
+def _pair(M: Any, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[Array, list[float]]:
     """For each low-order mode the full-order one that it stands for (-1: none), and their MAC (theory eq. 57).
 
     Modes of a repeated frequency are compared as a space: any rotation within it is the same motion.
     """
     from scipy.optimize import linear_sum_assignment
 
-    overlap = (reference.vectors.T @ (full.M @ shapes)) ** 2 / np.einsum("ik,ik->k", shapes, full.M @ shapes)
+    overlap = (reference.vectors.T @ (M @ shapes)) ** 2 / np.einsum("ik,ik->k", shapes, M @ shapes)
     close = np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values)
     close &= np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values[:, None])
     space = np.minimum(close @ overlap, 1.0)
     distance = np.abs(np.sqrt(np.abs(reference.values))[:, None] - np.sqrt(np.abs(values)))
-    cost = -space + 1e-6 * distance / max(float(distance.max()), np.finfo(float).tiny)
+    cost = -space + 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
     rows, columns = linear_sum_assignment(cost)
     partner = np.full(len(values), -1)
     for row, column in zip(rows, columns, strict=True):
@@ -277,16 +298,47 @@ def _pair(full: FullOrderModel, shapes: Array, values: Array, reference: Eigenpa
     return partner, [float(space[partner[k], k]) for k in range(len(values))]
 
 
+def _warnings(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) -> tuple[Exceeded, ...]:
+    """What is beyond the tolerance, missing or not proven."""
+    found = []
+    for mode in modes:
+        if mode.missed:
+            bound = float(certified.error_bound[mode.number - 1]) if mode.is_indexed else np.inf
+            how = f"only within {100 * bound:.2g} %" if np.isfinite(bound) else "not"
+            text = (
+                f"mode {mode.number}: {mode.frequency_text} Hz is {how} proven, not within the {tolerance:g} asked for;"
+                " reduce to a tolerance, or keep more modes"
+            )
+            found.append(Exceeded("tolerance", f"mode {mode.number}", bound, tolerance, "1", text))
+        if mode.frequency_hz == 0 and not mode.is_rigid:
+            text = (
+                f"mode {mode.number}: {mode.frequency_text} Hz cannot be told from zero, and is no rigid motion of the"
+                " mechanism; look for a spring or a member softer than round-off of what is beside it"
+            )
+            found.append(Exceeded("proof", f"mode {mode.number}", mode.interval_hz[1] or np.inf, 0.0, "Hz", text))
+    below, count = certified.below_hz, float(certified.count)
+    if not certified.is_counted:
+        text = f"round-off hides how many modes lie below {below:.5g} Hz: {certified.count} at most"
+        found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
+    elif certified.missing > 0:
+        text = f"the model lacks {certified.missing} of the {certified.count} modes below {below:.5g} Hz"
+        found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
+    return tuple(found)
+
+
 def _result(
-    full: FullOrderModel,
+    full: ChainedModel,
     order: int,
     found: tuple[Mode, ...],
     evidence: Evidence,
     u: Array,
     parameters: dict[str, float],
-    proof: Certificate,
+    certified: Certificate,
     steps: tuple[str, ...],
+    tolerance: float,
 ) -> Modes:
-    names = tuple(full.plan.topology.node_names)
-    name = full.plan.mechanism.name
-    return Modes(name, order, full.order, found, evidence, u, names, parameters, full, proof, steps)
+    model = full.model
+    names, name = tuple(model.plan.topology.node_names), model.plan.mechanism.name
+    said = _warnings(found, certified, tolerance)
+    limit = min(tolerance, TOLERANCE)
+    return Modes(name, order, model.order, found, evidence, u, names, parameters, model, certified, steps, limit, said)

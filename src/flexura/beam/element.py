@@ -189,15 +189,19 @@ def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
 
 
 def _inverse(C: FloatArray) -> FloatArray:
-    """Inverses (..., 6, 6), NaN where there is none."""
+    """Inverses (..., 6, 6) to their last digits, rows scaled alike; NaN where there is none."""
+    size = np.einsum("...ii->...i", C)
+    d = 1 / np.sqrt(np.where(size > 0, size, 1.0))
+    scale = d[..., :, None] * d[..., None, :]
+    own = C * scale
+    found = np.full(C.shape, np.nan)
     try:
-        return np.linalg.inv(C)
+        found[...] = np.linalg.inv(own)
     except np.linalg.LinAlgError:
-        found = np.full(C.shape, np.nan)
         for at in np.ndindex(C.shape[:-2]):
             with suppress(np.linalg.LinAlgError):
-                found[at] = np.linalg.inv(C[at])
-        return found
+                found[at] = np.linalg.inv(own[at])
+    return found * scale
 
 
 def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatArray:

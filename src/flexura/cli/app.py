@@ -81,19 +81,22 @@ def modes_command(
     file: File,
     n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
     order: Annotated[Order, typer.Option(help="Low-order beside full, or the full model alone.")] = Order.low,
-    keep: Annotated[int, typer.Option(min=0, help="Normal modes kept in each substructure.")] = 0,
+    keep: Annotated[
+        int | None,
+        typer.Option(min=0, help="Normal modes kept in each substructure; 0: constraint modes alone, as in the paper."),
+    ] = None,
     keep_below: Annotated[
-        float, typer.Option(metavar="HZ", min=0.0, help="Keep all normal modes below this frequency.")
-    ] = 0.0,
+        float | None, typer.Option(metavar="HZ", min=0.0, help="Keep all normal modes below this frequency.")
+    ] = None,
     reduction: Annotated[
-        Reduction, typer.Option(help="Kept modes: fixed-interface, or free-interface with residual flexibility.")
-    ] = Reduction.craig_bampton,
+        Reduction | None, typer.Option(help="Kept modes: fixed-interface, or free-interface with residual flexibility.")
+    ] = None,
     tolerance: Annotated[
         float | None,
-        typer.Option(metavar="REL", help="Find the smallest model proven to this relative error, e.g. 1e-3."),
+        typer.Option(metavar="REL", help="Find the smallest model proven to this relative error. By default 1e-3."),
     ] = None,
     up_to: Annotated[
-        float | None, typer.Option(metavar="HZ", help="With --tolerance: for all frequencies up to this one.")
+        float | None, typer.Option(metavar="HZ", help="All modes up to this frequency, whatever -n is.")
     ] = None,
     set: Settings = None,
     strict: Strict = False,
@@ -106,10 +109,10 @@ def modes_command(
 
     mechanism, parameters = read(file, set)
     how = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
-    asked = keep or keep_below or reduction is not Reduction.craig_bampton or tolerance is not None or up_to is not None
-    if order is Order.full and asked:
+    if order is Order.full and (reduction is not None or any(value is not None for value in how.values())):
         raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
-    result = modes(mechanism, parameters, n=n, order=order.value, reduction=reduction.value, **how)
+    method = None if reduction is None else reduction.value
+    result = modes(mechanism, parameters, n=n, order=order.value, reduction=method, **how)
     if strict:
         result.raise_warnings()
     pictures: list[Path] = []

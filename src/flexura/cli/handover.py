@@ -46,7 +46,10 @@ def export_command(
     delay: Annotated[str, typer.Option(metavar="TIME", help="Dead time of the inputs with its unit.")] = "0 s",
     band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Band of a response, Hz.")] = None,
     damping: Ratio = None,
-    keep: Annotated[int, typer.Option(min=0, help="Normal modes kept in each substructure of a low-order model.")] = 0,
+    keep: Annotated[
+        int | None,
+        typer.Option(min=0, help="Normal modes kept in each substructure of a low-order model, not to a tolerance."),
+    ] = None,
     set: Settings = None,
     as_json: Json = False,
 ) -> None:
@@ -76,11 +79,7 @@ def export_command(
             mechanism, None, input, output, band=band_of(band), damping=damping, parameters=parameters
         )
     else:
-        from flexura.reduction import reduce
-        from flexura.structure import assemble
-
-        full = own is What.full
-        thing = assemble(mechanism, parameters) if full else reduce(mechanism, parameters, keep=keep)
+        thing = _matrices(mechanism, parameters, own is What.full, keep, n, up_to)
     written = [str(path) for path in export(thing, out, to)]
     notes = list(getattr(thing, "notes", ()))
     if format_of(out, to) == "uff":
@@ -90,6 +89,21 @@ def export_command(
     else:
         for line in (*notes, *(f"wrote {path}" for path in written)):
             typer.echo(line)
+
+
+def _matrices(
+    mechanism: Any, parameters: dict[str, float], is_full: bool, keep: int | None, n: int | None, up_to: float | None
+) -> Any:
+    """The full-order model, or the low-order one in the coordinates of its substructures."""
+    from flexura.reduction import reduce
+    from flexura.reduction.low_order import reduction_of
+    from flexura.structure import assemble
+    from flexura.structure.plan import plan_of
+
+    if is_full:
+        return assemble(mechanism, parameters)
+    how = reduction_of(plan_of(mechanism), {"keep": keep}, n or 6, up_to)
+    return reduce(mechanism, parameters, **({"coordinates": "substructures"} if "tolerance" in how else {}), **how)
 
 
 def _state_space(

@@ -37,20 +37,21 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
     """Print frequencies of both models, what moves, and the evidence."""
     console = console_of_width()
     full_only = result.evidence.low_residual is None
+    beside = any(mode.full_frequency_hz is not None for mode in result.modes) and not full_only
     title = f"{result.name}: {'full model' if full_only else 'low-order model'}, order {result.order}"
     console.print(title + ("" if full_only else f" (full model {result.full_order})"), style="bold", markup=False)
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("mode", justify="right")
     table.add_column("Hz", justify="right")
     table.add_column("rad/s", justify="right")
-    if not full_only:
+    if beside:
         table.add_column("full Hz", justify="right")
         table.add_column("difference", justify="right")
     table.add_column("proven", justify="right")
     table.add_column("what moves", overflow="fold")
     for mode in result.modes:
-        row = [str(mode.number), f"{mode.frequency_hz:.5g}", f"{mode.angular_frequency:.5g}"]
-        if not full_only:
+        row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}"]
+        if beside:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
             row += [_difference(mode)]
         row += [_proven(mode)]
@@ -78,8 +79,10 @@ def _proven(mode: Mode) -> str:
     lower, upper = mode.interval_hz
     if not mode.is_indexed:
         return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
+    if mode.is_rigid:
+        return "rigid motion"
     if lower is None or upper is None or not mode.frequency_hz:
-        return "" if mode.frequency_hz else "zero"
+        return ""
     error = 100 * max(upper / mode.frequency_hz - 1, 1 - lower / mode.frequency_hz, RESOLVED)
     digit = 10.0 ** (math.floor(math.log10(error)) - 1)
     return f"within {math.ceil(error / digit) * digit:.2g} %"
@@ -92,10 +95,14 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
         f"mass {e.model_mass.mass:.6g} kg, as described to {e.mass_error:.1g}; inertia to {e.inertia_error:.1g}",
         f"rigid-body motions strain nothing: residual {e.rigid_body_residual:.1g}"
         + (f"; {e.rigid_body_modes} rigid-body modes" if e.rigid_body_modes else ""),
-        f"eigen-residuals: full {e.full_residual:.1g}"
-        + ("" if e.low_residual is None else f", low-order {e.low_residual:.1g}"),
-        f"Sturm count below {e.sturm_below_hz:.5g} Hz: {e.sturm_count} of the full order,"
-        f" {e.reported_below} {found_in}",
+        "eigen-residuals: "
+        + ", ".join(
+            f"{name} {value:.1g}"
+            for name, value in (("full", e.full_residual), ("low-order", e.low_residual))
+            if value is not None
+        ),
+        f"Sturm count below {e.sturm_below_hz:.5g} Hz: {'' if e.is_counted else 'at most '}{e.sturm_count} of the full"
+        f" order, {e.reported_below} {found_in}",
     ]
     console.print("evidence", style="bold")
     for line in lines:
@@ -104,6 +111,9 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
         console.print("  no mode is missing in this range", style="green")
         return
     count = len(e.missed) + e.more_missed
+    if not e.is_counted:
+        console.print("  round-off hides whether a mode is missing in this range", style="red")
+        return
     modes = "mode in this range is" if count == 1 else "modes in this range are"
     console.print(f"  {count} {modes} MISSING from the low-order model:", style="red")
     for missed in e.missed[:12]:

@@ -1,15 +1,28 @@
 """Factorisations, eigenvalue solvers, inertia counts and proven bounds; no physics."""
 
 from flexura.linalg.buckling import critical_factors
-from flexura.linalg.eigen import Eigenpairs, factorise, is_definite, lowest, residual_intervals, residuals
-from flexura.linalg.enclosures import Enclosures, enclose
-from flexura.linalg.inertia import ShiftedFactors, count_below, shifted_factors
+from flexura.linalg.eigen import (
+    Eigenpairs,
+    factorise,
+    is_definite,
+    lowest,
+    lowest_modes,
+    residual_intervals,
+    residuals,
+    ritz_pairs,
+)
+from flexura.linalg.enclosures import Enclosures, enclose, upper_bounds
+from flexura.linalg.inertia import Bracket, ShiftedFactors, bracket, count_below, shifted_factors
+from flexura.linalg.pencil import Pencil
 from flexura.linalg.ranking import leading, ranked, turned
 
 __all__ = [
+    "Bracket",
     "Eigenpairs",
     "Enclosures",
+    "Pencil",
     "ShiftedFactors",
+    "bracket",
     "count_below",
     "critical_factors",
     "enclose",
@@ -17,9 +30,12 @@ __all__ = [
     "is_definite",
     "leading",
     "lowest",
+    "lowest_modes",
     "ranked",
     "residual_intervals",
     "residuals",
+    "ritz_pairs",
     "shifted_factors",
     "turned",
+    "upper_bounds",
 ]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg.inertia import count_below, scaled, stable_factors, superlu
+from flexura.linalg.pencil import Pencil
 
 Array = NDArray[np.float64]
 Matrix = Any
@@ -27,6 +28,9 @@ Matrix = Any
 
 SINGULAR_PIVOT = 1e-13
 """A pivot of the diagonally scaled stiffness below this counts as zero."""
+
+COARSE = 1e-9
+"""First shift of something that floats, over the largest ratio of stiffness to mass."""
 
 SEARCHES = 20
 """Rounds in which missing copies of repeated eigenvalues are looked for."""
@@ -46,8 +50,8 @@ class Eigenpairs:
 def lowest(K: Matrix, M: Matrix, count: int) -> Eigenpairs:
     """The `count` lowest eigenpairs of symmetric positive semidefinite K and M, both (n, n); K + M positive definite.
 
-    When K is singular a negative shift is used, and eigenvalues that are zero to working accuracy come out as exactly
-    zero. Raises SolverError when the search does not converge or K + M is singular.
+    As `lowest_modes` for matrices as they are stored. Raises SolverError when the search does not converge or K + M is
+    singular.
     """
     n = K.shape[0]
     count = min(count, n)
@@ -55,15 +59,115 @@ def lowest(K: Matrix, M: Matrix, count: int) -> Eigenpairs:
         return Eigenpairs(np.empty(0), np.empty((n, 0)))
     if is_definite(K):
         return _lowest(K, M, count, 0.0)
+    # matrices of unknown history: what is small beside their largest ratio may be round-off
     stiffness, mass = K.diagonal(), M.diagonal()
-    coarse = 1e-9 * float(np.max(stiffness[mass > 0] / mass[mass > 0], initial=1.0))
+    coarse = COARSE * float(np.max(stiffness[mass > 0] / mass[mass > 0], initial=1.0))
     values = _lowest(K, M, min(n, max(count, 6) + 1), -coarse).values
-    noise = 2e-5 * coarse  # round-off in K moves a zero by some 1e-15 of the largest ratio
-    elastic = values[(values > noise) & np.isfinite(values)]  # those far above the shift may not be resolved
-    first = min(float(elastic[0]), 1e9 * coarse) if len(elastic) else 1e5 * coarse
+    elastic = values[(values > UNKNOWN * coarse) & np.isfinite(values)]
+    first = min(float(elastic[0]), coarse / COARSE) if len(elastic) else 1e5 * coarse
     pairs = _lowest(K, M, count, -first)
-    zero = abs(pairs.values) < max(1e-7 * first, noise)
+    zero = abs(pairs.values) < max(1e-7 * first, UNKNOWN * coarse)
     return Eigenpairs(np.where(zero, 0.0, pairs.values), pairs.vectors)
+
+
+def lowest_modes(pencil: Pencil, count: int, rigid: Array | None = None) -> Eigenpairs:
+    """The `count` lowest eigenpairs of a pencil, K and M positive semidefinite and K + M positive definite, finite ones
+    only.
+
+    Eigenvalues are Rayleigh quotients of energies (`Pencil.ritz`) and come out as exactly zero where these are not
+    above their own round-off. When K is singular a negative shift next to the lowest elastic eigenvalue is used;
+    `rigid` (n, r) are motions that may strain nothing. Raises SolverError when the search does not converge or K + M is
+    singular.
+    """
+    count = min(count, pencil.order)
+    if count <= 0:
+        return Eigenpairs(np.empty(0), np.empty((pencil.order, 0)))
+    if not is_definite(pencil.K):
+        return _floating(pencil, count, rigid)
+    found = _finite(_lowest(pencil.K, pencil.M, count, 0.0)).vectors
+    return ritz_pairs(pencil, _polished(pencil, found, 0.0), rigid)
+
+
+POLISH = 2
+"""Corrections of a solution by its residual in energies."""
+
+UNKNOWN = 2e-5
+"""Part of that shift below which values of matrices whose history is not known are round-off."""
+
+DEPENDENT = 1e-8
+"""Squared part of a vector beside rigid motions below which it is one of them."""
+
+CLEAR = 10.0
+"""An eigenvalue so many times above its own round-off shows where the elastic ones begin."""
+
+ROUNDS = 8
+"""Attempts to find a shift next to the lowest elastic eigenvalue."""
+
+
+def _polished(pencil: Pencil, X: Array, shift: float) -> Array:
+    """X (n, k) after one inverse iteration with the true stiffness: that which is factorised only preconditions it."""
+    if pencil.strain is None or not X.shape[1]:
+        return X
+    Y = _solution(pencil, pencil.M @ X, shift)
+    return Y / np.linalg.norm(Y, axis=0)
+
+
+def _finite(pairs: Eigenpairs) -> Eigenpairs:
+    finite = np.isfinite(pairs.values)
+    return Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
+
+
+def _floating(pencil: Pencil, count: int, rigid: Array | None) -> Eigenpairs:
+    """The lowest pairs of a singular or very soft problem: the shift is moved until it stands next to the lowest
+    eigenvalue that is not zero."""
+    stiff, mass = pencil.K.diagonal(), pencil.M.diagonal()
+    shift = COARSE * float(np.max(stiff[mass > 0] / mass[mass > 0], initial=1.0))
+    wanted = min(pencil.order, max(count, 6) + 1)
+    seen: set[float] = set()
+    pairs = None
+    for _ in range(ROUNDS):
+        try:
+            found = _lowest(pencil.K, pencil.M, wanted, -shift)
+        except SolverError:
+            if pairs is None:
+                raise
+            break  # so far down round-off in K is in the way
+        pairs = ritz_pairs(pencil, _polished(pencil, _finite(found).vectors, -shift), rigid)
+        elastic = pairs.values[pairs.values > CLEAR * pencil.margin(pairs.vectors)]
+        near = float(elastic[0]) if len(elastic) else 1e5 * shift  # else all that is elastic lies far above
+        if shift / 3 <= near <= 3 * shift or round(np.log10(near)) in seen:
+            break
+        seen.add(round(np.log10(near)))
+        shift = near
+    assert pairs is not None
+    return Eigenpairs(pairs.values[:count], pairs.vectors[:, :count])
+
+
+def ritz_pairs(pencil: Pencil, X: Array, rigid: Array | None = None) -> Eigenpairs:
+    """The lowest Ritz pairs in the span of X (n, k), and of those `rigid` motions (n, r) that strain nothing, as many
+    as X has columns; values not above their own round-off are zero.
+
+    Rigid motions that strain nothing stand as they are and are taken out of X, so that nothing is mixed with them.
+    """
+    k = X.shape[1]
+    if rigid is None or not rigid.shape[1]:
+        return _zeroed(pencil, Eigenpairs(*pencil.ritz(X)))
+    size = np.sqrt(np.einsum("ik,ik->k", rigid, pencil.M @ rigid))
+    R = _zeroed(pencil, Eigenpairs(*pencil.ritz(rigid[:, size > 0] / size[size > 0])))
+    free = R.vectors[:, R.values == 0]
+    X = X / np.sqrt(np.einsum("ik,ik->k", X, pencil.M @ X))
+    for _ in range(2):
+        X = X - free @ (free.T @ (pencil.M @ X))
+    X = X[:, np.einsum("ik,ik->k", X, pencil.M @ X) > DEPENDENT]
+    pairs = _zeroed(pencil, Eigenpairs(*pencil.ritz(X))) if X.shape[1] else Eigenpairs(np.empty(0), X)
+    values, vectors = np.concatenate([np.zeros(free.shape[1]), pairs.values]), np.hstack([free, pairs.vectors])
+    order = np.argsort(values, kind="stable")[:k]
+    return Eigenpairs(values[order], vectors[:, order])
+
+
+def _zeroed(pencil: Pencil, pairs: Eigenpairs) -> Eigenpairs:
+    """M-orthonormal pairs with the values that are not above their own round-off set to zero."""
+    return Eigenpairs(np.where(pairs.values <= pencil.margin(pairs.vectors), 0.0, pairs.values), pairs.vectors)
 
 
 def is_definite(K: Matrix) -> bool:
@@ -92,44 +196,59 @@ def _lowest(K: Matrix, M: Matrix, count: int, shift: float) -> Eigenpairs:
     return _sparse(sp.csc_matrix(K), sp.csc_matrix(M), count, shift)
 
 
-def residuals(K: Matrix, M: Matrix, pairs: Eigenpairs) -> Array:
+def residuals(pencil: Pencil, pairs: Eigenpairs) -> Array:
     """Relative residuals (k,) of eigenpairs of K x = lambda M x in the norm that bounds the eigenvalue (theory eq. 56).
 
     r = (lambda - s) (K - s M)^-1 M x - x, in the M-norm relative to x: some exact eigenvalue mu has
     |(lambda - s) / (mu - s) - 1| <= |r| (Krylov and Weinstein, Parlett 1980, sec. 4.5). s is zero for definite K, else
     minus the lowest nonzero eigenvalue of the pairs (minus one when all are zero).
     """
-    return _weinstein(K, M, pairs)[0]
+    return _weinstein(pencil, pairs.values, pairs.vectors)[0]
 
 
-def residual_intervals(K: Matrix, M: Matrix, pairs: Eigenpairs) -> tuple[Array, Array]:
-    """Bounds (k,), (k,) between which some eigenvalue lies, for each pair (Krylov and Weinstein; theory eq. C5).
+def residual_intervals(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, Array]:
+    """Bounds (k,), (k,) between which some eigenvalue lies, for each Ritz pair (Krylov and Weinstein; theory eq. C5).
 
-    The residuals, as in `residuals`, are widened for round-off in the entries of K. The upper bound is infinite where
-    the residual is one or more.
+    The residuals, as in `residuals`, are widened for round-off. The upper bound is infinite where the residual is one
+    or more.
     """
-    radius, shift = _weinstein(K, M, pairs)
-    distance = pairs.values - shift
-    size = np.einsum("ik,ik->k", pairs.vectors, M @ pairs.vectors)
-    stiff = np.einsum("ik,ik->k", abs(pairs.vectors), abs(K) @ abs(pairs.vectors))
-    radius = radius + 32 * np.finfo(float).eps * stiff / (size * distance)
+    radius, shift = _weinstein(pencil, values, vectors)
+    distance = values - shift
+    margin = pencil.margin(vectors)
+    radius = radius + margin / distance
     upper = np.where(radius < 1, shift + distance / np.where(radius < 1, 1 - radius, 1.0), np.inf)
-    return shift + distance / (1 + radius), upper
+    return shift + distance / (1 + radius) - margin, upper + margin
 
 
-def _weinstein(K: Matrix, M: Matrix, pairs: Eigenpairs) -> tuple[Array, float]:
+def _weinstein(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, float]:
     """The residuals and the shift that they refer to."""
-    shift = 0.0
-    if not is_definite(K):
-        elastic = pairs.values[pairs.values > 0]
-        shift = -float(elastic[0]) if len(elastic) else -1.0
-    A = sp.csc_matrix(K - shift * M) if shift else sp.csc_matrix(K)
+    elastic = values[values > 0]
+    least = float(elastic.min()) if len(elastic) else 1.0
+    shift = 0.0 if len(elastic) == len(values) else -least
+    Mx = pencil.M @ vectors
+    try:
+        y = _solution(pencil, Mx, shift)
+    except SolverError:
+        if shift:
+            raise
+        shift = -least  # soft enough to look singular
+        y = _solution(pencil, Mx, shift)
+    r = (values - shift) * y - vectors
+    size = np.einsum("ik,ik->k", vectors, Mx)
+    return np.sqrt(np.abs(np.einsum("ik,ik->k", r, pencil.M @ r)) / size), shift
+
+
+def _solution(pencil: Pencil, right: Array, shift: float) -> Array:
+    """(K - shift M)^-1 of right sides (n, k), definite, by factors of what is stored and corrections by energies."""
+    A = sp.csc_matrix(pencil.K - shift * pencil.M) if shift else sp.csc_matrix(pencil.K)
     d = 1 / np.sqrt(A.diagonal())
-    Mx = M @ pairs.vectors
-    y = d[:, None] * factorise(scaled(A, d)).solve(np.ascontiguousarray(d[:, None] * Mx))
-    r = (pairs.values - shift) * y - pairs.vectors
-    size = np.einsum("ik,ik->k", pairs.vectors, Mx)
-    return np.sqrt(np.abs(np.einsum("ik,ik->k", r, M @ r)) / size), shift
+    lu = factorise(scaled(A, d))
+    Y, rest = np.zeros_like(right), right
+    for step in range(1 + POLISH):
+        Y = Y + d[:, None] * lu.solve(np.ascontiguousarray(d[:, None] * rest))
+        if step < POLISH:
+            rest = right - (pencil.stiffness(Y) - shift * (pencil.M @ Y))
+    return Y
 
 
 def _toarray(A: Matrix) -> Array:

@@ -1,92 +1,107 @@
-"""Proven intervals for eigenvalues of K x = lambda M x from approximate eigenvectors and one factorisation.
+"""Proven intervals for eigenvalues of K x = lambda M x from approximate eigenvectors and factorisations.
 
 Ritz values of K bound the lowest eigenvalues from above (Poincare; Parlett 1980, sec. 10.2). The inverse
 C = (K - rho M)^-1 M, self-adjoint in the M-inner product, has the eigenvalues 1/(lambda - rho): its own Ritz values
 bound those below rho from below (Lehmann 1949; Maehly 1952; Parlett 1980, sec. 10.5), once an inertia count has said
-how many there are. Both bounds are second order in the error of the vectors. What decides the last digits is evaluated
-in extended precision, where the machine has it, so that the bounds hold for the matrices as they are stored.
+how many there are. Both bounds are second order in the error of the vectors. Energies are sums of squares of strains
+(`Pencil`), and what round-off in them, in positions and in sums can amount to widens the bounds.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.linalg.inertia import shifted_factors
+from flexura.linalg.inertia import bracket
+from flexura.linalg.pencil import EPS, Pencil
 
 Array = NDArray[np.float64]
 
-Extended = np.longdouble
-
-PRODUCT = 64 * float(np.finfo(Extended).eps)
-"""Relative error of K x in extended precision: as many terms as a row of K has, and some margin."""
-
 DOT = 1e-13
-"""Relative error of what is left in double precision: inner products of long vectors and small eigenproblems."""
+"""Relative error of inner products of long vectors and of small eigenproblems."""
+
+UNSOLVED = 1e-6
+"""Relative residual of a solution beyond which the factors are no guide to the true matrix."""
+
+CORRECTIONS = 2
+"""Corrections of a solution by its residual, which is evaluated by strains."""
 
 
 @dataclass(frozen=True)
 class Enclosures:
-    """What one factorisation of K - rho M and k trial vectors prove about the eigenvalues below rho.
+    """What factorisations of K - rho M and k trial vectors prove about the eigenvalues below rho.
 
-    `count` eigenvalues lie below `rho`. The lowest k are at most `upper` (k,); the i-th largest of those below rho is
-    at least `lower[-1 - i]`. So when count is k, [lower, upper] encloses each of the k lowest, number by number.
-    `remainder` (n, k) are the residuals C x - theta x of the directions x, of unit M-norm, that `lower` belongs to.
+    Between `least` and `most` eigenvalues lie below `rho`. The lowest k are at most `upper` (k,), where their Rayleigh
+    quotients are `values`; the i-th largest of those below rho is at least `lower[-1 - i]`. So when their number is
+    proven to be k, [lower, upper] encloses each of the k lowest, number by number. `remainder` (n, k) are the residuals
+    C x - theta x of the directions x, of unit M-norm, that `lower` belongs to.
     """
 
     rho: float
-    count: int
+    least: int
+    most: int
+    values: Array
     lower: Array
     upper: Array
     remainder: Array
 
     @property
+    def count(self) -> int:
+        """How many eigenvalues lie below rho, at most."""
+        return self.most
+
+    @property
+    def is_counted(self) -> bool:
+        """True when the number of eigenvalues below rho is proven."""
+        return self.least == self.most
+
+    @property
     def is_complete(self) -> bool:
         """True when as many eigenvalues lie below rho as there are trial vectors."""
-        return self.count == len(self.upper)
+        return self.most == len(self.upper)
 
 
-def enclose(K: Any, M: Any, vectors: Array, rho: float) -> Enclosures:
-    """Bounds on the eigenvalues of K x = lambda M x below about `rho` from k trial vectors (n, k) (theory eqs. C1-C4).
+def upper_bounds(pencil: Pencil, values: Array, X: Array) -> tuple[Array, Array]:
+    """Upper bounds (k,) of the k lowest eigenvalues from Ritz pairs of `Pencil.ritz`, and what round-off adds to each
+    (k,): the largest of those up to it, since the j-th bound is one of the first j vectors alone."""
+    margin = np.maximum.accumulate(pencil.margin(X))
+    return np.maximum.accumulate(values) * (1 + 16 * len(values) * EPS) + margin, margin
 
-    K, M: (n, n) sparse, symmetric, M positive semidefinite; vectors independent in the M-norm. rho may be moved
-    slightly where its factorisation would be unstable. Raises SolverError when there is none.
+
+def enclose(pencil: Pencil, vectors: Array, rho: float) -> Enclosures:
+    """Bounds on the eigenvalues below about `rho` from k trial vectors (n, k) (theory eqs. C1-C4).
+
+    Vectors independent in the M-norm. rho may be moved slightly where its count cannot be told. Raises SolverError when
+    K - rho M cannot be factorised.
     """
-    factors = shifted_factors(K, M, rho)
+    values, X = pencil.ritz(vectors)
+    upper, margin = upper_bounds(pencil, values, X)
+    factors = bracket(pencil, rho)
     rho = factors.value
-    X, MX = vectors, M @ vectors
-    Y = factors.solve(MX)
-    Y += factors.solve(MX - (K @ Y - rho * (M @ Y)))
-    KX, KY = np.hsplit(_product(K, np.hstack([X, Y])), 2)
-    rest = MX - (KY - rho * (M @ Y))
+    MX = pencil.M @ X
+    Y, rest = np.zeros_like(X), MX
+    for _ in range(1 + CORRECTIONS):
+        Y = Y + factors.solve(rest)
+        rest = MX - (pencil.stiffness(Y) - rho * (pencil.M @ Y))
     # x' M C x exactly: the error of Y comes in as rest' (K - rho M)^-1 rest
-    inverse = Y.T @ MX + Y.T @ rest + rest.T @ factors.solve(rest)
-    gram = X.T @ MX
-    size = np.diagonal(gram)
-    stiff = np.einsum("ik,ik->k", abs(X), abs(K) @ abs(X)) * PRODUCT
-    left = np.einsum("ik,ik->k", abs(X), abs(KX) + rho * abs(MX)) * DOT
-    slack = float(np.max((stiff + left) / size))
-    upper, _ = _ritz(X.T @ KX, gram)
-    theta, Z = _ritz(inverse, gram)
-    with np.errstate(divide="ignore"):
-        # an error DOT max|theta| of theta moves 1/theta by that over theta^2
-        lower = np.where(theta < 0, rho + 1 / theta - DOT * np.abs(theta).max() / theta**2, -np.inf)
+    left = rest.T @ factors.solve(rest)
+    theta, Z = _ritz(Y.T @ MX + Y.T @ rest + left, X.T @ MX)
+    error = DOT * np.abs(theta).max(initial=0.0) + 2 * np.abs(left).sum(axis=0).max(initial=0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # an error of theta moves 1/theta by that over theta^2
+        lower = np.where(theta < 0, rho + 1 / theta - error / theta**2, -np.inf)
     order = np.argsort(lower, kind="stable")
     remainder = (Y @ Z - theta * (X @ Z))[:, order]
-    return Enclosures(rho, factors.count, lower[order] - slack, upper + slack, remainder)
-
-
-def _product(K: Any, X: Array) -> Array:
-    """K X, which cancels, in extended precision and rounded to double; K symmetric."""
-    wide: Any = K.astype(Extended)
-    if sp.issparse(K):
-        wide = wide.tocsc().T  # by rows, which are the columns
-    return np.asarray(wide @ X.astype(Extended), dtype=np.float64)
+    lower = lower[order] - 2 * margin
+    least = max(factors.least, int((upper < rho).sum()))
+    solved = np.linalg.norm(rest, axis=0) <= UNSOLVED * np.linalg.norm(MX, axis=0)
+    crossed = lower > upper * (1 + UNSOLVED)
+    if not factors.is_proven or not solved.all() or crossed.any():  # rho is too close to what round-off hides
+        lower = np.full(len(lower), -np.inf)
+    return Enclosures(rho, least, factors.most, values, np.minimum(lower, upper), upper, remainder)
 
 
 def _ritz(A: Array, gram: Array) -> tuple[Array, Array]:

@@ -42,6 +42,7 @@ from flexura.mechanism.profile import (
     TwoAxisNotch,
     VShapedContour,
 )
+from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Circle, Rectangle, SectionConstants, Tube
 from flexura.mechanism.substructure import (
     DOF_NAMES,
@@ -98,6 +99,7 @@ __all__ = [
     "PointMass",
     "Rayleigh",
     "Rectangle",
+    "Reduction",
     "RigidBody",
     "Rotation",
     "RoundNotch",

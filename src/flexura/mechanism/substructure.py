@@ -17,6 +17,7 @@ from flexura.mechanism.member import Fidelity, Flexure, Link, Theory
 from flexura.mechanism.modal_test import ModalTest
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Angle
+from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
 
 DOF_NAMES = ("tx", "ty", "tz", "rx", "ry", "rz")
@@ -131,6 +132,8 @@ class Mechanism(Substructure):
     """What is added to the beam theory of members that do not say so themselves; the paper adds nothing, `none`."""
     damping: Damping = Damping()
     """Damping of the mechanism as a whole; a single number is the modal damping ratio of all modes."""
+    reduction: Reduction | None = None
+    """How it is reduced where nothing else is asked for; by default to a proven relative error of 1e-3."""
     parameters: dict[Name, Parameter] = {}
     materials: dict[Name, Material | str] = {}
     """Own materials, or other names for those of the catalogue."""

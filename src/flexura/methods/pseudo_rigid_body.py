@@ -13,14 +13,14 @@ from scipy.sparse.csgraph import connected_components
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import lowest
-from flexura.methods.chains import SegmentChains, segment_chains
 from flexura.methods.solution import Solution
-from flexura.methods.triplets import Triplets
 from flexura.reduction.chain import ChainGroup
+from flexura.reduction.serial_chains import SegmentChains, segment_chains
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.part import Part
 from flexura.structure.scatter import block_diagonal
 from flexura.structure.slots import Index
+from flexura.structure.triplets import Triplets
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ _INDICATORS = ":#?&!|>%@`"
 """Characters that may end a plain scalar, or begin something else, depending on where they stand."""
 _KINDS = frozenset({"type", "shape"})
 _ORDER = (
-    *("name", "description", "theory", "corrections", "damping"),
+    *("name", "description", "theory", "corrections", "damping", "reduction"),
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
     *("ground", "gravity", "loads"),

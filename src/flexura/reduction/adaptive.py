@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import Eigenpairs, Enclosures, count_below, enclose, lowest
+from flexura.linalg import Eigenpairs, bracket, lowest, lowest_modes
 from flexura.reduction.assembler import LowOrderAssembler
-from flexura.reduction.certificate import HERTZ, Certificate, cluster_end, from_enclosures, shift_beyond
+from flexura.reduction.certificate import HERTZ, SPARE, Certificate, cluster_end, model_pairs, proof
+from flexura.reduction.chained import chained
 from flexura.reduction.condensation import condense
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.reduction.low_order import Coordinates
 from flexura.reduction.model import LowOrderModel, assembled
+from flexura.structure.full_order import FullOrderModel
 from flexura.structure.plan import Geometry
 
 Array = NDArray[np.float64]
@@ -29,25 +31,53 @@ GROWTH = 1.3
 SHARE = 0.1
 """A substructure is refined when it holds at least this part of the largest share of the residual."""
 
-GUESS = 12
-"""Eigenpairs computed at first."""
+GUESS = 8
+"""Eigenpairs computed at first where a frequency is the limit."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What a reduced model must get right within `tolerance`: the lowest `modes`, or all up to `up_to` Hz.
+
+    Where round-off stands in the way, the closest model is good enough for `best_effort`.
+    """
+
+    tolerance: float
+    up_to: float | None = None
+    modes: int | None = None
+    best_effort: bool = False
+
+    def count(self, values: Array) -> int:
+        """How many of ascending squared frequencies (k,) are asked for."""
+        if self.modes is not None:
+            return min(self.modes, len(values))
+        return int((values <= (HERTZ * (self.up_to or 0.0)) ** 2).sum())
 
 
 class _Refinement:
     """Craig-Bampton models of one design with more and more fixed-interface modes, checked against the full order."""
 
     def __init__(
-        self, assembler: LowOrderAssembler, values: Array, geometry: Geometry, up_to: float, exact_at: tuple[str, ...]
+        self, assembler: LowOrderAssembler, values: Array, geometry: Geometry, exact_at: tuple[str, ...], goal: Goal
     ) -> None:
         self.assembler, self.values, self.geometry, self.exact_at = assembler, values, geometry, exact_at
-        self.limit = (HERTZ * up_to) ** 2
-        self.up_to = up_to
-        self.K, self.M = assembler.plan.full_order(values, geometry)
-        matrices = assembler.plan.matrices(values, geometry)
+        self.goal = goal
+        plan = assembler.plan
+        self.full = FullOrderModel(plan, {}, values, geometry, *plan.full_order(values, geometry))
+        self.chained = chained(self.full)
+        matrices = plan.matrices(values, geometry)
         self.modes: dict[str, CraigBampton] = {
             name: reducer.craig_bampton(matrices[name], geometry) for name, reducer in assembler.reducers.items()
         }
-        self.counts = {name: modes.count_below(START * up_to) for name, modes in self.modes.items()}
+        self.counts = dict.fromkeys(self.modes, 0)
+        self.reach(goal.up_to or 0.0)
+
+    def reach(self, hz: float) -> bool:
+        """Keep the fixed-interface modes that models up to `hz` need from the start; True when there are more."""
+        before = dict(self.counts)
+        for name, modes in self.modes.items():
+            self.counts[name] = max(before[name], modes.count_below(START * hz))
+        return self.counts != before
 
     def model(self) -> LowOrderModel:
         """The low-order model with the modes kept so far."""
@@ -55,20 +85,25 @@ class _Refinement:
         return assembled(self.assembler, self.values, self.geometry, parts, self.exact_at)
 
     def below(self, low: LowOrderModel) -> tuple[Eigenpairs, int]:
-        """The lowest eigenpairs of a model and how many of them count: all up to the limit, and what is repeated."""
-        wanted = GUESS
+        """The lowest pairs of a model and how many of them count: all that are asked for, and what is repeated."""
+        if low.order == 0:
+            return Eigenpairs(np.empty(0), np.empty((self.chained.pencil.order, 0))), 0
+        wanted = self.goal.modes or GUESS
         while True:
-            pairs = lowest(low.K, low.M, min(wanted, low.order))
-            finite = np.isfinite(pairs.values)
-            pairs = Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
-            n = int((pairs.values <= self.limit).sum())
-            if n + 2 <= len(pairs.values) or wanted >= low.order:
+            pairs = model_pairs(low, self.chained, wanted)
+            n = self.goal.count(pairs.values)
+            if n < len(pairs.values) or wanted >= low.order:
                 return pairs, cluster_end(pairs.values, n) if n else 0
             wanted *= 2
 
+    def is_whole(self) -> bool:
+        """True when every fixed-interface mode is kept."""
+        return all(self.counts[name] >= len(modes.interior) for name, modes in self.modes.items())
+
     def shares(self, remainder: Array) -> dict[str, float]:
         """Share of residuals (n, k) in the interior of each prototype, all its copies together (theory eq. C6)."""
-        density = np.append(np.einsum("ik,ik->i", remainder, self.M @ remainder), 0.0)
+        shapes = self.chained.recover(remainder)
+        density = np.append(np.einsum("ik,ik->i", shapes, self.full.M @ shapes), 0.0)
         topology = self.assembler.plan.topology
         found = {}
         for name, reducer in self.assembler.reducers.items():
@@ -101,17 +136,16 @@ def reduce_to_tolerance(
     values: Array,
     geometry: Geometry,
     exact_at: tuple[str, ...],
-    tolerance: float,
-    up_to: float,
+    goal: Goal,
     coordinates: Coordinates,
 ) -> LowOrderModel:
-    """The smallest model of which every frequency up to `up_to` Hz is proven to be within `tolerance`, relative.
+    """The smallest model of which every frequency of a goal is proven to be within its tolerance, relative.
 
-    Raises OptionError for impossible options, or when there is no frequency up to up_to, and SolverError when the
+    Raises OptionError for impossible options, or when there is no frequency up to the goal's, and SolverError when the
     tolerance is beyond round-off.
     """
-    _refuse_impossible(tolerance, up_to, coordinates)
-    work = _Refinement(assembler, values, geometry, up_to, exact_at)
+    _refuse_impossible(goal, coordinates)
+    work = _Refinement(assembler, values, geometry, exact_at, goal)
     grown: list[str] = []
     while True:
         checkpoint()
@@ -121,32 +155,42 @@ def reduce_to_tolerance(
             _refuse_empty(work)
             grown += work.refine(None)
             continue
-        vectors = low.recover(pairs.vectors[:, :n])
-        enclosures = enclose(work.K, work.M, vectors, shift_beyond(pairs.values, n, up_to))
-        proof = from_enclosures(pairs.values[:n], enclosures)
-        failing = (proof.error_bound > tolerance) & (pairs.values[:n] > 0)
-        if proof.is_complete and not failing.any():
-            return _in_coordinates(replace(low, certificate=proof), pairs, n, _reason(work, grown, proof), coordinates)
-        grown += work.refine(_failing(enclosures, failing if proof.is_complete else np.ones(n, dtype=bool)))
+        found, enclosures = proof(work.chained, pairs, n, goal.up_to)
+        failing = (found.error_bound > goal.tolerance) & (found.lower_hz > 0)
+        short = goal.modes is not None and n < goal.modes and not work.is_whole()
+        met = found.is_complete and not failing.any() and not short
+        if met or (goal.best_effort and (work.is_whole() or not found.is_counted)):
+            n = len(found.frequency_hz)
+            return _in_coordinates(
+                replace(low, certificate=found), pairs, n, _reason(work, grown, found), work, coordinates
+            )
+        if not found.is_complete and goal.up_to is None and work.reach(float(found.frequency_hz[-1])):
+            continue
+        known = found.is_complete and not short
+        grown += work.refine(enclosures.remainder[:, failing] if known else enclosures.remainder)
 
 
-def _failing(enclosures: Enclosures, failing: NDArray[np.bool_]) -> Array:
-    return enclosures.remainder[:, failing]
-
-
-def _refuse_impossible(tolerance: float, up_to: float, coordinates: str) -> None:
-    if not (np.isfinite(tolerance) and 0 < tolerance < 1):
-        raise OptionError(f"tolerance is a relative error between 0 and 1, such as 1e-3, not {tolerance}")
-    if not (np.isfinite(up_to) and up_to > 0):
-        raise OptionError(f"up_to is a positive frequency in Hz, not {up_to}")
+def _refuse_impossible(goal: Goal, coordinates: str) -> None:
+    if not (np.isfinite(goal.tolerance) and 0 < goal.tolerance < 1):
+        raise OptionError(f"tolerance is a relative error between 0 and 1, such as 1e-3, not {goal.tolerance}")
+    if goal.up_to is not None and not (np.isfinite(goal.up_to) and goal.up_to > 0):
+        raise OptionError(f"up_to is a positive frequency in Hz, not {goal.up_to}")
+    if goal.modes is not None and goal.modes < 1:
+        raise OptionError(f"the number of modes is a whole number, at least 1, not {goal.modes!r}")
     if coordinates not in ("modal", "physical", "substructures"):
         raise OptionError(f"coordinates are modal, physical or substructures, not {coordinates!r}")
 
 
 def _refuse_empty(work: _Refinement) -> None:
-    if count_below(work.K, work.M, work.limit) == 0:
-        first = np.sqrt(lowest(work.K, work.M, 1).values[0]) / HERTZ
-        raise OptionError(f"no natural frequency lies below {work.up_to:g} Hz: the lowest is {first:.5g} Hz")
+    up_to = work.goal.up_to
+    if up_to is None:
+        if work.is_whole():
+            raise OptionError("the mechanism has no mass")
+        return
+    pencil = work.chained.pencil
+    if bracket(pencil, (HERTZ * up_to) ** 2).most == 0:
+        first = np.sqrt(lowest_modes(pencil, 1, work.chained.rigid_motions).values[0]) / HERTZ
+        raise OptionError(f"no natural frequency lies below {up_to:g} Hz: the lowest is {first:.5g} Hz")
 
 
 def _reason(work: _Refinement, grown: list[str], proof: Certificate) -> str:
@@ -159,7 +203,12 @@ def _reason(work: _Refinement, grown: list[str], proof: Certificate) -> str:
 
 
 def _in_coordinates(
-    low: LowOrderModel, pairs: Eigenpairs, n: int, reason: str, coordinates: Coordinates
+    low: LowOrderModel,
+    pairs: Eigenpairs,
+    n: int,
+    reason: str,
+    work: _Refinement,
+    coordinates: Coordinates,
 ) -> LowOrderModel:
     """The model in the coordinates asked for; no model with fewer than n of them has n frequencies."""
     low = replace(low, steps=(*low.steps, reason))
@@ -167,7 +216,12 @@ def _in_coordinates(
         return low
     step = f"order {n}: no smaller model has the {n} frequencies that the inertia count proves"
     if coordinates == "modal":
-        small = low.projected(pairs.vectors[:, :n], [f"mode {k + 1}" for k in range(n)], f"modal coordinates; {step}")
+        own = lowest(low.K, low.M, min(n + SPARE, low.order)).vectors
+        own = own if len(pairs.values) <= own.shape[1] else np.eye(low.order)
+        shapes = work.chained.coordinates(low.recover(own))
+        M = work.chained.pencil.M
+        T = own @ np.linalg.lstsq(shapes.T @ (M @ shapes), shapes.T @ (M @ pairs.vectors[:, :n]))[0]
+        small = low.in_modes(pairs.values[:n], T, f"modal coordinates; {step}")
     else:
         small = condense(low, n, "serep")
         small = replace(small, steps=(*small.steps, step))

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg import lowest
-from flexura.linalg.stacked import GUARD
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import low_order
-from flexura.reduction.certificate import HERTZ, certificate
+from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, ChainOrder, Kind
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
+from flexura.reduction.chained import chained
 from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, stacks
 from flexura.structure import assemble
 from flexura.structure.plan import Plan, plan_of
@@ -225,9 +224,8 @@ def _hertz(bounds: ChainBounds) -> tuple[Array, Array, Array]:
 
 def _alone(plan: Plan, parameters: dict[str, float], count: int) -> tuple[Array, Array, Array]:
     """Frequencies, lower and upper bounds (count,), Hz, of one design, of full order."""
-    full = assemble(plan, parameters)
-    pairs = lowest(full.K, full.M, count + GUARD)
-    proof = certificate(full.K, full.M, pairs, count)
+    full = chained(assemble(plan, parameters))
+    proof = certificate(full, lowest_pairs(full, count), count)
     lower = np.where(proof.is_indexed, proof.lower_hz, 0.0)[:count]
     upper = np.where(proof.is_indexed, proof.upper_hz, proof.frequency_hz)[:count]
     return np.clip(proof.frequency_hz[:count], lower, upper), lower, upper

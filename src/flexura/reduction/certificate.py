@@ -9,17 +9,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import Eigenpairs, Enclosures, count_below, enclose, lowest, residual_intervals
+from flexura.linalg import (
+    Eigenpairs,
+    Enclosures,
+    Pencil,
+    bracket,
+    count_below,
+    enclose,
+    lowest,
+    lowest_modes,
+    residual_intervals,
+    ritz_pairs,
+)
+from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.model import LowOrderModel
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
-CLUSTER = 1e-3
+CLUSTER = 1e-4
 """Relative distance of two eigenvalues below which no shift is set between them: so close to both it loses digits."""
 
-REACH = 1.5
-"""Largest ratio of the shift to the last eigenvalue that is certified: a distant shift widens the intervals."""
+REACH = (1.5, 1e2, 1e4, 1e6, 1e8)
+"""Ratios of the shift to the last eigenvalue that is certified, tried in turn: a distant one widens the intervals."""
+
+DECADES = 1e3
+"""Eigenvalues that so much higher ones are certified with get a shift of their own, at a gap of at least `GAP`."""
+
+GAP = 1.2
+
+SPARE = 4
+"""Eigenpairs beyond those asked for, to see the gap that follows."""
+
+LOST = 1e-6
+"""Relative difference of squared frequencies from those in energies at which K of a model has lost too many digits."""
+
+WHOLE = 400
+"""Up to this order a model whose K has lost its digits is solved in energies."""
 
 HERTZ = 2 * np.pi
 
@@ -30,7 +56,8 @@ class Certificate:
 
     `lower_hz` and `upper_hz` (k,) enclose a frequency of the full-order model for each of `frequency_hz` (k,): where
     `is_indexed`, the frequency of the same number, counted from the lowest; elsewhere some frequency. `count`
-    frequencies of the full-order model lie below `below_hz`, and `found` of the low-order model.
+    frequencies of the full-order model lie below `below_hz`, and `found` of the low-order model; where not
+    `is_counted`, round-off hides how many, and `count` is the most there can be.
     """
 
     frequency_hz: Array
@@ -40,6 +67,7 @@ class Certificate:
     below_hz: float
     count: int
     found: int
+    is_counted: bool = True
 
     @property
     def missing(self) -> int:
@@ -49,7 +77,7 @@ class Certificate:
     @property
     def is_complete(self) -> bool:
         """True when it is proven that no frequency below `below_hz` is missing."""
-        return self.missing == 0
+        return self.is_counted and self.missing == 0
 
     @property
     def error_bound(self) -> Array:
@@ -72,58 +100,124 @@ def certify(
     """Prove intervals for the `n` lowest frequencies of a low-order model, or for all up to `up_to` Hz.
 
     Upper bounds are Ritz values, lower bounds those of Lehmann and Maehly; where the low-order model misses a mode
-    the intervals of Krylov and Weinstein remain (theory eqs. C1-C5). `full` is assembled when it is not given.
+    the intervals of Krylov and Weinstein remain (theory eqs. C1-C5). The frequencies are Rayleigh quotients of the
+    model's shapes in energies, which K of the model has but for round-off. `full` is assembled when it is not given.
     Raises OptionError for impossible options and SolverError when a factorisation fails.
     """
     if n < 1 or (up_to is not None and not (np.isfinite(up_to) and up_to > 0)):
         raise OptionError("a certificate is for at least one mode, and up to a positive frequency")
     if up_to is not None:
         n = max(count_below(low.K, low.M, (HERTZ * up_to) ** 2), 1)
-    K, M = (full.K, full.M) if full is not None else low.plan.full_order(low.values, low.geometry)
-    pairs = lowest(low.K, low.M, min(n + 4, low.order))
-    found = Eigenpairs(pairs.values, low.recover(pairs.vectors))
-    return certificate(K, M, found, n, up_to)
+    own = chained(design_of(low) if full is None else full)
+    return certificate(own, model_pairs(low, own, n), n, up_to)
 
 
-def certificate(K: Any, M: Any, pairs: Eigenpairs, n: int, up_to: float | None = None) -> Certificate:
-    """Certificate of the `n` lowest of some Ritz pairs of K x = lambda M x, the next ones known to see the gaps.
+def design_of(low: LowOrderModel) -> FullOrderModel:
+    """The full-order model that a low-order model was reduced from."""
+    K, M = low.plan.full_order(low.values, low.geometry)
+    return FullOrderModel(low.plan, low.parameters, low.values, low.geometry, K, M)
+
+
+def model_pairs(low: LowOrderModel, full: ChainedModel, n: int) -> Eigenpairs:
+    """The lowest modes of a low-order model as Ritz pairs of the full-order one in its chained coordinates: `n`, all of
+    a cluster that n cuts, and the next, which show the gap that follows."""
+    pencil = full.pencil
+    rigid = full.rigid_motions
+    count = min(n + SPARE, low.order)
+    while True:
+        own = lowest(low.K, low.M, count)
+        finite = np.isfinite(own.values)
+        pairs = ritz_pairs(pencil, full.coordinates(low.recover(own.vectors[:, finite])), rigid)
+        k = len(pairs.values)
+        off = np.abs(own.values[finite][:k] - pairs.values) > LOST * pairs.values
+        if (off & (pairs.values > 0)).any() and low.order <= WHOLE:
+            pairs = ritz_pairs(pencil, full.coordinates(low.recover(np.eye(low.order))), rigid)
+        if count >= low.order or cluster_end(pairs.values, min(n, k)) < k:
+            return pairs
+        count = min(2 * count, low.order)
+
+
+def lowest_pairs(full: ChainedModel, n: int) -> Eigenpairs:
+    """The `n` lowest modes of the full-order model, all of a cluster that n cuts, and the next, in its coordinates."""
+    count = min(n + SPARE, full.pencil.order)
+    while True:
+        pairs = lowest_modes(full.pencil, count, full.rigid_motions)
+        k = len(pairs.values)
+        if k == 0:
+            raise OptionError("the mechanism has no mass")
+        if count >= full.pencil.order or k < count or cluster_end(pairs.values, min(n, k)) < k:
+            return pairs
+        count = min(2 * count, full.pencil.order)
+
+
+def certificate(full: ChainedModel, pairs: Eigenpairs, n: int, up_to: float | None = None) -> Certificate:
+    """Certificate of the `n` lowest of some Ritz pairs of the full-order model, the next ones known to see the gaps.
 
     A cluster that n cuts is certified as a whole. The shift is beyond `up_to` Hz if that is given.
     """
-    values = pairs.values[np.isfinite(pairs.values)]
+    return proof(full, pairs, n, up_to)[0]
+
+
+def proof(full: ChainedModel, pairs: Eigenpairs, n: int, up_to: float | None = None) -> tuple[Certificate, Enclosures]:
+    """The certificate, and what the shift beyond all of its frequencies has proven."""
+    pencil, values = full.pencil, pairs.values
     n = cluster_end(values, min(n, len(values)))
     vectors = pairs.vectors[:, :n]
-    whole = enclose(K, M, vectors, shift_beyond(values, n, up_to))
-    if whole.is_complete:
-        return from_enclosures(values[:n], whole)
-    lower, upper = residual_intervals(K, M, Eigenpairs(values[:n], vectors))
-    indexed = np.zeros(n, dtype=bool)
-    p = _complete_prefix(K, M, values, n)
-    if p:
-        part = enclose(K, M, vectors[:, :p], shift_beyond(values, p))
+    whole = _enclosed(pencil, values, vectors, up_to)
+    lower, upper, indexed = whole.lower.copy(), whole.upper.copy(), np.ones(n, dtype=bool)
+    own, complete = whole.values, n
+    if not whole.is_complete and whole.is_counted:
+        own = values[:n]
+        lower, upper = residual_intervals(pencil, own, vectors)
+        complete = _complete_prefix(pencil, values, n)
+        indexed[complete:] = False
+    for p in _levels(values[:complete], complete < n):
+        part = _enclosed(pencil, values, vectors[:, :p])
         if part.is_complete:
-            lower[:p], upper[:p], indexed[:p] = part.lower, part.upper, True
-    return _certificate(values[:n], (lower, upper, indexed), whole)
+            better = part.lower > lower[:p]
+            lower[:p], upper[:p] = np.where(better, part.lower, lower[:p]), np.minimum(part.upper, upper[:p])
+            if complete < n:
+                lower[:p], upper[:p] = part.lower, part.upper
+    own = np.where((values[:n] == 0) & (lower <= 0), 0.0, np.clip(own, lower, upper))
+    return _certificate(own, (lower, upper, indexed), whole), whole
 
 
-def from_enclosures(values: Array, whole: Enclosures) -> Certificate:
-    """Certificate of Ritz values (n,) that are enclosed number by number.
+def _enclosed(pencil: Pencil, values: Array, vectors: Array, up_to: float | None = None) -> Enclosures:
+    """Enclosures of all modes given, with the nearest shift beyond them whose count can be told from round-off."""
+    found = None
+    for reach in REACH:
+        rho = shift_beyond(values, vectors.shape[1], up_to, reach)
+        if found is not None and rho <= found.rho * (1 + CLUSTER):
+            break
+        found = enclose(pencil, vectors, rho)
+        if found.is_counted and (not found.is_complete or np.isfinite(found.lower[-1])):
+            break
+    assert found is not None
+    return found
 
-    Raises SolverError when the inertia count is smaller than their number, which exact arithmetic excludes.
-    """
-    return _certificate(values, (whole.lower, whole.upper, np.ones(len(values), dtype=bool)), whole)
+
+def _levels(values: Array, with_end: bool) -> list[int]:
+    """Numbers of the lowest modes that get a shift of their own, descending, since one far above them costs digits: at
+    gaps, so that none has to reach over more decades than that; and all of them."""
+    found = [len(values)] if with_end and len(values) else []
+    top = float(values[-1]) if len(values) else 0.0
+    for k in range(len(values) - 1, 0, -1):
+        if values[k - 1] * DECADES < top and values[k - 1] * GAP < values[k]:
+            found.append(k)
+            top = float(values[k - 1])
+    return found
 
 
 def _certificate(values: Array, bounds: tuple[Array, Array, NDArray[np.bool_]], whole: Enclosures) -> Certificate:
-    if whole.count < len(values):
+    if whole.most < len(values):
         raise SolverError("the inertia count contradicts the Ritz values: the stiffness has lost all its digits")
     lower, upper = (np.where(np.isfinite(b), np.sqrt(np.maximum(b, 0)), b) / HERTZ for b in bounds[:2])
     hz = np.sqrt(np.maximum(values, 0)) / HERTZ
     below = float(np.sqrt(whole.rho)) / HERTZ
-    return Certificate(hz, np.maximum(lower, 0.0), upper, bounds[2], below, whole.count, len(values))
+    return Certificate(hz, np.maximum(lower, 0.0), upper, bounds[2], below, whole.most, len(values), whole.is_counted)
 
 
-def shift_beyond(values: Array, n: int, up_to: float | None = None) -> float:
+def shift_beyond(values: Array, n: int, up_to: float | None = None, reach: float = REACH[0]) -> float:
     """A shift between eigenvalue n and the next of ascending `values`, not far beyond the former or `up_to` Hz."""
     base = float(values[n - 1])
     if up_to is not None:
@@ -131,7 +225,7 @@ def shift_beyond(values: Array, n: int, up_to: float | None = None) -> float:
     following = float(values[n]) if n < len(values) else np.inf
     if base <= 0:
         return following / 2 if np.isfinite(following) else 1.0
-    return (base + min(max(following, base), REACH * base)) / 2
+    return (base + min(max(following, base), reach * base)) / 2
 
 
 def cluster_end(values: Array, n: int) -> int:
@@ -141,12 +235,12 @@ def cluster_end(values: Array, n: int) -> int:
     return n
 
 
-def _complete_prefix(K: Any, M: Any, values: Array, n: int) -> int:
+def _complete_prefix(pencil: Pencil, values: Array, n: int) -> int:
     """How many of the lowest Ritz values are proven to have every eigenvalue below them, by bisection over the gaps."""
     gaps = [k for k in range(1, n) if values[k] - values[k - 1] > CLUSTER * values[k]]
     low, high = 0, len(gaps)
     while low < high:
         middle = (low + high) // 2
         p = gaps[middle]
-        low, high = (middle + 1, high) if count_below(K, M, shift_beyond(values, p)) == p else (low, middle)
+        low, high = (middle + 1, high) if bracket(pencil, shift_beyond(values, p)).most == p else (low, middle)
     return gaps[low - 1] if low else 0

@@ -4,7 +4,7 @@ In its own frame every one of c equal branches has the same K and M inside. What
 seen as vectors over the copies, the entries that couple a branch to the rest span a space of s dimensions, three in a
 ring that carries one body, however large c is. Combinations of the copies in that space move the rest; those orthogonal
 to it do not, and are motions of one branch with the rest held, c - s times over (the decomposition by symmetry-adapted
-coordinates, Bossavit 1986; Healey and Treacy 1991; theory eqs. EB1-EB3). The problem of order c m + b is thus one of
+coordinates, Bossavit 1986; Healey and Treacy 1991; theory eqs. Y1-Y3). The problem of order c m + b is thus one of
 order s m + b beside one of order m, without any approximation.
 """
 
@@ -18,7 +18,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.linalg import Eigenpairs, count_below, is_definite, lowest, residuals
+from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
 from flexura.reduction.certificate import Certificate
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.slots import Index
@@ -154,7 +154,7 @@ class SplitModel:
     def residual(self, n: int) -> float:
         """The largest relative residual of the `n` lowest pairs of every problem, as `flexura.linalg.residuals`."""
         return max(
-            float(residuals(K, M, self._pairs(block, n)).max())
+            float(residuals(Pencil.of(K, M), self._pairs(block, n)).max())
             for block, (K, M, times) in enumerate(self.blocks)
             if times
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,8 @@ def reduce(
     static_at: Sequence[str] | None = None,
     tolerance: float | None = None,
     up_to: float | None = None,
+    modes: int | None = None,
+    best_effort: bool = False,
     coordinates: Coordinates = "modal",
 ) -> LowOrderModel:
     """Reduce a mechanism: constraint modes of every substructure, and normal modes on request.
@@ -42,10 +44,12 @@ def reduce(
     interface held (`craig_bampton`; a repeated frequency is kept whole), or the elastic ones of the free substructure
     with residual flexibility (`rubin`).
 
-    With `tolerance` and `up_to` the modes to keep are found: the result is the smallest model of which every natural
-    frequency up to `up_to` Hz is proven to be within `tolerance`, relative, of the full-order model's, none missing.
-    Its `coordinates` are modal, physical displacements (SEREP), or those of the substructures; `certificate` holds the
-    proof and `steps` say what was kept and why.
+    With a `tolerance` the modes to keep are found: the result is the smallest model of which every natural frequency up
+    to `up_to` Hz, or each of the lowest `modes`, is proven to be within `tolerance`, relative, of the full-order
+    model's, none missing.
+    Where round-off stands in the way that is an error, or, with `best_effort`, the closest model, whose `certificate`
+    says what is proven. Its `coordinates` are modal, physical displacements (SEREP), or those of the substructures;
+    `certificate` holds the proof and `steps` say what was kept and why.
 
     Static response at the nodes `static_at` stays that of the full-order model through every further step; they must
     be kept, and are by default the mechanism's interface, or else its rigid bodies.
@@ -57,10 +61,13 @@ def reduce(
     counts = kept_counts(assembler, keep)
     if not (np.isfinite(keep_below) and keep_below >= 0):
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")
-    if (tolerance is None) != (up_to is None):
-        raise OptionError("tolerance and up_to belong together: a relative error, and the frequency in Hz it holds to")
+    if (tolerance is None) != (up_to is None and modes is None) or (up_to is not None and modes is not None):
+        raise OptionError(
+            "tolerance and up_to, or modes, belong together: a relative error, and the frequency in Hz or the number of"
+            " modes it holds to"
+        )
     if tolerance is not None and (keep or keep_below or method != "craig_bampton"):
-        raise OptionError("give either tolerance and up_to, or what to keep and how")
+        raise OptionError("give either a tolerance and what it is for, or what to keep and how")
     if method not in get_args(Method):
         raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
     plan.verify(single)
@@ -70,10 +77,12 @@ def reduce(
         matrices = plan.matrices(values, geometry)
         refuse_unrepresentable(plan, matrices)
     exact_at = static_nodes(assembler, static_at)
-    if tolerance is not None and up_to is not None:
-        from flexura.reduction.adaptive import reduce_to_tolerance
+    if tolerance is not None:
+        from flexura.reduction.adaptive import Goal, reduce_to_tolerance
 
-        low = reduce_to_tolerance(assembler, values, geometry, exact_at, tolerance, up_to, coordinates)
+        low = reduce_to_tolerance(
+            assembler, values, geometry, exact_at, Goal(tolerance, up_to, modes, best_effort), coordinates
+        )
         return replace(low, parameters=single)
     parts = {}
     for name, reducer in assembler.reducers.items():
@@ -83,6 +92,33 @@ def reduce(
         else:
             parts[name] = own.reduced(own.whole(max(counts[name], own.count_below(keep_below))))
     return replace(assembled(assembler, values, geometry, parts, exact_at), parameters=single)
+
+
+TOLERANCE = 1e-3
+"""Relative error that what is asked for is proven to where nothing says otherwise."""
+
+
+def reduction_of(
+    plan: Plan, asked: Mapping[str, Any], modes: int | None = None, up_to: float | None = None
+) -> dict[str, Any]:
+    """Arguments of `reduce` for what is asked for, else for the mechanism's own `reduction`, else to a tolerance.
+
+    A tolerance is for the lowest `modes`, or for all up to `up_to` Hz, unless `asked` names another limit.
+    """
+    given = {key: value for key, value in asked.items() if value is not None}
+    own = plan.mechanism.reduction
+    if not given and own is not None:
+        if own.tolerance is None:
+            return {"keep": own.keep or 0}
+        given = {"tolerance": own.tolerance}
+    if given.keys() & {"keep", "keep_below", "method"}:
+        return given
+    if "tolerance" not in asked or asked["tolerance"] is None:
+        given["best_effort"] = True
+    limit = {"modes": modes} if up_to is None else {"up_to": up_to}
+    if given.get("up_to") is not None or given.get("modes") is not None:
+        limit = {}
+    return {"tolerance": TOLERANCE, **limit, **given}
 
 
 def kept_counts(assembler: LowOrderAssembler, keep: int | Mapping[str, int]) -> dict[str, int]:

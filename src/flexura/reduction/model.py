@@ -255,6 +255,12 @@ class LowOrderModel:
         basis, steps = ProjectedBasis(self.basis, T, names), (*self.steps, step)
         return replace(self, K=(K + K.T) / 2, M=(M + M.T) / 2, basis=basis, steps=steps, origin=self, certificate=None)
 
+    def in_modes(self, values: Array, T: Array, step: str) -> LowOrderModel:
+        """The model in its own modes T (n, r), M-orthonormal, with squared frequencies `values` (r,) that are known to
+        more digits than K has."""
+        names = [f"mode {k + 1}" for k in range(len(values))]
+        return replace(self.projected(T, names, step), K=np.diag(values), M=np.eye(len(values)))
+
 
 def assembled(
     assembler: LowOrderAssembler,

@@ -146,14 +146,18 @@ class SpringLump:
             assert isinstance(spring, Spring) and spring.matrix is not None
             self._entries = np.array([_slots(slots, row) for row in spring.matrix])
 
-    def matrix(self, values: Array, positions: Array) -> Array:
-        """Matrix (..., 6n, 6n) over the n nodes at `positions` (..., n, 3), part's axes."""
-        K = values[..., self._entries]
+    def relative(self, values: Array, positions: Array) -> tuple[Array, Array]:
+        """Its own matrix (..., 6, 6), and B (..., 6, 6n) that gives the displacement which it resists, in its own axes,
+        from those of the n nodes at `positions` (..., n, 3), part's axes."""
         at = self.point(values, positions)
-        X = block_rotation(self._frame.matrix(values))
-        K = X @ K @ np.swapaxes(X, -1, -2)
         reach = [rigid_arm(at - positions[..., k, :]) for k in range(len(self.nodes))]
         B = reach[0] if len(reach) == 1 else np.concatenate([-reach[0], reach[1]], axis=-1)
+        X = block_rotation(self._frame.matrix(values))
+        return values[..., self._entries], np.swapaxes(X, -1, -2) @ B
+
+    def matrix(self, values: Array, positions: Array) -> Array:
+        """Matrix (..., 6n, 6n) over the n nodes at `positions` (..., n, 3), part's axes."""
+        K, B = self.relative(values, positions)
         return np.swapaxes(B, -1, -2) @ K @ B
 
     def point(self, values: Array, positions: Array) -> Array:

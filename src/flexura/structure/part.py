@@ -305,6 +305,18 @@ class Part:
         lumps += [Lump(key, [node], None, M) for key, node, M in self.channels.mass_matrices(values)]
         return lumps
 
+    def resisted(self, values: Array, geometry: PartGeometry) -> list[tuple[Array, Array] | None]:
+        """For the lumps in the order of `lumps`, stiffness k and B (r, 6n) with K = B' k B where a lump resists
+        displacements B u of its n nodes, as springs and pinned stacks do; else None. One design."""
+        found: list[tuple[Array, Array] | None] = [None] * (len(self.bodies) + len(self.points))
+        found += [s.relative(values, geometry.positions[s.nodes]) for s in self.springs.values()]
+        found += [None] * len(self.superelements)
+        for piezo in self.channels.piezos.values():
+            pinned = piezo.section(values) is None
+            rows = piezo.elongation(geometry.positions[piezo.nodes])[None] if pinned else None
+            found.append(None if rows is None else (piezo.stiffness(values).reshape(1, 1), rows))
+        return found + [None] * len(self.channels.masses)
+
     def lump_losses(self, values: Array, default: float) -> list[float]:
         """Loss factors of the lumps in the order of `lumps`; `default` where there is none. One design."""
         losses = [default] * (len(self.bodies) + len(self.points))

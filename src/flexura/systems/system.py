@@ -18,6 +18,7 @@ from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel, reduce
 from flexura.reduction.assembler import low_order
+from flexura.reduction.low_order import reduction_of
 from flexura.reduction.model import static_nodes
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design, plan_of
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Model = FullOrderModel | LowOrderModel
+
+MODES = 6
+"""A system is reduced until so many of its lowest frequencies are proven, unless something else is asked for."""
 
 UNIFORM = 1e-12
 """Relative difference of structural damping from one loss factor for everything that is round-off."""
@@ -165,7 +169,8 @@ def system(
     `inputs` and `outputs` name described actuators and sensors (wildcards allowed) or DOFs such as `platform.tz`
     (`platform.tz:velocity`, `ground.tx`); by default all that are described, or without any the DOFs at which static
     response stays exact: those of the mechanism's interface, or else of its rigid bodies. A mechanism is reduced as
-    `reduce` does with further arguments, or taken at `order="full"`. `damping` replaces that of the description: a
+    `reduce` does with further arguments, else as its own `reduction` says, else until its six lowest frequencies are
+    proven within 1e-3; or taken at `order="full"`. `damping` replaces that of the description: a
     ratio for all modes, or the keys of `damping` in a file. With `static_correction` the static gain is that of the
     full-order model (theory eq. T8).
 
@@ -253,7 +258,11 @@ def _model(mechanism: Any, parameters: Mapping[str, ArrayLike] | None, order: st
         if how:
             raise OptionError(f"{next(iter(how))} belongs to order low")
         return assemble(mechanism, parameters)
-    return reduce(plan_of(mechanism), one_design(parameters), **how)
+    plan = plan_of(mechanism)
+    asked = reduction_of(plan, how, MODES)
+    if "tolerance" in asked and not how:
+        asked = {"coordinates": "substructures", **asked}
+    return reduce(plan, one_design(parameters), **asked)
 
 
 class _Full:

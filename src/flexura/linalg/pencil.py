@@ -1,0 +1,188 @@
+"""The eigenvalue problem K x = lambda M x with a stiffness that keeps the digits which its sum loses.
+
+An assembled stiffness is a sum of terms that cancel in soft motions. Where it comes as strains, K = F' F + rest, the
+energy of a motion is a sum of squares: |F x|^2 is right to (eps |F| |x|)^2 where x strains nothing at all, and to its
+own last digits elsewhere, however stiff some members are beside others (Demmel and Kahan 1990 for the principle). The
+assembled K serves for factorisations only, and what these prove is widened by the bound of what K has lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+Array = NDArray[np.float64]
+
+EPS = float(np.finfo(float).eps)
+
+TERMS = 16
+"""Units of round-off in an entry of F, K or M as assembled, and in a product with as many terms as a row has."""
+
+DEPENDENT = 1e-6
+"""A column of which less than this is not in the span of those before it adds nothing."""
+
+Extended = np.longdouble
+
+EXACT = 64 * float(np.finfo(Extended).eps)
+"""Relative error of products in extended precision."""
+
+
+@dataclass(frozen=True)
+class Pencil:
+    """K x = lambda M x, K and M (n, n) symmetric, M positive semidefinite.
+
+    `strain` F (r, n) and `rest` (n, n) make up K = F' F + rest; without `strain`, K is `rest` as it is stored. `spread`
+    (r, n), not negative, bounds in units of round-off how far an entry of F may be off: its own digits, and those of
+    the positions that it follows from. Entries of `rest` are right to `rounding`, relative; those of matrices that are
+    taken as they are stored are exact.
+    """
+
+    K: Any
+    M: Any
+    strain: sp.csr_matrix | None = None
+    spread: sp.csr_matrix | None = None
+    rest: Any = None
+    rounding: float = 0.0
+    unit: float = TERMS * EPS
+    """Relative error of entries of F and M: round-off, and that of lengths which are differences of positions."""
+
+    @staticmethod
+    def of(K: Any, M: Any) -> Pencil:
+        """The problem of two matrices as they are stored."""
+        return Pencil(K, M, rest=K)
+
+    @staticmethod
+    def from_strain(strain: sp.csr_matrix, spread: sp.csr_matrix, rest: Any, M: Any, loose: float = 1.0) -> Pencil:
+        """The problem of K = F' F + rest; `rest` may be None. Lengths are right to `loose` units of round-off."""
+        K = (strain.T.tocsr() @ strain).tocsc()
+        if rest is not None:
+            K = (K + rest).tocsc()
+        K.sort_indices()
+        return Pencil(K, M, strain, spread, rest, loose * TERMS * EPS, loose * TERMS * EPS)
+
+    @property
+    def order(self) -> int:
+        """Number of coordinates."""
+        return self.K.shape[0]
+
+    def stiffness(self, X: Array) -> Array:
+        """K X for X (n, k)."""
+        found = np.zeros(X.shape)
+        if self.strain is not None:
+            found += self.strain.T @ (self.strain @ X)
+        if self.rest is not None:
+            found += _product(self.rest, X)
+        return found
+
+    def energies(self, X: Array) -> Array:
+        """X' K X (k, k) for X (n, k)."""
+        found = np.zeros((X.shape[1], X.shape[1]))
+        if self.strain is not None:
+            e = self.strain @ X
+            found += e.T @ e
+        if self.rest is not None:
+            found += X.T @ _product(self.rest, X)
+        return (found + found.T) / 2
+
+    def margin(self, X: Array) -> Array:
+        """How far the diagonal of `energies` may be off (k,), twice the energy: from round-off in F, in positions and
+        in sums (theory eq. C7)."""
+        unit, found = self.unit, np.zeros(X.shape[1])
+        if self.strain is not None and self.spread is not None:
+            e, a = np.abs(self.strain @ X), unit * (self.spread @ np.abs(X))
+            found += np.einsum("rk,rk->k", 2 * e + a, a) + 3 * unit * np.einsum("rk,rk->k", e, e)
+        if self.rest is not None:
+            size = np.einsum("ik,ik->k", np.abs(X), abs(self.rest) @ np.abs(X))
+            found += size * max(self.rounding, EXACT)
+        return found
+
+    def ritz(self, X: Array) -> tuple[Array, Array]:
+        """Rayleigh quotients (k,), ascending, and the M-orthonormal vectors (n, k) in the span of X that have them.
+
+        Soft columns come first, so that they are not mixed with stiff ones; small quotients then keep their digits
+        beside large ones, as squares of singular values of F X by one-sided Jacobi rotations (Drmac and Veselic 2008).
+        Columns of X that add nothing are dropped.
+        """
+        X = _orthonormal(X, self.M)
+        if self.rest is None and self.strain is not None:
+            Z = _right_vectors(self.strain @ X)
+        else:
+            Z = la.eigh(self.energies(X))[1]
+        X = X @ Z
+        X = X / np.sqrt(np.einsum("ik,ik->k", X, self.M @ X))
+        values = self.quotients(X)
+        order = np.argsort(values, kind="stable")
+        return values[order], X[:, order]
+
+    def quotients(self, X: Array) -> Array:
+        """Rayleigh quotients (k,) of the columns of X (n, k)."""
+        found = np.zeros(X.shape[1])
+        if self.strain is not None:
+            e = self.strain @ X
+            found += np.einsum("rk,rk->k", e, e)
+        if self.rest is not None:
+            found += np.einsum("ik,ik->k", X, _product(self.rest, X))
+        return found / np.einsum("ik,ik->k", X, self.M @ X)
+
+    @cached_property
+    def scale(self) -> Array:
+        """d (n,) that makes the diagonal of D K D one; where K has none, that of D M D."""
+        stiff, mass = self.K.diagonal(), self.M.diagonal()
+        return 1 / np.sqrt(np.where(stiff > 0, stiff, np.where(mass > 0, mass, 1.0)))
+
+    def uncertainty(self, d: Array, value: float) -> Array:
+        """Row sums (n,) of a bound on how far D (K - value M) D may be off as stored, D = diag(d).
+
+        The matrix plus and minus the diagonal of these bounds the true one from above and below.
+        """
+        unit = self.unit if self.rounding else EPS
+        found = unit * abs(value) * (abs(self.M) @ d)
+        if self.strain is not None and self.spread is not None:
+            size = abs(self.strain)
+            of_strain, of_spread = size @ d, self.spread @ d
+            found = found + unit * (size.T @ (of_spread + of_strain) + self.spread.T @ (of_strain + unit * of_spread))
+        if self.rest is not None:
+            found = found + max(self.rounding, EPS) * (abs(self.rest) @ d)
+        return d * found
+
+
+def _orthonormal(X: Array, M: Any) -> Array:
+    """X (n, k) M-orthonormal, each column mixed with those before it only; what adds nothing is dropped."""
+    if not X.shape[1]:
+        return X
+    gram = X.T @ (M @ X)
+    d = 1 / np.sqrt(np.maximum(np.diagonal(gram), np.finfo(float).tiny))
+    gram = (gram + gram.T) / 2 * d[:, None] * d
+    try:
+        R = la.cholesky(gram)
+        if np.diagonal(R).min() > DEPENDENT:
+            return la.solve_triangular(R, (X * d).T, trans="T").T
+    except la.LinAlgError:
+        pass
+    size, V = la.eigh(gram)
+    kept = size > DEPENDENT**2 * size[-1]
+    return X @ (d[:, None] * V[:, kept] / np.sqrt(size[kept]))
+
+
+def _right_vectors(E: Array) -> Array:
+    """Right singular vectors (k, k) of E (r, k), those of the smallest singular values first, each right to its own
+    digits (Drmac and Veselic 2008)."""
+    k = E.shape[1]
+    R = np.triu(la.qr(np.vstack([E, np.zeros((max(k - len(E), 0), k))]), mode="r")[0][:k])
+    _, _, V, _, _, failed = lapack.dgejsv(R, joba=0, jobu=3, jobv=0, jobr=0, jobt=0, jobp=0)
+    return la.svd(R)[2][::-1].T if failed else V[:, ::-1]
+
+
+def _product(A: Any, X: Array) -> Array:
+    """A X, which cancels, in extended precision and rounded to double; A symmetric."""
+    wide: Any = A.astype(Extended)
+    if sp.issparse(A):
+        wide = wide.tocsc().T  # by rows, which are the columns
+    return np.asarray(wide @ X.astype(Extended), dtype=np.float64)

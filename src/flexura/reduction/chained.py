@@ -1,0 +1,303 @@
+"""The full-order model in coordinates and energies that keep their digits.
+
+The displacements along a serial chain of elements are split into the static shape that its ends impose and the rest,
+which is zero at the ends; the two do not share any strain energy (theory eqs. L1-L2). Eigenvalues are those of nodal
+coordinates, without the round-off of short stiff elements in the stiffness that holds the mechanism together. The
+stiffness comes as strains of chains, elements and springs (`linalg.Pencil`), whose rigid motions cancel exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from flexura.beam import rigid_arm
+from flexura.linalg import Pencil
+from flexura.reduction.chain import find_chains
+from flexura.reduction.serial_chains import SegmentChains, element_chains, factor, growth, segment_chains
+from flexura.structure.full_order import FullOrderModel
+from flexura.structure.members import TAPERED_PIECES
+from flexura.structure.part import Lump
+from flexura.structure.scatter import block_diagonal
+from flexura.structure.slots import Index
+from flexura.structure.triplets import Triplets
+
+Array = NDArray[np.float64]
+
+CHUNK = 2000
+"""Coordinates whose shapes are worked out together."""
+
+MOST_PARTS = 50
+"""Unconnected parts beyond this number are not looked at one by one."""
+
+CONSISTENT = 1e-11
+"""Relative difference up to which a stiffness over two nodes is that of their relative displacement."""
+
+
+@dataclass(frozen=True)
+class ChainedModel:
+    """The full-order model, or a refinement of it, over DOFs of chain ends and lumps, then displacements of the segment
+    ends within chains relative to their static shape, in segment axes.
+
+    `position` (full order,) is the coordinate of every full-order DOF, -1 within chains; `first` is the first
+    coordinate of every set of chains.
+    """
+
+    model: FullOrderModel
+    chains: list[SegmentChains]
+    first: list[int]
+    position: Index
+    pencil: Pencil
+
+    def recover(self, vectors: Array) -> Array:
+        """Full-order DOF vectors (full order, k) for vectors (n, k) of the coordinates."""
+        full = np.zeros((len(self.position), vectors.shape[1]))
+        full[self.position >= 0] = vectors[self.position[self.position >= 0]]
+        for own, first, number, twists in self._imposed(full):
+            inner = vectors[_inner(own, first, len(number))]
+            at = own.passed[:, 1:-1] - 1
+            relative = inner[:, np.arange(len(at))[:, None], at]
+            moved = twists + np.linalg.inv(_far(own)[np.arange(len(at))[:, None], at]) @ relative
+            full[self.model.plan.topology.dof[number[:, :, 1:-1]]] = own.outward(self.model) @ moved
+        return full
+
+    def coordinates(self, full: Array) -> Array:
+        """Vectors (n, k) of the coordinates for full-order DOF vectors (full order, k), elements not refined."""
+        vectors = np.zeros((self.pencil.order, full.shape[1]))
+        vectors[self.position[self.position >= 0]] = full[self.position >= 0]
+        for own, first, number, twists in self._imposed(full):
+            moved = np.linalg.inv(own.outward(self.model)) @ full[self.model.plan.topology.dof[number[:, :, 1:-1]]]
+            vectors[_inner(own, first, len(number))] = _far(own) @ (moved - twists)
+        return vectors
+
+    def _imposed(self, full: Array) -> list[tuple[SegmentChains, int, Index, Array]]:
+        """Chains with nodes inside: their first coordinate, global nodes, and the static twists there that the
+        displacements of their ends impose (copies, c, e - 1, 6, k)."""
+        topology = self.model.plan.topology
+        padded, found = np.concatenate([full, np.zeros((1, full.shape[1]))]), []
+        for own, first in zip(self.chains, self.first, strict=True):
+            number = own.numbers(self.model)
+            if number.shape[2] > 2:
+                ends = padded[topology.dof[topology.root[number[:, :, [0, -1]]]]].reshape(*number.shape[:2], 12, -1)
+                twists = own.interior_twists @ (own.transforms(self.model) @ ends)[:, :, None]
+                found.append((own, first, number, twists))
+        return found
+
+    @cached_property
+    def rigid_motions(self) -> Array:
+        """Translations and rotations (n, 6 c) of each of c unconnected parts about its middle; those that are grounded
+        strain their supports."""
+        topology, x = self.model.plan.topology, self.model.geometry.positions
+        pencil = self.pencil
+        parts, part_of = connected_components(abs(pencil.K) + abs(pencil.M), directed=False)
+        if parts > MOST_PARTS:
+            parts, part_of = 1, np.zeros(pencil.order, dtype=np.intp)
+        nodes, components = np.nonzero((topology.dof >= 0) & topology.has_place[:, None])
+        at = self.position[topology.dof[nodes, components]]
+        kept = at >= 0
+        nodes, components, at = nodes[kept], components[kept], at[kept]
+        found = []
+        for part in range(parts):
+            own = part_of[at] == part
+            if own.any():
+                arms = rigid_arm(x[nodes[own]] - x[nodes[own]].mean(axis=0))
+                motions = np.zeros((pencil.order, 6))
+                motions[at[own]] = arms[np.arange(int(own.sum())), components[own]]
+                found.append(motions)
+        return np.hstack(found) if found else np.zeros((pencil.order, 0))
+
+    @cached_property
+    def free_motions(self) -> int:
+        """How many independent rigid motions strain nothing: their energy is not above its own round-off."""
+        motions = self.rigid_motions
+        size = np.sqrt(np.einsum("ik,ik->k", motions, self.pencil.M @ motions))
+        if not (size > 0).any():
+            return 0
+        values, vectors = self.pencil.ritz(motions[:, size > 0] / size[size > 0])
+        return int((values <= self.pencil.margin(vectors)).sum())
+
+
+def _far(own: SegmentChains) -> Array:
+    """X (c, s - 1, 6, 6) from the twist of a segment end within the chain to its displacement, in the axes of the
+    segment before it."""
+    return own.X[:, :-1, 6:]
+
+
+def _inner(own: SegmentChains, first: int, copies: int) -> Index:
+    """Coordinates (copies, c, s - 1, 6) of the segment ends within chains."""
+    c, s = own.X.shape[:2]
+    return first + np.arange(copies * c * (s - 1) * 6).reshape(copies, c, s - 1, 6)
+
+
+def chained(model: FullOrderModel, pieces: int | None = None, tapered_pieces: int = TAPERED_PIECES) -> ChainedModel:
+    """The full-order model in relative coordinates of its serial chains, with every element cut into `pieces`.
+
+    Without `pieces` elements stay as they are. Cut ones are uniform: a tapered element stands as at most
+    `tapered_pieces` of them, each cut into `pieces` (`Elements.cut`). Raises OptionError for numbers below one.
+    """
+    plan = model.plan
+    chains = []
+    for name in model.matrices:
+        if len(plan.parts[name].connectivity):
+            groups = find_chains(plan.parts[name])
+            whole = pieces is None
+            chains += (
+                element_chains(model, name, groups)
+                if whole
+                else segment_chains(model, name, groups, pieces, tapered_pieces)
+            )
+    within = np.zeros(model.order, dtype=bool)
+    for own in chains:
+        within[plan.topology.dof[own.numbers(model)[:, :, 1:-1]]] = True
+    position = np.where(within, -1, np.cumsum(~within) - 1)
+    first, n = [], int((~within).sum())
+    for own in chains:
+        first.append(n)
+        n += len(own.numbers(model)) * own.X.shape[0] * (own.X.shape[1] - 1) * 6
+    sums = _Sums(model, position, n)
+    for own, start in zip(chains, first, strict=True):
+        sums.add_chains(own, start)
+    for name, matrices in model.matrices.items():
+        resisted = plan.parts[name].resisted(model.values, model.geometry.parts[name])
+        for lump, strain in zip(matrices.lumps, resisted, strict=True):
+            sums.add_lump(name, lump, strain)
+    own = ChainedModel(model, chains, first, position, sums.pencil())
+    return own if not plan.is_loaded else _stressed(own, sums)
+
+
+def _stressed(own: ChainedModel, sums: _Sums) -> ChainedModel:
+    """The model about the state of load that is described: its geometric stiffness in these coordinates is added."""
+    model = own.model
+    K_g = model.plan.full_order.prestress(model.values, model.geometry).K_g
+    columns = []
+    for first in range(0, own.pencil.order, CHUNK):
+        unit = np.eye(own.pencil.order, min(CHUNK, own.pencil.order - first), -first)
+        columns.append(sp.csc_matrix(own.recover(unit)))
+    T = sp.hstack(columns, format="csc")
+    return replace(own, pencil=sums.pencil((T.T @ K_g @ T).tocsc()))
+
+
+class _Sums:
+    """Strains, mass and what else is stiff, summed over chains and lumps."""
+
+    def __init__(self, model: FullOrderModel, position: Index, n: int) -> None:
+        self.model, self.position = model, position
+        positions = [model.geometry.positions, *(g.positions for g in model.geometry.parts.values())]
+        self.reach = max((float(np.abs(x).max(initial=0.0)) for x in positions), default=0.0)
+        """The largest coordinate, m: positions are right to its round-off."""
+        self._strain, self._spread = Triplets(0, n), Triplets(0, n)
+        self._rest, self._mass = Triplets(n, n), Triplets(n, n)
+
+    def pencil(self, added: Any = None) -> Pencil:
+        """The eigenvalue problem of the sums, and of a stiffness (n, n) `added` to them."""
+        M, rest = self._mass.matrix(), self._rest.matrix()
+        rest = rest if added is None else rest + added
+        strain, spread = self._strain.matrix().tocsr(), self._spread.matrix().tocsr()
+        lengths = [g.length.min() for g in self.model.geometry.parts.values() if g.length.size]
+        loose = 1.0 + self.reach / float(min(lengths)) if lengths else 1.0
+        return Pencil.from_strain(strain, spread, _symmetric(rest) if rest.nnz else None, _symmetric(M), loose)
+
+    def columns(self, numbers: Index) -> Index:
+        """Coordinates (..., 6k) of the DOFs of nodes (..., k), -1 where held."""
+        topology = self.model.plan.topology
+        dof = topology.dof[topology.root[numbers]].reshape(*numbers.shape[:-1], -1)
+        return np.where(dof >= 0, self.position[dof], -1)
+
+    def add_strain(self, at: Index, f: Array, B: Array, G: Array | None = None, grown: Array | float = 1.0) -> None:
+        """Add strains f B G (..., r, m) over coordinates `at` (..., m): f of the relative displacements B of G.
+
+        Round-off in positions turns up in B and G beside rotations, up to the largest coordinate; without G there are
+        none. That in f has `grown` (...,) times.
+        """
+        r = f.shape[-2]
+        move = B if G is None else B @ G
+        size = np.abs(B) if G is None else np.abs(B) @ np.abs(G)
+        size = size * np.asarray(grown)[..., None, None]
+        if G is not None:
+            turning = np.arange(move.shape[-1]) % 6 >= 3
+            size = size + self.reach * turning * (np.abs(move).max(axis=-1, keepdims=True) > 0)
+        first = self._strain.shape[0]
+        count = int(np.prod(at.shape[:-1]))
+        rows = first + np.arange(count * r).reshape(*at.shape[:-1], r)
+        for sums, values in ((self._strain, f @ move), (self._spread, np.abs(f) @ size)):
+            sums.shape = (first + count * r, sums.shape[1])
+            sums.add(rows, at, values)
+
+    def add_lump(self, name: str, lump: Lump, resisted: tuple[Array, Array] | None) -> None:
+        """Add all copies of a lump of a prototype: as strain where it resists a displacement or a relative one."""
+        plan, geometry = self.model.plan, self.model.geometry
+        number = np.array(plan.topology.placed[name].offset, dtype=np.intp)[:, None] + np.array(lump.nodes)
+        at, G = self.columns(number), block_diagonal(plan.node_transforms(name, np.array(lump.nodes), geometry))
+        Gt = np.swapaxes(G, -1, -2)
+        if lump.M is not None:
+            self._mass.add(at, at, Gt @ lump.M @ G)
+        if lump.K is None:
+            return
+        if resisted is None:
+            strain = _strain_of(lump, geometry.parts[name].positions[lump.nodes])
+        else:
+            strain = factor(resisted[0]), resisted[1]
+        if strain is None:
+            self._rest.add(at, at, Gt @ lump.K @ G)
+        else:
+            f, B = (np.broadcast_to(A, (len(G), *A.shape)) for A in strain)
+            self.add_strain(at, f, B, G)
+
+    def add_chains(self, own: SegmentChains, first: int) -> None:
+        """Add all copies of equal chains."""
+        number = own.numbers(self.model)
+        ends = self.columns(number[:, :, [0, -1]])
+        G = own.transforms(self.model)
+        Gt = np.swapaxes(G, -1, -2)
+        # displacements of a segment's ends: V for those of the chain's ends, S for its own two relative displacements
+        P = np.concatenate([own.shares[:, :-1], own.shares[:, 1:]], axis=-2)
+        V = np.concatenate([own.X, np.zeros_like(own.X)], axis=-1)
+        V[..., :6, 6:] = own.X[..., :6, :] @ P[..., :6, :]
+        V[..., 6:, 6:] = own.X[..., 6:, :] @ P[..., 6:, :]
+        V = V @ own.ends[:, None]
+        S = np.broadcast_to(np.eye(12), own.m.shape).copy()
+        S[:, 1:, :6, :6] = own.X[:, 1:, :6] @ np.linalg.inv(_far(own))
+        mV, St = own.m @ V, np.swapaxes(S, -1, -2)
+        f = np.broadcast_to(own.strain, (*ends.shape[:-1], 6, 6))
+        self.add_strain(ends, f, own.ends[:, 6:], G, growth(own.strain, own.running[:, -1]))
+        self._mass.add(ends, ends, Gt @ np.einsum("csij,csik->cjk", V, mV) @ G)
+        if own.X.shape[1] == 1:
+            return
+        inner = _inner(own, first, len(number))
+        pad = np.full((*inner.shape[:2], 1, 6), -1)
+        both = np.concatenate([np.concatenate([pad, inner], axis=2), np.concatenate([inner, pad], axis=2)], axis=-1)
+        f = np.broadcast_to(own.segment_strain, (len(number), *own.segment_strain.shape))
+        grown = growth(own.segment_strain[..., 6:], own.C)
+        self.add_strain(both, f, np.broadcast_to(S, (len(number), *S.shape)), grown=grown)
+        self._mass.add(both, both, np.broadcast_to(St @ own.m @ S, (len(number), *own.m.shape)))
+        coupling = St @ mV
+        at_end = coupling[:, :-1, 6:] + coupling[:, 1:, :6]
+        at_end, ends = at_end @ G[:, :, None], np.broadcast_to(ends[:, :, None], (*inner.shape[:3], 12))
+        self._mass.add(inner, ends, at_end)
+        self._mass.add(ends, inner, np.swapaxes(at_end, -1, -2))
+
+
+def _strain_of(lump: Lump, positions: Array) -> tuple[Array, Array] | None:
+    """f (6, 6) and B (6, 6k) with B' f' f B the stiffness of a lump over one or two nodes; None where it is no such."""
+    K = lump.K
+    assert K is not None
+    if len(K) == 6:
+        f, B = factor(K), np.eye(6)
+    elif len(K) == 12 and len(positions) == 2:
+        f = factor(K[6:, 6:])
+        B = np.hstack([-rigid_arm(positions[1] - positions[0]), np.eye(6)])
+    else:
+        return None
+    size = np.sqrt(np.abs(np.diagonal(K)))
+    off = np.abs(B.T @ f.T @ f @ B - K) > CONSISTENT * np.outer(size, size)
+    return None if off.any() else (f, B)
+
+
+def _symmetric(A):  # type: ignore[no-untyped-def]
+    return ((A + A.T) / 2).tocsc()

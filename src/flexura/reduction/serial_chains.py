@@ -1,0 +1,257 @@
+"""Serial chains of uniform segments: their exact static shape apart from what moves relative to it.
+
+With all motions written as twists at one pole, the flexibilities of the segments of a chain add up (theory eqs. 46-50),
+so that stiffness between its ends keeps its digits however finely the chain is cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import block_rotation, element_mass, flexibility, rigid_arm
+from flexura.errors import OptionError, SolverError
+from flexura.reduction.chain import ChainGroup, kinematics
+from flexura.structure.full_order import FullOrderModel
+from flexura.structure.members import TAPERED_PIECES, Cut, ElementSlice
+from flexura.structure.scatter import block_diagonal
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+_SWAP = np.r_[6:12, 0:6]
+"""The DOFs of the two ends of a segment the other way round."""
+
+
+@dataclass(frozen=True)
+class SegmentChains:
+    """Chains of s segments each of one prototype, in the part's frame; the pole of each is its first node.
+
+    Twists are in the axes of the chain's first segment, in which stretch does not mix with bending, which may be softer
+    by many decades; `axes` (c, 6, 6) turns from the part's. `nodes` (c, e + 1) are the part's nodes that the chains
+    pass, with `arms` (c, e + 1, 3) from the pole in the part's axes; they are the `passed`-th of the s + 1 segment
+    ends. `X` (c, s, 12, 6) takes a twist to the displacements, in segment axes, of the segment's near and far end in
+    walking order, and `along` (c, s) is the way from one to the other, m, along the segment's x. Flexibility C
+    (c, s, 6, 6) is that of the far end with the near one clamped, mass m (c, s, 12, 12) is over both. `running`
+    (c, s + 1, 6, 6) are flexibilities from the first node to every segment end.
+    """
+
+    name: str
+    nodes: Index
+    arms: Array
+    passed: Index
+    axes: Array
+    X: Array
+    along: Array
+    C: Array
+    m: Array
+    running: Array
+
+    def take(self, index: Any) -> SegmentChains:
+        """The chains at an index of the leading axis."""
+        values = (getattr(self, own.name)[index] for own in fields(self) if own.name != "name")
+        return SegmentChains(self.name, *values)
+
+    @property
+    def turning(self) -> Array:
+        """Largest rotation per moment (c,) of one end against the other, rad/(N m), about any axis."""
+        return np.linalg.norm(self.running[:, -1, 3:, 3:], ord=2, axis=(-2, -1))
+
+    @cached_property
+    def strain(self) -> Array:
+        """f (c, 6, 6): f' f is the stiffness against the relative twist of the ends (theory eq. L1)."""
+        return inverse_factor(self.running[:, -1])
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Stiffness (c, 6, 6) against the relative twist of the ends: the inverse of all flexibilities summed."""
+        return np.swapaxes(self.strain, -1, -2) @ self.strain
+
+    @cached_property
+    def segment_strain(self) -> Array:
+        """f (c, s, 6, 12): f' f is the stiffness of every segment over its near and far end, from its flexibility C."""
+        arm = np.zeros((*self.along.shape, 3))
+        arm[..., 0] = self.along
+        eye = np.broadcast_to(np.eye(6), (*self.along.shape, 6, 6))
+        return inverse_factor(self.C) @ np.concatenate([-rigid_arm(arm), eye], axis=-1)
+
+    @cached_property
+    def shares(self) -> Array:
+        """P (c, s + 1, 6, 6): relative twist of every segment end per relative twist of the last (theory eq. 50)."""
+        return self.running @ self.stiffness[:, None]
+
+    @cached_property
+    def ends(self) -> Array:
+        """B (c, 12, 12): twist of the first node and relative twist of the last from their displacements."""
+        B = np.zeros((len(self.nodes), 12, 12))
+        B[:, :6, :6] = np.eye(6)
+        B[:, 6:, :6] = -np.eye(6)
+        B[:, 6:, 6:] = rigid_arm(-self.arms[:, -1])
+        return block_diagonal(np.stack([self.axes, self.axes], axis=1)) @ B
+
+    @cached_property
+    def end_stiffness(self) -> Array:
+        """Static stiffness (c, 12, 12) over the two end nodes (theory eq. L1)."""
+        Bd = self.ends[:, 6:]
+        return np.swapaxes(Bd, -1, -2) @ self.stiffness @ Bd
+
+    @cached_property
+    def rigid_masses(self) -> Array:
+        """Mass (c, s, 6, 6) of every segment moving as a rigid body with the chain's first node, in the part's axes."""
+        X = self.X @ self.axes[:, None]
+        return np.swapaxes(X, -1, -2) @ self.m @ X
+
+    @cached_property
+    def interior_twists(self) -> Array:
+        """(c, e - 1, 6, 12): static twists of the nodes between from the displacements of the two end nodes."""
+        P = np.take_along_axis(self.shares, self.passed[:, 1:-1, None, None], axis=1)
+        return np.concatenate([np.broadcast_to(np.eye(6), P.shape), P], axis=-1) @ self.ends[:, None]
+
+    def numbers(self, model: FullOrderModel) -> Index:
+        """Global numbers (copies, c, e + 1) of the nodes passed."""
+        return np.array(model.plan.topology.placed[self.name].offset, dtype=np.intp)[:, None, None] + self.nodes
+
+    def transforms(self, model: FullOrderModel) -> Array:
+        """G (copies, c, 12, 12): displacements of the end nodes, part's frame, from those of their roots."""
+        G = model.plan.node_transforms(self.name, self.nodes[:, [0, -1]].ravel(), model.geometry)
+        return block_diagonal(G.reshape(len(G), -1, 2, 6, 6))
+
+    def outward(self, model: FullOrderModel) -> Array:
+        """(copies, c, e - 1, 6, 6): displacements of the nodes between, global frame, from twists in the part's."""
+        number = self.nodes[:, 1:-1]
+        G = model.plan.node_transforms(self.name, number.ravel(), model.geometry)
+        turn = rigid_arm(self.arms[:, 1:-1]) @ np.swapaxes(self.axes, -1, -2)[:, None]
+        return np.swapaxes(G.reshape(len(G), *number.shape, 6, 6), -1, -2) @ turn
+
+
+def segment_chains(
+    model: FullOrderModel, name: str, groups: list[ChainGroup], pieces: int = 1, tapered_pieces: int = TAPERED_PIECES
+) -> Iterator[SegmentChains]:
+    """Cut chains of elements of one prototype into uniform segments, chains of equal numbers together.
+
+    Every element is cut into `pieces`; tapered ones keep their steps, at most `tapered_pieces`, so that all meshes
+    stand for one and the same structure (`Elements.cut`). Raises OptionError for numbers below one.
+    """
+    if pieces < 1 or tapered_pieces < 1:
+        raise OptionError("an element is cut into at least one piece")
+    if not groups:
+        return
+    elements = model.matrices[name].elements
+    assert isinstance(elements, ElementSlice)
+    cut = elements.cut(pieces, tapered_pieces)
+    for group in groups:
+        total = cut.counts[group.elements].sum(axis=1)
+        for s in np.unique(total):
+            own = total == s
+            yield _chains(model, name, ChainGroup(group.elements[own], group.reverse[own], group.nodes[own]), cut)
+
+
+def element_chains(model: FullOrderModel, name: str, groups: list[ChainGroup]) -> Iterator[SegmentChains]:
+    """Chains of the elements of one prototype as they are, tapered ones too: every element is a segment."""
+    matrices, part = model.matrices[name], model.plan.parts[name]
+    for group in groups:
+        at = group.elements
+        X = kinematics(part, group, model.geometry).X
+        elements = matrices.elements
+        passed = np.broadcast_to(np.arange(group.nodes.shape[1]), group.nodes.shape)
+        yield _in_own_axes(model, name, group, passed, (X, elements.C[at], elements.M[at], elements.length[at]))
+
+
+def _at_pole(Xj: Array, C: Array) -> Array:
+    """Flexibilities (..., 6, 6) between twists at the pole from those C at end j, with the twist there Xj."""
+    inverse = np.linalg.inv(Xj)
+    return inverse @ C @ np.swapaxes(inverse, -1, -2)
+
+
+def _chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> SegmentChains:
+    """Chains with equal numbers of uniform segments."""
+    part, positions = model.plan.parts[name], model.geometry.parts[name].positions
+    c = len(group.nodes)
+    element, place, reverse = _walk(group, cut)
+    beam = cut.beam.take(cut.kind[np.cumsum(cut.counts)[element] - cut.counts[element] + place])
+    pole = np.repeat(positions[group.nodes[:, 0]], len(element) // c, axis=0)
+    X0 = model.matrices[name].T[element, :6, :6] @ rigid_arm(positions[part.connectivity[element, 0]] - pole)
+    along = np.zeros((2, len(element), 3))
+    along[:, :, 0] = place * beam.length, (place + 1) * beam.length
+    Xi, Xj = rigid_arm(along) @ X0
+    C = flexibility(1.0, 1.0, beam.section, beam.length, 1.0)
+    own = (np.concatenate([Xi, Xj], axis=-2), C, element_mass(beam), beam.length)
+    steps = np.cumsum(cut.counts[group.elements], axis=1)
+    passed = np.concatenate([np.zeros((c, 1), dtype=np.intp), steps], axis=1)
+    shaped = tuple(A.reshape(c, -1, *A.shape[1:]) for A in own)
+    walked = ChainGroup(group.elements, reverse.reshape(c, -1), group.nodes)
+    return _in_own_axes(model, name, walked, passed, shaped)
+
+
+def _in_own_axes(
+    model: FullOrderModel, name: str, group: ChainGroup, passed: Index, own: tuple[Array, ...]
+) -> SegmentChains:
+    """Chains from X and m over ends i and j, flexibilities C at end j with i clamped, and lengths, all (c, s, ...);
+    `group.reverse` (c, s) says which segments are walked from j to i."""
+    X, C, m, length = own
+    C = (C + np.swapaxes(C, -1, -2)) / 2
+    axes = block_rotation(X[:, 0, :3, :3])
+    # flexibilities are summed in own axes, where a round-off of soft directions does not reach stiff ones
+    X = X @ np.swapaxes(axes, -1, -2)[:, None]
+    F = _at_pole(X[..., 6:, :], C)
+    running = np.concatenate([np.zeros((len(F), 1, 6, 6)), np.cumsum((F + np.swapaxes(F, -1, -2)) / 2, axis=1)], axis=1)
+    if group.reverse.any():
+        turned = group.reverse[..., None, None]
+        X = np.where(turned, X[..., _SWAP, :], X)
+        m = np.where(turned, m[..., _SWAP, :][..., _SWAP], m)
+        arm = np.zeros((*length.shape, 3))
+        arm[..., 0] = -length
+        C = np.where(turned, rigid_arm(arm) @ C @ np.swapaxes(rigid_arm(arm), -1, -2), C)
+    positions = model.geometry.parts[name].positions
+    arms = positions[group.nodes] - positions[group.nodes[:, :1]]
+    along = np.where(group.reverse, -length, length)
+    return SegmentChains(name, group.nodes, arms, passed, axes, X, along, C, m, running)
+
+
+def growth(f: Array, F: Array) -> Array:
+    """How much round-off grows (...,) when F (..., n, n) is inverted to f' f: the root of the largest product of a
+    stiffness and the flexibility in the same direction, one where directions are independent."""
+    stiff = np.einsum("...ri,...ri->...i", f, f)
+    return np.sqrt((stiff * np.einsum("...ii->...i", F)).max(axis=-1))
+
+
+def factor(k: Array) -> Array:
+    """f (..., n, n) with f' f = k, for positive semidefinite k (..., n, n) whose rows differ by decades."""
+    d = np.sqrt(np.maximum(np.einsum("...ii->...i", k), 0.0))
+    unit = np.where(d > 0, d, 1.0)
+    own = k / (unit[..., :, None] * unit[..., None, :])
+    try:
+        f = np.swapaxes(np.linalg.cholesky(own), -1, -2)
+    except np.linalg.LinAlgError:
+        size, V = np.linalg.eigh(own)
+        f = np.sqrt(np.maximum(size, 0.0))[..., :, None] * np.swapaxes(V, -1, -2)
+    return np.asarray(f * unit[..., None, :], dtype=np.float64)
+
+
+def inverse_factor(F: Array) -> Array:
+    """f (..., n, n) with f' f = F^-1, for positive definite F (..., n, n) whose rows differ by decades.
+
+    Raises SolverError where F is not.
+    """
+    d = np.sqrt(np.einsum("...ii->...i", F))
+    try:
+        L = np.linalg.cholesky(F / (d[..., :, None] * d[..., None, :]))
+    except np.linalg.LinAlgError:
+        raise SolverError("a chain of members has a flexibility that is not positive") from None
+    return np.asarray(np.linalg.inv(L) / d[..., None, :], dtype=np.float64)
+
+
+def _walk(group: ChainGroup, cut: Cut) -> tuple[Index, Index, NDArray[np.bool_]]:
+    """Every segment in walking order: its element, its place in it from the element's start, and whether it is walked
+    from j to i."""
+    elements, reverse = group.elements.ravel(), group.reverse.ravel()
+    count = cut.counts[elements]
+    each = np.repeat(np.arange(len(elements)), count)
+    walked = np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
+    element, backwards = elements[each], reverse[each]
+    return element, np.where(backwards, count[each] - 1 - walked, walked), backwards
