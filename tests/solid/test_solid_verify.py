@@ -236,18 +236,19 @@ def command(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
-    ("name", "size", "plain", "corrected", "mass"),
+    ("name", "n", "size", "plain", "corrected", "mass"),
     [
-        ("amplifier", 2.0, (0.3, 0.6), 0.05, 0.0),
-        ("pivot", 2.0, (0.005, 0.02), 0.01, 0.0),
-        pytest.param("tip_tilt", 1.4, (0.005, 0.1), 0.03, 0.0, marks=pytest.mark.slow),
-        ("xy_stage", 1.4, (0.1, 0.2), 0.03, -0.001),
-        pytest.param("rpr", 2.0, (0.3, 0.5), 0.04, 0.0, marks=pytest.mark.slow),
+        ("amplifier", 2, 2.0, (0.3, 0.6), 0.05, 0.0),
+        ("pivot", 2, 2.0, (0.005, 0.02), 0.01, 0.0),
+        # the stacks hold the lowest three; what the rods bend in comes fourth
+        pytest.param("tip_tilt", 4, 1.4, (0.04, 0.08), 0.03, 0.0, marks=pytest.mark.slow),
+        ("xy_stage", 2, 1.4, (0.1, 0.2), 0.03, -0.001),
+        pytest.param("rpr", 2, 2.0, (0.3, 0.5), 0.04, 0.0, marks=pytest.mark.slow),
     ],
 )
-def test_every_example_is_verified(command, name, size, plain, corrected, mass):
-    """Two modes on coarse meshes, which are further from the limit than those of the default."""
-    status, out, err = command("-n", 2, "--size", size, "--json", file=EXAMPLES / name / f"{name}.yaml")
+def test_every_example_is_verified(command, name, n, size, plain, corrected, mass):
+    """The lowest modes on coarse meshes, which are further from the limit than those of the default."""
+    status, out, err = command("-n", n, "--size", size, "--json", file=EXAMPLES / name / f"{name}.yaml")
     assert status == 0, err
     result = json.loads(out)
     worst = {row["model"]: abs(row["worst_error"]) for row in result["rows"]}
