@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.numbers import finite_numbers
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
-from flexura.linalg import critical_factors, is_definite, lowest
+from flexura.linalg import critical_factors, is_definite
 from flexura.mechanism.substructure import Mechanism
+from flexura.reduction.certificate import Certificate, certificate, lowest_pairs
+from flexura.reduction.chained import chained
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.full_order import unloaded
 from flexura.structure.prestress import Drive, Pushes, prestress, solve_definite
@@ -65,13 +67,15 @@ class Preload(Warned):
         plan = self.model.plan
         return np.asarray(plan.node_rows(plan.topology.numbers([node]), self.model.geometry) @ u)
 
-    def natural_frequencies(self, n: int = 6, factor: float = 1.0) -> Array:
-        """The `n` lowest natural frequencies, Hz, about the state under `factor` times the loads.
+    def natural_frequencies(self, n: int = 6, factor: float = 1.0) -> Certificate:
+        """The `n` lowest natural frequencies, Hz, about the state under `factor` times the loads, each with a proven
+        interval.
 
         Raises SolverError when that state is beyond buckling.
         """
-        values = lowest(self._definite(factor), self.model.M, min(n, self.model.order)).values
-        return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+        self._definite(factor)
+        own = chained(self.model, geometric=factor * self.K_g)
+        return certificate(own, lowest_pairs(own, n), n)
 
     @cached_property
     def buckling_factor(self) -> float:

@@ -163,8 +163,8 @@ def buckling_command(
     data = {
         "axial_force": state.axial_force,
         "buckling_factors": state.buckling_factors(n).tolist(),
-        "frequency_hz": state.natural_frequencies(n).tolist(),
-        "unloaded_frequency_hz": state.natural_frequencies(n, 0.0).tolist(),
+        "loaded": state.natural_frequencies(n).to_dict(),
+        "unloaded": state.natural_frequencies(n, 0.0).to_dict(),
         "warnings": [w.to_dict() for w in state.warnings],
     }
     if as_json:

@@ -54,7 +54,7 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         if beside:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
             row += [_difference(mode)]
-        row += [_proven(mode)]
+        row += [_proven(mode.frequency_hz, mode.interval_hz, mode.is_indexed, mode.is_rigid)]
         table.add_row(*row, mode.motion.summary)
     console.print(table)
     for step in result.steps:
@@ -74,16 +74,16 @@ def _difference(mode: Mode) -> str:
     return f"{100 * mode.relative_error:+.2g} %" + (f" (MAC {mode.mac:.2f})" if mode.mac < 0.98 else "")
 
 
-def _proven(mode: Mode) -> str:
+def _proven(hz: float, interval: tuple[float | None, float | None], is_indexed: bool, is_rigid: bool) -> str:
     """How far from a full-order frequency of the same number a frequency can be; else the interval that has some."""
-    lower, upper = mode.interval_hz
-    if not mode.is_indexed:
+    lower, upper = interval
+    if not is_indexed:
         return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
-    if mode.is_rigid:
+    if is_rigid:
         return "rigid motion"
-    if lower is None or upper is None or not mode.frequency_hz:
+    if lower is None or upper is None or not hz:
         return ""
-    error = 100 * max(upper / mode.frequency_hz - 1, 1 - lower / mode.frequency_hz, RESOLVED)
+    error = 100 * max(upper / hz - 1, 1 - lower / hz, RESOLVED)
     digit = 10.0 ** (math.floor(math.log10(error)) - 1)
     return f"within {math.ceil(error / digit) * digit:.2g} %"
 
@@ -130,11 +130,15 @@ def print_preload(data: dict[str, Any]) -> None:
     """Print frequencies with and without load, buckling factors, and the members that carry most."""
     console = console_of_width()
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("mode", "Hz", "unloaded Hz"):
+    for heading in ("mode", "Hz", "proven", "unloaded Hz", "proven"):
         table.add_column(heading, justify="right")
-    pairs = zip(data["frequency_hz"], data["unloaded_frequency_hz"], strict=True)
-    for k, (loaded, unloaded) in enumerate(pairs):
-        table.add_row(str(k + 1), f"{loaded:.5g}", f"{unloaded:.5g}")
+    states = data["loaded"], data["unloaded"]
+    for k in range(min(len(own["frequency_hz"]) for own in states)):
+        cells = []
+        for own in states:
+            hz, lower, upper = own["frequency_hz"][k], own["lower_hz"][k], own["upper_hz"][k]
+            cells += [f"{hz:.5g}", _proven(hz, (lower, upper), own["is_indexed"][k], upper == 0)]
+        table.add_row(str(k + 1), *cells)
     console.print(table)
     factors = ", ".join(f"{f:.5g}" for f in data["buckling_factors"]) or "none: no load of this direction buckles it"
     console.print(f"buckling factors on all loads: {factors}", markup=False)

@@ -135,11 +135,18 @@ def _inner(own: SegmentChains, first: int, copies: int) -> Index:
     return first + np.arange(copies * c * (s - 1) * 6).reshape(copies, c, s - 1, 6)
 
 
-def chained(model: FullOrderModel, pieces: int | None = None, tapered_pieces: int = TAPERED_PIECES) -> ChainedModel:
+def chained(
+    model: FullOrderModel,
+    pieces: int | None = None,
+    tapered_pieces: int = TAPERED_PIECES,
+    geometric: sp.csc_matrix | None = None,
+) -> ChainedModel:
     """The full-order model in relative coordinates of its serial chains, with every element cut into `pieces`.
 
     Without `pieces` elements stay as they are. Cut ones are uniform: a tapered element stands as at most
-    `tapered_pieces` of them, each cut into `pieces` (`Elements.cut`). Raises OptionError for numbers below one.
+    `tapered_pieces` of them, each cut into `pieces` (`Elements.cut`). `geometric` (n, n) is the geometric stiffness of
+    the state of load that the model is about, by default that of the loads that are described. Raises OptionError for
+    numbers below one.
     """
     plan = model.plan
     chains = []
@@ -168,13 +175,13 @@ def chained(model: FullOrderModel, pieces: int | None = None, tapered_pieces: in
         for lump, strain in zip(matrices.lumps, resisted, strict=True):
             sums.add_lump(name, lump, strain)
     own = ChainedModel(model, chains, first, position, sums.pencil())
-    return own if not plan.is_loaded else _stressed(own, sums)
+    if geometric is None and plan.is_loaded:
+        geometric = plan.full_order.prestress(model.values, model.geometry).K_g
+    return own if geometric is None else _stressed(own, sums, geometric)
 
 
-def _stressed(own: ChainedModel, sums: _Sums) -> ChainedModel:
-    """The model about the state of load that is described: its geometric stiffness in these coordinates is added."""
-    model = own.model
-    K_g = model.plan.full_order.prestress(model.values, model.geometry).K_g
+def _stressed(own: ChainedModel, sums: _Sums, K_g: sp.csc_matrix) -> ChainedModel:
+    """The model with a geometric stiffness, which is added in these coordinates."""
     columns = []
     for first in range(0, own.pencil.order, CHUNK):
         unit = np.eye(own.pencil.order, min(CHUNK, own.pencil.order - first), -first)
@@ -201,7 +208,8 @@ class _Sums:
         strain, spread = self._strain.matrix().tocsr(), self._spread.matrix().tocsr()
         lengths = [g.length.min() for g in self.model.geometry.parts.values() if g.length.size]
         loose = 1.0 + self.reach / float(min(lengths)) if lengths else 1.0
-        return Pencil.from_strain(strain, spread, _symmetric(rest) if rest.nnz else None, _symmetric(M), loose)
+        rest = ((rest + rest.T) / 2).tocsc() if rest.nnz else None
+        return Pencil.from_strain(strain, spread, rest, ((M + M.T) / 2).tocsc(), loose)
 
     def columns(self, numbers: Index) -> Index:
         """Coordinates (..., 6k) of the DOFs of nodes (..., k), -1 where held."""
@@ -297,7 +305,3 @@ def _strain_of(lump: Lump, positions: Array) -> tuple[Array, Array] | None:
     size = np.sqrt(np.abs(np.diagonal(K)))
     off = np.abs(B.T @ f.T @ f @ B - K) > CONSISTENT * np.outer(size, size)
     return None if off.any() else (f, B)
-
-
-def _symmetric(A):  # type: ignore[no-untyped-def]
-    return ((A + A.T) / 2).tocsc()

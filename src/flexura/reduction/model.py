@@ -279,10 +279,12 @@ def assembled(
         M.append(Tt @ part.M @ T)
     build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
     basis, plan = SubstructureBasis(assembler, geometry, parts), assembler.plan
-    own, mass, steps = build(K), build(M), (_step(parts),)
+    own, mass = ((A + A.T) / 2 if isinstance(A, np.ndarray) else A for A in (build(K), build(M)))
+    steps = (_step(parts),)
     if plan.is_loaded:
         added = basis.recovery.T @ plan.full_order.prestress(values, geometry).K_g @ basis.recovery
-        own = own + (added.toarray() if isinstance(own, np.ndarray) else sp.csc_matrix(added))
+        added = sp.csc_matrix((added + added.T) / 2)
+        own = own + added.toarray() if isinstance(own, np.ndarray) else sp.csc_matrix(own + added)
         steps = (*steps, STATE)
     return LowOrderModel(plan, values, geometry, own, mass, basis, steps, exact_at)
 

@@ -35,13 +35,14 @@ class Scatter:
         self._unique = unique
         self._indices = (unique % n).astype(np.int32)
         self._indptr = np.searchsorted(unique, np.arange(n + 1) * n).astype(np.int32)
+        self._mirror = np.searchsorted(unique, unique % n * n + unique // n)
         whole = len(key) == n * n and self._take is None
         self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
         self._length = len(row)
         self._dense_places: dict[int, Index] = {}
 
     def sparse(self, matrices: Sequence[Array], start: Array | None = None) -> sp.csc_matrix:
-        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n).
+        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric to the last bit.
 
         With `start`, the values that `linear` yields for the first entries of `dofs`, only the others are given.
         """
@@ -53,7 +54,9 @@ class Scatter:
             summed = start.copy()
             kept = place < len(summed)
             np.add.at(summed, place[kept], data[kept])
-        return sp.csc_matrix((summed, self._indices, self._indptr), shape=(self.n, self.n))
+        summed = (summed + summed[self._mirror]) / 2
+        # arrays of its own: whoever holds the matrix may change its pattern
+        return sp.csc_matrix((summed, self._indices.copy(), self._indptr.copy()), shape=(self.n, self.n))
 
     def linear(self, bases: Sequence[Array]) -> sp.csr_matrix:
         """The map from element coefficients to the stored values of `sparse`, for the first entries of `dofs`.
