@@ -12,7 +12,7 @@ from flexura.linalg.eigen import (
     ritz_pairs,
 )
 from flexura.linalg.enclosures import Enclosures, enclose, upper_bounds
-from flexura.linalg.inertia import Bracket, ShiftedFactors, bracket, count_below, shifted_factors
+from flexura.linalg.inertia import Bracket, bracket, count_below
 from flexura.linalg.pencil import Pencil
 from flexura.linalg.ranking import leading, ranked, turned
 
@@ -21,7 +21,6 @@ __all__ = [
     "Eigenpairs",
     "Enclosures",
     "Pencil",
-    "ShiftedFactors",
     "bracket",
     "count_below",
     "critical_factors",
@@ -35,7 +34,6 @@ __all__ = [
     "residual_intervals",
     "residuals",
     "ritz_pairs",
-    "shifted_factors",
     "turned",
     "upper_bounds",
 ]

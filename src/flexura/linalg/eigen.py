@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
-from flexura.linalg.inertia import count_below, scaled, stable_factors, superlu
+from flexura.linalg.inertia import count_below, scaled, stable_count, superlu
 from flexura.linalg.pencil import Pencil
 
 Array = NDArray[np.float64]
@@ -312,9 +312,9 @@ def _missing(Ks: Any, Ms: Any, values: Array, last: float, shift: float) -> int:
     """
     for offset in (1e-6, 1e-5, 1e-4):
         below = last - offset * abs(last) - 1e-3 * abs(shift)
-        factors = stable_factors((Ks - below * Ms).tocsc(), below)
-        if factors is not None:
-            return factors.count - int((values < below).sum())
+        count = stable_count((Ks - below * Ms).tocsc())
+        if count is not None:
+            return count - int((values < below).sum())
     below = last - 1e-6 * abs(last) - 1e-3 * abs(shift)
     return count_below(Ks, Ms, below) - int((values < below).sum())
 

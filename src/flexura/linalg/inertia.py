@@ -32,34 +32,6 @@ _NUDGES = (0.0, 1e-9, -1e-9, 3e-8, -3e-8, 1e-6)
 
 
 @dataclass(frozen=True)
-class ShiftedFactors:
-    """Factors of K - value M: how many eigenvalues of K x = lambda M x lie below `value`, and the solution of
-    (K - value M) y = b for b (n, k)."""
-
-    value: float
-    count: int
-    solve: Callable[[Array], Array]
-
-
-def shifted_factors(K: Any, M: Any, value: float) -> ShiftedFactors:
-    """Factorise K - value M, with the inertia count that its pivots give (theory eq. 55).
-
-    K, M: (n, n) symmetric, M positive semidefinite. Sparse symmetric elimination with diagonal pivots; where those
-    would be unstable the value is moved by parts in a thousand million, and at last a dense Bunch-Kaufman
-    factorisation is used. Raises SolverError when even that is out of reach.
-    """
-    if isinstance(K, np.ndarray):
-        return _dense_factors(np.asarray(K) - value * np.asarray(M), value)
-    for nudge in _NUDGES:
-        found = stable_factors((K - value * (1 + nudge) * M).tocsc(), value * (1 + nudge))
-        if found is not None:
-            return found
-    if K.shape[0] <= DENSE_FALLBACK:
-        return _dense_factors((K - value * M).toarray(), value)
-    raise SolverError("no stable factorisation was found for an inertia count")
-
-
-@dataclass(frozen=True)
 class Bracket:
     """What factorisations prove about the number of eigenvalues below `value`: at least `least`, at most `most`.
 
@@ -154,9 +126,19 @@ def _dense(A: Any) -> Array:
 def count_below(K: Any, M: Any, value: float) -> int:
     """Number of eigenvalues of K x = lambda M x below `value`: the negative pivots of K - value M (theory eq. 55).
 
-    Arguments and errors as in `shifted_factors`.
+    K, M: (n, n) symmetric, M positive semidefinite, as they are stored. Sparse symmetric elimination with diagonal
+    pivots; where those would be unstable the value is moved by parts in a thousand million, and at last a dense
+    Bunch-Kaufman factorisation is used. Raises SolverError when even that is out of reach.
     """
-    return shifted_factors(K, M, value).count
+    if isinstance(K, np.ndarray):
+        return _dense_count(np.asarray(K) - value * np.asarray(M))
+    for nudge in _NUDGES:
+        found = stable_count((K - value * (1 + nudge) * M).tocsc())
+        if found is not None:
+            return found
+    if K.shape[0] <= DENSE_FALLBACK:
+        return _dense_count((K - value * M).toarray())
+    raise SolverError("no stable factorisation was found for an inertia count")
 
 
 def scaled(A: sp.csc_matrix, d: Array) -> sp.csc_matrix:
@@ -173,14 +155,12 @@ def superlu(A: sp.csc_matrix) -> spla.SuperLU:
     return spla.splu(own, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
-def stable_factors(A: sp.csc_matrix, value: float) -> ShiftedFactors | None:
-    """Factors of A = K - value M with diagonal pivots; None where those would be unstable."""
+def stable_count(A: sp.csc_matrix) -> int | None:
+    """Number of negative eigenvalues of a symmetric A (n, n) by diagonal pivots; None where those would be unstable."""
     checkpoint()
     d = np.sqrt(np.abs(A.diagonal()))
-    d = 1 / np.where(d > 0, d, 1.0)
-    A = scaled(A, d)
     try:
-        lu = superlu(A)
+        lu = superlu(scaled(A, 1 / np.where(d > 0, d, 1.0)))
     except RuntimeError:
         return None
     if not np.array_equal(lu.perm_r, lu.perm_c):
@@ -189,18 +169,11 @@ def stable_factors(A: sp.csc_matrix, value: float) -> ShiftedFactors | None:
     growth = np.abs(lu.L.data).max() ** 2 * np.abs(pivots).max()
     if not np.isfinite(growth) or growth > PIVOT_GROWTH:
         return None
+    return int((pivots < 0).sum())
 
-    return ShiftedFactors(value, int((pivots < 0).sum()), _solver(lu, d))
 
-
-def _dense_factors(A: Array, value: float) -> ShiftedFactors:
+def _dense_count(A: Array) -> int:
     d = np.sqrt(np.abs(np.diagonal(A)))
     d = 1 / np.where(d > 0, d, 1.0)
-    scaled = A * d[:, None] * d
-    _, D, _ = la.ldl(scaled)
-    count = int((la.eigvalsh_tridiagonal(np.diagonal(D), np.diagonal(D, 1)) < 0).sum())
-
-    def solve(b: Array) -> Array:
-        return d[:, None] * la.solve(scaled, d[:, None] * b, assume_a="sym")
-
-    return ShiftedFactors(value, count, solve)
+    _, D, _ = la.ldl(A * d[:, None] * d)
+    return int((la.eigvalsh_tridiagonal(np.diagonal(D), np.diagonal(D, 1)) < 0).sum())
