@@ -32,8 +32,8 @@ SINGULAR_PIVOT = 1e-13
 COARSE = 1e-9
 """First shift of something that floats, over the largest ratio of stiffness to mass."""
 
-SEARCHES = 20
-"""Rounds in which missing copies of repeated eigenvalues are looked for."""
+IDLE = 4
+"""Rounds of looking for missing copies of repeated eigenvalues that may pass without finding any."""
 
 DENSE_LIMIT = 240
 """Up to this order dense routines are as fast as sparse ones."""
@@ -286,22 +286,25 @@ def factorise(A: sp.csc_matrix) -> spla.SuperLU:
 
 
 def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eigenpairs:
+    n = K.shape[0]
     d = 1 / np.sqrt(K.diagonal() - shift * M.diagonal())
     Ks, Ms = scaled(K, d), scaled(M, d)
     solve = factorise((Ks - shift * Ms).tocsc()).solve
-    found = _lanczos(Ks, Ms, solve, count, shift, np.empty((K.shape[0], 0)))
-    for _ in range(SEARCHES):
+    found = _lanczos(Ks, Ms, solve, count, shift, np.empty((n, 0)))
+    fewest, idle = n + 1, 0
+    while True:
         missing = _missing(Ks, Ms, found.values, float(found.values[:count].max()), shift)
         if missing <= 0:
             break
+        fewest, idle = (missing, 0) if missing < fewest else (fewest, idle + 1)
+        if idle == IDLE:
+            raise SolverError("eigenvalues that are counted are not found: the stiffness has lost its digits")
         more = _lanczos(Ks, Ms, solve, missing, shift, found.vectors)
         order = np.argsort(np.concatenate([found.values, more.values]), kind="stable")
         found = Eigenpairs(
             np.concatenate([found.values, more.values])[order],
             np.hstack([found.vectors, more.vectors])[:, order],
         )
-    else:
-        raise SolverError("the search for missing eigenvalues does not end: the stiffness has lost its digits")
     return Eigenpairs(found.values[:count], d[:, None] * found.vectors[:, :count])
 
 
