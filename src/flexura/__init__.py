@@ -197,6 +197,7 @@ if TYPE_CHECKING:
     from flexura.systems import Channel as Channel
     from flexura.systems import ComplexModes as ComplexModes
     from flexura.systems import ModalSystem as ModalSystem
+    from flexura.systems import Neglected as Neglected
     from flexura.systems import StateSpace as StateSpace
     from flexura.systems import System as System
     from flexura.systems import neglected_bound as neglected_bound
@@ -284,7 +285,16 @@ _EXPORTS = {
     "flexura.solid.verify": ("SolidRow", "Verification", "VerificationRow", "verify"),
     "flexura.structure": ("FullOrderModel", "Plan", "assemble"),
     "flexura.systems": (
-        *("Channel", "ComplexModes", "ModalSystem", "StateSpace", "System", "neglected_bound", "state_space"),
+        *(
+            "Channel",
+            "ComplexModes",
+            "ModalSystem",
+            "Neglected",
+            "StateSpace",
+            "System",
+            "neglected_bound",
+            "state_space",
+        ),
         *("system",),
     ),
     "flexura.view": (

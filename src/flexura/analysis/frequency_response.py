@@ -12,7 +12,6 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.band import NEAR, proof_limits, remainder_of_response, resonance_limits, truncation_limits
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import count_below
 from flexura.mechanism.damping import Damping
@@ -22,6 +21,14 @@ from flexura.reduction import LowOrderModel
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
 from flexura.systems import Channel, ModalSystem, StateSpace, System, system
+from flexura.systems.band import (
+    NEAR,
+    band_limits,
+    proof_limits,
+    remainder_of_response,
+    resonance_limits,
+    truncation_limits,
+)
 from flexura.systems.remainder import stiffening
 from flexura.systems.system import as_quantity
 
@@ -158,7 +165,7 @@ def frequency_response(
         H = own.frequency_response(hz)
         found = _of_poles(own, wanted[-1])
         ends = (own.inputs, own.outputs, *found, own.order)
-        known = resonance_limits(hz, *_of_poles(own, wanted[-1] * (1 + NEAR)))
+        known = (*resonance_limits(hz, *_of_poles(own, wanted[-1] * (1 + NEAR))), *band_limits(own, wanted[-1]))
         return FrequencyResponse(own.name, hz, H, *ends, own.notes, known)
     if isinstance(mechanism, ModalSystem):
         modes = mechanism.selected(inputs, outputs)

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from flexura.cli.options import File, Inputs, Json, Outputs, Ratio, Settings, band_of, print_json, read
+from flexura.cli.options import File, Inputs, Json, Outputs, Ratio, Settings, Strict, band_of, print_json, read
 from flexura.cli.response import Hold, seconds
-from flexura.errors import OptionError
+from flexura.errors import LimitError, OptionError
 
 
 class What(StrEnum):
@@ -38,19 +38,25 @@ def export_command(
     output: Outputs = None,
     n: Annotated[int | None, typer.Option("-n", min=1, help="Modes that are kept (6).")] = None,
     up_to: Annotated[float | None, typer.Option(metavar="HZ", help="Keep modes up to this frequency instead.")] = None,
+    residual_modes: Annotated[
+        bool, typer.Option("--residual-modes", help="Add a mode for each input, of the static part of those left out.")
+    ] = False,
     balanced: Annotated[int | None, typer.Option(min=1, help="Then truncate to so many balanced states.")] = None,
     dt: Annotated[
         str | None, typer.Option(metavar="STEP", help="Discretise in steps with their unit, e.g. 0.1ms.")
     ] = None,
     hold: Annotated[Hold, typer.Option(help="Inputs between steps.")] = Hold.zoh,
     delay: Annotated[str, typer.Option(metavar="TIME", help="Dead time of the inputs with its unit.")] = "0 s",
-    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Band of a response, Hz.")] = None,
+    band: Annotated[
+        str | None, typer.Option(metavar="FROM,TO", help="Band of a response, or that a state space is for, Hz.")
+    ] = None,
     damping: Ratio = None,
     keep: Annotated[
         int | None,
         typer.Option(min=0, help="Normal modes kept in each substructure of a low-order model, not to a tolerance."),
     ] = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Write a state space (of the full-order model, static gain kept), matrices, modes or responses for other tools."""
@@ -61,9 +67,13 @@ def export_command(
     mechanism, parameters = read(file, set)
     thing: Any
     if own is What.state_space:
-        thing = _state_space(
-            mechanism, parameters, (input, output), n, up_to, balanced, damping, seconds(delay, "delay")
-        )
+        how = {
+            "residual_modes": residual_modes,
+            "balanced": balanced,
+            "band": None if band is None else band_of(band),
+            "delay": seconds(delay, "delay"),
+        }
+        thing = _state_space(mechanism, parameters, (input, output), n, up_to, damping, how)
         if dt is not None:
             thing = thing.discretised(seconds(dt, "dt"), hold.value)
     elif own is What.modes:
@@ -80,14 +90,19 @@ def export_command(
         )
     else:
         thing = _matrices(mechanism, parameters, own is What.full, keep, n, up_to)
+    warnings = getattr(thing, "warnings", ())
+    if strict and warnings:
+        raise LimitError(warnings)
     written = [str(path) for path in export(thing, out, to)]
     notes = list(getattr(thing, "notes", ()))
     if format_of(out, to) == "uff":
         notes += scalar_notes(thing)
     if as_json:
-        print_json({"files": written, "notes": notes})
+        lost = getattr(thing, "neglected", None)
+        more = {} if lost is None else {"neglected": lost.to_dict()}
+        print_json({"files": written, "notes": notes, "warnings": [w.to_dict() for w in warnings], **more})
     else:
-        for line in (*notes, *(f"wrote {path}" for path in written)):
+        for line in (*notes, *(f"warning: {w}" for w in warnings), *(f"wrote {path}" for path in written)):
             typer.echo(line)
 
 
@@ -112,12 +127,11 @@ def _state_space(
     channels: tuple[list[str] | None, list[str] | None],
     n: int | None,
     up_to: float | None,
-    balanced: int | None,
     damping: float | None,
-    delay: float,
+    how: dict[str, Any],
 ) -> Any:
     from flexura.systems import state_space, system
 
     full = system(mechanism, *channels, parameters=parameters, order="full", damping=damping)
     count = 6 if n is None and up_to is None else n
-    return state_space(full, count, up_to, balanced=balanced, delay=delay)
+    return state_space(full, count, up_to, **how)

@@ -100,13 +100,18 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
             "response": np.asarray(what.response, dtype=complex),
             **_channels("input", what.inputs),
             **_channels("output", what.outputs),
-            "notes": list(getattr(what, "notes", ())),
+            "notes": [*getattr(what, "notes", ()), *(f"warning: {w}" for w in getattr(what, "warnings", ()))],
         }
     own = second_order(what, damping)
     matrices = {"K": own.K, "M": own.M} | ({} if own.C is None else {"C": own.C})
     notes = list(getattr(own.model, "steps", ()))
     texts = {"coordinate_names": own.coordinate_names, "notes": notes}
     return {"kind": "second-order model", "name": own.name, **matrices, **texts}
+
+
+def notes_of(model: StateSpace) -> list[str]:
+    """The notes of a model, and its warnings."""
+    return [*model.notes, *(f"warning: {w}" for w in model.warnings)]
 
 
 def _of_state_space(model: StateSpace) -> dict[str, Any]:
@@ -122,7 +127,7 @@ def _of_state_space(model: StateSpace) -> dict[str, Any]:
         **_channels("input", model.inputs),
         **_channels("output", model.outputs),
         "state_names": list(model.state_names),
-        "notes": list(model.notes),
+        "notes": notes_of(model),
     }
 
 

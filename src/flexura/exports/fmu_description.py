@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexura._version import __version__
+from flexura.exports.contents import notes_of
 from flexura.exports.linear import Array, blocks_of, nominals, pole_sizes
 from flexura.exports.names import Names, signal_names
 from flexura.systems.channel import UNITS
@@ -55,7 +56,7 @@ def description(model: StateSpace, guid: str, sources: Iterable[str]) -> str:
         fmiVersion="2.0",
         modelName=model.name,
         guid=guid,
-        description="; ".join(model.notes) or "linear model of a compliant mechanism, SI units",
+        description="; ".join(notes_of(model)) or "linear model of a compliant mechanism, SI units",
         generationTool=f"flexura {__version__}",
         variableNamingConvention="structured" if structured else "flat",
         numberOfEventIndicators="0",

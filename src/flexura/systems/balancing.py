@@ -10,6 +10,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.systems.neglected import rounded_up
 from flexura.systems.state_space import DEPENDENT, StateSpace
 
 Array = NDArray[np.float64]
@@ -84,14 +85,6 @@ def _beyond(model: StateSpace, small: StateSpace, tail: float) -> float:
     plain = (replace(m, delay=0.0).frequency_response(hz) for m in (model, small))
     apart = np.linalg.norm(np.subtract(*plain), 2, axis=(1, 2)) if model.D.size else np.zeros(1)
     return max(float(apart.max()) - tail, 0.0)
-
-
-def rounded_up(bound: float) -> str:
-    """A bound to three digits that are not below it."""
-    if not (np.isfinite(bound) and bound > 0):
-        return f"{bound:g}"
-    digit = 10.0 ** (np.floor(np.log10(bound)) - 2)
-    return f"{np.ceil(bound / digit * (1 - 1e-12)) * digit:.3g}"
 
 
 def _enough(sigma: Array, share: float) -> int:

@@ -301,10 +301,11 @@ def modal_system(system: System, n: int | None = None, up_to: float | None = Non
     values = np.maximum(pairs.values[finite], 0.0)
     following = float(np.sqrt(values[count])) if len(values) > count else np.inf
     count = min(count, len(values))
-    return _in_modes(system, Eigenpairs(values[:count], pairs.vectors[:, finite][:, :count]), following)
+    return in_modes(system, Eigenpairs(values[:count], pairs.vectors[:, finite][:, :count]), following)
 
 
-def _in_modes(system: System, pairs: Eigenpairs, following: float) -> ModalSystem:
+def in_modes(system: System, pairs: Eigenpairs, following: float) -> ModalSystem:
+    """A system in coordinates of mass-normalised modes, `following` being the first frequency left out, rad/s."""
     V, omega = pairs.vectors, np.sqrt(pairs.values)
     law = system.law
     proportional = 2 * law.modal_ratios(omega / (2 * np.pi)) * omega + law.alpha + law.beta * pairs.values

@@ -84,7 +84,7 @@ def remainder_of(system: System, omega: Array, V: Array) -> Remainder:
     Cd, H = system.dashpots, None if system.uniform_loss is not None else system.H
     m, p = system.B.shape[1], len(system.rows)
     blocks = [system.B, system.rows.T]
-    dashpots = _dashpot_columns(Cd)
+    dashpots = dashpot_columns(Cd)
     blocks.append(np.asarray(Cd @ V) if dashpots.shape[1] else V[:, :0])
     blocks.append(np.asarray(H @ V) if H is not None else V[:, :0])
     W = np.hstack(blocks)
@@ -110,7 +110,7 @@ def _symmetric(A: Array) -> Array:
     return (A + A.T) / 2
 
 
-def _dashpot_columns(C: Any) -> Array:
+def dashpot_columns(C: Any) -> Array:
     """L (n, d) with C = L L', of the damping matrix of dashpots."""
     at = np.flatnonzero(C.diagonal())
     L = np.zeros((C.shape[0], len(at)))

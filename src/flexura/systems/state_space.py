@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.systems.channel import Channel, positions
+from flexura.systems.neglected import Neglected
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -28,7 +29,8 @@ class StateSpace(Warned):
 
     A (n, n), B (n, m), C (p, n), D (p, m), SI. `inputs` (m) and `outputs` (p) say what u and y are. `delay` is a dead
     time of all inputs, s, that the matrices of a continuous model leave out and those of a discrete one contain.
-    `notes` say where the model comes from and what was neglected, and `warnings` where that is not small.
+    `notes` say where the model comes from and what was neglected, and `warnings` where that is not small. `neglected`
+    is a bound on what a continuous model lacks in the band that it is for, None where nothing was left out.
     """
 
     A: Array
@@ -43,6 +45,7 @@ class StateSpace(Warned):
     name: str = "mechanism"
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[Exceeded, ...] = ()
+    neglected: Neglected | None = None
 
     @property
     def order(self) -> int:
@@ -113,7 +116,8 @@ class StateSpace(Warned):
         i, o = positions(self.inputs, inputs), positions(self.outputs, outputs)
         B, C, D = self.B[:, i], self.C[o], self.D[np.ix_(o, i)]
         ins, outs = tuple(self.inputs[k] for k in i), tuple(self.outputs[k] for k in o)
-        return replace(self, B=B, C=C, D=D, inputs=ins, outputs=outs)
+        lost = None if self.neglected is None else self.neglected.selected(i, o)
+        return replace(self, B=B, C=C, D=D, inputs=ins, outputs=outs, neglected=lost)
 
 
 def _diagonal_form(A: Array, B: Array, C: Array) -> tuple[Complex, Complex, Complex] | None:

@@ -7,7 +7,11 @@ from numpy.typing import NDArray
 
 from flexura.errors import Exceeded, FlexuraError, SolverError
 from flexura.reduction import LowOrderModel, certify
-from flexura.systems import ModalSystem, System, neglected_bound
+from flexura.systems.modal import ModalSystem
+from flexura.systems.neglected import WORTH, channel_scale, rounded_up
+from flexura.systems.remainder import neglected_bound
+from flexura.systems.state_space import StateSpace
+from flexura.systems.system import System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -21,9 +25,6 @@ UNDAMPED = 1e-9
 
 PROVEN = 0.01
 """Relative error of a frequency up to which it counts as proven, where no tolerance was given."""
-
-WORTH = 0.01
-"""Share of the largest responses that modes left out may add without a warning."""
 
 ADVICE = "reduce with a tolerance up to the highest frequency, or keep more modes"
 
@@ -89,6 +90,19 @@ def truncation_limits(modes: ModalSystem, top: float) -> tuple[Exceeded, ...]:
     return (Exceeded("proof", "", top, first, "Hz", text),)
 
 
+def band_limits(model: StateSpace, top: float) -> tuple[Exceeded, ...]:
+    """What a state space lacks, and the frequency `top`, Hz, where it lies beyond the band that the model is for."""
+    lost = model.neglected
+    if lost is None or top <= lost.band[1] * (1 + NEAR):
+        return model.warnings
+    first = lost.band[1]
+    text = (
+        f"what the state space leaves out is known up to {first:.5g} Hz, and frequencies up to {top:.5g} Hz are asked"
+        " for: state its band"
+    )
+    return (*model.warnings, Exceeded("proof", "", top, first, "Hz", text))
+
+
 def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[list[str], tuple[Exceeded, ...]]:
     """What the modes left out can add to responses H (f, p, m) at frequencies hz (f,), and a warning if it is much."""
     below = 2 * np.pi * hz < modes.next_omega
@@ -99,12 +113,11 @@ def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[li
         bound = neglected_bound(modes, hz) * (2 * np.pi * hz)[:, None, None] ** modes.derivative[:, None]
     except SolverError:
         return ["what modes left out add is not bounded: something floats"], ()
-    peak = np.abs(H).max(axis=0)
-    scale = np.sqrt(np.outer(peak.max(axis=1), peak.max(axis=0)))
-    shares = (bound / np.where(scale > 0, scale, np.inf)).max(axis=(1, 2))
+    scale = channel_scale(modes, hz, H)
+    shares = (bound / scale).max(axis=(1, 2))
     share = float(shares.max())
     if np.isfinite(share):
-        text = f"modes left out add at most {share:.1g} of the largest responses up to {hz[-1]:.5g} Hz"
+        text = f"modes left out add at most {rounded_up(share, 2)} of the largest responses up to {hz[-1]:.5g} Hz"
     else:
         text = (
             f"what modes left out add has no bound at {np.count_nonzero(~np.isfinite(shares))} of {len(hz)} frequencies"
