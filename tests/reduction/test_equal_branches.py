@@ -143,3 +143,13 @@ def test_modes_of_the_full_order_are_proven(monkeypatch) -> None:
         assert mode.interval_hz[0] <= other.frequency_hz <= mode.interval_hz[1]
     assert result.evidence.complete and result.evidence.sturm_count >= 12
     assert result.evidence.full_residual < 1e-6
+
+
+def test_branches_that_share_nothing_that_moves(monkeypatch) -> None:
+    """With the platform held only copies of one branch remain; a low-order model of so many says so."""
+    held = {"leg*.foot": "clamped", "platform": "clamped"}
+    result = fx.modes(wheel(170, ground=held), n=3, order="full")
+    one = fx.modes(wheel(1, ground=held), n=1, order="full")
+    np.testing.assert_allclose(result.frequency_hz, one.frequency_hz[0], rtol=1e-9)
+    with pytest.raises(fx.SolverError, match="more than 150 of nearly one frequency"):
+        fx.modes(wheel(170, ground=held), n=3)

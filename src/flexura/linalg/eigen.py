@@ -186,7 +186,7 @@ def is_definite(K: Matrix) -> bool:
             pivots = factorise(scaled(sp.csc_matrix(K), d)).U.diagonal()
         except SolverError:
             return False
-    return bool(pivots.min() > SINGULAR_PIVOT)
+    return bool(pivots.min(initial=np.inf) > SINGULAR_PIVOT)
 
 
 def _lowest(K: Matrix, M: Matrix, count: int, shift: float) -> Eigenpairs:

@@ -41,6 +41,9 @@ GAP = 1.2
 SPARE = 4
 """Eigenpairs beyond those asked for, to see the gap that follows."""
 
+MOST_COPIES = 150
+"""Modes of nearly one frequency that are certified as a whole."""
+
 LOST = 1e-6
 """Relative difference of squared frequencies from those in energies at which K of a model has lost too many digits."""
 
@@ -134,7 +137,7 @@ def model_pairs(low: LowOrderModel, full: ChainedModel, n: int) -> Eigenpairs:
             pairs = ritz_pairs(pencil, full.coordinates(low.recover(np.eye(low.order))), rigid)
         if count >= low.order or cluster_end(pairs.values, min(n, k)) < k:
             return pairs
-        count = min(2 * count, low.order)
+        count = min(_more(count, n), low.order)
 
 
 def lowest_pairs(full: ChainedModel, n: int) -> Eigenpairs:
@@ -147,7 +150,17 @@ def lowest_pairs(full: ChainedModel, n: int) -> Eigenpairs:
             raise OptionError("the mechanism has no mass")
         if count >= full.pencil.order or k < count or cluster_end(pairs.values, min(n, k)) < k:
             return pairs
-        count = min(2 * count, full.pencil.order)
+        count = min(_more(count, n), full.pencil.order)
+
+
+def _more(count: int, n: int) -> int:
+    """Twice as many pairs to look for the end of a cluster that n cuts."""
+    if count > n + MOST_COPIES:
+        raise SolverError(
+            f"mode {n} is one of more than {MOST_COPIES} of nearly one frequency: a low-order model would have to keep"
+            " them all; the full order, which splits equal branches, has them"
+        )
+    return 2 * count
 
 
 def certificate(full: ChainedModel, pairs: Eigenpairs, n: int, up_to: float | None = None) -> Certificate:

@@ -96,7 +96,7 @@ class SplitModel:
     @property
     def blocks(self) -> list[tuple[Any, Any, int]]:
         """K, M and how often each problem occurs."""
-        return [(self.K, self.M, 1), *((own.K, own.M, own.copies) for own in self.branches)]
+        return [(self.K, self.M, int(self.K.shape[0] > 0)), *((own.K, own.M, own.copies) for own in self.branches)]
 
     @property
     def summary(self) -> str:
