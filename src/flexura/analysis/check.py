@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence
-from flexura.linalg import is_definite, leading, lowest
+from flexura.analysis.free_motions import free_motions
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -20,9 +20,6 @@ from flexura.systems.damping import damping_law
 from flexura.systems.placed import Placement
 
 Array = NDArray[np.float64]
-
-NEAR_MECHANISM = 1e-9
-"""Stiffness ratio below which a motion counts as all but free."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +39,7 @@ class SubstructureSummary:
 @dataclass(frozen=True)
 class CheckReport:
     """What `check` understood: orders of both models, substructures, masses, what is held, which members are corrected
-    beyond beam theory, actuators, sensors, damping, and all doubts."""
+    beyond beam theory, actuators, sensors, damping, loads, what is proven about free motions, and all doubts."""
 
     name: str
     full_order: int
@@ -62,6 +59,17 @@ class CheckReport:
     """Outputs by name: quantity and unit."""
     damping: str
     """What dissipates, in words."""
+    loads: dict[str, tuple[float, ...]]
+    """Dead loads by node: force, N, and moment, N m, global axes."""
+    gravity: tuple[float, float, float]
+    """Acceleration of free fall, m/s^2, global axes."""
+    is_preloaded: bool
+    """Whether stiffness, and all that follows from it, is about the state under loads and gravity."""
+    rigid_body_modes: int | None
+    """Independent rigid motions that strain nothing; None where this is not known."""
+    lowest_hz: tuple[float, float] | None
+    """An interval that is proven to hold the lowest frequency that is not one of a rigid motion; None where there is
+    none, or none is proven."""
     doubts: tuple[Doubt, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -85,6 +93,8 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     }
     used = {**{k: p.value for k, p in plan.mechanism.parameters.items()}, **(parameters or {})}
     corrections, ends = corrected(full)
+    free, dead = free_motions(full), plan.loads
+    x, y, z = map(float, dead.gravity(full.values))
     return CheckReport(
         name=plan.mechanism.name,
         full_order=full.order,
@@ -97,7 +107,12 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         corrections=corrections,
         ends=ends,
         **_channels(full),
-        doubts=(*_near_mechanisms(full), *member_doubts(full), *_overlapping(full)),
+        loads={node: tuple(map(float, wrench)) for node, wrench in dead.wrenches(full.values).items()},
+        gravity=(x, y, z),
+        is_preloaded=plan.is_loaded,
+        rigid_body_modes=free.rigid_body_modes,
+        lowest_hz=free.lowest_hz,
+        doubts=(*free.doubts, *member_doubts(full), *_overlapping(full)),
     )
 
 
@@ -152,28 +167,6 @@ def _held(full: FullOrderModel) -> dict[str, tuple[str, ...]]:
         names[node]: tuple(d for d, held in zip(DOF_NAMES, topology.held[node], strict=True) if held)
         for node in np.flatnonzero(topology.held.any(axis=1))
     }
-
-
-def _near_mechanisms(full: FullOrderModel) -> list[Doubt]:
-    """Motions that are all but free, named by the DOF that moves most."""
-    if not full.order:
-        return [Doubt("held", "mechanism", "every node is held: nothing can move")]
-    pairs = lowest(full.K, full.M, min(8, full.order))
-    finite = pairs.values[np.isfinite(pairs.values)]
-    stiff = finite > 0
-    doubts = []
-    ungrounded = not full.plan.topology.held.any() and not is_definite(full.K)
-    zero = np.flatnonzero(~stiff)
-    if ungrounded and len(zero) == 6:
-        return [Doubt("ungrounded", "mechanism", "not held anywhere: six rigid-body modes at zero frequency")]
-    reference = np.median(finite[stiff]) if stiff.any() else 1.0
-    suspicious = [*zero, *np.flatnonzero(stiff & (finite < NEAR_MECHANISM * reference))]
-    for k in suspicious:
-        shape = np.abs(pairs.vectors[:, k] * np.sqrt(full.M.diagonal()))
-        where = full.dof_names[int(leading(shape))]
-        text = "free to move" if k in zero else f"all but free to move ({np.sqrt(finite[k]) / 2 / np.pi:.2g} Hz)"
-        doubts.append(Doubt("mechanism", where, f"{text}; a joint, a support or a stiffness may be missing"))
-    return doubts
 
 
 def _overlapping(full: FullOrderModel) -> list[Doubt]:

@@ -177,12 +177,48 @@ def print_check(report: CheckReport) -> None:
             console.print(f"{what}: and {len(channels) - 20} more")
     if report.damping != "none" or report.actuators or report.sensors:
         console.print(f"damping: {report.damping}", markup=False)
+    _print_loads(console, report)
+    _print_free_motions(console, report)
     if not report.doubts:
         console.print("no doubts", style="green")
         return
     console.print(f"{len(report.doubts)} doubt{'s' if len(report.doubts) > 1 else ''}", style="yellow")
     for doubt in report.doubts:
         console.print(f"  {doubt}", markup=False)
+
+
+def _print_loads(console: Console, report: CheckReport) -> None:
+    """Loads and gravity, and that stiffness is about the state under them."""
+    for node, wrench in list(report.loads.items())[:20]:
+        parts = [f"{_vector(w)} {unit}" for w, unit in ((wrench[:3], "N"), (wrench[3:], "N m")) if any(w)]
+        console.print(f"load on {node}: {', '.join(parts) or 'none'}", markup=False)
+    if len(report.loads) > 20:
+        console.print(f"load: on {len(report.loads) - 20} more nodes")
+    if any(report.gravity):
+        console.print(f"gravity: {_vector(report.gravity)} m/s^2", markup=False)
+    if report.is_preloaded:
+        console.print(
+            "preloaded: stiffness, and all that follows from it, is about the state under these", markup=False
+        )
+
+
+def _vector(components: Iterable[float]) -> str:
+    return f"({', '.join(f'{c + 0.0:.5g}' for c in components)})"
+
+
+def _print_free_motions(console: Console, report: CheckReport) -> None:
+    """What is proven about the lowest frequencies."""
+    words = []
+    if report.rigid_body_modes:
+        words.append(f"{report.rigid_body_modes} rigid-body mode{'s' if report.rigid_body_modes > 1 else ''}")
+    if report.lowest_hz is not None:
+        lower, upper = report.lowest_hz
+        name = "lowest frequency" if not report.rigid_body_modes else "lowest other frequency"
+        sharp = f"{lower:.5g}" == f"{upper:.5g}"
+        value = f"{upper:.5g} Hz" if sharp else f"between {lower:.5g} and {upper:.5g} Hz"
+        words.append(f"{name} {value}, proven" if lower > 0 else f"{name} below {upper:.2g} Hz, not told from zero")
+    if words:
+        console.print("; ".join(words), markup=False)
 
 
 def _print_corrections(console: Console, report: CheckReport) -> None:

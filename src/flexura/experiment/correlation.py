@@ -37,6 +37,7 @@ from flexura.experiment.targets import setups_of
 from flexura.linalg import count_below, lowest
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel
+from flexura.reduction.certificate import full_order_modes, low_order_modes
 from flexura.structure import FullOrderModel, Plan, assemble
 
 Array = NDArray[np.float64]
@@ -312,7 +313,11 @@ def _model_modes(
     if n is not None and n < 1:
         raise OptionError(f"the number of modes is at least 1, not {n}")
     count = count_below(K, M, (2 * np.pi * BEYOND * float(test_hz.max())) ** 2) if n is None else n
-    pairs = lowest(K, M, min(max(count, len(test_hz) if n is None else n), MOST_MODES, K.shape[0]))
+    count = min(max(count, len(test_hz) if n is None else n), MOST_MODES, K.shape[0])
+    if not placements:  # nothing but what is described
+        own = full_order_modes(full, count) if low is None else low_order_modes(low, full, count)
+        return np.sqrt(own.values) / (2 * np.pi), own.vectors
+    pairs = lowest(K, M, count)
     finite = np.isfinite(pairs.values)
     vectors = pairs.vectors[:, finite]
     hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)

@@ -15,10 +15,11 @@ from flexura.experiment.channel_pairing import TURNS, pair_channels
 from flexura.experiment.correlation import UNSEEN
 from flexura.experiment.criteria import largest_motion, mac
 from flexura.experiment.measurement import MeasuredChannel
-from flexura.linalg import lowest, ranked
+from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES
 from flexura.mechanism.layout import is_pattern
 from flexura.mechanism.substructure import Mechanism
+from flexura.reduction.certificate import full_order_modes
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.slots import Index
 from flexura.systems.placed import Placement
@@ -120,9 +121,9 @@ def place_sensors(
     full = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
     if not 1 <= n <= k:
         raise OptionError(f"{n} modes need at least {n} sensors, and at least one mode is asked for; found {k} sensors")
-    pairs = lowest(full.K, full.M, n)
-    if len(pairs.values) < n or not np.isfinite(pairs.values).all():
-        raise OptionError(f"the model has only {int(np.isfinite(pairs.values).sum())} modes, not {n}")
+    pairs = full_order_modes(full, n)
+    if len(pairs.values) < n:
+        raise OptionError(f"the model has only {len(pairs.values)} modes, not {n}")
     reach = 0.5 * float(np.ptp(full.geometry.positions, axis=0).max())
     found = _candidates(full, candidates, pairs.vectors, reach)
     if len(found.names) < k:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
-from flexura.linalg.inertia import count_below, scaled, stable_count, superlu
+from flexura.linalg.inertia import bracket, count_below, scaled, stable_count, superlu
 from flexura.linalg.pencil import Pencil
 
 Array = NDArray[np.float64]
@@ -85,7 +85,9 @@ def lowest_modes(pencil: Pencil, count: int, rigid: Array | None = None) -> Eige
     if not is_definite(pencil.K):
         return _floating(pencil, count, rigid)
     found = _finite(_lowest(pencil.K, pencil.M, count, 0.0)).vectors
-    return ritz_pairs(pencil, _polished(pencil, found, 0.0), rigid)
+    pairs = ritz_pairs(pencil, _polished(pencil, found, 0.0), rigid)
+    # fewer: there are no more with mass, or the first is so soft that the others are lost beside it
+    return pairs if len(pairs.values) == count else _floating(pencil, count, rigid)
 
 
 POLISH = 2
@@ -132,7 +134,8 @@ def _floating(pencil: Pencil, count: int, rigid: Array | None) -> Eigenpairs:
             if pairs is None:
                 raise
             break  # so far down round-off in K is in the way
-        pairs = ritz_pairs(pencil, _polished(pencil, _finite(found).vectors, -shift), rigid)
+        fresh = ritz_pairs(pencil, _polished(pencil, _finite(found).vectors, -shift), rigid)
+        pairs = fresh if pairs is None else _together(pencil, fresh, pairs, wanted)
         elastic = pairs.values[pairs.values > CLEAR * pencil.margin(pairs.vectors)]
         near = float(elastic[0]) if len(elastic) else 1e5 * shift  # else all that is elastic lies far above
         if shift / 3 <= near <= 3 * shift or round(np.log10(near)) in seen:
@@ -141,6 +144,19 @@ def _floating(pencil: Pencil, count: int, rigid: Array | None) -> Eigenpairs:
         shift = near
     assert pairs is not None
     return Eigenpairs(pairs.values[:count], pairs.vectors[:, :count])
+
+
+def _together(pencil: Pencil, pairs: Eigenpairs, others: Eigenpairs, count: int) -> Eigenpairs:
+    """The `count` lowest Ritz pairs in the span of some pairs and of what `others` add to it: a shift next to a very
+    soft motion loses those far above it, which another has found."""
+    Y = others.vectors
+    for _ in range(2):
+        Y = Y - pairs.vectors @ (pairs.vectors.T @ (pencil.M @ Y))
+    Y = Y[:, np.einsum("ik,ik->k", Y, pencil.M @ Y) > DEPENDENT]
+    if len(pairs.values) >= count or not Y.shape[1]:
+        return pairs
+    own = _zeroed(pencil, Eigenpairs(*pencil.ritz(np.hstack([pairs.vectors, Y]))))
+    return Eigenpairs(own.values[:count], own.vectors[:, :count])
 
 
 def ritz_pairs(pencil: Pencil, X: Array, rigid: Array | None = None) -> Eigenpairs:
@@ -318,6 +334,9 @@ def _missing(Ks: Any, Ms: Any, values: Array, last: float, shift: float) -> int:
         count = stable_count((Ks - below * Ms).tocsc())
         if count is not None:
             return count - int((values < below).sum())
+    counted = bracket(Pencil.of(Ks, Ms), last - 1e-4 * abs(last) - 1e-3 * abs(shift))
+    if counted.is_proven:
+        return counted.least - int((values < counted.value).sum())
     below = last - 1e-6 * abs(last) - 1e-3 * abs(shift)
     return count_below(Ks, Ms, below) - int((values < below).sum())
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.linalg import lowest
 from flexura.methods.finite_elements import finite_elements
 from flexura.methods.solution import Solution
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -85,10 +84,11 @@ def _certified(task: Task) -> Solution:
 def _of_low_order(task: Task, low: Any) -> Solution:
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held")
-    pairs = lowest(low.K, low.M, task.n)
-    finite = np.isfinite(pairs.values)
-    hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
-    shapes = task.model.node_displacements(np.asarray(low.recover(pairs.vectors[:, finite])))
+    from flexura.reduction.certificate import low_order_modes
+
+    pairs = low_order_modes(low, task.model, task.n)
+    hz = np.sqrt(pairs.values) / (2 * np.pi)
+    shapes = task.model.node_displacements(pairs.vectors)
     return Solution("low order", low.order, hz, shapes)
 
 

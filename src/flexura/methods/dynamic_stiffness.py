@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from flexura.beam.dynamic import Array, radians
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import lowest
 from flexura.methods.dense import refuse_large_parts
 from flexura.methods.exact_chains import ExactChains, exact_chains
 from flexura.methods.exact_condensation import ExactCondensation
 from flexura.methods.solution import Solution
 from flexura.reduction.assembler import LowOrderAssembler, low_order
+from flexura.reduction.certificate import full_order_modes
 from flexura.reduction.parts import PartReducer
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import ElementSlice
@@ -201,7 +201,7 @@ def _guesses(model: FullOrderModel, count: int) -> Floats:
     those that only round-off in M makes finite are left out."""
     if model.order == 0:
         return np.empty(0)
-    values = lowest(model.K, model.M, min(count, model.order)).values
+    values = full_order_modes(model, min(count, model.order)).values
     return values[values <= NOISE * np.min(values[values > 0], initial=np.inf)] if values.any() else values
 
 

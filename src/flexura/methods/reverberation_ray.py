@@ -18,11 +18,11 @@ from flexura.beam import rigid_arm
 from flexura.beam.dynamic import Array, DynamicBeam
 from flexura.beam.uniform import UniformBeam
 from flexura.beam.waves import reversed_waves, waves
-from flexura.linalg import lowest
 from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains, in_series
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
+from flexura.reduction.certificate import full_order_modes
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.slots import Index
 
@@ -180,8 +180,8 @@ def reverberation_ray(model: FullOrderModel, count: int) -> Solution:
     Raises OptionError when nothing can move, SolverError when the contours do not separate the frequencies. Members
     shorter than SHORT against their waves are joints.
     """
-    values = lowest(model.K, model.M, min(7, model.order)).values
-    elastic = values[(values > 0) & np.isfinite(values)]
+    values = full_order_modes(model, min(7, model.order)).values
+    elastic = values[values > 0]
     equations = ReverberationRays(model, float(np.sqrt(elastic[0])) if len(elastic) else 1.0)
     hz = natural_frequencies(equations.matrix, model, count, equations.poles, is_real=False)
     rays = sum(

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.deadline import checkpoint
-from flexura.linalg import lowest
 from flexura.linalg.contour import real_eigenvalues
+from flexura.reduction.certificate import full_order_modes
 from flexura.structure.full_order import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -39,8 +39,7 @@ def natural_frequencies(
     below a frequency, and `is_real` says that the matrix is real for real omega. Raises SolverError when they are not
     found.
     """
-    values = lowest(model.K, model.M, min(count + MARGIN, model.order)).values
-    guess = np.sqrt(values[np.isfinite(values)])
+    guess = np.sqrt(full_order_modes(model, min(count + MARGIN, model.order)).values)
     rigid = int((guess == 0).sum())
 
     def watched(omega: complex) -> NDArray[Any]:

@@ -163,6 +163,22 @@ def _more(count: int, n: int) -> int:
     return 2 * count
 
 
+def full_order_modes(model: FullOrderModel, n: int) -> Eigenpairs:
+    """The `n` lowest modes (full order, n) of the full-order model, or fewer where no more have mass; eigenvalues are
+    quotients of energies, zero only where these are not above their own round-off. Raises SolverError.
+    """
+    own = chained(model)
+    pairs = lowest_modes(own.pencil, n, own.rigid_motions)
+    return Eigenpairs(pairs.values, own.recover(pairs.vectors))
+
+
+def low_order_modes(low: LowOrderModel, model: FullOrderModel, n: int) -> Eigenpairs:
+    """The `n` lowest modes (full order, n) of a low-order model of `model`, as `full_order_modes`."""
+    own = chained(model)
+    pairs = model_pairs(low, own, min(n, low.order))
+    return Eigenpairs(pairs.values[:n], own.recover(pairs.vectors[:, :n]))
+
+
 def certificate(full: ChainedModel, pairs: Eigenpairs, n: int, up_to: float | None = None) -> Certificate:
     """Certificate of the `n` lowest of some Ritz pairs of the full-order model, the next ones known to see the gaps.
 

@@ -5,18 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.doubts import corrected
 from flexura.errors import FlexuraError, OptionError
-from flexura.linalg import lowest
+from flexura.linalg import Eigenpairs
 from flexura.mechanism.substructure import Mechanism, has_solid_members
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.solution import Solution
 from flexura.reduction import reduce
+from flexura.reduction.certificate import full_order_modes, low_order_modes
 from flexura.solid.parts import as_beams, with_solid_parts
 from flexura.structure import FullOrderModel, assemble
 
@@ -82,18 +83,16 @@ def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[
 def low_order(model: FullOrderModel, n: int) -> Solution:
     """The `n` lowest modes by constraint modes alone, the order of the paper."""
     low = reduce(model.plan, model.parameters)
-    return _lowest(model, low.K, low.M, n, low.recover)
+    if low.order == 0:
+        raise OptionError("every node that the low-order model keeps is held")
+    return _solution(model, low.order, low_order_modes(low, model, n))
 
 
 def full_order(model: FullOrderModel, n: int) -> Solution:
     """The `n` lowest modes of all beam elements."""
-    return _lowest(model, model.K, model.M, n, lambda vectors: vectors)
+    return _solution(model, model.order, full_order_modes(model, n))
 
 
-def _lowest(model: FullOrderModel, K: Any, M: Any, n: int, recover: Callable[[Array], Array]) -> Solution:
-    if K.shape[0] == 0:
-        raise OptionError("every node that the low-order model keeps is held")
-    pairs = lowest(K, M, min(n, K.shape[0]))
-    finite = np.isfinite(pairs.values)
-    hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
-    return Solution("beams", K.shape[0], hz, model.node_displacements(np.asarray(recover(pairs.vectors[:, finite]))))
+def _solution(model: FullOrderModel, order: int, pairs: Eigenpairs) -> Solution:
+    hz = np.sqrt(pairs.values) / (2 * np.pi)
+    return Solution("beams", order, hz, model.node_displacements(pairs.vectors))
