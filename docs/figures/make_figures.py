@@ -57,9 +57,8 @@ def pivot() -> None:
 def rpr() -> None:
     """The RPR mechanism and its first six modes, as on the front page."""
     result = fx.modes(fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml"), n=6)
-    titles = [f"mode {mode.number}: {mode.frequency_hz:.4g} Hz" for mode in result.modes]
     with TemporaryDirectory() as folder:
-        fx.save_pictures(result.model, result.shapes, titles, [m.motion.summary for m in result.modes], Path(folder))
+        fx.save_modes(result, folder)
         for name in ("mechanism", "modes"):
             shutil.copy(Path(folder) / f"{name}.png", HERE / f"rpr_{name}.png")
 

@@ -217,6 +217,7 @@ if TYPE_CHECKING:
     from flexura.view import draw_verification as draw_verification
     from flexura.view import save_correlation as save_correlation
     from flexura.view import save_figures as save_figures
+    from flexura.view import save_modes as save_modes
     from flexura.view import save_pictures as save_pictures
     from flexura.view import save_verification as save_verification
     from flexura.view.calibration import draw_calibration as draw_calibration
@@ -300,7 +301,8 @@ _EXPORTS = {
     "flexura.view": (
         *("draw_bode", "draw_correlation", "draw_frf_overlay", "draw_mechanism", "draw_mode", "draw_mode_pair"),
         *("draw_nyquist", "draw_response_matrix", "draw_sensors", "draw_shape_pair", "draw_time"),
-        *("draw_verification", "save_correlation", "save_figures", "save_pictures", "save_verification"),
+        *("draw_verification", "save_correlation", "save_figures", "save_modes", "save_pictures"),
+        *("save_verification",),
     ),
     "flexura.view.calibration": ("draw_calibration",),
     "flexura.view.identification": ("draw_stabilisation", "draw_synthesis", "save_identification"),

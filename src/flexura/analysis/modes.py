@@ -70,6 +70,18 @@ class Mode:
         upper = self.interval_hz[1]
         return "unknown" if upper is None else f"below {upper:.2g}"
 
+    @property
+    def flag(self) -> str:
+        """What is wrong with the frequency, in a few words; empty where it is within its tolerance."""
+        if self.frequency_hz == 0 and not self.is_rigid:
+            return "cannot be told from zero"
+        if not self.missed:
+            return ""
+        lower, upper = self.interval_hz
+        if not (self.is_indexed and lower and upper is not None):
+            return "not proven"
+        return f"proven only within {_percent(max(upper - self.frequency_hz, self.frequency_hz - lower) / lower)}"
+
 
 @dataclass(frozen=True)
 class Modes(Warned):
@@ -304,7 +316,7 @@ def _warnings(modes: tuple[Mode, ...], certified: Certificate, tolerance: float)
     for mode in modes:
         if mode.missed:
             bound = float(certified.error_bound[mode.number - 1]) if mode.is_indexed else np.inf
-            how = f"only within {100 * bound:.2g} %" if np.isfinite(bound) else "not"
+            how = f"only within {_percent(bound)}" if np.isfinite(bound) else "not"
             text = (
                 f"mode {mode.number}: {mode.frequency_text} Hz is {how} proven, not within the {tolerance:g} asked for;"
                 " reduce to a tolerance, or keep more modes"
@@ -324,6 +336,10 @@ def _warnings(modes: tuple[Mode, ...], certified: Certificate, tolerance: float)
         text = f"the model lacks {certified.missing} of the {certified.count} modes below {below:.5g} Hz"
         found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
     return tuple(found)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
 def _result(

@@ -6,7 +6,7 @@ import sys
 import warnings
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, NoReturn
 
 import numpy as np
 import typer
@@ -117,7 +117,9 @@ def modes_command(
         result.raise_warnings()
     pictures: list[Path] = []
     if plot is not None:
-        pictures = _plot(result, plot)
+        from flexura.view import save_modes
+
+        pictures = save_modes(result, plot)
     if as_json:
         print_json(result.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
     else:
@@ -210,19 +212,6 @@ def view_command(
     mechanism, parameters = read(file, set)
     for path in save_pictures(assemble(mechanism, parameters), None, [], [], plot):
         typer.echo(str(path))
-
-
-def _plot(result: Any, folder: Path) -> list[Path]:
-    from flexura.view import save_pictures
-
-    titles = [f"mode {mode.number}: {mode.frequency_hz:.4g} Hz" for mode in result.modes]
-    subtitles = [
-        "; ".join(
-            [mode.motion.summary, *(f"warning: {w}" for w in result.warnings if w.place in ("", str(mode.number)))]
-        )
-        for mode in result.modes
-    ]
-    return save_pictures(result.model, result.shapes, titles, subtitles, folder)
 
 
 def _fail(text: str, status: int) -> NoReturn:

@@ -8,7 +8,7 @@ from flexura.view.correlation import (
     save_correlation,
 )
 from flexura.view.curves import draw_bode, draw_nyquist, draw_response_matrix, draw_time
-from flexura.view.files import save_figures, save_pictures
+from flexura.view.files import save_figures, save_modes, save_pictures
 from flexura.view.pictures import draw_mechanism, draw_mode, draw_sheet
 from flexura.view.scene import Kind, Solids
 from flexura.view.solids import solids
@@ -32,6 +32,7 @@ __all__ = [
     "draw_verification",
     "save_correlation",
     "save_figures",
+    "save_modes",
     "save_pictures",
     "save_verification",
     "solids",

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexura.experiment.calibrated import Calibration
 from flexura.files import complete_files
+from flexura.view.furniture import foot
 from flexura.view.palette import INK
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def draw_calibration(result: Calibration) -> Figure:
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)
     figure.suptitle(result.mechanism.name, fontsize=10, color=INK)
+    foot(figure, (), result.notes)
     return figure
 
 

@@ -14,7 +14,7 @@ from flexura.view.axes import frame
 from flexura.view.camera import Camera, View
 from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures
-from flexura.view.furniture import Box, colour_bar, heading, legend, pixel_axes, triad
+from flexura.view.furniture import Box, colour_bar, foot, heading, legend, pixel_axes, triad
 from flexura.view.palette import INK
 from flexura.view.pictures import MODE_SIZE, mode_scale, mode_triangles, mode_view, new_figure, paint, rest_triangles
 from flexura.view.raster import Triangles
@@ -81,6 +81,7 @@ def draw_correlation(result: Correlation) -> Figure:
     _matrix(panels[1, 0], result.cross_orthogonality, pairs, partners, title, [])
     _bars(panels[1, 1], result)
     figure.suptitle(f"{result.test_name} against {result.name}", size=11, color=INK)
+    foot(figure, (), result.notes)
     return figure
 
 
@@ -268,7 +269,7 @@ def draw_sensors(placement: SensorPlacement) -> Figure:
     numbers = tuple(str(k + 1) for k in np.flatnonzero(own))
     axes = pixel_axes(figure, zorder=8)
     _arrows(axes, view, placement.positions[own], reach * placement.directions[own], numbers)
-    heading(figure, placement.name, _subtitle(placement))
+    heading(figure, placement.name, "; ".join((_subtitle(placement), *placement.notes)))
     legend(figure, parts)
     lines = [
         f"{k + 1}  {name}{' (rotation)' if turn else ''}: {value:.2f}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis import FrequencyResponse, TimeResponse
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import OptionError
+from flexura.view.furniture import foot
 from flexura.view.palette import INK
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 COLOURS = ("#1f5fa8", "#d9541e", "#2c8a4b", "#7a4aa0", "#b8860b", "#0f8b8d", "#a23b57", "#5b6770")
 FAINT = "#c9ced6"
 CENTRED = {"ha": "center", "va": "center"}
-WARNING = "#8a5a00"
-MOST_WARNINGS = 3
-"""Warnings that are written out under a picture."""
 
 MOST_CURVES = 8
 """Curves in one Bode or Nyquist plot."""
@@ -58,22 +55,6 @@ def _style(axes) -> None:  # type: ignore[no-untyped-def]
         axes.spines[side].set_visible(False)
 
 
-def _warn(figure: Figure, warnings: Sequence[Exceeded]) -> None:
-    """One line for each of the first warnings, along the lower edge."""
-    if not warnings:
-        return
-    room = int(18 * figure.get_figwidth())
-    lines = [line for w in warnings[:MOST_WARNINGS] for line in textwrap.wrap(f"warning: {w}", room)]
-    if len(warnings) > MOST_WARNINGS:
-        lines.append(f"and {len(warnings) - MOST_WARNINGS} more warnings")
-    height = (0.135 * len(lines) + 0.08) / figure.get_figheight()
-    engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.set(rect=(0.0, height, 1.0, 1.0 - height))  # type: ignore[call-arg]
-    where = {"va": "bottom", "size": 6.5, "color": WARNING, "linespacing": 1.3}
-    figure.text(0.015, 0.04 / figure.get_figheight(), "\n".join(lines), parse_math=False, **where)
-
-
 def draw_bode(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None = None) -> Figure:
     """Magnitude and phase over frequency of some (output, input) pairs, resonances as vertical lines.
 
@@ -101,7 +82,7 @@ def draw_bode(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None
     angle.set_yticks([-360, -270, -180, -90, 0, 90, 180])
     low, high = angle.dataLim.intervaly
     angle.set_ylim(min(low, -180) - 15, max(high, 0) + 15)
-    _warn(figure, result.warnings)
+    foot(figure, result.warnings)
     return figure
 
 
@@ -129,7 +110,7 @@ def draw_nyquist(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | N
     axes.set_ylabel("imaginary part")
     axes.set_title(result.name, fontsize=10, color=INK)
     axes.legend(fontsize=7, frameon=False)
-    _warn(figure, result.warnings)
+    foot(figure, result.warnings)
     return figure
 
 
@@ -171,7 +152,7 @@ def draw_response_matrix(result: FrequencyResponse) -> Figure:
                 axes.set_ylabel(f"{result.outputs[i].name}\n[{result.outputs[i].unit}]", fontsize=7, color=INK)
     figure.supxlabel("frequency, Hz", fontsize=8)
     figure.suptitle(result.name, fontsize=10, color=INK)
-    _warn(figure, result.warnings)
+    foot(figure, result.warnings)
     return figure
 
 
@@ -198,5 +179,5 @@ def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Fig
         panel.legend(fontsize=7, frameon=False, loc="upper right")
     panels[-1].set_xlabel("time, s")
     panels[0].set_title(result.name, fontsize=10, color=INK)
-    _warn(figure, result.warnings)
+    foot(figure, result.warnings)
     return figure

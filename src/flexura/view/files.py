@@ -21,6 +21,8 @@ from flexura.view.viewpoint import good_camera
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from flexura.analysis import Mode, Modes
+
 
 def save_pictures(
     model: FullOrderModel,
@@ -28,21 +30,28 @@ def save_pictures(
     titles: Sequence[str],
     subtitles: Sequence[str],
     folder: Path | str,
+    *,
+    flags: Sequence[str] = (),
+    warnings: Sequence[Sequence[object]] = (),
+    common: Sequence[object] = (),
 ) -> list[Path]:
     """Write `mechanism.png`, `mode_01.png` and so on, and `modes.png` with the first six modes on one sheet.
 
     shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles:
-    k each; or None and no titles for the mechanism alone. The folder is made when it is missing. All pictures are
-    drawn before any is written, and every file appears complete or not at all; files of the same names are replaced.
-    Returns the paths in the order above; there is no sheet without modes. Raises OptionError when the folder cannot
-    be written to, or when shapes, titles and subtitles do not fit together.
+    k each; or None and no titles for the mechanism alone. `warnings` of each mode and those `common` to all stand in
+    its picture; `flags`, which say the same of each in a few words, and `common` on the sheet. The folder is made when
+    it is missing. All pictures are drawn before any is written, and every file appears complete or not at all; files of
+    the same names are replaced. Returns the paths in the order above; there is no sheet without modes. Raises
+    OptionError when the folder cannot be written to, or when shapes, titles and the rest do not fit together.
     """
     nodes = model.plan.topology.n_nodes
     u = np.empty((nodes, 6, 0)) if shapes is None else np.asarray(shapes, dtype=float)
-    if u.ndim != 3 or not u.shape[2] == len(titles) == len(subtitles):
+    flags, warnings = flags or [""] * len(titles), warnings or [()] * len(titles)
+    if u.ndim != 3 or {len(titles), len(subtitles), len(flags), len(warnings)} != {u.shape[2]}:
         raise OptionError(
-            "shapes have shape (nodes, 6, modes), with a title and a subtitle for each mode; "
-            f"found {u.shape}, {len(titles)} titles and {len(subtitles)} subtitles"
+            "shapes have shape (nodes, 6, modes), with a title and a subtitle for each mode, and flags and warnings of"
+            f" each where there are any; found {u.shape}, {len(titles)} titles, {len(subtitles)} subtitles,"
+            f" {len(flags)} flags and {len(warnings)} lists of warnings"
         )
     rest = solids(model, np.zeros((nodes, 6)))
     for k in range(u.shape[2]):
@@ -51,12 +60,40 @@ def save_pictures(
     camera = good_camera(rest)
     elev, azim = camera.elev, camera.azim
     pictures = {"mechanism.png": _png(draw_mechanism(model, elev=elev, azim=azim))}
-    for k, (title, subtitle) in enumerate(zip(titles, subtitles, strict=True)):
-        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, elev=elev, azim=azim)
+    for k, (title, subtitle, own) in enumerate(zip(titles, subtitles, warnings, strict=True)):
+        said = [*own, *common]
+        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, warnings=said, elev=elev, azim=azim)
         pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
     if titles:
-        pictures["modes.png"] = _png(draw_sheet(model, u, titles, subtitles, elev=elev, azim=azim))
+        sheet = draw_sheet(model, u, titles, subtitles, flags=flags, warnings=common, elev=elev, azim=azim)
+        pictures["modes.png"] = _png(sheet)
     return write_files(pictures, target)
+
+
+def save_modes(result: Modes, folder: Path | str) -> list[Path]:
+    """Write the pictures of `save_pictures` for modes: every frequency as it is proven, and all warnings.
+
+    Raises OptionError when the folder cannot be written to.
+    """
+    own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
+    return save_pictures(
+        result.model,
+        result.shapes,
+        [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes],
+        [mode.motion.summary for mode in result.modes],
+        folder,
+        flags=[mode.flag for mode in result.modes],
+        warnings=[[w for w in result.warnings if w.place == place] for place in own],
+        common=common,
+    )
+
+
+def _frequency(mode: Mode) -> str:
+    """The frequency of a mode as a title says it."""
+    if mode.is_rigid:
+        return "0 Hz, rigid motion"
+    text = mode.frequency_text
+    return "frequency unknown" if text == "unknown" else f"{text} Hz"
 
 
 def save_figures(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexura.view.camera import Camera
-from flexura.view.palette import COLOURS, INK, NAMES, displacement_colours
+from flexura.view.palette import COLOURS, INK, NAMES, WARNING, displacement_colours
 from flexura.view.scene import Kind, Solids
 
 if TYPE_CHECKING:
@@ -27,13 +28,70 @@ def pixel_axes(figure: Figure, zorder: float) -> Axes:
     return axes
 
 
-def heading(figure: Figure, title: str, subtitle: str) -> None:
-    """Title and subtitle at the top left."""
+MOST_REMARKS = 3
+"""Warnings and notes that are written out in a picture."""
+
+MOST_LINES = 3
+"""Lines that each of them takes at most."""
+
+EM = 0.57
+"""Width of a character over the size of the type: more than a line of text has on average."""
+
+
+def heading(figure: Figure, title: str, subtitle: str, warnings: Iterable[object] = ()) -> float:
+    """Title, subtitle and warnings at the top left; returns where they end, as a fraction of the height."""
     lines = textwrap.wrap(title, 60)[:2]
     figure.text(0.035, 0.965, "\n".join(lines), size=14, weight="bold", va="top", color=INK, parse_math=False)
     top = 0.965 - 0.045 * max(len(lines), 1)
-    text = "\n".join(textwrap.wrap(subtitle, 105)[:3])
-    figure.text(0.035, top, text, size=9.5, va="top", color="0.35", linespacing=1.35, parse_math=False)
+    below = textwrap.wrap(subtitle, 105)[:3]
+    style = {"va": "top", "linespacing": 1.35, "parse_math": False}
+    figure.text(0.035, top, "\n".join(below), size=9.5, color="0.35", **style)
+    top -= len(below) * line_height(figure, 9.5)
+    said = remark_lines(warnings, "warning", 0.93 * figure.get_figwidth(), 8.5, most=2)
+    if said:
+        top -= 0.006
+        figure.text(0.035, top, "\n".join(said), size=8.5, color=WARNING, **style)
+    return top - len(said) * line_height(figure, 8.5)
+
+
+def line_height(figure: Figure, size: float) -> float:
+    """Height of a line of type of a size in points, spaced by 1.35, as a fraction of the height of the figure."""
+    return 1.35 * size / 72 / figure.get_figheight()
+
+
+def remark_lines(
+    remarks: Iterable[object], kind: str, width: float, size: float, most: int = MOST_REMARKS
+) -> list[str]:
+    """The first few remarks, each after its kind, wrapped to a width in inches of type of a size in points; how many
+    more there are."""
+    own = list(dict.fromkeys(str(remark) for remark in remarks))
+    room = int(72 * width / (EM * size))
+    lines = [
+        line
+        for text in own[:most]
+        for line in textwrap.wrap(f"{kind}: {text}", room, max_lines=MOST_LINES, placeholder=" ...")
+    ]
+    rest = len(own) - most
+    return lines + ([f"and {rest} more {kind}{'s' if rest > 1 else ''}"] if rest > 0 else [])
+
+
+def foot(figure: Figure, warnings: Sequence[object], notes: Sequence[object] = ()) -> None:
+    """Warnings, then notes, along the lower edge of a figure whose layout is constrained."""
+    width, size = 0.97 * figure.get_figwidth(), 6.5
+    said = (remark_lines(warnings, "warning", width, size), remark_lines(notes, "note", width, size))
+    count = sum(map(len, said))
+    if not count:
+        return
+    line, gap = line_height(figure, size), 0.04 / figure.get_figheight()
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    engine.set(rect=(0.0, count * line + 2 * gap, 1.0, 1.0 - count * line - 2 * gap))  # type: ignore[call-arg]
+    top = gap
+    for lines, colour in zip(said[::-1], ("0.35", WARNING), strict=True):
+        if lines:
+            style = {"va": "bottom", "size": size, "color": colour, "linespacing": 1.35, "parse_math": False}
+            figure.text(0.015, top, "\n".join(lines), **style)
+            top += len(lines) * line
 
 
 def legend(figure: Figure, parts: Solids) -> None:

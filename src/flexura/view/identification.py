@@ -17,6 +17,7 @@ from flexura.experiment.setups import modes_of_setup
 from flexura.linalg import ranked
 from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures
+from flexura.view.furniture import foot
 from flexura.view.palette import INK
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | No
     _style(axes)
     axes.legend(fontsize=7, frameon=False, loc="upper center", ncols=3)
     axes.set_title(_title(result), fontsize=10, color=INK, parse_math=False)
+    foot(figure, (), result.notes)
     return figure
 
 
@@ -121,6 +123,7 @@ def draw_synthesis(
     panels[0, 0].legend(fontsize=7, frameon=False)
     figure.supxlabel("frequency, Hz", fontsize=8)
     figure.suptitle(_title(result), fontsize=10, color=INK)
+    foot(figure, (), result.notes)
     return figure
 
 

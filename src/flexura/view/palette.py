@@ -41,6 +41,7 @@ NAMES: dict[Kind, str] = {
 }
 WIDTHS = {Kind.ARM: 0.8, Kind.SPRING: 1.2, Kind.SUPERELEMENT: 1.1, Kind.FLEXURE: 1.6, Kind.LINK: 1.0}
 INK = "#22262b"
+WARNING = "#8a5a00"
 GHOST = (0.90, 0.91, 0.92)
 
 

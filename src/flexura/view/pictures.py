@@ -13,9 +13,19 @@ from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.view.axes import frame
 from flexura.view.camera import Camera, View, painted
-from flexura.view.furniture import Box, colour_bar, dot_style, heading, legend, pixel_axes, triad
+from flexura.view.furniture import (
+    Box,
+    colour_bar,
+    dot_style,
+    heading,
+    legend,
+    line_height,
+    pixel_axes,
+    remark_lines,
+    triad,
+)
 from flexura.view.meshes import Array
-from flexura.view.palette import COLOURS, GHOST, INK, WIDTHS, displacement_colours
+from flexura.view.palette import COLOURS, GHOST, INK, WARNING, WIDTHS, displacement_colours
 from flexura.view.raster import Triangles, of_lines, render
 from flexura.view.scene import Kind, Solids
 from flexura.view.solids import solids
@@ -63,6 +73,7 @@ def draw_mode(
     *,
     title: str,
     subtitle: str = "",
+    warnings: Sequence[object] = (),
     scale: float | None = None,
     elev: float | None = None,
     azim: float | None = None,
@@ -72,17 +83,17 @@ def draw_mode(
     displacements: (n_nodes, 6), m and rad in any common scale, global frame (`FullOrderModel.node_displacements`).
     scale: factor on the displacements; when left out the largest becomes 12 % of the mechanism's longest side, or
     the largest rotation 0.45 rad.
-    title and subtitle stand above the picture; elev, azim as in `draw_mechanism`. Rotations are drawn to first
-    order. Returns a matplotlib Figure of 1200 x 900 pixels. Raises OptionError for displacements that are not
+    title, subtitle and warnings stand above the picture; elev, azim as in `draw_mechanism`. Rotations are drawn to
+    first order. Returns a matplotlib Figure of 1200 x 900 pixels. Raises OptionError for displacements that are not
     finite or of another shape.
     """
     parts = solids(model, displacements)
     camera = camera_for(parts, elev, azim)
     figure = new_figure(SIZE)
     factor = _scale(parts, scale)
-    view = mode_view(figure, parts, camera, factor, (0.035, 0.05, 0.82, 0.79))
+    top = min(heading(figure, title, subtitle, warnings) - 0.01, 0.84)
+    view = mode_view(figure, parts, camera, factor, (0.035, 0.05, 0.82, top - 0.05))
     paint(figure, *mode_triangles(parts, view, factor))
-    heading(figure, title, subtitle)
     triad(figure, camera, (0.875, 0.03, 0.10, 0.133))
     colour_bar(figure, (0.912, 0.27, 0.017, 0.45))
     return figure
@@ -94,34 +105,46 @@ def draw_sheet(
     titles: Sequence[str],
     subtitles: Sequence[str],
     *,
+    flags: Sequence[str] = (),
+    warnings: Sequence[object] = (),
     elev: float | None = None,
     azim: float | None = None,
 ) -> Figure:
     """Draw up to six modes on one sheet, three in a row.
 
-    shapes: (n_nodes, 6, k), titles and subtitles: k each. Returns a matplotlib Figure of 1800 x 1200 pixels, or
+    shapes: (n_nodes, 6, k), titles and subtitles: k each, and flags, which say in few words what is wrong with a mode;
+    warnings, of the whole, stand along the lower edge. Returns a matplotlib Figure of 1800 x 1200 pixels, or
     1800 x 660 for one row. Raises OptionError as `draw_mode` does.
     """
     count = min(shapes.shape[2], 6)
     rows = 2 if count > 3 else 1
     figure = new_figure((12.0, 8.0 if rows == 2 else 4.4))
     camera = None
+    said = remark_lines(warnings, "warning", 0.9 * figure.get_figwidth(), 8.5)
+    foot = len(said) * line_height(figure, 8.5) + (0.02 if said else 0.0)
+    cell = (1 - foot) / rows
     painting: list[tuple[Triangles, Triangles]] = []
     for k in range(count):
         parts = solids(model, shapes[:, :, k])
         camera = camera or camera_for(parts, elev, azim)
-        left, bottom = 0.015 + 0.308 * (k % 3), 1 - (k // 3 + 1) / rows
+        left, bottom = 0.015 + 0.308 * (k % 3), 1 - (k // 3 + 1) * cell
         scale = _scale(parts, None)
-        view = mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 / rows, 0.28, 0.77 / rows))
+        top = bottom + 0.96 * cell
+        style = {"ha": "center", "va": "top", "parse_math": False}
+        figure.text(left + 0.15, top, titles[k], size=12, weight="bold", color=INK, **style)
+        top -= 0.065 / rows
+        for lines, colour in (
+            (textwrap.wrap(subtitles[k], 58)[:2], "0.35"),
+            (textwrap.wrap(flags[k], 58)[:1] if flags else [], WARNING),
+        ):
+            figure.text(left + 0.15, top, "\n".join(lines), size=8.5, color=colour, **style)
+            top -= len(lines) * line_height(figure, 8.5)
+        height = min(0.77 * cell, top - 0.01 - bottom - 0.05 * cell)
+        view = mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 * cell, 0.28, height))
         painting.append(mode_triangles(parts, view, scale))
-        top = bottom + (1 - 0.04) / rows
-        figure.text(
-            left + 0.15, top, titles[k], ha="center", va="top", size=12, weight="bold", color=INK, parse_math=False
-        )
-        text = "\n".join(textwrap.wrap(subtitles[k], 58)[:2])
-        figure.text(
-            left + 0.15, top - 0.065 / rows, text, ha="center", va="top", size=8.5, color="0.35", parse_math=False
-        )
+    if said:
+        style = {"va": "bottom", "size": 8.5, "color": WARNING, "linespacing": 1.35, "parse_math": False}
+        figure.text(0.025, 0.012, "\n".join(said), **style)
     if camera is not None:
         paint(figure, *(Triangles.joined(list(part)) for part in zip(*painting, strict=True)))
         triad(figure, camera, (0.942, 0.02, 0.052, 0.052 * figure.bbox.width / figure.bbox.height))

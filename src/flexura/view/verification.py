@@ -9,7 +9,7 @@ import numpy as np
 
 from flexura.errors import OptionError
 from flexura.view.files import save_figures
-from flexura.view.furniture import Box, colour_bar, heading, triad
+from flexura.view.furniture import Box, colour_bar, heading, remark_lines, triad
 from flexura.view.palette import INK
 from flexura.view.pictures import camera_for, mode_scale, mode_triangles, mode_view, new_figure, paint
 from flexura.view.raster import Triangles
@@ -72,7 +72,9 @@ def draw_mode_pair(
         factor = mode_scale(parts)
         painted.append(mode_triangles(parts, mode_view(figure, parts, camera, factor, area), factor))
     paint(figure, *(Triangles.joined(list(part)) for part in zip(*painted, strict=True)))
-    heading(figure, f"mode {number} of the solid: {result.frequency_hz[k]:.5g} Hz", _subtitle(row, k))
+    heading(
+        figure, f"mode {number} of the solid: {result.frequency_hz[k]:.5g} Hz{_known(result, k)}", _subtitle(row, k)
+    )
     for (left, _, width, _), name in zip(AREAS, ("corrected beams", "solid"), strict=True):
         figure.text(left + width / 2, 0.82, name, ha="center", size=11, weight="bold", color=INK)
     triad(figure, camera, (0.915, 0.03, 0.065, 0.065 * SIZE[0] / SIZE[1]))
@@ -86,8 +88,14 @@ def draw_verification(result: Verification) -> Figure:
     Filled marks lie above the solid's frequency and hollow ones below. Raises OptionError before there is a solid.
     """
     _pairs(result)
-    figure = new_figure((8.0, 4.6))
-    axes = figure.add_axes((0.1, 0.13, 0.62, 0.74))
+    remarks = [*result.notes, *(f"{row.model}: {row.failure}" for row in result.rows if row.failure)]
+    said = remark_lines(remarks, "note", 7.6, 7.5)
+    extra = 7.5 * 1.35 / 72 * len(said) + (0.1 if said else 0.0)
+    figure = new_figure((8.0, 4.6 + extra))
+    share = 4.6 / (4.6 + extra)
+    low = 1 - share
+    axes = figure.add_axes((0.1, low + 0.13 * share, 0.62, 0.74 * share))
+    figure.text(0.025, 0.02, "\n".join(said), size=7.5, va="bottom", color="0.35", linespacing=1.35, parse_math=False)
     count = len(result.frequency_hz)
     rows = [row for row in result.rows if row.error]
     for k, row in enumerate(rows):
@@ -108,9 +116,9 @@ def draw_verification(result: Verification) -> Figure:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    figure.legend(loc="center left", bbox_to_anchor=(0.73, 0.5), frameon=False, fontsize=8)
-    figure.text(0.985, 0.16, "filled: too high\nhollow: too low", ha="right", size=8, color="0.35")
-    figure.text(0.1, 0.92, result.name, size=11, weight="bold", color=INK, parse_math=False)
+    figure.legend(loc="center left", bbox_to_anchor=(0.73, low + 0.5 * share), frameon=False, fontsize=8)
+    figure.text(0.985, low + 0.16 * share, "filled: too high\nhollow: too low", ha="right", size=8, color="0.35")
+    figure.text(0.1, low + 0.92 * share, result.name, size=11, weight="bold", color=INK, parse_math=False)
     return figure
 
 
@@ -138,6 +146,12 @@ def _subtitle(row: VerificationRow, k: int) -> str:
     if hz is None or error is None or mac is None:
         return "the corrected beams have no mode of this shape"
     return f"mode {number} of the corrected beams: {hz:.5g} Hz, {100 * error:+.2f} %, MAC {mac:.4f}"
+
+
+def _known(result: Verification, k: int) -> str:
+    """How far off the solid's own frequency may be, after a comma."""
+    own = result.uncertainty[k] if k < len(result.uncertainty) else None
+    return ", its own error not known" if own is None else f", to {100 * own:.2g} %"
 
 
 def _pairs(result: Verification) -> ShapePairs:

@@ -13,6 +13,7 @@ from flexura.experiment.virtual_test import VirtualTest
 from flexura.linalg import leading
 from flexura.view.curves import COLOURS
 from flexura.view.files import save_figures
+from flexura.view.furniture import foot
 from flexura.view.identification import _figure, _style, save_identification
 from flexura.view.palette import INK
 
@@ -66,6 +67,7 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
         _style(axes)
     title = f"{result.name}: virtual test, {len(result.measurement.recordings)} hits"
     figure.suptitle(title, fontsize=10, color=INK)
+    foot(figure, (), result.notes)
     return figure
 
 
