@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from flexura.analysis import Freedom as Freedom
     from flexura.analysis import FrequencyResponse as FrequencyResponse
     from flexura.analysis import Kinetostatics as Kinetostatics
+    from flexura.analysis import LeftOut as LeftOut
     from flexura.analysis import MemberStress as MemberStress
     from flexura.analysis import Mode as Mode
     from flexura.analysis import Modes as Modes
@@ -232,7 +233,7 @@ _EXPORTS = {
         *("ActuatorState", "CheckReport", "ComplianceSpectrum", "Doubt", "Drift", "Evidence", "Freedom"),
         "FrequencyResponse",
         *("Kinetostatics", "MemberStress", "Mode", "Modes", "Preload", "ScrewAxis", "SignalFile", "Statics"),
-        *("Stresses", "TimeResponse", "check", "compliance", "drift", "frequency_response"),
+        *("LeftOut", "Stresses", "TimeResponse", "check", "compliance", "drift", "frequency_response"),
         *("internal_force_rows", "kinetostatics", "member_stresses", "modes", "preload", "read_signals"),
         *("screw_axis", "signals", "statics", "stress_rows", "tangent_stiffness", "time_response"),
     ),

@@ -193,7 +193,7 @@ def test_signatures():
 RESULTS = (
     *("CheckReport", "Modes", "Mode", "Evidence", "FullOrderModel", "LowOrderModel"),
     *("Channel", "System", "ModalSystem", "ComplexModes", "StateSpace", "FrequencyResponse", "TimeResponse"),
-    "Neglected",
+    *("LeftOut", "Neglected"),
     *("SignalFile", "Statics", "ActuatorState", "Kinetostatics", "Freedom", "Verification"),
 )
 

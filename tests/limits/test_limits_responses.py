@@ -95,7 +95,7 @@ def test_what_no_mode_carries_counts(heavy):
 def test_commands_over_time(command, count):
     amplifier = fx.load(AMPLIFIER)
     result = fx.time_response(
-        amplifier, {"piezo": fx.signals.step(command)}, ["motion"], dt=2e-5, duration=4e-3, damping=0.01
+        amplifier, {"piezo": fx.signals.step(command)}, ["motion"], dt=2e-6, duration=4e-3, damping=0.01
     )
     found = [w for w in result.warnings if w.kind == "command"]
     assert len(found) == count
@@ -181,7 +181,7 @@ def test_pictures_say_it():
     amplifier = fx.load(AMPLIFIER)
     for command, words in ((3e-3, ["warning: piezo is driven with 3 mm"]), (10e-6, [])):
         signal = {"piezo": fx.signals.step(command)}
-        result = fx.time_response(amplifier, signal, ["motion"], dt=2e-5, duration=4e-3, damping=0.01)
+        result = fx.time_response(amplifier, signal, ["motion"], dt=2e-6, duration=4e-3, damping=0.01)
         texts = [text.get_text() for text in fx.draw_time(result).texts]
         assert len(texts) == len(words) and all(w in t for w, t in zip(words, texts, strict=True))
 

@@ -8,6 +8,7 @@ from flexura.analysis.evidence import Evidence, MissedMode
 from flexura.analysis.freedoms import ComplianceSpectrum, Freedom
 from flexura.analysis.frequency_response import FrequencyResponse, frequency_response
 from flexura.analysis.kinetostatics import Kinetostatics, kinetostatics
+from flexura.analysis.left_out import LeftOut
 from flexura.analysis.modes import Mode, Modes, modes
 from flexura.analysis.preload import Preload, preload
 from flexura.analysis.signals import SignalFile, read_signals
@@ -26,6 +27,7 @@ __all__ = [
     "Freedom",
     "FrequencyResponse",
     "Kinetostatics",
+    "LeftOut",
     "MemberStress",
     "MissedMode",
     "Mode",

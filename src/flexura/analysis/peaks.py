@@ -12,6 +12,7 @@ from flexura.analysis.limits import States, command_limits, force_limits, merged
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, System
+from flexura.systems.band import UNDAMPED
 from flexura.systems.placed import Placement
 from flexura.systems.recurrences import Hold, motion
 from flexura.systems.system import floating_shift, input_loads, static_solution
@@ -21,18 +22,30 @@ Array = NDArray[np.float64]
 BLOCK = 10_000_000
 """Modal coordinates that are held at a time."""
 
+DRIVEN = 100.0
+"""Amplitude over static amplitude from which an undamped frequency, proven to 1e-4, is off by 1 % of a response."""
+
+REACHED = 1e-9
+"""Share of the largest force on a mode from which an input drives it."""
+
 STATES = 256
 """States of a full-order model that are looked at together."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a time response follows from: `modes`, viscously damped, from a state `eta`, `rate` (r,), and `hold`."""
+    """What a time response follows from: `modes`, viscously damped, from a state `eta`, `rate` (r,), and `hold`.
+
+    `plain` are these modes without residual ones, `impulses` and `start` (m,) what the state follows from.
+    """
 
     modes: ModalSystem
     hold: Hold
     eta: Array
     rate: Array
+    plain: ModalSystem
+    impulses: Array
+    start: Array
 
     def warnings(self, time: Array, u: Array) -> tuple[Exceeded, ...]:
         """Limits that are exceeded at some time (N,) under inputs u (m, N).
@@ -43,7 +56,8 @@ class Run:
         shapes = modes.shapes if isinstance(system.model, FullOrderModel) else system.model.recover(modes.shapes)
         shift = floating_shift(system.full_order.K, system.full_order.M)
         columns = np.hstack([shapes, _left_out(system, shapes, modes.B / (modes.omega**2 + shift)[:, None], shift)])
-        return _merged(system, columns, ((eta, own) for eta, own in self._blocks(time, u)), time, u)
+        found = _merged(system, columns, ((eta, own) for eta, own in self._blocks(time, u)), time, u)
+        return (*found, *driven_limits(self.plain, time, u))
 
     def _blocks(self, time: Array, u: Array) -> Iterator[tuple[Array, slice]]:
         """Modal coordinates (r, k) block by block, and the samples that they are of."""
@@ -57,6 +71,30 @@ class Run:
             yield q, own
             if v is not None:
                 eta, rate = q[:, -1], v[:, -1]
+
+
+def driven_limits(modes: ModalSystem, time: Array, u: Array) -> tuple[Exceeded, ...]:
+    """Resonances that nothing damps, and that inputs u (m, N) drive to more than 100 times their static amplitude.
+
+    The amplitude of an undamped mode is that of the integral of u e^(-i omega t); it is off by the error of omega times
+    as much, and in truth something damps it.
+    """
+    dt, worst = float(time[1] - time[0]), (DRIVEN, 0.0, 0)
+    for r in np.flatnonzero((modes.total_ratios < UNDAMPED) & (modes.omega > 0)):
+        w, reached = float(modes.omega[r]), np.abs(modes.B[r]) > REACHED * np.abs(modes.B[r]).max()
+        turn = np.exp(-1j * w * time)
+        for j in np.flatnonzero(reached & u.any(axis=1)):
+            gain = float(w * dt * np.abs(np.cumsum(u[j] * turn)).max() / np.abs(u[j]).max())
+            worst = max(worst, (gain, w / (2 * np.pi), int(j)))
+    gain, hz, j = worst
+    if not hz:
+        return ()
+    name = modes.inputs[j].name
+    text = (
+        f"{name} drives the resonance at {hz:.5g} Hz, which nothing damps, to {gain:.3g} times its static amplitude: it"
+        " grows as long as it is driven; give some damping"
+    )
+    return (Exceeded("resonance", name, gain, DRIVEN, "1", text),)
 
 
 def integrated_warnings(system: System, q: Array, time: Array, u: Array) -> tuple[Exceeded, ...]:

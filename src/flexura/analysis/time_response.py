@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.integration import generalised_alpha
+from flexura.analysis.left_out import LeftOut, left_out, references
 from flexura.analysis.peaks import Run, integrated_warnings
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.errors import Exceeded, OptionError, Warned
@@ -24,6 +25,7 @@ from flexura.systems.blocks import block_response, suits_blocks
 from flexura.systems.channel import matched
 from flexura.systems.placed import actuator_names
 from flexura.systems.recurrences import Hold, motion
+from flexura.systems.residual_modes import with_residual_modes
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]
@@ -31,6 +33,9 @@ Samples = ArrayLike | Callable[[Array], ArrayLike]
 
 PER_PERIOD = 10
 """Steps per period of the highest kept mode below which a step counts as coarse."""
+
+LACKING = 1e-6
+"""Share of a static correction that is left when residual modes carry it."""
 
 STATES = 50_000_000
 """Most values of modal coordinates that are kept."""
@@ -66,7 +71,24 @@ class TimeResponse(Warned):
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
         """Where this response stops holding: largest motion, stress and force, and inputs beyond their range."""
-        return self.known if self.run is None else self.run.warnings(self.time, self.signals)
+        if self.run is None:
+            return self.known
+        lost = () if self.neglected is None else self.neglected.warnings
+        return (*self.run.warnings(self.time, self.signals), *lost)
+
+    @cached_property
+    def neglected(self) -> LeftOut | None:
+        """A bound on what modes left out would change; None where there are none. Worked out when first asked for."""
+        run = self.run
+        if run is None or not np.isfinite(run.plain.next_omega):
+            return None
+        dt, plain = float(self.time[1] - self.time[0]), run.plain
+        own = _outputs(plain, self.signals, dt, run.hold, _static(plain, run.start), plain.B @ run.impulses)
+        for k, follow in enumerate(zip(*(references(u, dt) for u in self.signals), strict=True), 1):
+            at = plain.derivative == k
+            own[at] += plain.residual[at] @ np.stack(follow)
+        dynamic, peak = np.abs(self.response - own).max(axis=1), np.abs(self.response).max(axis=1)
+        return left_out(plain, dynamic, peak, self.signals, dt, run.hold, run.impulses, run.start)
 
     def displacements(self, at: int | Sequence[int]) -> Array:
         """DOF vectors (n, k) of the full-order model at samples `at`, for shapes and stresses.
@@ -97,6 +119,7 @@ class TimeResponse(Warned):
             "outputs": {str(c): y.tolist() for c, y in zip(self.outputs, self.response, strict=True)},
             "inputs": {str(c): u.tolist() for c, u in zip(self.inputs, self.signals, strict=True)},
             "notes": list(self.notes),
+            "neglected": None if self.neglected is None else self.neglected.to_dict(),
             "warnings": [w.to_dict() for w in self.warnings],
         }
 
@@ -261,26 +284,41 @@ def _modes(built: System, dt: float, mechanism: Any) -> ModalSystem:
 def _exact(
     modes: ModalSystem, time: Array, u: Array, dt: float, hold: Hold, impulses: Array, start: Array, keep: bool
 ) -> TimeResponse:
-    notes = _notes(modes, dt, hold)
-    modes = modes.viscous()
-    eta0, rate0, y = _static(modes, start), modes.B @ impulses, modes.D @ u
-    run = Run(modes, hold, eta0, rate0)
-    if not keep and suits_blocks(modes, len(u)):
-        y += block_response(modes, u, dt, hold, eta0, rate0)
-        y += np.where(modes.derivative[:, None] == 0, modes.residual, 0.0) @ u
+    whole = with_residual_modes(modes) if modes.order else modes
+    notes = _notes(modes, whole, dt, hold)
+    plain, modes = modes.viscous(), whole.viscous()
+    eta0, rate0 = _static(modes, start), modes.B @ impulses
+    run = Run(modes, hold, eta0, rate0, plain, impulses, start)
+    if not keep:
+        y = _outputs(modes, u, dt, hold, eta0, rate0)
         return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, run=run)
+    if modes.order * len(time) > STATES:
+        raise OptionError(f"keep_modes keeps at most {STATES} values: ask for fewer modes or samples")
+    eta, rate = motion(modes, u, dt, hold, eta0, rate0, {0} | {min(k, 1) for k in modes.derivative.tolist()})
+    y = _read_all(modes, eta, rate, u)
+    return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, modes, eta, run)
+
+
+def _outputs(modes: ModalSystem, u: Array, dt: float, hold: Hold, eta0: Array, rate0: Array) -> Array:
+    """Outputs (p, N), by whichever recursion is the shorter way."""
+    if suits_blocks(modes, len(u)):
+        y = modes.D @ u + block_response(modes, u, dt, hold, eta0, rate0)
+        return y + np.where(modes.derivative[:, None] == 0, modes.residual, 0.0) @ u
     orders = set(modes.derivative.tolist())
-    wanted = {min(k, 1) for k in orders} | ({0} if keep or 2 in orders else set())
+    wanted = {min(k, 1) for k in orders} | ({0} if 2 in orders else set())
     eta, rate = motion(modes, u, dt, hold, eta0, rate0, wanted)
-    for order in orders:
+    return _read_all(modes, eta, rate, u)
+
+
+def _read_all(modes: ModalSystem, eta: Array | None, rate: Array | None, u: Array) -> Array:
+    """Outputs (p, N) from modal coordinates."""
+    y = modes.D @ u
+    for order in set(modes.derivative.tolist()):
         at = np.flatnonzero(modes.derivative == order)
         y[at] += _read(modes, eta, rate, u, modes.C[at], order)
         if order == 0:
             y[at] += modes.residual[at] @ u
-    if keep and modes.order * len(time) > STATES:
-        raise OptionError(f"keep_modes keeps at most {STATES} values: ask for fewer modes or samples")
-    kept = (modes, eta) if keep else (None, None)
-    return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, *kept, run)
+    return y
 
 
 def _read(modes: ModalSystem, eta: Array | None, rate: Array | None, u: Array, C: Array, order: int) -> Array:
@@ -304,9 +342,11 @@ def _static(modes: ModalSystem, start: Array) -> Array:
     return modes.B @ start / modes.omega**2
 
 
-def _notes(modes: ModalSystem, dt: float, hold: Hold) -> tuple[str, ...]:
+def _notes(modes: ModalSystem, whole: ModalSystem, dt: float, hold: Hold) -> tuple[str, ...]:
     shape = "straight lines between samples" if hold == "foh" else "samples held"
-    notes = [f"{modes.order} modes, exact for {shape}"]
+    more = whole.order - modes.order
+    residual = f" and {more} residual mode{'s' if more > 1 else ''}" if more else ""
+    notes = [f"{modes.order} modes{residual}, exact for {shape}"]
     if modes.loss is not None:
         notes.append("structural damping taken as viscous damping that dissipates the same at each resonance")
     highest = float(modes.frequency_hz[-1]) if modes.order else 0.0
@@ -317,7 +357,8 @@ def _notes(modes: ModalSystem, dt: float, hold: Hold) -> tuple[str, ...]:
             f" {needed:.2g} s would do, or keep fewer modes"
         )
     later = [c.name for c, k in zip(modes.outputs, modes.derivative, strict=True) if k]
-    if later and modes.residual.any():
+    lacking = np.abs(whole.residual) > LACKING * np.abs(modes.residual)
+    if later and lacking[modes.derivative > 0].any():
         notes.append(f"velocities and accelerations lack the static correction of modes left out: {', '.join(later)}")
     return tuple(notes)
 

@@ -158,7 +158,8 @@ def print_time_response(result: TimeResponse, written: list[Path]) -> None:
         row = (y[low], result.time[low], y[high], result.time[high], y[-1])
         table.add_row(escape(str(channel)), *(f"{x:.5g}" for x in row))
     console.print(table)
-    _end(console, result.notes, result.warnings, written)
+    lost = () if result.neglected is None else (result.neglected.text,)
+    _end(console, (*result.notes, *lost), result.warnings, written)
 
 
 def _end(console: Console, notes: tuple[str, ...], warnings: tuple[Exceeded, ...], written: list[Path]) -> None:
