@@ -134,6 +134,7 @@ if TYPE_CHECKING:
     from flexura.mechanism import Material as Material
     from flexura.mechanism import Matrix as Matrix
     from flexura.mechanism import Mechanism as Mechanism
+    from flexura.mechanism import Meshed as Meshed
     from flexura.mechanism import MirrorPattern as MirrorPattern
     from flexura.mechanism import ModalTest as ModalTest
     from flexura.mechanism import MomentActuator as MomentActuator
@@ -267,9 +268,19 @@ _EXPORTS = {
         *("DiagonalDamping", "DiagonalStiffness", "EllipticalContour", "Expression", "Flexure"),
         *("ForceActuator", "ForceSensor", "HammerPoint", "HyperbolicContour", "Instance", "Leaf", "LinearPattern"),
         *("Link", "Load", "Material", "Matrix", "Mechanism", "MirrorPattern", "ModalTest", "MomentActuator"),
-        *("MotionSensor", "Notch", "ParabolicContour", "Parameter", "PiezoStack", "Plate", "PointMass", "Rayleigh"),
+        *(
+            "Meshed",
+            "MotionSensor",
+            "Notch",
+            "ParabolicContour",
+            "Parameter",
+            "PiezoStack",
+            "Plate",
+            "PointMass",
+            "Rayleigh",
+        ),
         *("Rectangle", "RigidBody", "Rotation", "RoundNotch", "SectionConstants", "Spring", "StraightContour"),
-        "Reduction",
+        *("Reduction", "Meshed"),
         *("Substructure", "Superelement", "Support", "TabulatedContour", "Tube", "TwoAxisNotch"),
         *("VShapedContour", "parameter"),
     ),

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence
 from flexura.analysis.free_motions import free_motions
+from flexura.analysis.mesh_errors import PartMesh, frequency_errors, mesh_warning, part_meshes
+from flexura.linalg import lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -55,6 +57,8 @@ class CheckReport:
     """Whether the ends of corrected members are `clamped` or `free`, or how far, such as `60 % clamped`."""
     actuators: dict[str, str]
     """Inputs by name: quantity, unit and range."""
+    solid_parts: dict[str, PartMesh]
+    """Superelements of which the error of the stiffness is known: their meshes, and how large it is."""
     sensors: dict[str, str]
     """Outputs by name: quantity and unit."""
     damping: str
@@ -106,13 +110,14 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         parameters={k: float(v) for k, v in used.items() if isinstance(v, int | float)},
         corrections=corrections,
         ends=ends,
+        solid_parts=part_meshes(full),
         **_channels(full),
         loads={node: tuple(map(float, wrench)) for node, wrench in dead.wrenches(full.values).items()},
         gravity=(x, y, z),
         is_preloaded=plan.is_loaded,
         rigid_body_modes=free.rigid_body_modes,
         lowest_hz=free.lowest_hz,
-        doubts=(*free.doubts, *member_doubts(full), *_overlapping(full)),
+        doubts=(*free.doubts, *member_doubts(full), *_overlapping(full), *_coarse_meshes(full)),
     )
 
 
@@ -167,6 +172,22 @@ def _held(full: FullOrderModel) -> dict[str, tuple[str, ...]]:
         names[node]: tuple(d for d, held in zip(DOF_NAMES, topology.held[node], strict=True) if held)
         for node in np.flatnonzero(topology.held.any(axis=1))
     }
+
+
+def _coarse_meshes(full: FullOrderModel) -> list[Doubt]:
+    """Meshes of solid parts that leave one of the lowest frequencies uncertain."""
+    if not full.order or not part_meshes(full):
+        return []
+    pairs = lowest(full.K, full.M, min(6, full.order))
+    finite = np.flatnonzero(np.isfinite(pairs.values) & (pairs.values > 0))
+    hz, u = np.sqrt(pairs.values[finite]) / (2 * np.pi), full.node_displacements(pairs.vectors[:, finite])
+    errors = frequency_errors(full, u, hz)
+    doubts: dict[str, Doubt] = {}
+    for f, error, part in zip(hz, errors.share / 2, errors.part, strict=True) if errors else ():
+        warning = mesh_warning("", f"a mode at {f:.4g} Hz", error, part)
+        if warning is not None:
+            doubts.setdefault(part, Doubt("mesh", part, warning.text))
+    return list(doubts.values())
 
 
 def _overlapping(full: FullOrderModel) -> list[Doubt]:

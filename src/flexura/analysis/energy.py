@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import block_rotation, rigid_arm
 from flexura.structure import FullOrderModel
-from flexura.structure.part import Lump, Part, PartMatrices
+from flexura.structure.part import Part, PartMatrices
 
 Array = NDArray[np.float64]
 
@@ -36,16 +36,23 @@ def energies(model: FullOrderModel, displacements: Array) -> list[PartEnergy]:
     return list(_energies(model, displacements))
 
 
+def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> Iterator[tuple[tuple[str, ...], Array]]:
+    """Path of every placed copy of a prototype, and displacements (n, 6, k) of its nodes in its own frame,
+    for those (n_nodes, 6, k) of all nodes, global frame, m and rad."""
+    placed, part = model.plan.topology.placed[name], model.plan.parts[name]
+    for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
+        Q = model.geometry.Q[instance].T
+        turned = block_rotation(Q)
+        turned[3:, 3:] *= round(float(np.linalg.det(Q)))
+        u = displacements[offset : offset + part.n_nodes].copy()
+        u[: part.n_placed] = np.einsum("ij,njk->nik", turned, u[: part.n_placed])
+        yield path, u
+
+
 def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnergy]:
-    plan = model.plan
     for name, matrices in model.matrices.items():
-        placed, part = plan.topology.placed[name], plan.parts[name]
-        for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
-            Q = model.geometry.Q[instance].T
-            turned = block_rotation(Q)
-            turned[3:, 3:] *= round(float(np.linalg.det(Q)))
-            u = displacements[offset : offset + part.n_nodes].copy()
-            u[: part.n_placed] = np.einsum("ij,njk->nik", turned, u[: part.n_placed])
+        part = model.plan.parts[name]
+        for path, u in placed_motions(model, displacements, name):
             strain, kinetic = _elements(part, matrices, u)
             by_name = {
                 member: strain[:, first : first + n].sum(axis=1)
@@ -53,10 +60,10 @@ def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnerg
             }
             kinetic = kinetic.sum(axis=0)
             for lump in matrices.lumps:
-                kinetic += _quadratic(lump.M, lump, u)
+                kinetic += quadratic(lump.M, lump.nodes, u)
                 if lump.K is not None:
                     by_name[lump.name] = np.zeros((len(KINDS), u.shape[-1]))
-                    by_name[lump.name][-1] = _quadratic(lump.K, lump, u)
+                    by_name[lump.name][-1] = quadratic(lump.K, lump.nodes, u)
             yield PartEnergy(".".join(path) or "mechanism", name, kinetic, by_name)
 
 
@@ -78,8 +85,9 @@ def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Arra
     return strain, np.einsum("eik,eij,ejk->ek", v, elements.M, v) / 2
 
 
-def _quadratic(matrix: Array | None, lump: Lump, u: Array) -> Array | float:
+def quadratic(matrix: Array | None, nodes: Sequence[int], u: Array) -> Array | float:
+    """Half of v' A v (k,) of the displacements v of some nodes of a part, of u (n, 6, k) of all; zero for None."""
     if matrix is None:
         return 0.0
-    v = u[lump.nodes].reshape(6 * len(lump.nodes), u.shape[-1])
+    v = u[nodes].reshape(6 * len(nodes), u.shape[-1])
     return np.einsum("ik,ij,jk->k", v, matrix, v) / 2

@@ -12,6 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.mesh_errors import response_meshes
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import count_below
 from flexura.mechanism.damping import Damping
@@ -77,7 +78,7 @@ class FrequencyResponse(Warned):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Where this response stops holding: undamped resonances, and frequencies beyond what is proven."""
+        """Where this response stops holding: undamped resonances, coarse meshes, frequencies beyond what is proven."""
         if self.unproven is None:
             return self.known
         return (*self.known, *proof_limits(self.unproven, float(self.frequency_hz.max())))
@@ -183,7 +184,7 @@ def frequency_response(
     _refuse_infinite(H, hz)
     lost, much = remainder_of_response(modes, H, hz)
     notes = (*_notes(modes, hz, resonances), *lost)
-    known = _undamped(modes, hz) + much
+    known = _known(modes, hz) + much
     if isinstance(mechanism, ModalSystem):
         known += truncation_limits(modes, wanted[-1])
     ends = (modes.inputs, modes.outputs, *resonances, modes.order)
@@ -265,8 +266,10 @@ def _unproven(mechanism: Any, built: System, how: dict[str, Any]) -> System | No
     return None if isinstance(mechanism, Mechanism | Plan) and not how else built
 
 
-def _undamped(modes: ModalSystem, hz: Array) -> tuple[Exceeded, ...]:
-    return resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
+def _known(modes: ModalSystem, hz: Array) -> tuple[Exceeded, ...]:
+    """Undamped resonances in the range, and meshes that leave the response uncertain."""
+    undamped = resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
+    return (*undamped, *response_meshes(modes.system, modes, float(hz[-1])))
 
 
 def _resonances(modes: ModalSystem, wanted: Array) -> tuple[Array, Array]:
@@ -367,7 +370,7 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
     _refuse_infinite(H, hz)
     notes = (f"solved directly at every frequency, order {built.order}",)
     ends = (built.inputs, built.outputs, *resonances, built.order)
-    return FrequencyResponse(built.name, hz, H, *ends, notes, _undamped(modes, hz))
+    return FrequencyResponse(built.name, hz, H, *ends, notes, _known(modes, hz))
 
 
 def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
@@ -382,4 +385,4 @@ def _exact(built: System, wanted: Array, band: tuple[float, float] | None, point
     n = len(exact.kept)
     notes = (f"exact dynamic stiffness over {n} kept DOFs; resonances are those of the finite elements",)
     ends = (built.inputs, built.outputs, *resonances, n)
-    return FrequencyResponse(built.name, hz, H, *ends, notes, _undamped(modes, hz))
+    return FrequencyResponse(built.name, hz, H, *ends, notes, _known(modes, hz))

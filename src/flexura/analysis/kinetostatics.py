@@ -22,13 +22,14 @@ from flexura.analysis.freedoms import (
     stiffness_without_springs,
 )
 from flexura.analysis.limits import workspace_limits
+from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import response_to
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems.channel import Channel
 from flexura.systems.placed import Placement
@@ -206,6 +207,7 @@ def kinetostatics(
     spectrum, said = _spectrum(model, P, int(number[0]), free[p, p], a > 0)
     freedoms, notes = _freedoms(model, free[p, p], locked, coupling, spectrum, int(number[0]))
     names = [i.channel.name for i in inputs]
+    driven = [f"of {node} by a load along its {dof}" for dof in DOF_NAMES] + [f"by {name}" for name in names]
     found = [
         _drifted(model, P, node, f, names, place, limits) if a else _yielding(model, node, f, free[p, p], spectrum)
         for f in freedoms
@@ -226,7 +228,7 @@ def kinetostatics(
         spectrum,
         bool(a) or spectrum.is_clear,
         (*said, *notes),
-        workspace_limits(model, moved[:, q] * gain, limits),
+        (*workspace_limits(model, moved[:, q] * gain, limits), *motion_meshes(model, moved, driven)),
     )
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
+from flexura.analysis.mesh_errors import frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion, motions
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
@@ -47,7 +48,8 @@ class Mode:
     model was too large to be solved beside it. `interval_hz` is proven to contain a full-order frequency, that of the
     same number where `is_indexed` (see `Certificate`); an end that is not proven is None. `is_rigid` says that the
     frequency is zero: its interval holds zero, and a rigid motion that strains nothing stands for it. `missed` says
-    that the interval is wider than the tolerance that was asked for.
+    that the interval is wider than the tolerance that was asked for. `mesh_error` estimates how far off, relative, the
+    frequency may be for the meshes of solid parts, which no interval knows of; None where no part tells.
     """
 
     number: int
@@ -61,6 +63,7 @@ class Mode:
     motion: Motion
     is_rigid: bool = False
     missed: bool = False
+    mesh_error: float | None = None
 
     @property
     def frequency_text(self) -> str:
@@ -342,6 +345,23 @@ def _percent(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
+def with_mesh_errors(
+    model: FullOrderModel, found: tuple[Mode, ...], u: Array
+) -> tuple[tuple[Mode, ...], tuple[Exceeded, ...]]:
+    """The modes of shapes u (n_nodes, 6, n) with what the meshes of solid parts leave uncertain, and warnings of it."""
+    errors = frequency_errors(model, u, np.array([mode.frequency_hz for mode in found]))
+    if errors is None:
+        return found, ()
+    off = (errors.share / 2).tolist()
+    told = tuple(replace(mode, mesh_error=error) for mode, error in zip(found, off, strict=True))
+    places = [f"mode {mode.number}" for mode in found]
+    said = [
+        mesh_warning(place, f"{place}: {mode.frequency_text} Hz", error, part)
+        for place, mode, error, part in zip(places, found, off, errors.part, strict=True)
+    ]
+    return told, tuple(w for w in said if w is not None)
+
+
 def _result(
     full: ChainedModel,
     order: int,
@@ -355,6 +375,7 @@ def _result(
 ) -> Modes:
     model = full.model
     names, name = tuple(model.plan.topology.node_names), model.plan.mechanism.name
-    said = _warnings(found, certified, tolerance)
+    found, meshes = with_mesh_errors(model, found, u)
+    said = (*_warnings(found, certified, tolerance), *meshes)
     limit = min(tolerance, TOLERANCE)
     return Modes(name, order, model.order, found, evidence, u, names, parameters, model, certified, steps, limit, said)

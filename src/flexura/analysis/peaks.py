@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
+from flexura.analysis.mesh_errors import response_meshes
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, System
@@ -30,6 +31,10 @@ REACHED = 1e-9
 
 STATES = 256
 """States of a full-order model that are looked at together."""
+
+
+LOWEST = 6
+"""So many of the lowest modes are looked at for what meshes leave uncertain: high ones hardly move."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,8 @@ class Run:
         shift = floating_shift(system.full_order.K, system.full_order.M)
         columns = np.hstack([shapes, _left_out(system, shapes, modes.B / (modes.omega**2 + shift)[:, None], shift)])
         found = _merged(system, columns, ((eta, own) for eta, own in self._blocks(time, u)), time, u)
-        return (*found, *driven_limits(self.plain, time, u))
+        lowest = float(self.plain.frequency_hz[:LOWEST].max(initial=0.0))
+        return (*found, *driven_limits(self.plain, time, u), *response_meshes(system, self.plain, lowest))
 
     def _blocks(self, time: Array, u: Array) -> Iterator[tuple[Array, slice]]:
         """Modal coordinates (r, k) block by block, and the samples that they are of."""
@@ -103,9 +109,9 @@ def integrated_warnings(system: System, q: Array, time: Array, u: Array) -> tupl
         shift = floating_shift(system.full_order.K, system.full_order.M)
         shapes, gain = system.model.recover(np.eye(system.order)), static_solution(system.K, system.M, system.B, shift)
         columns = np.hstack([shapes, _left_out(system, shapes, gain, shift)])
-        return _merged(system, columns, [(q, slice(0, len(time)))], time, u)
+        return (*_merged(system, columns, [(q, slice(0, len(time)))], time, u), *response_meshes(system))
     blocks = ((q[:, k : k + STATES], slice(k, min(k + STATES, len(time)))) for k in range(0, len(time), STATES))
-    return _merged(system, None, blocks, time, u)
+    return (*_merged(system, None, blocks, time, u), *response_meshes(system))
 
 
 def _left_out(system: System, shapes: Array, gain: Array, shift: float) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexura.analysis.evidence import Evidence, mass_evidence
-from flexura.analysis.modes import Mode, Modes
+from flexura.analysis.modes import Mode, Modes, with_mesh_errors
 from flexura.analysis.motion import motions
 from flexura.reduction.equal_branches import SplitModel
 from flexura.reduction.model import STATE
@@ -37,4 +37,6 @@ def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Mode
     names = tuple(full.plan.topology.node_names)
     name = full.plan.mechanism.name
     steps = (split.summary, STATE) if full.plan.is_loaded else (split.summary,)
-    return Modes(name, full.order, full.order, tuple(found), evidence, u, names, parameters, full, proof, steps)
+    told, said = with_mesh_errors(full, tuple(found), u)
+    order = full.order
+    return Modes(name, order, order, told, evidence, u, names, parameters, full, proof, steps, warnings=said)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.limits import States, command_limits, force_limits, motion_limits, stress_limits
+from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.preload import preload
 from flexura.analysis.stress import Stresses, member_stresses
@@ -70,7 +71,7 @@ class Statics(Warned):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Where this response stops holding: large motion, ranges of actuators, yield and buckling."""
+        """Where this response stops holding: large motion, ranges of actuators, yield, buckling and coarse meshes."""
         states = States(self.model, self.displacement_vector[:, None])
         place = Placement(self.model.plan, self.model.values, self.model.geometry)
         commands = {a.name: np.array([a.command]) for a in self.actuators}
@@ -80,6 +81,7 @@ class Statics(Warned):
             *motion_limits(states),
             *stress_limits(states, self._weight),
             *self._buckling[0],
+            *motion_meshes(self.model, self.displacement_vector[:, None], ["under these loads"]),
         )
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +48,9 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         table.add_column("full Hz", justify="right")
         table.add_column("difference", justify="right")
     table.add_column("proven", justify="right")
+    meshed = any(mode.mesh_error is not None for mode in result.modes)
+    if meshed:
+        table.add_column("meshes", justify="right")
     table.add_column("what moves", overflow="fold")
     for mode in result.modes:
         row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}"]
@@ -55,6 +58,8 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
             row += [_difference(mode)]
         row += [_proven(mode.frequency_hz, mode.interval_hz, mode.is_indexed, mode.is_rigid)]
+        if meshed:
+            row += ["" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %"]
         table.add_row(*row, mode.motion.summary)
     console.print(table)
     for step in result.steps:
@@ -149,6 +154,14 @@ def print_preload(data: dict[str, Any]) -> None:
     print_warnings(console, (w["text"] for w in data["warnings"]))
 
 
+def _print_named(console: Console, what: str, about: Mapping[str, str]) -> None:
+    """Print one line for each of a kind, up to twenty."""
+    for name, text in list(about.items())[:20]:
+        console.print(f"{what} {name}: {text}", markup=False)
+    if len(about) > 20:
+        console.print(f"{what}: and {len(about) - 20} more")
+
+
 def print_check(report: CheckReport) -> None:
     """Print what was understood of a mechanism, and the doubts."""
     console = console_of_width()
@@ -170,11 +183,9 @@ def print_check(report: CheckReport) -> None:
     if len(report.held) > 20:
         console.print(f"held: and {len(report.held) - 20} more nodes", markup=False)
     _print_corrections(console, report)
-    for what, channels in (("actuator", report.actuators), ("sensor", report.sensors)):
-        for name, about in list(channels.items())[:20]:
-            console.print(f"{what} {name}: {about}", markup=False)
-        if len(channels) > 20:
-            console.print(f"{what}: and {len(channels) - 20} more")
+    _print_named(console, "solid part", {name: str(mesh) for name, mesh in report.solid_parts.items()})
+    _print_named(console, "actuator", report.actuators)
+    _print_named(console, "sensor", report.sensors)
     if report.damping != "none" or report.actuators or report.sensors:
         console.print(f"damping: {report.damping}", markup=False)
     _print_loads(console, report)

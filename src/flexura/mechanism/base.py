@@ -84,10 +84,12 @@ _RULES = {
     "too_long": "a list of at most {max_length} entries is expected here",
     "too_short": "a list of at least {min_length} entries is expected here",
     "string_type": "text is expected here",
+    "float_type": "a number is expected here",
+    "finite_number": "a finite number is expected here",
     "int_type": "a whole number is expected here",
     "int_from_float": "a whole number is expected here",
     "greater_than_equal": "at least {ge} is expected here",
-    "less_than_equal": "at most {le} is expected here",
+    "less_than_equal": "at most {le:g} is expected here",
     "literal_error": "one of {expected} is expected here",
 }
 """What to say of pydantic's errors, with the fields of their context."""

@@ -200,6 +200,15 @@ SquareMatrix = Annotated[
 ]
 
 
+class Meshed(Part):
+    """The mesh that a superelement was reduced from."""
+
+    size: Annotated[float, Field(gt=0, strict=True)]
+    """Length of its cells relative to the mesher's own choice."""
+    dofs: Annotated[int, Field(ge=1, strict=True)]
+    """DOFs of the mesh."""
+
+
 class Superelement(Part):
     """Stiffness and mass matrices of an elastic part over named nodes, from another program or a reduced mechanism.
 
@@ -214,12 +223,20 @@ class Superelement(Part):
     mass: SquareMatrix
     loss_factor: NonNegativeNumber | None = None
     """Structural loss factor."""
+    stiffness_error: SquareMatrix | None = None
+    """How far off the stiffness may be: the strain energy of displacements v is uncertain by half of v' E v."""
+    mesh: Meshed | None = None
+    """The mesh that it was reduced from, where that is known."""
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:
         n, a = 6 * len(self.nodes), self.amplitudes
         rule = f"six DOFs for each of {len(self.nodes)} nodes" + (f", and {a} amplitudes" if a else "")
-        for name, matrix in (("stiffness", self.stiffness.array), ("mass", self.mass.array)):
+        for name in ("stiffness", "mass", "stiffness_error"):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            matrix = given.array
             if matrix.shape != (n + a, n + a):
                 hint = "" if a else "`amplitudes` says how many generalised coordinates follow the DOFs of the nodes"
                 raise refuse(f"{name} is {n + a} x {n + a}: {rule}", hint)

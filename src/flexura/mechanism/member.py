@@ -16,6 +16,7 @@ Theory = Literal["rayleigh", "timoshenko", "euler_bernoulli"]
 Integration = Literal["stepped", "tapered"]
 Fidelity = Literal["beam", "solid"]
 Faces = Literal["rigid", "averaged", "flexible"]
+MeshSize = Annotated[float, Field(ge=0.05, le=5, strict=True)]
 ElementCount = Annotated[int, Field(ge=1, le=10_000, strict=True)]
 
 
@@ -44,6 +45,8 @@ class Member(Part):
     fidelity: Fidelity | None = None
     """`solid` takes a part reduced from a three-dimensional mesh in place of beam elements; None takes the
     substructure's."""
+    mesh_size: MeshSize | None = None
+    """Length of the cells of a solid member relative to the mesher's own choice; None takes the substructure's."""
     faces: Faces = "rigid"
     """How the end faces of a solid member follow its nodes: as they are, on average, or with deformations of their
     own."""

@@ -13,7 +13,7 @@ from flexura.mechanism.corrections import Corrections
 from flexura.mechanism.damping import Damping, Dashpot
 from flexura.mechanism.loads import Gravity, Load
 from flexura.mechanism.material import CATALOGUE, Material
-from flexura.mechanism.member import Fidelity, Flexure, Link, Theory
+from flexura.mechanism.member import Fidelity, Flexure, Link, MeshSize, Theory
 from flexura.mechanism.modal_test import ModalTest
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Angle
@@ -90,6 +90,8 @@ class Substructure(Part):
     """Nodes (or bodies) that others may join, carry or clamp."""
     fidelity: Fidelity | None = None
     """Whether members that do not say so themselves are beams or solids; None takes the mechanism's, or `beam`."""
+    mesh_size: MeshSize | None = None
+    """Relative size of the cells of solid members that do not say so themselves; None takes the mechanism's, or 1."""
 
 
 class Support(Part):
@@ -162,6 +164,13 @@ def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:
     part = mechanism.substructures[name] if name else mechanism
     default = part.fidelity or mechanism.fidelity
     return {key: m for key, m in {**part.links, **part.flexures}.items() if (m.fidelity or default) == "solid"}
+
+
+def mesh_sizes(mechanism: Mechanism, name: str) -> dict[str, float]:
+    """Relative sizes of the cells of the solid members of a substructure, or with no name of the mechanism itself."""
+    part = mechanism.substructures[name] if name else mechanism
+    default = part.mesh_size or mechanism.mesh_size or 1.0
+    return {key: member.mesh_size or default for key, member in solid_members(mechanism, name).items()}
 
 
 def has_solid_members(mechanism: Mechanism) -> bool:

@@ -43,6 +43,7 @@ _STAND_INS: dict[str, Any] = {
     "theory": "rayleigh",
     "corrections": "none",
     "ends": ["clamped", "clamped"],
+    "mesh_size": None,
 }
 """What takes the place of a faulty key of a member, so that the nodes and material that it names are still checked."""
 

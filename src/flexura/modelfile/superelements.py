@@ -33,12 +33,14 @@ def prepare_superelement(entry: dict[str, Any], directory: FilePath) -> Problem 
     """
     try:
         length, mass, time = _units(entry.pop("units", None))
-        for key in ("stiffness", "mass"):
+        for key in ("stiffness", "mass", "stiffness_error"):
             if isinstance(entry.get(key), dict):
                 entry[key] = _from_file(entry[key], (key,), directory)
         if (length, mass, time) != (1.0, 1.0, 1.0):
-            for key, scale in (("stiffness", mass / time**2), ("mass", mass)):
-                entry[key] = _scaled(entry.get(key), scale, length, entry.get("amplitudes", 0))
+            force = mass / time**2
+            for key, scale in (("stiffness", force), ("mass", mass), ("stiffness_error", force)):
+                if key in entry:
+                    entry[key] = _scaled(entry[key], scale, length, entry.get("amplitudes", 0))
     except _RefusedError as refused:
         return refused.problem
     return None

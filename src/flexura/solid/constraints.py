@@ -23,6 +23,9 @@ Index = NDArray[np.intp]
 
 KINDS = ("rigid", "averaged", "flexible")
 
+DEPENDENT = 1e-6
+"""Part of a deformation of a face that others lack, below which it is made of these."""
+
 SPREAD = 1e-9
 """Points of a set lie on a line when the smallest eigenvalue of their second moments is this small."""
 
@@ -117,17 +120,35 @@ def _tie(mesh: SolidMesh, face: Face, degree: int) -> _Tie:
 
 
 def deformations(mesh: SolidMesh, points: Index, degree: int = DEGREE) -> Array:
-    """Deformations (3 p, b) of a face (p,) that have no mean motion: polynomials up to a degree in its coordinates."""
-    x = mesh.points[points] - mesh.points[points].mean(axis=0)
-    frame = np.linalg.svd(x, full_matrices=False)[2]
-    y, z = ((x @ axis) / abs(x @ axis).max() for axis in frame[:2])
+    """Deformations (3 p, b) of a face (p,) that have no mean motion: polynomials up to a degree in its coordinates.
+
+    They are the same on every mesh of the face, so that amplitudes of two meshes mean the same.
+    """
+    box = mesh.points[points]
+    x = box - (box.min(axis=0) + box.max(axis=0)) / 2
+    normal = np.linalg.svd(x, full_matrices=False)[2][2].round(6)
+    across = np.eye(3)[np.abs(normal).argmin()]
+    across = across - (across @ normal) * normal / (normal @ normal)
+    axes = across, np.cross(normal * np.sign(normal[np.abs(normal).argmax()]), across)
+    y, z = ((x @ axis) / abs(x @ axis).max() for axis in axes)
     powers = [(i, j) for i, j in product(range(degree + 1), repeat=2) if i + j <= degree]
     B = np.kron(np.column_stack([y**i * z**j for i, j in powers]), np.eye(3))
     centre = mesh.points[points].mean(axis=0)
     mean = averaged_rows(mesh, points, centre)[:, _dofs(points)]
     B = B - rigid_motions(mesh.points[points], centre) @ (mean @ B)
-    U, s, _ = np.linalg.svd(B, full_matrices=False)
-    return U[:, s > 1e-9 * s[0]] * np.sqrt(len(points))
+    return B[:, _independent(B)]
+
+
+def _independent(B: Array) -> Index:
+    """Columns of B (n, k) that do not depend on those before them."""
+    Q, kept, size = np.zeros((len(B), 0)), [], np.linalg.norm(B, axis=0).max(initial=0.0)
+    for k, column in enumerate(B.T):
+        rest = column - Q @ (Q.T @ column)
+        rest = rest - Q @ (Q.T @ rest)
+        if np.linalg.norm(rest) > DEPENDENT * size:
+            Q = np.column_stack([Q, rest / np.linalg.norm(rest)])
+            kept.append(k)
+    return np.array(kept, dtype=np.intp)
 
 
 def averaged_rows(mesh: SolidMesh, points: Index, about: ArrayLike) -> sp.csr_matrix:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -10,12 +11,15 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import ModelError, OptionError, Problem
-from flexura.mechanism import Expression, Matrix, Mechanism, Parameter, Substructure, Superelement
+from flexura.mechanism import Expression, Matrix, Mechanism, Meshed, Parameter, Substructure, Superelement
+from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import scalars
 from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.member import Flexure, Link
-from flexura.mechanism.substructure import has_solid_members, solid_members
+from flexura.mechanism.substructure import has_solid_members, mesh_sizes, solid_members
 from flexura.solid.components import Component, own_components, turned
+from flexura.solid.geometry import MemberSolid
+from flexura.solid.mesh_error import stiffness_error
 from flexura.solid.reduced import Announce, reduced_piece
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design
@@ -36,10 +40,12 @@ def with_solid_parts(
 
     Solid members of one substructure that meet are fused into one superelement, which has the name of its first member;
     nodes inside it that nothing else names are left out. `modes` fixed-interface modes of every superelement are kept;
-    `size` scales the cells of the meshes; `announce` is told each step. `parameters` become the values of those
-    parameters, and all parameters on which a solid depends are held at their values. Superelements keep the loss factor
-    of their members and have no stresses. Raises OptionError for members without a form, such as sections given by
-    constants, and fused ones of different loss factors; ModelError for names that a superelement has already.
+    `size` multiplies the `mesh_size` of all members, of which fused ones take the smallest; `announce` is told each
+    step. A second mesh tells how far off the stiffness may be, which every superelement carries as `stiffness_error`.
+    `parameters` become the values of those parameters, and all parameters on which a solid depends are held at their
+    values. Superelements keep the loss factor of their members and have no stresses. Raises OptionError for members
+    without a form, such as sections given by constants, and fused ones of different loss factors; ModelError for names
+    that a superelement has already.
     """
     if not isinstance(mechanism, Mechanism):
         raise OptionError(f"a Mechanism is expected, not a {type(mechanism).__name__}; flexura.load reads a file")
@@ -47,6 +53,10 @@ def with_solid_parts(
         raise OptionError(f"modes = {modes!r}: a whole number, zero or more")
     if not has_solid_members(mechanism):
         return mechanism
+    if not 0 < size < np.inf:
+        raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
+    if found := [problem for problem in problems(mechanism) if problem.path[-1:] == ("mesh_size",)]:
+        raise ModelError(found)
     plan = Plan(as_beams(mechanism))
     chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(mechanism, name))}
     plan.refuse_loads("members as solids")
@@ -56,8 +66,9 @@ def with_solid_parts(
     for name, members in chosen.items():
         part = _prototype(mechanism, name)
         own: dict[str, Superelement] = {}
+        sizes = {key: size * own_size for key, own_size in mesh_sizes(mechanism, name).items()}
         for component in own_components(model, name, list(members), _needed(mechanism, part)):
-            own[_own_name(component)] = _superelement(model, name, component, modes, size, tell)
+            own[_short(component.members[0])] = _superelement(model, name, component, modes, sizes, tell)
         _refuse_taken(name, part, own)
         kept = {key: member for key, member in {**part.links, **part.flexures}.items() if key not in members}
         fused = {node for member in members.values() for node in member.nodes} - {
@@ -69,24 +80,26 @@ def with_solid_parts(
                 "links": {key: member for key, member in part.links.items() if key in kept},
                 "flexures": {key: member for key, member in part.flexures.items() if key in kept},
                 "superelements": {**part.superelements, **own},
+                "mesh_size": None,
             }
         )
     result = changed.get(TOP, mechanism)
     substructures = {name: changed.get(name, part) for name, part in mechanism.substructures.items()}
     held = _held(plan, mechanism, chosen, parameters)
-    return result.model_copy(update={"substructures": substructures, "parameters": held})
+    return result.model_copy(update={"substructures": substructures, "parameters": held, "mesh_size": None})
 
 
 def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None = None) -> Mechanism:
     """The same mechanism with all its members as beams, and with the same corrections for all where they are named."""
-    own: dict[str, Any] = {"fidelity": None} if corrections is None else {"fidelity": None, "corrections": None}
+    solid: dict[str, Any] = {"fidelity": None, "mesh_size": None}
+    own = solid if corrections is None else {**solid, "corrections": None}
 
     def beams(part: Substructure) -> dict[str, Any]:
         members = {
             kind: {key: m.model_copy(update=own) for key, m in getattr(part, kind).items()}
             for kind in ("links", "flexures")
         }
-        return {"fidelity": None, **members}
+        return {**solid, **members}
 
     inner = {name: part.model_copy(update=beams(part)) for name, part in mechanism.substructures.items()}
     named = {} if corrections is None else {"corrections": corrections}
@@ -109,25 +122,37 @@ def _needed(mechanism: Mechanism, part: Substructure) -> set[str]:
     return {node for text in texts for node in matching(text, own)}
 
 
-def _own_name(component: Component) -> str:
-    return component.members[0].name.split(".")[-1]
+def _short(member: MemberSolid) -> str:
+    """The name of a member in its prototype."""
+    return member.name.split(".")[-1]
 
 
 def _superelement(
-    model: FullOrderModel, prototype: str, component: Component, modes: int, size: float, announce: Announce
+    model: FullOrderModel,
+    prototype: str,
+    component: Component,
+    modes: int,
+    sizes: Mapping[str, float],
+    announce: Announce,
 ) -> Superelement:
     """A component over its nodes, in the frame of its prototype."""
+    size = min(sizes[_short(member)] for member in component.members)
     label = f"solid of {component.label}, size {size:g}"
-    unit = reduced_piece(component.piece, size, modes, announce=lambda stage: announce(f"{label}: {stage}"))
+
+    def tell(stage: str) -> None:
+        announce(f"{label}: {stage}")
+
+    unit = reduced_piece(component.piece, size, modes, announce=tell)
+    error = stiffness_error(component.piece, unit, size, modes, tell)
     own = component.placed(unit)
     placed = model.plan.topology.placed[prototype]
     turn = turned(model.geometry.Q[placed.number[0]])
     T = la.block_diag(*[turn] * len(component.nodes), np.eye(own.amplitudes))
-    K, M = (T.T @ A @ T for A in (own.K, own.M))
+    K, M, E = (T.T @ A @ T for A in (own.K, own.M, component.placed(replace(unit, K=error)).K))
     part = model.plan.parts[prototype]
     losses = set()
     for member in component.members:
-        described = part.members[member.name.split(".")[-1]]
+        described = part.members[_short(member)]
         loss = model.plan.mechanism.material(described.material).loss_factor
         losses.add(loss if described.loss_factor is None else described.loss_factor)
     if len(losses) > 1:
@@ -139,6 +164,8 @@ def _superelement(
         stiffness=Matrix((K + K.T) / 2),
         mass=Matrix((M + M.T) / 2),
         loss_factor=losses.pop(),
+        stiffness_error=Matrix((E + E.T) / 2),
+        mesh=Meshed(size=size, dofs=own.dofs),
     )
 
 

@@ -28,7 +28,7 @@ Index = NDArray[np.intp]
 Announce = Callable[[str], None]
 Matrices = Callable[[SolidMesh], tuple[Any, Any]]
 
-REVISION = 4
+REVISION = 5
 """Goes up whenever meshes or matrices of pieces change, so that those in the cache are worked out anew."""
 
 LEAST_MODES = 8

@@ -7,6 +7,7 @@ import math
 from flexura.errors import Path
 from flexura.mechanism.checks.survey import Survey, prefix, shown
 from flexura.mechanism.corrections import CORRECTIONS
+from flexura.mechanism.layout import TOP
 from flexura.mechanism.member import Flexure, Link, possible_corrections
 from flexura.mechanism.placement import Point
 from flexura.mechanism.profile import (
@@ -20,6 +21,7 @@ from flexura.mechanism.profile import (
     VShapedContour,
 )
 from flexura.mechanism.section import ROUND_SECTIONS
+from flexura.mechanism.substructure import solid_members
 
 RELATIVE = 1e-9
 ROUND_OFF = 1e-12
@@ -30,6 +32,8 @@ PARALLEL = 1e-6
 
 def check_members(survey: Survey) -> None:
     """Report members without length, without orientation, or with a profile that does not fit."""
+    if not survey.partial:
+        _mesh_sizes(survey)
     for name, prototype in survey.layout.prototypes.items():
         positions = survey.positions[name]
         for kind in ("links", "flexures"):
@@ -74,6 +78,23 @@ def _is_round(survey: Survey, member: Link | Flexure) -> bool:
     if isinstance(section, str):
         section = survey.layout.mechanism.sections.get(section)
     return section is None or isinstance(section, ROUND_SECTIONS)
+
+
+def _mesh_sizes(survey: Survey) -> None:
+    """Report sizes of meshes where nothing is meshed."""
+    mechanism = survey.layout.mechanism
+    solid = {name: solid_members(mechanism, name) for name in survey.layout.prototypes}
+    hint = "add fidelity: solid, or leave mesh_size out"
+    for name, prototype in survey.layout.prototypes.items():
+        meshed = solid[name] if name != TOP else any(solid.values())
+        if prototype.mesh_size is not None and not meshed:
+            rule = "none of the members that it is for has fidelity: solid, so that there is no mesh"
+            survey.report((*prefix(name), "mesh_size"), f"{prototype.mesh_size:g}", rule, hint)
+        for kind in ("links", "flexures"):
+            for key, member in getattr(prototype, kind).items():
+                if member.mesh_size is not None and key not in solid[name]:
+                    rule = "the member is a beam, which has no mesh"
+                    survey.report((*prefix(name), kind, key, "mesh_size"), f"{member.mesh_size:g}", rule, hint)
 
 
 def _corrections(survey: Survey, path: Path, member: Link | Flexure) -> None:
