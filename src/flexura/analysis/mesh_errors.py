@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.energy import placed_motions, quadratic
 from flexura.errors import Exceeded
+from flexura.mechanism.body import Superelement
 from flexura.mechanism.layout import TOP
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, System
@@ -30,7 +31,8 @@ class PartMesh:
     """A superelement of which the error of the stiffness is known, by `SUBSTRUCTURE.NAME`.
 
     `size` of the cells is relative to the mesher's own choice, `dofs` those of the mesh, both None where they are not
-    known. `stiffness_error` is the estimated relative error of the stiffness in the direction where it is largest.
+    known. `stiffness_error` is the estimated relative error of the static stiffness between its nodes, in the direction
+    where it is largest.
     """
 
     size: float | None
@@ -60,7 +62,7 @@ def part_meshes(model: FullOrderModel) -> dict[str, PartMesh]:
     for name, prototype in model.plan.layout.prototypes.items():
         for key, own in prototype.superelements.items():
             if own.stiffness_error is not None:
-                worst = _worst(own.stiffness.array, own.stiffness_error.array)
+                worst = _worst(own, own.stiffness_error.array)
                 size, dofs = (None, None) if own.mesh is None else (own.mesh.size, own.mesh.dofs)
                 found[key if name == TOP else f"{name}.{key}"] = PartMesh(size, dofs, worst)
     return found
@@ -139,8 +141,11 @@ def mesh_warning(place: str, what: str, error: float, part: str) -> Exceeded | N
     return Exceeded("mesh", place, error, LIMIT, "1", text)
 
 
-def _worst(K: Array, E: Array) -> float:
-    """The largest eigenvalue of E against K where K is not zero."""
+def _worst(own: Superelement, E: Array) -> float:
+    """The largest eigenvalue of E against K where K is not zero, over the nodes, which amplitudes follow statically."""
+    c, K = 6 * len(own.nodes), own.stiffness.array
+    follow = np.vstack([np.eye(c), -np.linalg.pinv(K[c:, c:], hermitian=True) @ K[c:, :c]])
+    K, E = (follow.T @ A @ follow for A in (K, E))
     scale = np.sqrt(np.maximum(K.diagonal(), 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     values, vectors = la.eigh(K / np.outer(scale, scale))
