@@ -133,6 +133,9 @@ def test_frequencies_of_a_leaf_and_of_fused_ones(size):
         assert (true < off).all()
         assert (off < 12 * true).all(), "an estimate that is far too large says nothing"
         said = {w.place: w for w in found.warnings if w.kind == "mesh"}
+        assert [m.number for m in found.modes if "meshes leave" in m.flag] == [
+            k + 1 for k in np.flatnonzero(off > 0.02)
+        ]
         assert set(said) == {f"mode {k + 1}" for k in np.flatnonzero(off > 0.02)}
         assert all("a smaller mesh_size makes it less" in str(w) for w in said.values())
         full = fx.modes(own, n=3, order="full")

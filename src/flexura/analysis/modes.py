@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
-from flexura.analysis.mesh_errors import frequency_errors, mesh_warning
+from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion, motions
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
@@ -75,11 +75,12 @@ class Mode:
 
     @property
     def flag(self) -> str:
-        """What is wrong with the frequency, in a few words; empty where it is within its tolerance."""
+        """What is wrong with the frequency, in a few words; empty where it is within its limits."""
         if self.frequency_hz == 0 and not self.is_rigid:
             return "cannot be told from zero"
         if not self.missed:
-            return ""
+            off = self.mesh_error or 0.0
+            return f"meshes leave {_percent(off)} open" if off > LIMIT else ""
         lower, upper = self.interval_hz
         if not (self.is_indexed and lower and upper is not None):
             return "not proven"
