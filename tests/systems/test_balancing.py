@@ -142,3 +142,36 @@ def test_what_no_input_reaches_is_its_static_gain():
 def test_bounds_are_rounded_up(value):
     """To three digits, never down."""
     assert value <= float(rounded_up(value)) <= 1.01 * value
+
+
+def nasty(kind, damped):
+    """Modes that truncation finds hard: 0.03 Hz beside 1 MHz, close pairs, one mode without damping."""
+    hz = {"wide": [0.03, 1.0, 400.0, 1e6], "close": [100.0, 100.0 * (1 + 1e-9), 100.001, 5e3]}[kind]
+    w, zeta = 2 * np.pi * np.array(hz), np.array([1e-4, 0.01, 0.3, 1e-3])
+    zeta[1] *= damped
+    A = np.zeros((8, 8))
+    A[0::2, 1::2], A[1::2, 0::2], A[1::2, 1::2] = np.eye(4), -np.diag(w**2), -np.diag(2 * zeta * w)
+    B, C = np.zeros((8, 2)), np.zeros((2, 8))
+    B[1::2] = [[1.0, 0.5], [1.0, -0.5], [2.0, 1.0], [30.0, 1.0]]
+    C[:, 0::2] = B[1::2].T
+    return fx.StateSpace(
+        A, B, C, np.zeros((2, 2)), channels(2, "force"), channels(2, "displacement"), tuple("abcdefgh")
+    )
+
+
+@pytest.mark.parametrize("asked", range(1, 9))
+@pytest.mark.parametrize("kind", ["wide", "close"])
+def test_soft_beside_stiff_and_close_pairs(kind, asked):
+    """Stable, within the bound, static gain kept, seven decades of frequency apart or one part in 1e9."""
+    full = nasty(kind, 1.0)
+    small = balance(full, asked)
+    assert small.order <= asked and small.poles().real.max(initial=-1.0) < 0
+    assert apart(small, full, hertz(full, [np.abs(small.poles()) / 2 / np.pi])) <= stated(small)
+    gain = full.static_gain()
+    assert np.abs(small.static_gain() - gain).max() < 1e-9 * np.abs(gain).max()
+
+
+def test_one_mode_without_damping_is_refused():
+    """Its gramian is infinite: said, not computed."""
+    with pytest.raises(fx.OptionError, match="everything is damped"):
+        balance(nasty("wide", 0.0), 4)
