@@ -53,8 +53,14 @@ def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]
     if has_solid_members(mechanism):
         from flexura.solid.parts import with_solid_parts
 
-        mechanism = with_solid_parts(mechanism, parameters)
+        # parts in the cache say nothing, and neither does a pipe
+        mechanism = with_solid_parts(mechanism, parameters, announce=_say if sys.stderr.isatty() else None)
     return mechanism, parameters
+
+
+def _say(stage: str) -> None:
+    """One line of progress."""
+    sys.stderr.write(f"{stage} ...\n")
 
 
 def settings_of(mechanism: Any, settings: list[str] | None) -> dict[str, float]:
