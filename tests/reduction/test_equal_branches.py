@@ -154,3 +154,19 @@ def test_branches_that_share_nothing_that_moves(monkeypatch) -> None:
     monkeypatch.setattr(import_module("flexura.reduction.certificate"), "MOST_COPIES", 20)
     with pytest.raises(fx.SolverError, match="more than 20 of nearly one frequency"):
         fx.modes(wheel(40, ground=held), n=3)
+
+
+def test_what_is_not_proven_is_flagged(monkeypatch) -> None:
+    proven = fx.modes(wheel(), n=4, order="full")
+    assert proven.warnings == () and not any(m.missed or m.is_rigid for m in proven.modes)
+    assert proven.tolerance == 1e-3
+
+    def blind(own, n):
+        found = certificate(own, n)
+        return replace(found, lower_hz=0 * found.lower_hz, is_indexed=found.is_indexed & False, count=found.count + 2)
+
+    certificate = MODULE.SplitModel.certificate
+    monkeypatch.setattr(MODULE.SplitModel, "certificate", blind)
+    result = fx.modes(wheel(), n=4, order="full")
+    assert all(m.missed and m.flag == "not proven" for m in result.modes)
+    assert [w.place for w in result.warnings] == ["mode 1", "mode 2", "mode 3", "mode 4", ""]

@@ -59,6 +59,8 @@ class Freedom:
     command: tuple[float, ...]
     stroke: float | None = None
     yield_stroke: float | None = None
+    yields_in_range: bool = True
+    """Whether linear theory still holds at `yield_stroke`: no rotation or deflection there is beyond its limit."""
     shift: float | None = None
     tilt: float | None = None
 

@@ -21,15 +21,16 @@ from flexura.analysis.freedoms import (
     screws,
     stiffness_without_springs,
 )
-from flexura.analysis.limits import workspace_limits
+from flexura.analysis.limits import States, motion_limits, workspace_limits
 from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
-from flexura.analysis.statics import response_to
+from flexura.analysis.statics import Statics, response_to
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import is_definite
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
+from flexura.reduction.model import STATE
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems.channel import Channel
 from flexura.systems.placed import Placement
@@ -146,6 +147,7 @@ class Kinetostatics(Warned):
                     "command": list(f.command),
                     "stroke": f.stroke,
                     "yield_stroke": f.yield_stroke,
+                    "yields_in_range": f.yields_in_range,
                     "shift": f.shift,
                     "tilt": f.tilt,
                 }
@@ -212,6 +214,7 @@ def kinetostatics(
         _drifted(model, P, node, f, names, place, limits) if a else _yielding(model, node, f, free[p, p], spectrum)
         for f in freedoms
     ]
+    loaded = (f"{STATE}, whose own stress the strokes at yield leave out",) if model.plan.is_loaded else ()
     return Kinetostatics(
         node,
         tuple(i.channel for i in inputs),
@@ -227,7 +230,7 @@ def kinetostatics(
         tuple(found),
         spectrum,
         bool(a) or spectrum.is_clear,
-        (*said, *notes),
+        (*said, *notes, *loaded),
         (*workspace_limits(model, moved[:, q] * gain, limits), *motion_meshes(model, moved, driven)),
     )
 
@@ -342,11 +345,16 @@ def _yielding(
     scale = np.repeat([1.0, spectrum.length], 3)
     stiffness = la.pinvh(compliance * scale[:, None] * scale, rtol=NOISE)
     wrench = scale * (stiffness @ (scale * np.array(one.twist)))
-    return replace(one, yield_stroke=_finite(response_to(model, loads={node: wrench}).stresses().factor_to_yield))
+    return _with_yield(one, response_to(model, loads={node: wrench}))
 
 
-def _finite(factor: float | None) -> float | None:
-    return factor if factor is not None and np.isfinite(factor) else None
+def _with_yield(one: Freedom, unit: Statics) -> Freedom:
+    """The freedom with the stroke at yield from the response to a unit of it, and whether motions are small there."""
+    stroke = unit.stresses().factor_to_yield
+    if stroke is None or not np.isfinite(stroke):
+        return one
+    beyond = motion_limits(States(unit.model, stroke * unit.displacement_vector[:, None]))
+    return replace(one, yield_stroke=stroke, yields_in_range=not beyond)
 
 
 def _drifted(
@@ -363,7 +371,7 @@ def _drifted(
     if not len(command) or not np.abs(command).max() > 0:
         return one
     unit = response_to(model, dict(zip(names, command, strict=True)))
-    one = replace(one, yield_stroke=_finite(unit.stresses().factor_to_yield))
+    one = _with_yield(one, unit)
     if not np.isfinite(box).all():
         return one
     half = (box[:, 1] - box[:, 0]) / 2

@@ -133,7 +133,30 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
             rows.append(np.stack([d[:, :, :3] for d in seen], axis=2).reshape(-1, 3, columns.shape[1]))
             lengths.append(np.tile(np.repeat(own, 2), len(placed.paths)))
             names += [".".join((*path, member)) for path in placed.paths for member in part.members]
+        if part.superelements:
+            found = _superelement_rows(model, name, columns)
+            names, lengths, rows = names + found[0], [*lengths, found[1]], [*rows, found[2]]
     return names, np.concatenate(lengths), np.concatenate(rows)
+
+
+def _superelement_rows(model: FullOrderModel, name: str, columns: Array) -> tuple[list[str], Array, Array]:
+    """As `_member_rows` for the superelements of a prototype: its first node and each other one of them."""
+    part, placed = model.plan.parts[name], model.plan.topology.placed[name]
+    u, x = model.node_displacements(columns), model.geometry.positions
+    names: list[str] = []
+    lengths: list[float] = []
+    rows = [np.empty((0, 3, columns.shape[1]))]
+    for offset, path in zip(placed.offset, placed.paths, strict=True):
+        for key, (nodes, _, _) in part.superelements.items():
+            a, *others = (offset + node for node in nodes if node < part.n_placed)
+            for b in others:
+                arm = x[b] - x[a]
+                if (length := float(np.linalg.norm(arm))) > 0:
+                    seen = u[b] - rigid_arm(arm) @ u[a], u[a] - rigid_arm(-arm) @ u[b]
+                    rows.append(np.stack([motion[:3] for motion in seen]))
+                    lengths += [length, length]
+                    names.append(".".join((*path, key)))
+    return names, np.array(lengths), np.concatenate(rows)
 
 
 def _largest(rows: Array, scale: Array, states: States) -> _Worst | None:
@@ -170,7 +193,8 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
     """Members stressed beyond the yield stress of their material, notch factors included (see `member_stresses`).
 
     The stress of a sum of states is at most the sum of their stresses, which rules out most members and states; those
-    left are worked out, the largest bounds first. One warning, with the worst member and state.
+    left are worked out, the largest bounds first, 2048 at most. One warning, with the worst member and state, which
+    says so where states are left that might be worse.
     """
     numbers, bound = _candidates(states)
     worst, beyond, least, names = None, 0, 1 + EXACT, []
@@ -184,11 +208,17 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
             member, state = np.unravel_index(int(ratio.argmax()), ratio.shape)
             least = float(ratio[member, state])
             worst, beyond = _Worst(int(member), int(own[state]), least), int((ratio.max(axis=1) > 1).sum())
+    rest = len(numbers) - MOST_STATES
+    left = ""
+    if rest > 0 and bound[numbers[MOST_STATES]] > least:
+        left = f"the stresses of {rest} other states, which may be worse, were not worked out"
     if worst is None:
-        return ()
+        text = f"whether anything yields is not known: {left}"
+        return (Exceeded("stress", "", float(rest), 0.0, "1", text),) if left else ()
     name = names[worst.row]
     others = f", and {beyond - 1} other member{'s' if beyond > 2 else ''} beyond it" if beyond > 1 else ""
     text = f"{name} is stressed to {least:.3g} times its yield stress{states.when(worst.state)}{others}"
+    text += f"; {left}" if left else ""
     return (Exceeded("stress", name, least, 1.0, "1", text),)
 
 

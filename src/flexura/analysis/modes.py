@@ -208,7 +208,7 @@ def _full_modes(full: ChainedModel, n: int, parameters: dict[str, float]) -> Mod
     vectors = full.recover(found.vectors[:, :n])
     u = full.model.node_displacements(vectors)
     reported = tuple(
-        _mode(k, (certified, full.free_motions, np.inf), (float(certified.frequency_hz[k]), 0.0, 1.0), motion)
+        certified_mode(k, (certified, full.free_motions, np.inf), (float(certified.frequency_hz[k]), 0.0, 1.0), motion)
         for k, motion in enumerate(motions(full.model, u))
     )
     evidence = _evidence(full, certified, reported, found)
@@ -233,7 +233,7 @@ def _low_modes(full: ChainedModel, low: LowOrderModel, n: int, parameters: dict[
     for k, motion in enumerate(motions(full.model, u)):
         own, other = float(certified.frequency_hz[k]), float(beside[partner[k]]) if partner[k] >= 0 else None
         pair = (None, None, None) if other is None else (other, own / other - 1 if other else 0.0, mac[k])
-        reported.append(_mode(k, (certified, full.free_motions, tolerance), pair, motion))
+        reported.append(certified_mode(k, (certified, full.free_motions, tolerance), pair, motion))
     lost = np.setdiff1d(np.flatnonzero(beside <= certified.below_hz), partner) if certified.missing > 0 else []
     lost_motions = motions(full.model, full.model.node_displacements(full.recover(reference.vectors[:, lost])))
     missed = tuple(MissedMode(float(beside[i]), m.summary) for i, m in zip(lost, lost_motions, strict=True))
@@ -276,7 +276,7 @@ def _evidence(
     )
 
 
-def _mode(
+def certified_mode(
     k: int,
     proof: tuple[Certificate, int, float],
     beside: tuple[float | None, float | None, float | None],
@@ -314,7 +314,7 @@ def _pair(M: Any, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[
     return partner, [float(space[partner[k], k]) for k in range(len(values))]
 
 
-def _warnings(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) -> tuple[Exceeded, ...]:
+def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) -> tuple[Exceeded, ...]:
     """What is beyond the tolerance, missing or not proven."""
     found = []
     for mode in modes:
@@ -377,6 +377,6 @@ def _result(
     model = full.model
     names, name = tuple(model.plan.topology.node_names), model.plan.mechanism.name
     found, meshes = with_mesh_errors(model, found, u)
-    said = (*_warnings(found, certified, tolerance), *meshes)
+    said = (*unproven(found, certified, tolerance), *meshes)
     limit = min(tolerance, TOLERANCE)
     return Modes(name, order, model.order, found, evidence, u, names, parameters, model, certified, steps, limit, said)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from flexura.analysis.evidence import Evidence, mass_evidence
-from flexura.analysis.modes import Mode, Modes, with_mesh_errors
+from flexura.analysis.modes import Modes, certified_mode, unproven, with_mesh_errors
 from flexura.analysis.motion import motions
 from flexura.reduction.equal_branches import SplitModel
+from flexura.reduction.low_order import TOLERANCE
 from flexura.reduction.model import STATE
-
-HERTZ = 2 * np.pi
 
 
 def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Modes:
@@ -18,11 +15,10 @@ def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Mode
     full = split.model
     proof, pairs = split.certificate(n), split.lowest(n)
     u = full.node_displacements(pairs.vectors)
-    found = []
-    for k, motion in enumerate(motions(full, u)):
-        hz = float(proof.frequency_hz[k])
-        lower, upper = (float(b[k]) if np.isfinite(b[k]) else None for b in (proof.lower_hz, proof.upper_hz))
-        found.append(Mode(k + 1, hz, HERTZ * hz, hz, 0.0, 1.0, (lower, upper), bool(proof.is_indexed[k]), motion))
+    found = tuple(  # a model is split only where its stiffness is definite: nothing is rigid
+        certified_mode(k, (proof, 0, TOLERANCE), (float(proof.frequency_hz[k]), 0.0, 1.0), motion)
+        for k, motion in enumerate(motions(full, u))
+    )
     evidence = Evidence(
         **mass_evidence(full),
         rigid_body_modes=0,
@@ -33,10 +29,13 @@ def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Mode
         reported_below=proof.found,
         missed=(),
         more_missed=proof.missing,
+        is_counted=proof.is_counted,
     )
     names = tuple(full.plan.topology.node_names)
     name = full.plan.mechanism.name
     steps = (split.summary, STATE) if full.plan.is_loaded else (split.summary,)
-    told, said = with_mesh_errors(full, tuple(found), u)
-    order = full.order
-    return Modes(name, order, order, told, evidence, u, names, parameters, full, proof, steps, warnings=said)
+    told, meshes = with_mesh_errors(full, found, u)
+    said = (*unproven(told, proof, TOLERANCE), *meshes)
+    return Modes(
+        name, full.order, full.order, told, evidence, u, names, parameters, full, proof, steps, TOLERANCE, said
+    )  # fmt: skip

@@ -165,7 +165,7 @@ def buckling_command(
     data = {
         "axial_force": state.axial_force,
         "buckling_factors": state.buckling_factors(n).tolist(),
-        "loaded": state.natural_frequencies(n).to_dict(),
+        "loaded": None if state.buckled else state.natural_frequencies(n).to_dict(),
         "unloaded": state.natural_frequencies(n, 0.0).to_dict(),
         "warnings": [w.to_dict() for w in state.warnings],
     }

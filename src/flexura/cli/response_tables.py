@@ -84,6 +84,7 @@ def print_kinetostatics(name: str, result: Kinetostatics) -> None:
         if f.shift is not None and f.tilt is not None:
             drift = f"{_clean(1e3 * f.shift):.3g} mm, {_clean(1e3 * f.tilt):.3g} mrad"
         limit = "" if f.yield_stroke is None else f"{1e3 * f.yield_stroke:.4g} {unit}"
+        limit += "" if f.yields_in_range else ", beyond linear theory"
         kind = "rotation" if f.kind == "R" else "translation"
         table.add_row(kind, axis, through, pitch, share, reach, drift, limit)
     if result.freedoms:

@@ -135,9 +135,10 @@ def print_preload(data: dict[str, Any]) -> None:
     """Print frequencies with and without load, buckling factors, and the members that carry most."""
     console = console_of_width()
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("mode", "Hz", "proven", "unloaded Hz", "proven"):
+    states = [own for own in (data["loaded"], data["unloaded"]) if own is not None]  # none beyond buckling
+    headings = ("Hz", "proven", "unloaded Hz", "proven")
+    for heading in ("mode", *headings[-2 * len(states) :]):
         table.add_column(heading, justify="right")
-    states = data["loaded"], data["unloaded"]
     for k in range(min(len(own["frequency_hz"]) for own in states)):
         cells = []
         for own in states:

@@ -1,0 +1,99 @@
+"""Warnings of superelements, of strokes at yield, of many states, beyond buckling, and as errors of the commands."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_limits_statics import E, cantilever, warned
+from typer.testing import CliRunner
+
+import flexura as fx
+from flexura.analysis import limits
+from flexura.analysis.limits import States, stress_limits
+from flexura.cli.app import app
+from flexura.modelfile import save
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+RUN = CliRunner()
+
+
+def test_superelements_are_deflected_too():
+    """Leaves that are given as matrices: as far as beams may go."""
+    guide = fx.load(EXAMPLES / "imported" / "guide.yaml")
+    small, large = (fx.statics(guide, loads={"carriage": (force, 0, 0, 0, 0, 0)}) for force in (1.0, 1e4))
+    assert "displacement" not in warned(small)
+    found = warned(large)["displacement"]
+    assert found.place.startswith("leaf")
+    # the leaves of a parallel guide are deflected by as much as it moves
+    assert found.value == pytest.approx(abs(large.displacement("carriage")[0]), rel=1e-2)
+    assert found.limit == pytest.approx(0.006)
+
+
+def test_rigid_motions_deflect_no_superelement():
+    guide = fx.load(EXAMPLES / "imported" / "guide.yaml")
+    model = fx.assemble(guide.model_copy(update={"ground": {}}))
+    found = limits.motion_limits(States(model, 1e3 * model.rigid_body_motions()))
+    assert {w.kind for w in found} == {"rotation"}
+
+
+def test_states_that_are_not_looked_at_are_said(monkeypatch):
+    model = fx.assemble(cantilever())
+    u = fx.statics(model, loads={"b": (0, 0.1, 0.1, 0, 0, 0)}).displacement_vector
+    full = stress_limits(States(model, np.tile(u[:, None], 300)))
+    monkeypatch.setattr(limits, "MOST_STATES", 128)
+    (few,) = stress_limits(States(model, np.tile(u[:, None], 300)))
+    assert full == () and few.kind == "stress"
+    assert "172 other states" in few.text and "not known" in few.text
+    (beyond,) = stress_limits(States(model, np.tile(1e4 * u[:, None], 300)))
+    assert beyond.value > 1 and "172 other states" in beyond.text
+
+
+@pytest.mark.parametrize(("yield_stress", "in_range"), [(200e6, True), (2e9, False)])
+def test_strokes_at_yield_beyond_small_motion_are_marked(yield_stress, in_range):
+    """Guided leaves yield at s L^2 / (3 E t): at 2.4 mm of 60 mm, or at 24 mm."""
+    guide = fx.load(EXAMPLES / "guide" / "guide.yaml")
+    steel = fx.Material(E=E, nu=0.3, rho=7800.0, yield_stress=yield_stress)
+    own = guide.model_copy(update={"materials": {"spring-steel": steel}})
+    (one,) = fx.kinetostatics(own, "carriage").freedoms
+    assert one.yield_stroke == pytest.approx(yield_stress * 0.06**2 / (3 * E * 0.0005), rel=0.1)
+    assert one.yields_in_range is in_range
+
+
+def column(force):
+    """A bar of 100 x 10 x 1 mm under a force along it at its free end."""
+    return cantilever(loads={} if not force else {"b": fx.Load(force=(-force, 0, 0))})
+
+
+EULER = np.pi**2 * 200e9 * 0.01 * 0.001**3 / 12 / (4 * 0.1**2)
+
+
+def test_buckling_beyond_the_load_still_answers(tmp_path):
+    path = tmp_path / "column.yaml"
+    save(column(0.0), path)
+    run = ["buckling", str(path), "--load", f"b={-2 * EULER},0,0"]
+    result = RUN.invoke(app, run)
+    assert result.exit_code == 0, result.output
+    assert "warning: buckled: the loads are 2" in result.stdout
+    data = json.loads(RUN.invoke(app, [*run, "--json"]).stdout)
+    assert data["loaded"] is None and len(data["unloaded"]["frequency_hz"]) >= 6
+    assert data["buckling_factors"][0] == pytest.approx(0.5, rel=1e-3)
+    strict = RUN.invoke(app, [*run, "--strict"])
+    assert strict.exit_code == 1 and isinstance(strict.exception, fx.LimitError) and not strict.stdout
+
+
+def test_strict_modes(tmp_path):
+    rpr = str(EXAMPLES / "rpr" / "rpr.yaml")
+    strict = RUN.invoke(app, ["modes", rpr, "-n", "14", "--keep", "0", "--strict", "--plot", str(tmp_path / "no")])
+    assert strict.exit_code == 1 and isinstance(strict.exception, fx.LimitError) and not strict.stdout
+    assert not (tmp_path / "no").exists()
+    assert RUN.invoke(app, ["modes", str(EXAMPLES / "guide" / "guide.yaml"), "--strict"]).exit_code == 0
+
+
+def test_kinetostatics_feel_and_say_loads():
+    body = {"tip": fx.RigidBody(centre=(0.1, 0, 0), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("b",))}
+    loads = {"b": fx.Load(force=(-0.5 * EULER, 0, 0))}
+    bare = fx.kinetostatics(cantilever(bodies=body), "tip")
+    loaded = fx.kinetostatics(cantilever(bodies=body, loads=loads), "tip")
+    assert np.diagonal(loaded.compliance)[1:3].max() > 1.5 * np.diagonal(bare.compliance)[1:3].max()
+    assert any("loads" in note for note in loaded.notes) and not any("loads" in note for note in bare.notes)
