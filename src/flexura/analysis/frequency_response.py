@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.mesh_errors import response_meshes
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
-from flexura.linalg import count_below
+from flexura.linalg import count_below, least_pivot
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.exact_response import ExactResponse
@@ -50,6 +50,12 @@ TOLERANCE = 1e-4
 
 PEAK_POINTS = 24
 """Points beside every resonance on each of its sides."""
+
+ROUND_OFF = 1e-15
+"""Relative error of a solution with a matrix whose diagonal is scaled to one, times its least pivot."""
+
+SEEN = 1e-4
+"""Part of a response from which its round-off is said."""
 
 SHARPEST = 1e-5
 """Damping ratio with which the grid is refined around undamped resonances."""
@@ -370,7 +376,16 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
     _refuse_infinite(H, hz)
     notes = (f"solved directly at every frequency, order {built.order}",)
     ends = (built.inputs, built.outputs, *resonances, built.order)
-    return FrequencyResponse(built.name, hz, H, *ends, notes, _known(modes, hz))
+    return FrequencyResponse(built.name, hz, H, *ends, notes, (*_known(modes, hz), *_lost_digits(built)))
+
+
+def _lost_digits(built: System) -> tuple[Exceeded, ...]:
+    """That round-off in the stiffness, which a direct solution takes as it is stored, may be seen."""
+    lost = min(ROUND_OFF / max(least_pivot(built.K), ROUND_OFF), 1.0)
+    if lost < SEEN or built.flexibility.shift:
+        return ()
+    text = f"supports are so soft beside members that round-off may change a direct solution by {100 * lost:.1g} %"
+    return (Exceeded("proof", "", lost, SEEN, "1", f"{text} below the first resonance; method modal keeps the digits"),)
 
 
 def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:

@@ -27,14 +27,13 @@ from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import Statics, response_to
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.beam import rigid_arm
-from flexura.errors import Exceeded, OptionError, SolverError, Warned
-from flexura.linalg import is_definite
+from flexura.errors import Exceeded, OptionError, Warned
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
+from flexura.reduction.flexibility import flexibility, stored_flexibility
 from flexura.reduction.model import STATE
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems.channel import Channel
 from flexura.systems.placed import Placement
-from flexura.systems.system import static_solution
 
 Array = NDArray[np.float64]
 
@@ -180,8 +179,6 @@ def kinetostatics(
     move freely.
     """
     model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
-    if not is_definite(model.K):
-        raise SolverError("something can move freely: hold it, or attach it by a stiffness")
     node = _platform(model, platform)
     place = Placement(model.plan, model.values, model.geometry)
     inputs = place.inputs(actuators)
@@ -192,7 +189,7 @@ def kinetostatics(
     a = len(inputs)
     R = np.stack([i.row for i in inputs]) if a else np.zeros((0, model.order))
     rows = np.vstack([P, R])
-    moved = static_solution(model.K, model.M, np.ascontiguousarray(rows.T))
+    moved = flexibility(model).held(np.ascontiguousarray(rows.T))
     S = rows @ moved
     S = (S + S.T) / 2
     size = np.sqrt(np.outer(np.diagonal(S), np.diagonal(S)))
@@ -309,7 +306,7 @@ def _spectrum(
     K = stiffness_without_springs(model)
     if K is None:
         return spectrum, ()
-    own = compliance_spectrum(model, number, P @ static_solution(K, model.M, np.ascontiguousarray(P.T)))
+    own = compliance_spectrum(model, number, P @ stored_flexibility(K, model.M, 0.0)(np.ascontiguousarray(P.T)))
     if not own.is_clear:
         return spectrum, ()
     values = " ".join(f"{1e6 * c:.4g}" for c in spectrum.compliance)
@@ -383,7 +380,7 @@ def _drifted(
         K_t = tangent_stiffness(model, displaced)
     except OptionError:
         return replace(one, stroke=stroke)
-    twist = P @ static_solution(K_t, model.M, np.asarray(load)[:, None])[:, 0]
+    twist = P @ stored_flexibility(K_t, model.M, 0.0)(np.asarray(load)[:, None])[:, 0]
     number = model.plan.topology.numbers([node])[0]
     at = model.geometry.positions[number]
     moved = at + (P @ displaced)[:3]

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from flexura.errors import Exceeded
+from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel, ModalSystem
 from flexura.systems.neglected import FAINT, WORTH, rounded_up
 from flexura.systems.recurrences import Hold, motion
-from flexura.systems.system import floating_shift, input_loads, static_solution
+from flexura.systems.system import input_loads
 
 Array = NDArray[np.float64]
 
@@ -164,13 +165,14 @@ def _sizes(modes: ModalSystem, turn: Array) -> tuple[Array, Array, NDArray[np.bo
     inputs in combinations `turn` (., m)."""
     system, full = modes.system, modes.system.full_order
     rows = np.array([o.row for o in system.placed_outputs]).reshape(-1, full.order)
-    shift = floating_shift(full.K, full.M)
+    flexible = system.full_flexibility
+    shift = flexible.shift
     known = 0.0 if isinstance(system.model, FullOrderModel) else KNOWN
     found, solved = [], []
     for W, kept in ((rows.T, modes.C.T), (input_loads(system) @ turn, modes.B @ turn)):
-        X, agile = static_solution(full.K, full.M, W, shift), np.full(W.shape, np.inf)
+        X, agile = flexible(W), np.full(W.shape, np.inf)
         if (full.M.diagonal() > 0).all():
-            agile = static_solution(full.M, full.M, W)
+            agile = stored_flexibility(full.M, full.M, 0.0)(W)
         with np.errstate(invalid="ignore"):
             free = np.where(W.any(axis=0), np.einsum("ij,ij->j", np.where(W, W, 0.0), np.where(W, agile, 0.0)), 0.0)
         whole = np.stack([free, np.einsum("ij,ij->j", W, X), np.einsum("ij,ij->j", X, full.M @ X)])

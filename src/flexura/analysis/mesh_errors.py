@@ -15,7 +15,7 @@ from flexura.mechanism.body import Superelement
 from flexura.mechanism.layout import TOP
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, System
-from flexura.systems.system import floating_shift, input_loads, static_solution
+from flexura.systems.system import input_loads
 
 Array = NDArray[np.float64]
 
@@ -116,7 +116,7 @@ def response_meshes(system: System, modes: ModalSystem | None = None, up_to_hz: 
         return ()
     static = np.zeros((full.order, 0))
     if system.inputs:
-        static = static_solution(full.K, full.M, input_loads(system), floating_shift(full.K, full.M))
+        static = system.full_flexibility(input_loads(system))
     said = motion_meshes(full, static, [f"by {c.name}" for c in system.inputs])
     own = np.flatnonzero(modes.frequency_hz <= up_to_hz) if modes is not None else np.empty(0, dtype=np.intp)
     if modes is None or not len(own):

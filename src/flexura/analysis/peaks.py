@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from flexura.analysis.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
 from flexura.analysis.mesh_errors import response_meshes
 from flexura.errors import Exceeded
+from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, System
 from flexura.systems.band import UNDAMPED
 from flexura.systems.placed import Placement
 from flexura.systems.recurrences import Hold, motion
-from flexura.systems.system import floating_shift, input_loads, static_solution
+from flexura.systems.system import input_loads
 
 Array = NDArray[np.float64]
 
@@ -59,8 +60,8 @@ class Run:
         """
         modes, system = self.modes, self.modes.system
         shapes = modes.shapes if isinstance(system.model, FullOrderModel) else system.model.recover(modes.shapes)
-        shift = floating_shift(system.full_order.K, system.full_order.M)
-        columns = np.hstack([shapes, _left_out(system, shapes, modes.B / (modes.omega**2 + shift)[:, None], shift)])
+        at_rest = modes.B / (modes.omega**2 + system.full_flexibility.shift)[:, None]
+        columns = np.hstack([shapes, _left_out(system, shapes, at_rest)])
         found = _merged(system, columns, ((eta, own) for eta, own in self._blocks(time, u)), time, u)
         lowest = float(self.plain.frequency_hz[:LOWEST].max(initial=0.0))
         return (*found, *driven_limits(self.plain, time, u), *response_meshes(system, self.plain, lowest))
@@ -106,20 +107,20 @@ def driven_limits(modes: ModalSystem, time: Array, u: Array) -> tuple[Exceeded, 
 def integrated_warnings(system: System, q: Array, time: Array, u: Array) -> tuple[Exceeded, ...]:
     """Limits that coordinates q (n, N) of a system exceed at some time (N,) under inputs u (m, N)."""
     if not isinstance(system.model, FullOrderModel):
-        shift = floating_shift(system.full_order.K, system.full_order.M)
-        shapes, gain = system.model.recover(np.eye(system.order)), static_solution(system.K, system.M, system.B, shift)
-        columns = np.hstack([shapes, _left_out(system, shapes, gain, shift)])
+        shapes = system.model.recover(np.eye(system.order))
+        gain = stored_flexibility(system.K, system.M, system.full_flexibility.shift)(system.B)
+        columns = np.hstack([shapes, _left_out(system, shapes, gain)])
         return (*_merged(system, columns, [(q, slice(0, len(time)))], time, u), *response_meshes(system))
     blocks = ((q[:, k : k + STATES], slice(k, min(k + STATES, len(time)))) for k in range(0, len(time), STATES))
     return (*_merged(system, None, blocks, time, u), *response_meshes(system))
 
 
-def _left_out(system: System, shapes: Array, gain: Array, shift: float) -> Array:
+def _left_out(system: System, shapes: Array, gain: Array) -> Array:
     """Static displacement (n, m) per input that shapes (n, r), of static gain (r, m), lack."""
     full = system.full_order
     if not system.inputs:
         return np.zeros((full.order, 0))
-    return static_solution(full.K, full.M, input_loads(system), shift) - shapes @ gain
+    return system.full_flexibility(input_loads(system)) - shapes @ gain
 
 
 def _merged(system: System, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
@@ -128,7 +129,7 @@ def _merged(system: System, columns: Array | None, blocks: object, time: Array, 
     at_rest = np.zeros((full.order, 1 if columns is None else 0))
     if full.plan.is_loaded:
         # what is described as loaded moves about its displaced state
-        at_rest = static_solution(full.K, full.M, full.dead_load[:, None])
+        at_rest = system.full_flexibility(full.dead_load[:, None])
     found = list(command_limits(system.placed_inputs, u, lambda k: _at(time[k])))
     for q, own in blocks:  # type: ignore[attr-defined]
 

@@ -16,13 +16,12 @@ from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.preload import preload
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
-from flexura.linalg import is_definite
 from flexura.mechanism.substructure import Mechanism
+from flexura.reduction.flexibility import flexibility
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.prestress import dead_load
 from flexura.systems.channel import matched
 from flexura.systems.placed import PlacedInput, Placement
-from flexura.systems.system import static_solution
 
 Array = NDArray[np.float64]
 
@@ -169,9 +168,7 @@ def _about(
         if own.base is not None:
             base += value * own.base
     load = load - model.carried @ base
-    if not is_definite(model.K):
-        raise SolverError("something can move freely under the load: hold it, or attach it by a stiffness")
-    u = static_solution(model.K, model.M, load[:, None])[:, 0]
+    u = flexibility(model).held(load[:, None])[:, 0]
     known = {i.channel.name: i for i in place.inputs(place.actuators)} | {i.channel.name: i for i in driven}
     states = tuple(_state(own, commands.get(name, 0.0), u) for name, own in known.items() if own.base is None)
     readings = {}
@@ -221,8 +218,6 @@ def compliance(
     move freely.
     """
     model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
-    if not is_definite(model.K):
-        raise SolverError("compliance is undefined: something can move freely")
     rows = model.plan.node_rows(model.plan.topology.numbers(nodes), model.geometry).toarray()
-    C = rows @ static_solution(model.K, model.M, np.ascontiguousarray(rows.T))
+    C = rows @ flexibility(model).held(np.ascontiguousarray(rows.T))
     return (C + C.T) / 2

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite
+from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
-from flexura.systems.system import static_solution
 
 Array = NDArray[np.float64]
 ReducedMass = Literal["serep", "guyan"]
@@ -80,7 +80,7 @@ def sensor_mass(
         return P.T @ P
     if not is_definite(model.K):
         raise SolverError("static reduction to the sensors needs a mechanism that is held; take serep")
-    X = static_solution(model.K, model.M, B.T)
+    X = stored_flexibility(model.K, model.M, 0.0)(B.T)
     d = 1 / np.sqrt(np.einsum("ij,ji->i", B, X))
     F = (B @ X) * d[:, None] * d
     T = X @ (d[:, None] * np.linalg.pinv((F + F.T) / 2, rcond=DEPENDENT, hermitian=True) * d)

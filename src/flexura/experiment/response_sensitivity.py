@@ -16,9 +16,9 @@ from flexura.experiment.sensitivity import family_of, free_names
 from flexura.experiment.variation import Change, Matrices, Order, changes_of, unbounded
 from flexura.linalg import Eigenpairs, is_definite
 from flexura.mechanism.substructure import Mechanism
+from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.plan import one_design
-from flexura.systems.system import static_solution
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -96,7 +96,7 @@ def static_vectors(family: Model, at: Mapping[str, float]) -> Array:
     model = family.model(at)
     if not is_definite(model.K):
         return np.zeros((model.order, 0))
-    return static_solution(model.K, model.M, family.rows(at).T)
+    return stored_flexibility(model.K, model.M, 0.0)(family.rows(at).T)
 
 
 def first_columns(own: Change, count: int) -> Change:

@@ -5,11 +5,13 @@ from flexura.linalg.eigen import (
     Eigenpairs,
     factorise,
     is_definite,
+    least_pivot,
     lowest,
     lowest_modes,
     residual_intervals,
     residuals,
     ritz_pairs,
+    static_response,
 )
 from flexura.linalg.enclosures import Enclosures, enclose, upper_bounds
 from flexura.linalg.inertia import Bracket, bracket, count_below
@@ -28,12 +30,14 @@ __all__ = [
     "factorise",
     "is_definite",
     "leading",
+    "least_pivot",
     "lowest",
     "lowest_modes",
     "ranked",
     "residual_intervals",
     "residuals",
     "ritz_pairs",
+    "static_response",
     "turned",
     "upper_bounds",
 ]

@@ -93,6 +93,9 @@ def lowest_modes(pencil: Pencil, count: int, rigid: Array | None = None) -> Eige
 POLISH = 2
 """Corrections of a solution by its residual in energies."""
 
+UNSETTLED = 1e-6
+"""Change of the root of the work of loads, relative, in the last correction of their response."""
+
 UNKNOWN = 2e-5
 """Part of that shift below which values of matrices whose history is not known are round-off."""
 
@@ -188,21 +191,27 @@ def _zeroed(pencil: Pencil, pairs: Eigenpairs) -> Eigenpairs:
 
 def is_definite(K: Matrix) -> bool:
     """True when symmetric positive semidefinite K (n, n) is definite to working accuracy, judged by its pivots."""
+    return least_pivot(K) > SINGULAR_PIVOT
+
+
+def least_pivot(K: Matrix) -> float:
+    """The least pivot of a symmetric positive semidefinite K (n, n), its diagonal scaled to one; zero where it is
+    singular. Solutions with K lose about as many digits as it has leading zeros."""
     d = K.diagonal()
     if not (d > 0).all():
-        return False
+        return 0.0
     d = 1 / np.sqrt(d)
     if K.shape[0] <= DENSE_LIMIT:
         try:
             pivots = np.diagonal(np.linalg.cholesky(_toarray(K) * d[:, None] * d)) ** 2
         except np.linalg.LinAlgError:
-            return False
+            return 0.0
     else:
         try:
             pivots = factorise(scaled(sp.csc_matrix(K), d)).U.diagonal()
         except SolverError:
-            return False
-    return bool(pivots.min(initial=np.inf) > SINGULAR_PIVOT)
+            return 0.0
+    return float(pivots.min(initial=np.inf))
 
 
 def _lowest(K: Matrix, M: Matrix, count: int, shift: float) -> Eigenpairs:
@@ -252,6 +261,19 @@ def _weinstein(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, fl
     r = (values - shift) * y - vectors
     size = np.einsum("ik,ik->k", vectors, Mx)
     return np.sqrt(np.abs(np.einsum("ik,ik->k", r, pencil.M @ r)) / size), shift
+
+
+def static_response(pencil: Pencil, loads: Array, shift: float = 0.0) -> Array:
+    """(K + shift M)^-1 loads (n, k), definite, corrected by residuals in energies until it stands.
+
+    Raises SolverError when K is singular, or so close to it that round-off stands in the way.
+    """
+    Y = _solution(pencil, loads, -shift)
+    last = _solution(pencil, loads - pencil.stiffness(Y) - shift * (pencil.M @ Y), -shift)
+    off, size = (np.sqrt(np.abs(np.einsum("ik,ik->k", X, loads))) for X in (last, Y))
+    if (off > UNSETTLED * size).any():
+        raise SolverError("something can move freely, or is held by less than round-off in the stiffness hides")
+    return Y + last
 
 
 def _solution(pencil: Pencil, right: Array, shift: float) -> Array:

@@ -76,6 +76,21 @@ class ChainedModel:
             vectors[_inner(own, first, len(number))] = _far(own) @ (moved - twists)
         return vectors
 
+    def forces(self, full: Array) -> Array:
+        """Forces (n, k) on the coordinates for forces (full order, k) on full-order DOFs: the adjoint of `recover`."""
+        topology, found = self.model.plan.topology, np.zeros((self.pencil.order, full.shape[1]))
+        found[self.position[self.position >= 0]] = full[self.position >= 0]
+        for own, first, number, _ in self._imposed(full):
+            on = np.swapaxes(own.outward(self.model), -1, -2) @ full[topology.dof[number[:, :, 1:-1]]]
+            at = own.passed[:, 1:-1] - 1
+            relative = np.swapaxes(np.linalg.inv(_far(own)[np.arange(len(at))[:, None], at]), -1, -2) @ on
+            found[_inner(own, first, len(number))[:, np.arange(len(at))[:, None], at]] = relative
+            ends = (np.swapaxes(own.interior_twists, -1, -2) @ on).sum(axis=2)
+            ends = np.swapaxes(own.transforms(self.model), -1, -2) @ ends
+            place = _columns(self.model, self.position, number[:, :, [0, -1]])
+            np.add.at(found, place[place >= 0], ends[place >= 0])
+        return found
+
     def _imposed(self, full: Array) -> list[tuple[SegmentChains, int, Index, Array]]:
         """Chains with nodes inside: their first coordinate, global nodes, and the static twists there that the
         displacements of their ends impose (copies, c, e - 1, 6, k)."""
@@ -121,6 +136,13 @@ class ChainedModel:
             return 0
         values, vectors = self.pencil.ritz(motions[:, size > 0] / size[size > 0])
         return int((values <= self.pencil.margin(vectors)).sum())
+
+
+def _columns(model: FullOrderModel, position: Index, numbers: Index) -> Index:
+    """Coordinates (..., 6k) of the DOFs of nodes (..., k), -1 where held."""
+    topology = model.plan.topology
+    dof = topology.dof[topology.root[numbers]].reshape(*numbers.shape[:-1], -1)
+    return np.where(dof >= 0, position[dof], -1)
 
 
 def _far(own: SegmentChains) -> Array:
@@ -211,12 +233,6 @@ class _Sums:
         rest = ((rest + rest.T) / 2).tocsc() if rest.nnz else None
         return Pencil.from_strain(strain, spread, rest, ((M + M.T) / 2).tocsc(), loose)
 
-    def columns(self, numbers: Index) -> Index:
-        """Coordinates (..., 6k) of the DOFs of nodes (..., k), -1 where held."""
-        topology = self.model.plan.topology
-        dof = topology.dof[topology.root[numbers]].reshape(*numbers.shape[:-1], -1)
-        return np.where(dof >= 0, self.position[dof], -1)
-
     def add_strain(self, at: Index, f: Array, B: Array, G: Array | None = None, grown: Array | float = 1.0) -> None:
         """Add strains f B G (..., r, m) over coordinates `at` (..., m): f of the relative displacements B of G.
 
@@ -241,7 +257,8 @@ class _Sums:
         """Add all copies of a lump of a prototype: as strain where it resists a displacement or a relative one."""
         plan, geometry = self.model.plan, self.model.geometry
         number = np.array(plan.topology.placed[name].offset, dtype=np.intp)[:, None] + np.array(lump.nodes)
-        at, G = self.columns(number), block_diagonal(plan.node_transforms(name, np.array(lump.nodes), geometry))
+        at = _columns(self.model, self.position, number)
+        G = block_diagonal(plan.node_transforms(name, np.array(lump.nodes), geometry))
         Gt = np.swapaxes(G, -1, -2)
         if lump.M is not None:
             self._mass.add(at, at, Gt @ lump.M @ G)
@@ -260,7 +277,7 @@ class _Sums:
     def add_chains(self, own: SegmentChains, first: int) -> None:
         """Add all copies of equal chains."""
         number = own.numbers(self.model)
-        ends = self.columns(number[:, :, [0, -1]])
+        ends = _columns(self.model, self.position, number[:, :, [0, -1]])
         G = own.transforms(self.model)
         Gt = np.swapaxes(G, -1, -2)
         # displacements of a segment's ends: V for those of the chain's ends, S for its own two relative displacements

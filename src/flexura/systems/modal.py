@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import Eigenpairs, count_below, lowest
+from flexura.linalg import Eigenpairs, count_below
 from flexura.systems.channel import Channel, positions
 from flexura.systems.remainder import Remainder, coupled_response, remainder_of, stiffening
-from flexura.systems.system import System, floating_shift, static_solution
+from flexura.systems.system import System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -296,7 +296,7 @@ def modal_system(system: System, n: int | None = None, up_to: float | None = Non
         count = count_below(system.K, system.M, (2 * np.pi * up_to) ** 2)
     elif n is not None:
         count = min(n, count)
-    pairs = lowest(system.K, system.M, min(count + SPARE, system.order))
+    pairs = system.lowest(min(count + SPARE, system.order))
     finite = np.isfinite(pairs.values)
     values = np.maximum(pairs.values[finite], 0.0)
     following = float(np.sqrt(values[count])) if len(values) > count else np.inf
@@ -318,9 +318,8 @@ def in_modes(system: System, pairs: Eigenpairs, following: float) -> ModalSystem
     B, C = V.T @ system.B, system.rows @ V
     residual = system.residual
     if V.shape[1] < system.order and residual.size:
-        shift = floating_shift(system.K, system.M)
-        whole = system.rows @ static_solution(system.K, system.M, system.B, shift)
-        residual = residual + whole - (C / (pairs.values + shift)) @ B
+        flexible = system.flexibility
+        residual = residual + system.rows @ flexible(system.B) - (C / (pairs.values + flexible.shift)) @ B
     rest = remainder_of(system, omega, V) if np.isfinite(following) and residual.size else None
     return ModalSystem(
         system, omega, damping, loss, B, C, system.derivative, system.D, residual, V, following,

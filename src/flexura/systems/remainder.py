@@ -12,7 +12,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import SolverError
-from flexura.systems.system import System, floating_shift, static_solution
+from flexura.systems.system import System
 
 if TYPE_CHECKING:
     from flexura.systems.modal import ModalSystem
@@ -88,8 +88,7 @@ def remainder_of(system: System, omega: Array, V: Array) -> Remainder:
     blocks.append(np.asarray(Cd @ V) if dashpots.shape[1] else V[:, :0])
     blocks.append(np.asarray(H @ V) if H is not None else V[:, :0])
     W = np.hstack(blocks)
-    shift = floating_shift(system.K, system.M)
-    static = static_solution(system.K, system.M, np.hstack([W, dashpots]), shift)
+    shift, static = system.flexibility.shift, system.flexibility(np.hstack([W, dashpots]))
     X = static[:, : W.shape[1]]
     whole = np.einsum("ij,ij->j", X, W)
     X = X - V @ ((V.T @ W) / (omega**2 + shift)[:, None])
@@ -178,7 +177,7 @@ def neglected_bound(modes: ModalSystem, frequency_hz: ArrayLike) -> Array:
     SolverError for something that floats.
     """
     system = modes.system
-    if floating_shift(system.K, system.M):
+    if system.flexibility.shift:
         raise SolverError("the bound needs a mechanism that is held")
     w = 2 * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
     shape = (len(w), len(modes.outputs), len(modes.inputs))

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from flexura.linalg import Eigenpairs
 from flexura.systems.modal import ModalSystem, in_modes
 from flexura.systems.remainder import dashpot_columns
-from flexura.systems.system import floating_shift, static_solution
 
 Array = NDArray[np.float64]
 
@@ -44,8 +43,7 @@ def _residual_vectors(modes: ModalSystem) -> tuple[Array, Array]:
     """Residual modes Z (n, k), of unit modal mass and ascending, and their frequencies (k,), rad/s."""
     system, V = modes.system, modes.shapes
     W = np.hstack([system.B, dashpot_columns(system.dashpots)])
-    shift = floating_shift(system.K, system.M)
-    X = static_solution(system.K, system.M, W, shift)
+    shift, X = system.flexibility.shift, system.flexibility(W)
     whole = np.einsum("ij,ij->j", X, W)
     X = X - V @ ((V.T @ W) / (modes.omega**2 + shift)[:, None])
     X = X - V @ (V.T @ (system.M @ X))

@@ -8,16 +8,17 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.linalg as la
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg import factorise, is_definite, lowest
+from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel, reduce
 from flexura.reduction.assembler import low_order
+from flexura.reduction.chained import chained
+from flexura.reduction.flexibility import WELL, Flexibility, flexibility, stored_flexibility
 from flexura.reduction.low_order import reduction_of
 from flexura.reduction.model import static_nodes
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -44,8 +45,8 @@ ROUNDING = 1e-9
 MOST_MODES = 3000
 """Coordinates up to which all modes are found for a matrix of modal damping ratios."""
 
-NEAR_ZERO = 1e-3
-"""Shift beside the lowest diagonal frequency with which flexibility of something that floats is worked out."""
+MOST_BY_ENERGIES = 400
+"""Modes up to which those of a stiffness that loses digits are found by energies."""
 
 
 @dataclass(frozen=True)
@@ -113,13 +114,36 @@ class System:
                 f"modal damping ratios as a matrix need all modes, of {self.order} coordinates; at most {MOST_MODES}:"
                 " reduce the mechanism, or give Rayleigh damping, loss factors or dashpots"
             )
-        pairs = lowest(self.K, self.M, self.order)
+        pairs = self.lowest(self.order)
         own = np.isfinite(pairs.values)
         omega = np.sqrt(np.maximum(pairs.values[own], 0.0))
         forces = self.M @ pairs.vectors[:, own]
         modal = (forces * (2 * self.law.modal_ratios(omega / (2 * np.pi)) * omega)) @ forces.T
         C = self.C if isinstance(self.C, np.ndarray) else self.C.toarray()
         return C + (modal + modal.T) / 2
+
+    @cached_property
+    def flexibility(self) -> Flexibility:
+        """Static responses in the coordinates of the system."""
+        return flexibility(self.full_order) if self._is_full else stored_flexibility(self.K, self.M)
+
+    @cached_property
+    def full_flexibility(self) -> Flexibility:
+        """Static responses of the full-order model."""
+        return self.flexibility if self._is_full else flexibility(self.full_order)
+
+    @property
+    def _is_full(self) -> bool:
+        return isinstance(self.model, FullOrderModel) and self.order == self.model.order
+
+    def lowest(self, count: int) -> Eigenpairs:
+        """The `count` lowest eigenpairs of K and M; those of a full-order model by energies, which keep the digits of
+        soft modes beside stiff ones."""
+        if not self._is_full or count > MOST_BY_ENERGIES or least_pivot(self.K) > WELL:
+            return lowest(self.K, self.M, count)
+        own = chained(self.full_order)
+        pairs = lowest_modes(own.pencil, count, own.rigid_motions)
+        return Eigenpairs(pairs.values, own.recover(pairs.vectors))
 
     def matrices(self) -> tuple[Any, Any, Any, Any]:
         """M, C, K and H (None without) with the modal damping ratios in C; all dense, or all sparse."""
@@ -338,27 +362,8 @@ def _projected(A: sp.csc_matrix, recover: Any, K: Any) -> Any:
 
 def _lacking(full: _Full, all_rows: Array, loads: Array, low: Any, rows: Array, B: Array) -> Array:
     """Static gain (p, m) of the full-order model less that of the coordinates; zero where it is round-off."""
-    shift = floating_shift(full.model.K, full.model.M)
-    whole = all_rows @ static_solution(full.model.K, full.model.M, loads, shift)
-    lost = whole - rows @ static_solution(low.K, low.M, B, shift)
+    flexible = flexibility(full.model)
+    whole = all_rows @ flexible(loads)
+    lost = whole - rows @ stored_flexibility(low.K, low.M, flexible.shift)(B)
     scale = np.abs(whole).max(axis=1, keepdims=True, initial=0.0)
     return np.where(np.abs(lost) > ROUNDING * scale, lost, 0.0)
-
-
-def floating_shift(K: Any, M: Any) -> float:
-    """Zero for something that is held, else a small squared frequency, (rad/s)^2 (theory eq. T9)."""
-    if is_definite(K):
-        return 0.0
-    k, m = K.diagonal(), M.diagonal()
-    ratio = k[(m > 0) & (k > 0)] / m[(m > 0) & (k > 0)]
-    return NEAR_ZERO * float(ratio.min()) if len(ratio) else 1.0
-
-
-def static_solution(K: Any, M: Any, loads: Array, shift: float = 0.0) -> Array:
-    """(K + shift M)^-1 loads (n, m)."""
-    A = K + shift * M if shift else K
-    d = 1 / np.sqrt(A.diagonal())
-    if isinstance(A, np.ndarray):
-        return d[:, None] * la.cho_solve(la.cho_factor(A * d[:, None] * d), d[:, None] * loads)
-    D = sp.diags(d)
-    return d[:, None] * factorise((D @ A @ D).tocsc()).solve(np.ascontiguousarray(d[:, None] * loads))

@@ -1,0 +1,92 @@
+"""Static responses of a model to loads, with the digits that soft supports beside stiff members would cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.errors import SolverError
+from flexura.linalg import factorise, is_definite, least_pivot, static_response
+from flexura.reduction.chained import ChainedModel, chained
+from flexura.structure.full_order import FullOrderModel
+
+Array = NDArray[np.float64]
+
+WELL = 1e-8
+"""A pivot of the diagonally scaled stiffness above this costs no digit that matters."""
+
+NEAR_ZERO = 1e-3
+"""Shift of something that floats, over the lowest diagonal ratio of stiffness to mass."""
+
+FREE = "something can move freely under the load: hold it, or attach it by a stiffness"
+
+
+@dataclass(frozen=True)
+class Flexibility:
+    """(K + shift M)^-1 of a model: displacements (n, k) for loads (n, k).
+
+    `shift`, (rad/s)^2, is zero for something that is held, else a small squared frequency (theory eq. T9).
+    """
+
+    shift: float
+    solve: Callable[[Array], Array]
+
+    def __call__(self, loads: Array) -> Array:
+        return self.solve(loads)
+
+    def held(self, loads: Array) -> Array:
+        """K^-1 loads. Raises SolverError when something can move freely."""
+        if self.shift:
+            raise SolverError(FREE)
+        return self.solve(loads)
+
+
+def stored_flexibility(K: Any, M: Any, shift: float | None = None) -> Flexibility:
+    """That of matrices (n, n) as they are stored; with the shift that they need unless it is given."""
+    if shift is None:
+        shift = 0.0 if is_definite(K) else _near_zero(K, M)
+    A = K + shift * M if shift else K
+    d = 1 / np.sqrt(A.diagonal())
+    if isinstance(A, np.ndarray):
+        factor = la.cho_factor(A * d[:, None] * d)
+        return Flexibility(shift, lambda loads: d[:, None] * la.cho_solve(factor, d[:, None] * loads))
+    D = sp.diags(d)
+    lu = factorise((D @ A @ D).tocsc())
+    return Flexibility(shift, lambda loads: d[:, None] * lu.solve(np.ascontiguousarray(d[:, None] * loads)))
+
+
+def flexibility(model: FullOrderModel) -> Flexibility:
+    """That of a full-order model: where K as it is stored would lose digits, in relative coordinates and by energies.
+
+    Raises SolverError where even those are lost.
+    """
+    if least_pivot(model.K) > WELL:
+        return stored_flexibility(model.K, model.M, 0.0)
+    own = chained(model)
+    shift = 0.0 if _is_held(own) else _near_zero(model.K, model.M)
+    if shift and least_pivot(model.K + shift * model.M) > WELL:
+        return stored_flexibility(model.K, model.M, shift)
+    return Flexibility(shift, lambda loads: own.recover(static_response(own.pencil, own.forces(loads), shift)))
+
+
+def _is_held(own: ChainedModel) -> bool:
+    """True when no rigid motion is free, and a response to loads on everything comes to stand."""
+    if own.free_motions:
+        return False
+    try:
+        static_response(own.pencil, np.sqrt(np.maximum(own.pencil.K.diagonal(), 0.0))[:, None])
+    except SolverError:
+        return False
+    return True
+
+
+def _near_zero(K: Any, M: Any) -> float:
+    k, m = K.diagonal(), M.diagonal()
+    ratio = k[(m > 0) & (k > 0)] / m[(m > 0) & (k > 0)]
+    return NEAR_ZERO * float(ratio.min()) if len(ratio) else 1.0
