@@ -232,6 +232,72 @@ def test_lists_of_frequencies(tmp_path):
             fx.read_frequencies(text)
 
 
+def test_configurations_are_calibrated_together():
+    """A known mass added tells stiffness and mass, which neither list tells: f1 = sqrt(k/m), f2 = sqrt(k/(m + m1))."""
+    k, m, added = 5e3, 0.5, 0.1
+    loaded = fx.loads(
+        stands.BODY.replace("mass: mass,", "mass: mass + added,")
+        .replace("body on springs", "body with a weight")
+        .replace("parameters:", "parameters:\n  added: {value: 90 g, maximum: 1 kg, minimum: 1 g}")
+    )
+    data = ([hz(k, m)], [hz(k, m + added)])
+    how = {"method": "least_squares"}
+    found = fx.calibrate(stands.body(), data[0], ["kx", "mass"], {"added": added}, also=[(loaded, data[1])], **how)
+    assert found.values == pytest.approx({"kx": k, "mass": m}, rel=1e-6)
+    assert [(x.number, x.configuration) for x in found.modes] == [(1, "body on springs"), (1, "body with a weight")]
+    assert found.also[0].parameters["mass"].value == pytest.approx(m, rel=1e-6)
+    assert found.also[0].parameters["added"].value == added
+    assert not any("below the one before" in note for note in found.notes)
+    # a parameter of the second alone is one more unknown
+    both = fx.calibrate(
+        stands.body(mass=m), [*data[0], hz(KY, m)], ["kx", "added", "ky"], also=[(with_mass(loaded, m), data[1])], **how
+    )
+    assert both.values == pytest.approx({"kx": k, "ky": KY, "added": added}, rel=1e-6)
+    for wrong, free, words in (
+        (loaded, ["kx", "none"], "'none' is not a parameter"),
+        (with_mass(loaded, 0.7), ["kx", "mass"], "give what is moved together one start"),
+        (stands.beam(), ["kx"], "has none of the free parameters"),
+    ):
+        with pytest.raises(fx.OptionError, match=words):
+            fx.calibrate(stands.body(), data[0], free, also=[(wrong, data[1])])
+    with pytest.raises(fx.OptionError, match="nowhere"):
+        fx.calibrate(stands.body(), data[0], ["kx"], {"nowhere": 1.0}, also=[(loaded, data[1])])
+
+
+def with_mass(mechanism, mass):
+    """A mechanism with another mass."""
+    return stands.with_values(mechanism, {"mass": mass})
+
+
+def test_configurations_are_calibrated_together_as_by_their_product():
+    """Two models of one stiffness with equal data are one model with the square root of sigma: precisions add."""
+    two = fx.calibrate(stands.body(), [hz(5e3)], ["kx"], also=[(stands.body(), [hz(5e3)])], priors={"kx": 0.05})
+    one = fx.calibrate(stands.body(), [hz(5e3)], ["kx"], priors={"kx": 0.05}, sigma=0.01 / np.sqrt(2))
+    assert two.values == pytest.approx(one.values, rel=1e-7)
+    assert two.parameters[0].interval == pytest.approx(one.parameters[0].interval, rel=1e-6)
+    assert [m.configuration for m in two.modes] == ["body on springs", "body on springs (2)"]
+
+
+def test_command_with_another_configuration(tmp_path):
+    (tmp_path / "body.yaml").write_text(stands.BODY, encoding="utf-8")
+    (tmp_path / "loaded.yaml").write_text(stands.BODY.replace("mass: mass,", "mass: mass + 100 g,"), encoding="utf-8")
+    for name, f in (("a.csv", hz(5e3, 0.5)), ("b.csv", hz(5e3, 0.6))):
+        (tmp_path / name).write_text(f"frequency,unit\n{f},Hz\n", encoding="utf-8")
+    names = [str(tmp_path / n) for n in ("body.yaml", "a.csv")]
+    also = ["--also", f"{tmp_path / 'loaded.yaml'}={tmp_path / 'b.csv'}", "--free", "kx,mass"]
+    also += ["--method", "least-squares", "--set", "ky=8 N/mm"]
+    run = CliRunner().invoke(app, ["calibrate", *names, *also, "--out", str(tmp_path / "new.yaml")])
+    assert run.exit_code == 0, run.output
+    assert "body on springs (2)" in run.output
+    for path in ("new.yaml", "new-loaded.yaml"):
+        again = fx.load(tmp_path / path).parameters
+        assert (again["kx"].value, again["mass"].value) == pytest.approx((5e3, 0.5), rel=1e-5)
+        assert again["ky"].value == pytest.approx(8e3)
+    run = CliRunner().invoke(app, ["calibrate", *names, "--free", "kx", "--also", "loaded.yaml"])
+    assert run.exit_code
+    assert "FILE=DATA" in run.output + str(run.exception)
+
+
 def test_what_can_be_wrong_is_named():
     body = stands.body()
     with pytest.raises(fx.OptionError, match="not str"):

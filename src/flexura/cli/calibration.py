@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
@@ -52,6 +53,12 @@ def calibrate_command(
         Path, typer.Argument(metavar="DATA", help="Measured data, or a YAML or CSV list of natural frequencies.")
     ],
     free: Annotated[str, typer.Option(metavar="A,B,C", help="Parameters that may move.")],
+    also: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FILE=DATA", help="Another mechanism with data of its own; parameters of one name are one. Repeat."
+        ),
+    ] = None,
     method: Annotated[Method, typer.Option(help="With priors (map), or with bounds alone.")] = Method.map,
     on: Annotated[
         Compared, typer.Option(help="Of measured data: identified modes, their frequencies alone, or responses.")
@@ -75,21 +82,30 @@ def calibrate_command(
     from flexura.experiment.calibrated_file import save_calibrated
     from flexura.experiment.calibration import calibrate
 
-    mechanism, parameters = read(file, set)
+    files, measured = [file], [data]
+    for pair in also or []:
+        own, equals, its = pair.partition("=")
+        if not (own and equals and its):
+            raise OptionError(f"--also takes FILE=DATA, e.g. --also loaded.yaml=loaded.csv, not {pair!r}")
+        files.append(Path(own))
+        measured.append(Path(its))
+    (mechanism, *others), parameters = _read_all(files, set)
+    first, *more = [read_data(path, on) for path in measured]
     names = [name.strip() for name in free.split(",") if name.strip()]
     chosen = "map" if method is Method.map else "least_squares"
     result = calibrate(
         mechanism,
-        read_data(data, on),
+        first,
         names,
         parameters,
+        also=list(zip(others, more, strict=True)),
         method=chosen,
         sigma=sigma,
         damping=damping,
         pairing="followed" if pairing is Pairing.followed else "in_order",
     )
     sampled = _sampled(result, draws) if draws else None
-    written = [] if out is None else [save_calibrated(result, out, file)]
+    written = [] if out is None else [save_calibrated(result, t, f, k) for k, (t, f) in enumerate(_targets(out, files))]
     if plot is not None:
         from flexura.view.calibration import save_calibration
 
@@ -110,6 +126,35 @@ def calibrate_command(
         _print_sampled(result, sampled)
     for path in written:
         typer.echo(f"wrote {path}")
+
+
+def _read_all(files: list[Path], settings: list[str] | None) -> tuple[list[Any], dict[str, float]]:
+    """The mechanisms of files, and the parameters that are replaced in those that have them."""
+    if len(files) == 1:
+        mechanism, parameters = read(files[0], settings)
+        return [mechanism], parameters
+    from flexura.modelfile import load
+
+    known = [load(file).parameters for file in files]
+    mechanisms: list[Any] = []
+    replaced: dict[str, float] = {}
+    for k, (file, own) in enumerate(zip(files, known, strict=True)):
+        named = {text: text.partition("=")[0].strip() for text in settings or []}
+        mine = [t for t, n in named.items() if n in own or (k == 0 and not any(n in other for other in known))]
+        mechanism, parameters = read(file, mine)
+        mechanisms.append(mechanism)
+        replaced |= parameters
+    return mechanisms, replaced
+
+
+def _targets(out: Path, files: list[Path]) -> list[tuple[Path, Path]]:
+    """Where each calibrated file is written: the first as it is asked for, others with their own name after it."""
+    found = [(out, files[0])]
+    for file in files[1:]:
+        names = [f"{out.stem}-{file.stem}{k or ''}{out.suffix}" for k in range(len(files))]
+        taken = {path for path, _ in found}
+        found.append((next(p for n in names if (p := out.with_name(n)) not in taken), file))
+    return found
 
 
 def read_data(path: Path, on: Compared = Compared.modes) -> Any:
@@ -150,7 +195,8 @@ def print_calibration(result: Calibration) -> None:
     """Print parameters with intervals, frequencies before and after, and what the data cannot tell."""
     console = console_of_width()
     how = "maximum of the posterior" if result.method == "map" else "least squares"
-    console.print(f"{result.mechanism.name}: calibrated, {how}", style="bold", markup=False)
+    together = ", with ".join(m.name for m in (result.mechanism, *result.also))
+    console.print(f"{together}: calibrated, {how}", style="bold", markup=False)
     table = _table("parameter", "start", "calibrated", "95 % interval", "told by the data", "prior from")
     for p in result.parameters:
         mark = " at bound" if p.at_bound else ""
@@ -158,11 +204,13 @@ def print_calibration(result: Calibration) -> None:
     console.print(table)
     if result.modes:
         has_mac = any(m.mac is not None for m in result.modes)
-        table = _table("mode", "measured Hz", "start", "calibrated", "error", "in sigma", *(["MAC"] if has_mac else []))
+        last = [*(["MAC"] if has_mac else []), *(["of"] if result.also else [])]
+        table = _table("mode", "measured Hz", "start", "calibrated", "error", "in sigma", *last)
         for m in result.modes:
             row = [str(m.number), f"{m.measured_hz:.5g}", f"{100 * m.start_error:+.2f} %", f"{m.calibrated_hz:.5g}"]
             row += [f"{100 * m.error:+.2f} %", f"{m.error / m.sigma:+.1f}"]
-            table.add_row(*row, *([f"{m.mac:.3f}" if m.mac is not None else ""] if has_mac else []))
+            row += [f"{m.mac:.3f}" if m.mac is not None else ""] if has_mac else []
+            table.add_row(*row, *([escape(m.configuration)] if result.also else []))
         console.print(table)
     chi = f"chi-square {result.start_chi_square:.4g} before, {result.chi_square:.4g} after"
     console.print(f"{chi}, {result.residuals} data; {result.evaluations} evaluations")

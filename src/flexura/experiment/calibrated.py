@@ -42,7 +42,8 @@ class CalibratedParameter:
 class CalibratedMode:
     """One measured frequency, Hz, with its relative standard deviation, and the model's before and after.
 
-    `model_mode` counts from 1; MAC where shapes were measured.
+    `model_mode` counts from 1; MAC where shapes were measured. `configuration` says of which mechanism, where several
+    were calibrated together.
     """
 
     number: int
@@ -53,6 +54,7 @@ class CalibratedMode:
     model_mode: int
     start_mac: float | None
     mac: float | None
+    configuration: str = ""
 
     @property
     def start_error(self) -> float:
@@ -69,8 +71,9 @@ class CalibratedMode:
 class Calibration:
     """The outcome of a calibration: the `mechanism` with its new values, and how far these can be trusted.
 
-    `directions` are combinations of parameters, best told first; `correlation` (P, P) is that of the posterior.
-    `chi_square` of `residuals` data says whether the model can meet them within their standard deviations.
+    `also` are the other mechanisms that were calibrated with it. `directions` are combinations of parameters, best told
+    first; `correlation` (P, P) is that of the posterior. `chi_square` of `residuals` data says
+    whether the model can meet them within their standard deviations.
     """
 
     mechanism: Mechanism
@@ -88,6 +91,7 @@ class Calibration:
     problem: Problem = field(repr=False)
     z: Array = field(repr=False)
     covariance: Array = field(repr=False)
+    also: tuple[Mechanism, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -131,6 +135,7 @@ class Calibration:
         return plain(
             {
                 "name": self.mechanism.name,
+                "also": [own.name for own in self.also],
                 "method": self.method,
                 "parameters": [asdict(p) for p in self.parameters],
                 "modes": [{**asdict(m), "start_error": m.start_error, "error": m.error} for m in self.modes],

@@ -17,19 +17,22 @@ DIGITS = 6
 """Significant digits of calibrated values."""
 
 
-def save_calibrated(calibration: Calibration, path: str | Path, base: str | Path) -> Path:
+def save_calibrated(calibration: Calibration, path: str | Path, base: str | Path, configuration: int = 0) -> Path:
     """Write a model file that extends `base`, the file that was calibrated, with the new values and what they rest on.
 
-    Values have six digits. Raises OptionError when it cannot be written.
+    Values have six digits. `configuration` counts the mechanisms that were calibrated together. Raises OptionError when
+    it cannot be written.
     """
+    mechanism = (calibration.mechanism, *calibration.also)[configuration]
+    own = calibration.problem.configurations[configuration]
     target = Path(path)
-    described = calibration.mechanism.parameters
+    described = mechanism.parameters
     dimensions = parameter_dimensions(described)
     above = Path(os.path.relpath(Path(base).resolve(), target.resolve().parent)).as_posix()
-    name = json.dumps(f"{calibration.mechanism.name}, calibrated", ensure_ascii=False)
+    name = json.dumps(f"{mechanism.name}, calibrated", ensure_ascii=False)
     lines = [f"flexura: {VERSION}", f"extends: {json.dumps(above)}", f"name: {name}", "", "parameters:"]
-    moved = {p.name: p for p in calibration.parameters}
-    for name, value in {**calibration.problem.fixed, **calibration.values}.items():
+    moved = {p.name: p for p in calibration.parameters if p.name in own.free}
+    for name, value in own.point(calibration.values).items():
         exponents = dimensions[name] or NUMBER
         at_bound = name not in moved or moved[name].at_bound
         number = format_quantity(value if at_bound else float(f"{value:.{DIGITS}g}"), exponents)

@@ -11,15 +11,15 @@ from scipy.optimize import least_squares
 
 from flexura.errors import OptionError, SolverError
 from flexura.experiment.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
+from flexura.experiment.configuration import Configuration, configurations
 from flexura.experiment.posterior import QUANTILE, TOLD, Direction, covariance, directions
 from flexura.experiment.problem import Problem
-from flexura.experiment.sensitivity import free_names
 from flexura.experiment.targets import ModalTarget, Target, targets_of
 from flexura.experiment.unknowns import Prior, Unknowns, unknowns
-from flexura.experiment.variation import Order, unbounded
+from flexura.experiment.variation import Order
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure import Plan
-from flexura.structure.plan import one_design, plan_of
+from flexura.structure.plan import one_design
 
 Array = NDArray[np.float64]
 Pairing = Literal["followed", "in_order"]
@@ -37,6 +37,7 @@ def calibrate(
     free: Sequence[str],
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
+    also: Sequence[tuple[Mechanism | Plan, Any]] = (),
     method: Method = "map",
     sigma: float = 0.01,
     shape_sigma: float = 0.1,
@@ -55,6 +56,10 @@ def calibrate(
     none or less, shapes by what no scaling of the model's explains with `shape_sigma` of their length, frequency
     responses by the logarithm of their ratio with `response_sigma`, modes having the ratio `damping`.
 
+    `also` are further mechanisms with data of their own, as of the same design with other sensors or other loads: a
+    parameter is one unknown for all that have one of its name, with one start and one range. `parameters` replaces
+    values in each mechanism that has them.
+
     `method`: map weighs the data against priors, which are given (a relative standard deviation, or mean and standard
     deviation, by name), or follow from each parameter's bounds and `source`; least_squares has bounds alone. The search
     makes Gauss-Newton steps within a trust region (Branch, Coleman and Li 1999) with analytic sensitivities. `order`
@@ -67,8 +72,6 @@ def calibrate(
     Raises ModelError for a description that cannot be used, OptionError for impossible arguments and SolverError when
     the start cannot be solved.
     """
-    bounded = plan_of(mechanism)
-    chosen = free_names(bounded, free)
     if method not in get_args(Method):
         raise OptionError(f"method is map or least_squares, not {method!r}")
     for name, x in (("sigma", sigma), ("shape_sigma", shape_sigma), ("response_sigma", response_sigma)):
@@ -79,14 +82,15 @@ def calibrate(
     if not 0 < damping < 1:
         raise OptionError(f"damping is a ratio between 0 and 1, not {damping}")
     at = one_design(parameters)
-    bounded.verify(at)
-    targets = targets_of(data, sigma, shape_sigma, response_sigma, damping)
-    own = unknowns(bounded, chosen, at, priors)
-    fixed = {name: value for name, value in at.items() if name not in chosen}
-    plan = unbounded(bounded)
+    pairs = [
+        (own, targets_of(measured, sigma, shape_sigma, response_sigma, damping))
+        for own, measured in ((mechanism, data), *also)
+    ]
+    together = configurations(pairs, free, at)
+    own = unknowns(together, at, priors)
     if method == "least_squares":
-        _refuse_undetermined(targets, chosen)
-    return _solved(bounded, plan, own, fixed, targets, method, order, keep, max_steps, pairing == "followed")
+        _refuse_undetermined([t for c in together for t in c.targets], own.names)
+    return _solved(together, own, method, order, keep, max_steps, pairing == "followed")
 
 
 def _refuse_undetermined(targets: Sequence[Target], chosen: Sequence[str]) -> None:
@@ -101,42 +105,43 @@ def _refuse_undetermined(targets: Sequence[Target], chosen: Sequence[str]) -> No
 
 
 def _solved(
-    bounded: Plan,
-    plan: Plan,
+    together: tuple[Configuration, ...],
     own: Unknowns,
-    fixed: dict[str, float],
-    targets: Sequence[Target],
     method: Method,
     order: Order,
     keep: int | Mapping[str, int],
     max_steps: int,
     follow: bool,
 ) -> Calibration:
-    first = Problem(plan, own, fixed, targets, order, keep, follow=follow)
+    first = Problem(together, own, order, keep, follow=follow)
     z = own.z(own.start)
     before = first.residual(z)
     if first.refused is not None:
         raise SolverError(f"the start cannot be compared with the data: {first.refused}")
     start_modes = _compared(first, z)
-    problem, mechanism, evaluations, converged = first, bounded.mechanism, 0, False
+    problem, evaluations, converged = first, 0, False
+    mechanisms = [c.bounded.mechanism for c in together]
     notes: list[str] = []
     for turn in range(ROUNDS):
         z, converged = _minimum(problem, z, method, max_steps)
         evaluations += problem.evaluations
-        mechanism = _with_values(bounded, own, z, fixed, first.targets)
-        if not any(part.table.corrections.wanted.any() for part in plan.parts.values()):
+        mechanisms = [_with_values(c, own, z, first.targets) for c in together]
+        if not any(part.table.corrections.wanted.any() for c in together for part in c.plan.parts.values()):
             break
-        settled = Problem(unbounded(mechanism), own, fixed, targets, order, keep, problem.references, follow)
+        anew = [c.settled(mechanism) for c, mechanism in zip(together, mechanisms, strict=True)]
+        settled = Problem(anew, own, order, keep, problem.references, follow)
         moved = float(np.abs(settled.residual(z) - problem.residual(z)).max(initial=0.0))
         problem = settled
         if moved < 1e-6:
             break
         if turn == ROUNDS - 1:
             notes.append("which ends count as clamped depends on the sizes: the residuals jump there")
-    bounded.verify({**fixed, **dict(zip(own.names, map(float, own.values(z)), strict=True))})
+    values = dict(zip(own.names, map(float, own.values(z)), strict=True))
+    for c in together:
+        c.bounded.verify(c.point(values))
     J = problem.jacobian(z)
     after = problem.residual(z)
-    return _outcome(problem, first, mechanism, method, z, J, before, after, start_modes, evaluations, converged, notes)
+    return _outcome(problem, first, mechanisms, method, z, J, before, after, start_modes, evaluations, converged, notes)
 
 
 def _minimum(problem: Problem, z: Array, method: Method, max_steps: int) -> tuple[Array, bool]:
@@ -160,19 +165,17 @@ def _minimum(problem: Problem, z: Array, method: Method, max_steps: int) -> tupl
     return np.clip(found.x, low, high), found.status > 0
 
 
-def _with_values(
-    bounded: Plan, own: Unknowns, z: Array, fixed: Mapping[str, float], targets: Sequence[Target]
-) -> Mechanism:
-    """The mechanism with calibrated values as its own, their sources saying so."""
-    described = bounded.mechanism
+def _with_values(configuration: Configuration, own: Unknowns, z: Array, targets: Sequence[Target]) -> Mechanism:
+    """A mechanism with calibrated values as its own, their sources saying so."""
+    described = configuration.bounded.mechanism
     parameters = dict(described.parameters)
     what = _said(targets)
-    for k, name in enumerate(own.names):
-        inside = float(own.values(z)[k])
+    values = dict(zip(own.names, map(float, own.values(z)), strict=True))
+    for name in configuration.free:
         known = parameters[name].source
         source = f"calibrated to {what}" + (f"; before: {known}" if known else "")
-        parameters[name] = parameters[name].model_copy(update={"value": inside, "source": source})
-    for name, value in fixed.items():
+        parameters[name] = parameters[name].model_copy(update={"value": values[name], "source": source})
+    for name, value in configuration.fixed.items():
         parameters[name] = parameters[name].model_copy(update={"value": value})
     return described.model_copy(update={"parameters": parameters})
 
@@ -200,7 +203,7 @@ def _compared(problem: Problem, z: Array) -> list[tuple[Array, NDArray[np.intp],
 def _outcome(
     problem: Problem,
     first: Problem,
-    mechanism: Mechanism,
+    mechanisms: Sequence[Mechanism],
     method: Method,
     z: Array,
     J: Array,
@@ -222,7 +225,7 @@ def _outcome(
     parameters = tuple(
         CalibratedParameter(
             name,
-            mechanism.parameters[name].unit,
+            next(c.known[name].unit for c in problem.configurations if name in c.free),
             float(own.start[k]),
             float(values[k]),
             intervals[0][k],
@@ -241,7 +244,7 @@ def _outcome(
     chi, count = float(after @ after), int((np.abs(J).sum(axis=1) > 0).sum())
     notes += _notes(problem, first, parameters, ways, modes, chi, count, converged)
     return Calibration(
-        mechanism,
+        mechanisms[0],
         method,
         parameters,
         modes,
@@ -256,6 +259,7 @@ def _outcome(
         problem,
         z,
         cov,
+        tuple(mechanisms[1:]),
     )
 
 
@@ -271,8 +275,10 @@ def _modes(
     problem: Problem, z: Array, start: list[tuple[Array, NDArray[np.intp], list[float | None]]]
 ) -> tuple[CalibratedMode, ...]:
     found = []
-    modal = [t for t in problem.targets if isinstance(t, ModalTarget)]
-    for target, before, after in zip(modal, start, _compared(problem, z), strict=True):
+    several = len(problem.configurations) > 1
+    labels = [c.label if several else "" for c in problem.configurations for t in c.targets]
+    modal = [(t, own) for t, own in zip(problem.targets, labels, strict=True) if isinstance(t, ModalTarget)]
+    for (target, label), before, after in zip(modal, start, _compared(problem, z), strict=True):
         for k, hz in enumerate(target.frequency_hz):
             found.append(
                 CalibratedMode(
@@ -284,6 +290,7 @@ def _modes(
                     int(after[1][k]) + 1,
                     before[2][k],
                     after[2][k],
+                    label,
                 )
             )
     return tuple(found)
@@ -317,7 +324,7 @@ def _notes(
     weakest = min(problem.weakest, first.weakest)
     if weakest < 0.5:
         notes.append(f"modes changed a lot from one step to the next (MAC {weakest:.2f}): check which is which")
-    swapped = [m.number for k, m in enumerate(modes) if k and m.model_mode < modes[k - 1].model_mode]
+    swapped = [m.number for k, m in enumerate(modes) if m.number > 1 and m.model_mode < modes[k - 1].model_mode]
     if swapped:
         notes.append(f"the model has measured mode {swapped[0]} below the one before it")
     return notes

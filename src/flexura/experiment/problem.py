@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import FlexuraError
+from flexura.experiment.configuration import Configuration
 from flexura.experiment.followed import Followed
 from flexura.experiment.places_of_test import placements_of
 from flexura.experiment.targets import ModalTarget, State, Target
 from flexura.experiment.unknowns import Unknowns
 from flexura.experiment.variation import Order
-from flexura.structure import Plan
 
 Array = NDArray[np.float64]
 
@@ -24,44 +24,52 @@ REFUSED = 1e4
 class Problem:
     """Weighted residuals of targets over standard coordinates z of the unknowns.
 
-    Targets measured with the sensors of the same placements share a model with their mass. Modes are those of the
-    start, followed by the modal assurance criterion from one accepted design to the next: the shapes at the last
-    `jacobian` are those to compare with. Without `follow` they are those of the same number.
+    Targets of one configuration that were measured with the sensors of the same placements share a model with their
+    mass. Modes are those of the start, followed by the modal assurance criterion from one accepted design to the next:
+    the shapes at the last `jacobian` are those to compare with. Without `follow` they are those of the same number.
     """
 
     def __init__(
         self,
-        plan: Plan,
+        configurations: Sequence[Configuration],
         unknown: Unknowns,
-        fixed: Mapping[str, float],
-        targets: Sequence[Target],
         order: Order,
         keep: int | Mapping[str, int],
         references: Sequence[Array | None] | None = None,
         follow: bool = True,
     ) -> None:
-        self.plan, self.unknown, self.targets, self.fixed = plan, unknown, list(targets), dict(fixed)
-        start = self.point(unknown.z(unknown.start))
-        loads = [placements_of(plan, t.setups) for t in targets]
-        self.placements = list(dict.fromkeys(loads))
-        """Placements of which each model carries the sensors, with their mean mass."""
-        self._group = [self.placements.index(own) for own in loads]
-        members = [[t for t, own in zip(targets, loads, strict=True) if own == load] for load in self.placements]
-        known = references or [None] * len(self.placements)
+        self.configurations, self.unknown = tuple(configurations), unknown
+        self.targets = [t for own in configurations for t in own.targets]
+        start = self._named(unknown.z(unknown.start))
+        loads = [(own, placements_of(own.plan, t.setups)) for own in configurations for t in own.targets]
+        keys = [(own.label, load) for own, load in loads]
+        self._members = list(dict(zip(keys, loads, strict=True)).values())
+        numbers = {key: g for g, key in enumerate(dict.fromkeys(keys))}
+        self._group = [numbers[key] for key in keys]
+        known = references or [None] * len(self._members)
         self.models = [
-            Followed(plan, start, own, load, order, keep, reference, follow)
-            for own, load, reference in zip(members, self.placements, known, strict=True)
+            Followed(
+                own.plan,
+                own.point(start),
+                [t for t, group in zip(self.targets, self._group, strict=True) if group == g],
+                load,
+                order,
+                keep,
+                reference,
+                follow,
+            )
+            for g, ((own, load), reference) in enumerate(zip(self._members, known, strict=True))
         ]
+        """Each with the sensors of some placements, with their mean mass."""
         each = [iter(m.rows) for m in self.models]
         self.rows = [next(each[g]) for g in self._group]
         self.refused: str | None = None
         self.evaluations = 0
         self._remembered: tuple[bytes, list[State]] | None = None
 
-    def point(self, z: Array) -> dict[str, float]:
-        """Parameters of a design."""
-        values = self.unknown.values(z)
-        return {**self.fixed, **{n: float(v) for n, v in zip(self.unknown.names, values, strict=True)}}
+    def _named(self, z: Array) -> dict[str, float]:
+        """Values of the unknowns by name."""
+        return dict(zip(self.unknown.names, map(float, self.unknown.values(z)), strict=True))
 
     def compared(self, z: Array) -> Iterator[tuple[Target, State, slice]]:
         """Every target with the model that it is compared with, and the rows of its channels.
@@ -76,9 +84,10 @@ class Problem:
     def _states(self, z: Array) -> list[State]:
         key = np.asarray(z).tobytes()
         if self._remembered is None or self._remembered[0] != key:
-            at = self.point(z)
+            values = self._named(z)
             self.evaluations += 1
-            self._remembered = (key, [m.state(at) for m in self.models])
+            own = zip(self.models, self._members, strict=True)
+            self._remembered = (key, [m.state(c.point(values)) for m, (c, _) in own])
         return self._remembered[1]
 
     @property
@@ -104,14 +113,19 @@ class Problem:
 
     def jacobian(self, z: Array) -> Array:
         """d residual / dz (r, P); the modes found here are those followed from now on."""
-        at = self.point(z)
+        values = self._named(z)
         self.evaluations += 1
-        states = [m.state(at, self.unknown.names) for m in self.models]
-        found = np.concatenate([t.jacobian(state, r) for t, state, r in self._with(states)])
+        states = [m.state(c.point(values), c.free) for m, (c, _) in zip(self.models, self._members, strict=True)]
+        found = []
+        for (t, state, rows), g in zip(self._with(states), self._group, strict=True):
+            own = t.jacobian(state, rows)
+            wide = np.zeros((len(own), len(self.unknown.names)))
+            wide[:, [self.unknown.names.index(n) for n in self._members[g][0].free]] = own
+            found.append(wide)
         for model, state in zip(self.models, states, strict=True):
             model.accept(state)
         self._remembered = None
-        return found * self.unknown.slope(z)
+        return np.concatenate(found) * self.unknown.slope(z)
 
     @property
     def size(self) -> int:

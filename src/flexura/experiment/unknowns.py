@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.experiment.configuration import Configuration
 from flexura.mechanism.evaluation import bounds
 from flexura.structure import Plan
 
@@ -70,21 +72,42 @@ class Unknowns:
 
 
 def unknowns(
-    bounded: Plan, names: Sequence[str], at: Mapping[str, float], priors: Mapping[str, Prior] | None = None
+    configurations: Sequence[Configuration], at: Mapping[str, float], priors: Mapping[str, Prior] | None = None
 ) -> Unknowns:
     """The unknowns at a start, with priors: as given, else tight for what is known, else from the bounds.
 
-    The middle of a prior is the start, or the nearest bound. Raises OptionError for priors and bounds without room.
+    The middle of a prior is the start, or the nearest bound. Raises OptionError for priors and bounds without room, and
+    for parameters that start elsewhere or have other bounds or units in another configuration.
     """
+    names = list(dict.fromkeys(name for own in configurations for name in own.free))
     given = dict(priors or {})
     strange = sorted(set(given) - set(names))
     if strange:
         raise OptionError(f"a prior is given for {strange[0]}, which is not free; free are {', '.join(names)}")
-    values = bounded.parameter_values(at)
-    rows = [_row(bounded, name, values, given.get(name)) for name in names]
+    values = [own.bounded.parameter_values({n: at[n] for n in at if n in own.known}) for own in configurations]
+    rows = []
+    for name in names:
+        shared = [(own, v) for own, v in zip(configurations, values, strict=True) if name in own.free]
+        for own, v in shared[1:]:
+            _refuse_unequal(name, *shared[0], own, v)
+        rows.append(_row(shared[0][0].bounded, name, shared[0][1], given.get(name)))
     is_log, mean, deviation, low, high, start, limits, reason = zip(*rows, strict=True)
     m, d, a, b, x = (np.array(x, dtype=float) for x in (mean, deviation, low, high, start))
     return Unknowns(tuple(names), np.array(is_log), m, d, a, b, x, np.array(limits, dtype=float).T, tuple(reason))
+
+
+def _refuse_unequal(
+    name: str, first: Configuration, values: Mapping[str, Any], other: Configuration, others: Mapping[str, Any]
+) -> None:
+    """Raise OptionError for a shared parameter that is not the same in two configurations."""
+    p, q = (own.known[name] for own in (first, other))
+    if p.unit and q.unit and p.dimension != q.dimension:
+        raise OptionError(f"{name} is in {p.unit} in {first.label}, and in {q.unit} in {other.label}")
+    one = (float(values[name]), *(float(np.asarray(b)) for b in bounds(name, p, values)))
+    two = (float(others[name]), *(float(np.asarray(b)) for b in bounds(name, q, others)))
+    if not np.allclose(one, two, rtol=1e-9, atol=0.0):
+        said = [f"{x[0]:g} within {x[1]:g} to {x[2]:g} in {own.label}" for x, own in ((one, first), (two, other))]
+        raise OptionError(f"{name} is {' and '.join(said)} (SI): give what is moved together one start and one range")
 
 
 def _row(
