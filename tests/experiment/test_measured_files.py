@@ -339,7 +339,7 @@ def test_csv_files_that_cannot_be_used(text, message, tmp_path):
         ("dial: {quantity: length}", r"c\.yaml:1: channel dial: there is no quantity 'length'"),
         ("dial: {direction: q}", "a direction is x, -y, ... or three numbers, not 'q'"),
         ("dial: {position: [1, 2, 3]}", "1 is no length; write it with its unit"),
-        ("dial: {place: x}", "unknown key 'place'; keys: node, direction, position, quantity, unit, input"),
+        ("dial: {place: x}", "unknown key 'place'; keys: node, direction, position, quantity, unit, force, input"),
         ("dial: x", "a mapping is expected"),
     ],
 )

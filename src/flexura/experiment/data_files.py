@@ -11,7 +11,7 @@ import numpy as np
 
 from flexura.errors import OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
-from flexura.experiment.places import Place, Places, placed, places_of, read_places
+from flexura.experiment.places import FORCES, Place, Places, placed, places_of, read_places
 from flexura.files import write_file
 from flexura.mechanism import Mechanism
 from flexura.structure.plan import Plan
@@ -104,7 +104,7 @@ def _of_suffix(file: Path, suffix: str, places: Places) -> Measurement:
     if suffix in UFF:
         from flexura.experiment.universal_reader import read_uff
 
-        return _placed(read_uff(file), places)
+        return _placed(read_uff(file, places), places)
     if suffix in (".csv", ".txt"):
         from flexura.experiment.tables import read_csv
 
@@ -147,7 +147,8 @@ def _placed(measurement: Measurement, places: Places) -> Measurement:
 
 
 def _checked(channel: MeasuredChannel, place: Place | None) -> Place | None:
-    if place is not None and place.quantity is not None and place.quantity != channel.quantity:
+    is_other_end = place is not None and place.force is not None and channel.quantity in FORCES
+    if place is not None and place.quantity not in (None, channel.quantity) and not is_other_end:
         raise OptionError(
             f"{channel.name} is {channel.quantity} in the data, and {place.quantity} where it is described"
         )

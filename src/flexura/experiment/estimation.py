@@ -123,7 +123,13 @@ def _recordings(data: Measurement | Recording | Sequence[Recording]) -> list[Rec
     if not listed:
         raise OptionError("there are no time records to estimate frequency responses from")
     for k, r in enumerate(listed):
-        if not r.inputs or not set(r.inputs) < set(range(len(r.channels))):
+        if not r.inputs:
+            raise OptionError(
+                f"{_label(r, k)}: none of its channels is a force: of output-only data no frequency response can be"
+                " estimated. If a channel is the excitation, a file of channels says so, with its unit: NAME: {unit: N,"
+                " input: true}; frequencies found elsewhere can be compared as a list"
+            )
+        if not set(r.inputs) < set(range(len(r.channels))):
             raise OptionError(
                 f"{_label(r, k)}: of its {len(r.channels)} channels at least one is an input and one an output"
             )

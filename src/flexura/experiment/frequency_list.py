@@ -18,7 +18,7 @@ from flexura.experiment.measurement import MeasuredChannel
 
 Array = NDArray[np.float64]
 
-UNITS = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / (2 * np.pi)}
+UNITS = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / (2 * np.pi), "rpm": 1 / 60}
 """Hz in units of frequency."""
 
 _NUMBER = re.compile(r"\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
@@ -61,8 +61,8 @@ def read_frequencies(path: str | Path) -> MeasuredFrequencies:
 
     CSV: a header `frequency,unit,sigma`, of which the last two columns may be absent. YAML: a list, or a mapping with
     the key `frequencies` that holds one, of entries such as `46.861 rad/s` or `{frequency: 46.861 rad/s, sigma: 1 %}`.
-    Units are Hz, kHz and rad/s; sigma is in per cent, or in the unit of the frequency. Raises OptionError, with the
-    entry, for anything else.
+    Units are Hz, kHz, rad/s and rpm; sigma is in per cent, or in the unit of the frequency. Raises OptionError, with
+    the entry, for anything else.
     """
     file = Path(path)
     try:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF
+from flexura.experiment.places import FORCES
+from flexura.systems.channel import UNITS
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -97,6 +99,7 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
     lines = _lines(hz, band, where)
     inputs = _channels(c for frf in frfs for c in frf.inputs)
     outputs = _channels(c for frf in frfs for c in frf.outputs)
+    _refuse_inverted(inputs.values(), outputs.values(), where)
     H, coherence = _filled(frfs, inputs, outputs, where)
     H, coherence = H[lines], coherence[lines]
     _refuse_bad(H, inputs, outputs, hz[lines], where)
@@ -198,6 +201,17 @@ def _refuse_bad(H: Complex, inputs: dict, outputs: dict, hz: Array, where: str) 
 def _coherent(coherence: Array, axis: int) -> NDArray[np.bool_]:
     """Channels of the other axis that are coherent with one partner at one line in ten."""
     return np.quantile(np.nan_to_num(coherence).max(axis=axis), 0.9, axis=0) >= COHERENT
+
+
+def _refuse_inverted(inputs: Iterable[MeasuredChannel], outputs: Iterable[MeasuredChannel], where: str) -> None:
+    """Raise OptionError for forces per motion, whose poles are not those of the mechanism."""
+    forces = [c for c in outputs if c.quantity in FORCES]
+    motions = [c for c in inputs if c.quantity in UNITS and c.quantity not in (*FORCES, "voltage", "expansion")]
+    if forces and motions:
+        raise OptionError(
+            f"{where}{forces[0].name} / {motions[0].name} is a force per motion (impedance): modes take motions per"
+            " force; invert it, all channels at once"
+        )
 
 
 def _scales(H: Complex) -> tuple[Array, Array]:

@@ -20,13 +20,17 @@ from flexura.structure.plan import Plan, plan_of
 from flexura.systems.placed import Placement
 from flexura.units import parse_quantity
 
+FORCES = ("force", "moment")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-_KEYS = ("node", "direction", "position", "quantity", "unit", "input")
+_KEYS = ("node", "direction", "position", "quantity", "unit", "force", "input")
 
 
 @dataclass(frozen=True)
 class Place:
-    """What is known of a channel beside its data; None where nothing is. `is_input` says that it excites."""
+    """What is known of a channel beside its data; None where nothing is. `is_input` says that it excites.
+
+    `force` is the unit of the force of the same name, as a driving point has one beside its response.
+    """
 
     node: str | None = None
     direction: tuple[float, float, float] | None = None
@@ -34,6 +38,13 @@ class Place:
     quantity: str | None = None
     unit: str | None = None
     is_input: bool | None = None
+    force: str | None = None
+
+    def unit_of(self, is_reference: bool) -> str | None:
+        """Unit of the reference or of the response of this name, where it is known."""
+        if is_reference and self.force is not None:
+            return self.force
+        return self.unit if self.force is not None or is_reference == (self.quantity in FORCES) else None
 
 
 Places = Mapping[str, Place]
@@ -57,7 +68,8 @@ def axis(text: Any, what: str) -> tuple[float, float, float]:
 
 
 def read_places(path: str | Path) -> dict[str, Place]:
-    """Read a file of channels (YAML): for every channel any of node, direction, position, quantity, unit, input.
+    """Read a file of channels (YAML): for every channel any of node, direction, position, quantity, unit, force,
+    input.
 
     Raises ModelError for text that is no YAML and OptionError, with the line, for anything that is not expected.
     """
@@ -85,6 +97,9 @@ def _place(entry: Any, what: str) -> Place:
         quantity = quantity_of(str(unit), quantity, what)[0]
     elif quantity is not None:
         _known(quantity, what)
+    force = entry.get("force")
+    if force is not None and quantity_of(str(force), None, what)[0] not in FORCES:
+        raise OptionError(f"{what}: {force} is no unit of a force or a moment")
     return Place(
         None if entry.get("node") is None else str(entry["node"]),
         None if entry.get("direction") is None else axis(entry["direction"], what),
@@ -92,6 +107,7 @@ def _place(entry: Any, what: str) -> Place:
         quantity,
         None if unit is None else str(unit),
         entry.get("input"),
+        None if force is None else str(force),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import ExpressionError, OptionError
-from flexura.experiment.channel_units import quantity_of, split_heading
+from flexura.experiment.channel_units import frequency_factor, quantity_of, split_heading
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import Place, Places, placed
 
@@ -47,10 +47,10 @@ def read_csv(path: Path, places: Places) -> Measurement:
     if len(set(headings)) < len(headings) or len(headings) < 2:
         raise OptionError(f"{path}:{rows[0][0]}: every column has a heading of its own, at least one beside {first}")
     if first.lower() in ("time", "t"):
-        factor = _factor(unit, "s", path)
+        factor = _seconds(unit, path)
         return _record(path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, places, said.get("setup", ""))
     if first.lower() in ("frequency", "f"):
-        hz = _factor(unit, "Hz", path) * values[:, 0]
+        hz = frequency_factor(unit, f"{path}: {headings[0]}") * values[:, 0]
         return _responses(path, headings[1:], hz, values[:, 1:], places, said)
     raise OptionError(f"{path}:{rows[0][0]}: the first column is time [s] or frequency [Hz], not {headings[0]}")
 
@@ -79,16 +79,16 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _factor(unit: str, wanted: str, path: Path) -> float:
+def _seconds(unit: str, path: Path) -> float:
     from flexura.units import parse_unit
 
     try:
         factor, exponents = parse_unit(unit)
     except ExpressionError as error:
         raise OptionError(f"{path}: {error}") from None
-    if exponents != parse_unit(wanted)[1]:
-        raise OptionError(f"{path}: the first column is in {wanted}, not in {unit}")
-    return float(factor / parse_unit(wanted)[0])
+    if exponents != parse_unit("s")[1]:
+        raise OptionError(f"{path}: the first column is in s, not in {unit}")
+    return float(factor)
 
 
 def _channel(path: Path, name: str, unit: str, places: Places) -> tuple[MeasuredChannel, float]:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import re
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import OptionError
-from flexura.experiment.channel_units import quantity_of
+from flexura.errors import ExpressionError, OptionError
+from flexura.experiment.channel_units import dimension, frequency_factor, quantity_of, split_response
 from flexura.experiment.measurement import MeasuredChannel
+from flexura.experiment.places import Places
+from flexura.experiment.universal_text import readable, restore_names
 from flexura.extras import need
+from flexura.units import parse_unit
 
 Array = NDArray[np.float64]
 
@@ -29,6 +33,7 @@ TURNING = {
 AXIS_NAMES = ("tx", "ty", "tz", "rx", "ry", "rz")
 _LENGTHS: dict[str, int] = dict.fromkeys(("displacement", "velocity", "acceleration", "moment"), 1)
 _FORCES = {"force": 1, "moment": 1}
+TIME_AXIS, FREQUENCY_AXIS = 17, 18
 NOTHING = ("", "NONE", "NULL")
 
 
@@ -52,11 +57,21 @@ def read_sets(path: Path) -> list[dict[str, Any]]:
         raise OptionError(f"{path}: the file cannot be read: {error.strerror}") from None
     if not re.match(rb"\s*-1\s*[\r\n]", head):
         raise OptionError(f"{path}: not a universal file: its first line is not -1")
+    with readable(path) as text:
+        sets = _parsed(pyuff, text, path)
+    if not sets:
+        raise OptionError(f"{path}: no datasets in the file")
+    restore_names(sets, path.read_bytes(), path)
+    return sets
+
+
+def _parsed(pyuff: Any, text: Path, path: Path) -> list[dict[str, Any]]:
+    """The datasets of a text, which stands for that of the path."""
     sets: list[dict[str, Any]] = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            file = pyuff.UFF(str(path))
+            file = pyuff.UFF(str(text))
             count = int(file.get_n_sets())
         except Exception as error:  # the package raises nothing more particular
             raise OptionError(f"{path}: not a universal file: {error}") from None
@@ -69,8 +84,6 @@ def read_sets(path: Path) -> list[dict[str, Any]]:
                     f"{path}: dataset {k + 1} of {count}, type {kind}, cannot be read: is the file complete? "
                     "a 58b whose end mark stands on a line of its own can be mended by pyuff.fix_58b"
                 ) from None
-    if not sets:
-        raise OptionError(f"{path}: no datasets in the file")
     return sets
 
 
@@ -138,13 +151,20 @@ def direction_of(code: int, node: int, geometry: Geometry) -> tuple[float, float
     return x, y, z
 
 
-def channel_of(
-    dataset: dict[str, Any], which: str, axis: str, geometry: Geometry, where: str
-) -> tuple[MeasuredChannel, float, bool]:
-    """The channel of a dataset 58, its factor to SI, and whether its unit is known from the file.
+@dataclass(frozen=True)
+class _End:
+    """The response or the reference of a dataset 58: its name, and what its codes and labels say, if anything."""
 
-    `which` is rsp or ref, `axis` ordinate or orddenom. Raises OptionError for units that are not of the quantity.
-    """
+    channel: str
+    node: str
+    number: int
+    code: int
+    quantity: str | None
+    kind: str
+    label: str
+
+
+def _end(dataset: dict[str, Any], which: str, axis: str, places: Places) -> _End:
     number, code = int(dataset[f"{which}_node"]), int(dataset[f"{which}_dir"])
     node = node_name(str(dataset[f"{which}_ent_name"]).strip(), number)
     line, word, key = {"rsp": ("id2", "response", "at"), "ref": ("id3", "reference", "from")}[which]
@@ -164,25 +184,87 @@ def channel_of(
     quantity = MOTIONS.get(int(kind), "force" if int(kind) in FORCES else None)
     if quantity is not None and abs(code) >= 4:
         quantity = TURNING[quantity]
-    if unit.upper() not in NOTHING:
+    place = places.get(title)
+    given = None if place is None else place.unit_of(which == "ref")
+    unit = given or ("" if unit.upper() in NOTHING else unit)
+    return _End(title, node, number, code, quantity, kind, unit)
+
+
+def channel_of(
+    dataset: dict[str, Any], geometry: Geometry, where: str, places: Places
+) -> tuple[MeasuredChannel, float, bool]:
+    """The response of a dataset 58, its factor to SI, and whether its unit is known.
+
+    A unit of `places` counts before that of the file. Raises OptionError for units that are not of the quantity.
+    """
+    end = _end(dataset, "rsp", "ordinate", places)
+    return _measured(end, geometry, where)
+
+
+def response_of(
+    dataset: dict[str, Any], geometry: Geometry, where: str, places: Places
+) -> tuple[MeasuredChannel, MeasuredChannel, float, bool]:
+    """Response and reference of a frequency response, its factor to SI, and whether both units are known.
+
+    The unit of the whole, as (m/s^2)/N, may stand at the response. Raises OptionError as `channel_of`.
+    """
+    out, into = _end(dataset, "rsp", "ordinate", places), _end(dataset, "ref", "orddenom", places)
+    whole = split_response(out.label, out.quantity)
+    if whole is not None:
+        out, cause = replace(out, label=whole[0]), replace(into, label=whole[1])
+        if into.label and _measured(into, geometry, where)[1] != _measured(cause, geometry, where)[1]:
+            raise OptionError(
+                f"{where}: {out.channel} is per {whole[1]} by its label, but its reference in {into.label}"
+            )
+        into = cause
+    (a, up, known), (b, down, sure) = (_measured(end, geometry, where) for end in (out, into))
+    return a, b, up / down, known and sure
+
+
+def _measured(end: _End, geometry: Geometry, where: str) -> tuple[MeasuredChannel, float, bool]:
+    what, quantity = f"{where}: {end.channel}", end.quantity
+    if end.label:
         known = True
-        quantity, factor = quantity_of(unit, quantity, f"{where}: {title}")
+        try:
+            quantity, factor = quantity_of(end.label, quantity, what)
+        except OptionError as error:
+            raise OptionError(f"{error}; a file of channels may give it: {end.channel}: {{unit: ...}}") from None
     elif quantity is None:
-        raise OptionError(f"{where}: {title} says neither its unit nor what it measures (data type {kind})")
+        raise OptionError(
+            f"{what} says neither its unit nor what it measures (data type {end.kind}); a file of channels may:"
+            f" {end.channel}: {{unit: ...}}"
+        )
     else:
         length, force = _LENGTHS.get(quantity, 0), _FORCES.get(quantity, 0)
         factor = (geometry.length or 1.0) ** length * (geometry.force or 1.0) ** force
         known = geometry.length is not None
-    at, along = geometry.positions.get(number), direction_of(code, number, geometry)
-    return MeasuredChannel(title, quantity, node or None, along, at), factor, known
+    at, along = geometry.positions.get(end.number), direction_of(end.code, end.number, geometry)
+    return MeasuredChannel(end.channel, quantity, end.node or None, along, at), factor, known
 
 
-def abscissa(dataset: dict[str, Any], exact: dict[str, str]) -> Array:
-    """Times or frequencies of a dataset 58, exact where the file says so in an ID line."""
+def abscissa(dataset: dict[str, Any], exact: dict[str, str], where: str) -> Array:
+    """Frequencies, Hz, of a dataset 58, exact where the file says so in an ID line.
+
+    Raises OptionError for an abscissa that is no frequency, and for units that are not known.
+    """
     n = len(dataset["data"])
     if "k0" in exact and "df" in exact:
         return float(exact["df"]) * (int(exact["k0"]) + np.arange(n, dtype=float))
-    return np.asarray(dataset["x"], dtype=float)[:n]
+    return frequency_unit(dataset, where)[1] * np.asarray(dataset["x"], dtype=float)[:n]
+
+
+def frequency_unit(dataset: dict[str, Any], where: str) -> tuple[str, float]:
+    """Unit of the frequencies of a dataset 58 and its factor to Hz; the label counts before the data type."""
+    label, kind = str(dataset.get("abscissa_axis_units_lab", "")).strip(), int(dataset["abscissa_spec_data_type"])
+    if kind not in _ABSCISSAE:
+        raise OptionError(f"{where}: a response over frequency is expected; its abscissa has the data type {kind}")
+    if label.upper() in NOTHING:
+        label = _ABSCISSAE[kind]
+    return label, frequency_factor(label, f"{where}: abscissa")
+
+
+_ABSCISSAE = {0: "Hz", 1: "Hz", FREQUENCY_AXIS: "Hz", 19: "rpm"}
+"""Units of abscissae that have no label, by data type."""
 
 
 def rate_of(dataset: dict[str, Any], where: str, exact: dict[str, str]) -> float:
@@ -192,10 +274,11 @@ def rate_of(dataset: dict[str, Any], where: str, exact: dict[str, str]) -> float
     """
     if "rate" in exact:
         return float(exact["rate"])
+    factor = _seconds(str(dataset.get("abscissa_axis_units_lab", "")).strip(), where)
     if int(dataset["abscissa_spacing"]):
-        step = float(dataset["abscissa_inc"])
+        step = factor * float(dataset["abscissa_inc"])
     else:
-        steps = np.diff(np.asarray(dataset["x"], dtype=float))
+        steps = factor * np.diff(np.asarray(dataset["x"], dtype=float))
         step = float(np.mean(steps)) if len(steps) else 0.0
         if not len(steps) or np.ptp(steps) > 1e-3 * step:
             raise OptionError(f"{where}: times are not evenly spaced: resample the record")
@@ -207,6 +290,19 @@ def rate_of(dataset: dict[str, Any], where: str, exact: dict[str, str]) -> float
         if abs(1 / rate - step) <= half:
             return rate
     return 1 / step
+
+
+def _seconds(label: str, where: str) -> float:
+    """Seconds in the unit of an abscissa. Raises OptionError for what is no unit of time."""
+    if label.upper() in NOTHING:
+        return 1.0
+    try:
+        factor, exponents = parse_unit(label.lower())
+    except ExpressionError:
+        factor, exponents = Fraction(1), ()
+    if exponents != dimension("s"):
+        raise OptionError(f"{where}: abscissa: a record is over time, in s or ms, not in {label!r}")
+    return float(factor)
 
 
 def exact_of(dataset: dict[str, Any]) -> dict[str, str]:

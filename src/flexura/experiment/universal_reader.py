@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,13 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.experiment.identified import IdentifiedModes, ModeEvidence
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
+from flexura.experiment.places import Places
 from flexura.experiment.universal import (
     AXIS_NAMES,
+    FREQUENCY_AXIS,
     MOTIONS,
     NOTHING,
+    TIME_AXIS,
     TURNING,
     Geometry,
     abscissa,
@@ -22,32 +26,38 @@ from flexura.experiment.universal import (
     data_of,
     direction_of,
     exact_of,
+    frequency_unit,
     geometry_of,
     rate_of,
     read_sets,
+    response_of,
 )
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-TIME, RESPONSE, COHERENCE = 1, 4, 6
-_TIME_AXIS, _FREQUENCY_AXIS = 17, 18
+TIME, SPECTRUM, CROSS, RESPONSE, COHERENCE = 1, 2, 3, 4, 6
 
 
-def read_uff(path: Path) -> Measurement:
+def read_uff(path: Path, places: Places | None = None) -> Measurement:
     """Read a universal file (58, 58b, 55, with 15, 2411, 18, 2420 and 164).
 
     A time record begins where a channel comes for the second time, and forces are its inputs. Responses are collected
-    into one matrix per setup and set of frequencies. Datasets of other functions are left out, and named in notes.
-    Raises OptionError without pyuff and for files, units and sampling that cannot be used.
+    into one matrix per setup and set of frequencies. Units of `places` count before those of the file. Datasets of
+    other functions are left out, and named in notes.
+
+    Raises OptionError without pyuff, for files, units and sampling that cannot be used, and for responses that are
+    given more than once.
     """
     sets = read_sets(path)
+    places = places or {}
     geometry = geometry_of(sets)
     functions = [(k, s) for k, s in enumerate(sets) if s["type"] == 58]
     left_out: dict[int, int] = {}
     records: list[_Row] = []
     pairs: list[_Pair] = []
-    coherences: dict[tuple[Any, ...], Array] = {}
+    coherences: dict[tuple[Any, ...], list[Array]] = {}
+    over: Counter[str] = Counter()
     assumed = 0
     for k, s in functions:
         where = f"{path}: dataset {k + 1}"
@@ -57,32 +67,48 @@ def read_uff(path: Path) -> Measurement:
             continue
         data, exact = data_of(s, where, kind == TIME), exact_of(s)
         if kind == COHERENCE:
-            coherences[_codes(s)] = np.real(data)
+            coherences.setdefault(_codes(s), []).append(np.real(data))
             continue
-        out, factor, known = channel_of(s, "rsp", "ordinate", geometry, where)
         if kind == TIME:
+            out, factor, known = channel_of(s, geometry, where, places)
             assumed += not known
             records.append(_Row(out, factor * np.real(data), rate_of(s, where, exact), exact))
             continue
-        into, under, sure = channel_of(s, "ref", "orddenom", geometry, where)
-        assumed += not (known and sure)
-        H: Any = np.asarray(data, dtype=complex) * (factor / under)
-        pairs.append(_Pair(out, into, abscissa(s, exact)[: len(data)], H, exact, _codes(s)))
+        out, into, factor, known = response_of(s, geometry, where, places)
+        assumed += not known
+        hz, H = abscissa(s, exact, where)[: len(data)], factor * np.asarray(data, dtype=complex)
+        if "df" not in exact:
+            over[frequency_unit(s, where)[0]] += 1
+        pairs.append(_Pair(out, into, hz, H, exact, _codes(s), k + 1))
+    once = {key: own[0] for key, own in coherences.items() if len(own) == 1}
     notes = [f"{n} datasets of function type {kind} left out" for kind, n in left_out.items()]
     if assumed:
         notes.append(f"{assumed} datasets give no unit: taken as SI")
+    notes += [f"frequencies of {n} datasets are in {u}: read as Hz" for u, n in over.items() if u.lower() != "hz"]
+    notes += _doubts(pairs, records, len(coherences) - len(once), once)
     modes = _modes([s for s in sets if s["type"] == 55], geometry, path)
     found = Measurement(
         _title(sets, path),
         tuple(_recordings(records, path)),
-        tuple(_responses(pairs, coherences)),
+        tuple(_responses(pairs, once, path)),
         tuple(notes),
         modes,
     )
     if not (found.recordings or found.frfs or found.modes):
-        kinds = sorted({str(s["type"]) for s in sets})
-        raise OptionError(f"{path}: no time records, frequency responses or modes; datasets of type {', '.join(kinds)}")
+        _refuse_empty(sets, left_out, path)
     return found
+
+
+def _refuse_empty(sets: list[dict[str, Any]], left_out: dict[int, int], path: Path) -> NoReturn:
+    """Raise OptionError with what there is in place of records, responses or modes."""
+    if set(left_out) & {SPECTRUM, CROSS}:
+        raise OptionError(
+            f"{path}: spectra of outputs only (function types {', '.join(map(str, left_out))}), without a response to a"
+            " force: modes take frequency responses, or records with a force; what was found elsewhere of such data can"
+            " be compared as a list of frequencies"
+        )
+    kinds = sorted({str(s["type"]) for s in sets})
+    raise OptionError(f"{path}: no time records, frequency responses or modes; datasets of type {', '.join(kinds)}")
 
 
 class _Row:
@@ -95,7 +121,7 @@ class _Row:
 
 
 class _Pair:
-    """A frequency response between two channels; `codes` are those of its datasets."""
+    """A frequency response between two channels; `codes` are those of its datasets, `number` counts it."""
 
     def __init__(
         self,
@@ -105,7 +131,9 @@ class _Pair:
         H: Complex,
         exact: dict[str, str],
         codes: tuple[Any, ...],
+        number: int,
     ) -> None:
+        self.number = number
         self.out, self.into, self.hz, self.H, self.codes = out, into, hz, H, codes
         self.setup, self.estimator = exact.get("setup", ""), exact.get("by", "")
         self.averages = int(exact["n"]) if "n" in exact else None
@@ -116,6 +144,21 @@ class _Pair:
         return self.setup, len(self.hz), float(self.hz[0]), float(self.hz[-1]), self.estimator, self.decay
 
 
+def _doubts(pairs: list[_Pair], records: list[_Row], twice: int, coherences: dict[tuple[Any, ...], Array]) -> list[str]:
+    """Notes on channels without direction, and on coherences that cannot be used."""
+    notes = []
+    channels = [c for p in pairs for c in (p.out, p.into)] + [r.channel for r in records]
+    scalars = dict.fromkeys(c.name for c in channels if c.direction is None)
+    if scalars:
+        notes.append(f"scalar channels, of which no direction is known: {', '.join(scalars)}")
+    if twice:
+        notes.append(f"coherences of {twice} responses are given more than once: left out")
+    known = sum(p.codes in coherences for p in pairs)
+    if 0 < known < len(pairs):
+        notes.append(f"{known} of {len(pairs)} responses have a coherence: used where all of a matrix have one")
+    return notes
+
+
 def _codes(s: dict[str, Any]) -> tuple[Any, ...]:
     """Setup, length and channels of a response and of its coherence."""
     ends = tuple(s[f"{w}_{what}"] for w in ("rsp", "ref") for what in ("ent_name", "node", "dir"))
@@ -124,9 +167,9 @@ def _codes(s: dict[str, Any]) -> tuple[Any, ...]:
 
 def _kind(s: dict[str, Any]) -> int:
     kind = int(s["func_type"])
-    if kind == 0 and int(s["abscissa_spec_data_type"]) == _TIME_AXIS:
+    if kind == 0 and int(s["abscissa_spec_data_type"]) == TIME_AXIS:
         return TIME
-    if kind == 0 and int(s["abscissa_spec_data_type"]) == _FREQUENCY_AXIS and np.iscomplexobj(s["data"]):
+    if kind == 0 and int(s["abscissa_spec_data_type"]) == FREQUENCY_AXIS and np.iscomplexobj(s["data"]):
         return RESPONSE
     return kind
 
@@ -162,12 +205,19 @@ def _recordings(rows: list[_Row], path: Path) -> list[Recording]:
     return found
 
 
-def _responses(pairs: list[_Pair], coherences: dict[tuple[Any, ...], Array]) -> list[MeasuredFRF]:
-    """One response per setup and frequencies; one per input where some pairs are missing."""
+def _responses(pairs: list[_Pair], coherences: dict[tuple[Any, ...], Array], path: Path) -> list[MeasuredFRF]:
+    """One response per setup and frequencies; one per input where some pairs are missing.
+
+    Raises OptionError for a pair that is there twice.
+    """
     found = []
     for key in dict.fromkeys(p.group for p in pairs):
         own = [p for p in pairs if p.group == key]
-        table = {(p.out, p.into): p for p in own}
+        table: dict[tuple[MeasuredChannel, MeasuredChannel], _Pair] = {}
+        for p in own:
+            first = table.setdefault((p.out, p.into), p)
+            if first is not p:
+                _refuse_again(first, p, path)
         by_outputs: dict[tuple[MeasuredChannel, ...], list[MeasuredChannel]] = {}
         for into in dict.fromkeys(p.into for p in own):
             outs = tuple(dict.fromkeys(p.out for p in own if p.into == into))
@@ -186,6 +236,17 @@ def _responses(pairs: list[_Pair], coherences: dict[tuple[Any, ...], Array]) -> 
                 )
             )
     return found
+
+
+def _refuse_again(first: _Pair, again: _Pair, path: Path) -> NoReturn:
+    """Raise OptionError for two responses between the same channels."""
+    hint = "keep one of them, or write each placement of the sensors to a file of its own"
+    if first.out.direction is None or first.into.direction is None:
+        hint = "without nodes and directions in the file, channels cannot be told apart"
+    raise OptionError(
+        f"{path}: the response {first.out.name} / {first.into.name} is given more than once, in datasets {first.number}"
+        f" and {again.number}: {hint}"
+    )
 
 
 def _modes(sets: list[dict[str, Any]], geometry: Geometry, path: Path) -> IdentifiedModes | None:
