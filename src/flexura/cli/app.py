@@ -19,6 +19,7 @@ from flexura.cli.correlation import COMMANDS as CORRELATION
 from flexura.cli.handover import export_command
 from flexura.cli.identification import identify_command
 from flexura.cli.measured import COMMANDS as MEASURED
+from flexura.cli.naming import with_option
 from flexura.cli.options import (
     Commands,
     File,
@@ -27,10 +28,10 @@ from flexura.cli.options import (
     Loads,
     Settings,
     Strict,
-    load_of,
+    gravity_of,
+    loads_of,
     print_json,
     read,
-    vector,
 )
 from flexura.cli.response import COMMANDS
 from flexura.cli.verification import verify_command
@@ -156,9 +157,9 @@ def buckling_command(
     from flexura.cli import tables
 
     mechanism, parameters = read(file, set)
-    loads = dict(load_of(text) for text in load or [])
+    loads = loads_of(load)
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
-    g = None if gravity is None else vector(gravity)
+    g = gravity_of(gravity)
     state = preload(mechanism, parameters, gravity=g, loads=loads, actuators=commands)
     if strict:
         state.raise_warnings()
@@ -228,7 +229,7 @@ def main() -> None:
     except ModelError as error:
         _fail("\n".join(map(str, error.problems)) + f"\n{len(error.problems)} error(s)", 2)
     except (OptionError, ExpressionError) as error:
-        _fail(f"flexura: {error}", 2)
+        _fail(f"flexura: {with_option(str(error), sys.argv[1:])}", 2)
     except FlexuraError as error:
         _fail(f"flexura: {error}", 1)
     except MemoryError as error:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, print_json, read, seconds_of
+from flexura.cli.options import File, Json, Settings, named, print_json, read, seconds_of
 from flexura.cli.progress import steps_shown
 from flexura.cli.tables import console_of_width
 
@@ -36,7 +36,8 @@ def compare_command(
 
     mechanism, parameters = read(file, set)
     names = None if methods is None else methods.split(",")
-    limit = None if budget == "none" else seconds_of(budget)
+    with named("--budget", budget):
+        limit = None if budget == "none" else seconds_of(budget)
     done, interrupted = None, False
     try:
         with steps_shown() as show:

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, band_of, print_json, read, vector
+from flexura.cli.options import File, Json, Settings, band_of, picked, print_json, quantity_of, read
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def correlate_command(
     identified = identified_modes(
         measurement,
         band=None if band is None else band_of(band),
-        select=None if pick is None else vector(pick),
+        select=picked(pick),
     )
     result = correlate(
         mechanism,
@@ -74,7 +74,7 @@ def correlate_command(
         measurement=measurement,
         parameters=parameters,
         n=n,
-        tolerance=None if tolerance is None else metres(tolerance, "--tolerance"),
+        tolerance=None if tolerance is None else quantity_of("--tolerance", tolerance, "m", "'2 mm'"),
         close=close,
         reduced_mass=reduced_mass.value,
     )
@@ -115,18 +115,6 @@ def place_sensors_command(
         print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
     else:
         print_placement(result, written)
-
-
-def metres(text: str, what: str) -> float:
-    """A length in m from text with its unit. Raises OptionError for anything else."""
-    from flexura.errors import OptionError
-    from flexura.mechanism.dimension import Dimension
-    from flexura.units import parse_quantity
-
-    value, exponents = parse_quantity(text)
-    if Dimension(*exponents).unit() != "m":
-        raise OptionError(f"{what} is a length with its unit, e.g. '2 mm', not {text!r}")
-    return float(value)
 
 
 def print_correlation(result: Correlation, written: list[Path]) -> None:

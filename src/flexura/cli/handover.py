@@ -8,8 +8,20 @@ from typing import Annotated, Any
 
 import typer
 
-from flexura.cli.options import File, Inputs, Json, Outputs, Ratio, Settings, Strict, band_of, print_json, read
-from flexura.cli.response import Hold, seconds
+from flexura.cli.options import (
+    File,
+    Inputs,
+    Json,
+    Outputs,
+    Ratio,
+    Settings,
+    Strict,
+    band_of,
+    print_json,
+    quantity_of,
+    read,
+)
+from flexura.cli.response import Hold
 from flexura.errors import LimitError, OptionError
 
 
@@ -71,11 +83,11 @@ def export_command(
             "residual_modes": residual_modes,
             "balanced": balanced,
             "band": None if band is None else band_of(band),
-            "delay": seconds(delay, "delay"),
+            "delay": quantity_of("--delay", delay, "s", "0.1ms"),
         }
         thing = _state_space(mechanism, parameters, (input, output), n, up_to, damping, how)
         if dt is not None:
-            thing = thing.discretised(seconds(dt, "dt"), hold.value)
+            thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold.value)
     elif own is What.modes:
         from flexura.analysis import modes
 

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Json, band_of, print_json, vector
+from flexura.cli.options import Json, band_of, picked, print_json
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def identify_command(
         measurement,
         band=None if band is None else band_of(band),
         order=order,
-        select=None if pick is None else vector(pick),
+        select=picked(pick),
         setups=setups.value,
         refine=refine,
         most_damped=most_damped,

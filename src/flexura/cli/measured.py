@@ -11,8 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Json, band_of, print_json
-from flexura.cli.response import seconds
+from flexura.cli.options import Json, band_of, print_json, quantity_of
 from flexura.cli.tables import console_of_width
 
 
@@ -54,9 +53,9 @@ def estimate_frf_command(
         measurement,
         estimator=estimator.value,
         exponential=exponential,
-        force_window=None if force_window is None else seconds(force_window, "--force-window"),
+        force_window=None if force_window is None else quantity_of("--force-window", force_window, "s", "8ms"),
         band=None if band is None else band_of(band),
-        duration=None if duration is None else seconds(duration, "--duration"),
+        duration=None if duration is None else quantity_of("--duration", duration, "s", "4s"),
         accept=accept or (),
     )
     written = [] if to is None else [write_measurement(Measurement(measurement.name, (), frfs), to)]

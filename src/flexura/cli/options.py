@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from flexura.errors import OptionError
+from flexura.errors import ExpressionError, OptionError
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]
 Settings = Annotated[
@@ -67,7 +70,14 @@ def settings_of(mechanism: Any, settings: list[str] | None) -> dict[str, float]:
     """The parameters that are replaced, SI. Raises ModelError and OptionError."""
     from flexura.modelfile import parse_override
 
-    return dict(parse_override(mechanism, text) for text in settings or [])
+    found: dict[str, float] = {}
+    for text in settings or []:
+        with named("--set", text):
+            name, value = parse_override(mechanism, text)
+            if name in found:
+                raise OptionError(f"{name} has a value already; give one")
+        found[name] = value
+    return found
 
 
 def print_json(data: Any) -> None:
@@ -75,40 +85,93 @@ def print_json(data: Any) -> None:
     sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
 
 
-def vector(text: str) -> list[float]:
-    """Numbers separated by commas. Raises OptionError for anything else."""
+@contextmanager
+def named(option: str, text: str) -> Iterator[None]:
+    """Let errors about the text of an option say which option it is, and what it was given."""
     try:
-        return [float(part) for part in text.split(",")]
+        yield
+    except (ExpressionError, OptionError) as error:
+        raise OptionError(f"{option} {text!r}: {error}") from None
+
+
+def vector(option: str, text: str, form: str, count: int | None = None) -> list[float]:
+    """Numbers separated by commas, `count` of them where that is given. Raises OptionError for anything else."""
+    parts = text.split(",")
+    with named(option, text):
+        if count is not None and len(parts) != count:
+            raise OptionError(f"{form} is expected, {count} numbers; {len(parts)} found")
+        return [_bare(part, form) for part in parts]
+
+
+def _bare(text: str, form: str) -> float:
+    """A finite number without a unit. Raises OptionError for anything else."""
+    try:
+        value = float(text)
     except ValueError:
-        raise OptionError(f"numbers separated by commas are expected, not {text!r}") from None
+        raise OptionError(
+            f"{text.strip() or 'nothing'!r} is no number; {form} is expected, numbers without units"
+        ) from None
+    if not math.isfinite(value):
+        raise OptionError(f"a number must be finite; {form} is expected")
+    return value
 
 
-def load_of(text: str) -> tuple[str, list[float]]:
-    """A load at a node. Raises OptionError when it is none."""
-    node, equals, numbers = text.partition("=")
-    if not equals:
-        raise OptionError(f"a load is NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ, not {text!r}")
-    force = vector(numbers)
-    return node, force + [0.0] * 3 if len(force) == 3 else force
+def gravity_of(text: str | None) -> list[float] | None:
+    """An acceleration, m/s^2; None where it is not given. Raises OptionError when it is none."""
+    return None if text is None else vector("--gravity", text, "X,Y,Z in m/s^2, e.g. 0,0,-9.81,", 3)
+
+
+def loads_of(texts: list[str] | None) -> dict[str, list[float]]:
+    """Loads by node, N and N m. Raises OptionError for text that is none, and for nodes that are named twice."""
+    form, found = "NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ in N and N m", dict[str, list[float]]()
+    for text in texts or []:
+        node, equals, numbers = text.partition("=")
+        with named("--load", text):
+            if not equals or not node.strip() or numbers.count(",") not in (2, 5):
+                raise OptionError(f"{form} is expected, e.g. table=0,0,-5")
+            if node in found:
+                raise OptionError(f"{node} has a load already; give one")
+            force = [_bare(part, form) for part in numbers.split(",")]
+        found[node] = force + [0.0] * (6 - len(force))
+    return found
 
 
 def band_of(text: str) -> tuple[float, float]:
     """A band of frequencies, Hz. Raises OptionError when it is none."""
-    values = vector(text)
-    if len(values) != 2:
-        raise OptionError(f"a band is FROM,TO in Hz, not {text!r}")
-    return values[0], values[1]
+    low, high = vector("--band", text, "FROM,TO in Hz, e.g. 5,200,", 2)
+    with named("--band", text):
+        if not 0 <= low < high:
+            raise OptionError("a band goes from a lower frequency, at least 0, to a higher one")
+    return low, high
+
+
+def picked(text: str | None) -> list[float] | None:
+    """Frequencies, Hz; None where they are not given. Raises OptionError for anything else."""
+    return None if text is None else vector("--pick", text, "F1,F2,... in Hz")
+
+
+def quantity_of(option: str, text: str, unit: str, example: str) -> float:
+    """A number with a unit that has the dimension of `unit`, SI. Raises OptionError for anything else."""
+    from flexura.units import parse_quantity, parse_unit, split_quantity
+
+    what = {"s": "a time", "m": "a length"}.get(unit, "a quantity")
+    with named(option, text):
+        try:
+            (value, exponents), written = parse_quantity(text), split_quantity(text)[1]
+        except ExpressionError as error:
+            raise OptionError(f"{error.rule}; {what} with its unit is expected, e.g. {example}") from None
+        if not written:
+            raise OptionError(f"{what} with its unit is expected, e.g. {example}")
+        if exponents != parse_unit(unit)[1]:
+            raise OptionError(f"{what} is expected, in {unit} or another unit of its kind, e.g. {example}")
+    return value
 
 
 def seconds_of(text: str) -> float:
     """A time such as `10 s` or `5 min`, s; a bare number is in seconds. Raises OptionError when it is none."""
-    from flexura.errors import ExpressionError
-    from flexura.units import parse_quantity
+    from flexura.units import parse_quantity, parse_unit, split_quantity
 
-    try:
-        value, exponents = parse_quantity(text)
-    except ExpressionError as error:
-        raise OptionError(f"{text!r} is no time: {error}") from None
-    if [k for k, power in enumerate(exponents) if power] not in ([], [2]) or exponents[2] not in (0, 1):
+    value, exponents = parse_quantity(text)
+    if split_quantity(text)[1] and exponents != parse_unit("s")[1]:
         raise OptionError(f"{text!r} is no time; it is written like 10 s or 5 min")
-    return float(value)
+    return value

@@ -22,11 +22,12 @@ from flexura.cli.options import (
     Settings,
     Strict,
     band_of,
-    load_of,
+    gravity_of,
+    loads_of,
     print_json,
+    quantity_of,
     read,
     seconds_of,
-    vector,
 )
 from flexura.errors import OptionError
 
@@ -83,8 +84,8 @@ def statics_command(
 
     mechanism, parameters = read(file, set)
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
-    loads = dict(load_of(text) for text in load or [])
-    g = None if gravity is None else vector(gravity)
+    loads = loads_of(load)
+    g = gravity_of(gravity)
     result = statics(mechanism, loads=loads, gravity=g, actuators=commands, parameters=parameters)
     if strict:
         result.raise_warnings()
@@ -212,7 +213,8 @@ def time_response_command(
     from flexura.cli.response_tables import print_time_response, write_time_csv
 
     mechanism, parameters = read(file, set)
-    h, total = seconds(dt, "dt"), None if duration is None else seconds(duration, "duration")
+    h = quantity_of("--dt", dt, "s", "0.1ms")
+    total = None if duration is None else quantity_of("--duration", duration, "s", "0.5s")
     commands = CommandReader(mechanism, parameters)
     inputs: dict[str, Any] = _signals(commands, step, hammer, sweep, noise, total)
     if signals is not None:
@@ -245,17 +247,6 @@ def time_response_command(
         print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
     else:
         print_time_response(result, written)
-
-
-def seconds(text: str, what: str) -> float:
-    """A time in s from text with its unit. Raises OptionError for anything else."""
-    from flexura.mechanism.dimension import Dimension
-    from flexura.units import parse_quantity
-
-    value, exponents = parse_quantity(text)
-    if Dimension(*exponents).unit() != "s":
-        raise OptionError(f"{what} is a time with its unit, e.g. 0.1ms, not {text!r}")
-    return float(value)
 
 
 def _signals(

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
@@ -22,16 +27,86 @@ else:
         """Lets `Part(...)` in Python raise ModelError, and leaves nested validation to collect its errors."""
 
         def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+            if args:
+                fields = ", ".join(f"{name}=..." for name in cls.model_fields if name not in ("type", "shape"))
+                raise ModelError([Problem((cls.__name__,), _shorten(args[0]), "takes keywords alone", fields)])
             try:
-                return super().__call__(*args, **kwargs)
+                return super().__call__(**kwargs)
             except ValidationError as error:
-                raise ModelError(problems_of(error, kwargs)) from None
+                raise ModelError(_of_part(cls, error, kwargs)) from None
+
+
+AnyPart = TypeVar("AnyPart", bound="Part")
 
 
 class Part(BaseModel, metaclass=_Meta):
     """Base of every part of a description."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, use_attribute_docstrings=True)
+
+    @classmethod
+    def model_validate(cls, obj: Any, **how: Any) -> Self:
+        """A part from keys and values. Raises ModelError listing every problem."""
+        try:
+            return super().model_validate(obj, **how)
+        except ValidationError as error:
+            raise ModelError(_of_part(cls, error, obj)) from None
+
+    @classmethod
+    def model_validate_json(cls, json_data: str | bytes | bytearray, **how: Any) -> Self:
+        """A part from JSON text. Raises ModelError listing every problem."""
+        try:
+            return super().model_validate_json(json_data, **how)
+        except ValidationError as error:
+            raise ModelError(_of_part(cls, error, _plain(json_data))) from None
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """The same part with some values replaced, which are validated as those of a new one are.
+
+        Raises ModelError listing every problem.
+        """
+        if not update:
+            return super().model_copy(deep=deep)
+        return type(self)(**{**{key: getattr(self, key) for key in self.model_fields_set}, **update})
+
+    def replaced(self, update: Mapping[str, Any]) -> Self:
+        """The same part with some values replaced by such as are known to be valid."""
+        return super().model_copy(update=update)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self._refuse_change(name)
+
+    def __delattr__(self, name: str) -> None:
+        self._refuse_change(name)
+
+    def _refuse_change(self, name: str) -> NoReturn:
+        hint = f"a changed copy: part.model_copy(update={{{name!r}: ...}})"
+        raise ModelError([Problem((type(self).__name__, name), "", "a description does not change", hint)])
+
+
+def validated(kind: type[AnyPart], data: Any, context: Any = None) -> AnyPart:
+    """A part from keys and values. Raises pydantic's ValidationError, which `problems_of` translates."""
+    return kind.__pydantic_validator__.validate_python(data, context=context)
+
+
+def _plain(text: str | bytes | bytearray) -> Any:
+    """The data of JSON text as far as it can be read."""
+    with suppress(ValueError):
+        return json.loads(text)
+    return {}
+
+
+def _of_part(kind: type[Part], error: ValidationError, data: Any) -> list[Problem]:
+    """Problems of one part made in Python: those of the part as a whole are called by its kind."""
+    found = []
+    for problem in problems_of(error, data):
+        path, hint = problem.path, problem.hint
+        if problem.rule == UNKNOWN_KEY and len(path) == 1:
+            close = get_close_matches(str(path[0]), kind.model_fields, n=1)
+            hint = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(kind.model_fields)}"
+        whole = not path and kind.__name__ != "Mechanism"
+        found.append(replace(problem, path=(kind.__name__,) if whole else path, hint=hint))
+    return found
 
 
 def problems_of(error: ValidationError, data: Any) -> list[Problem]:

@@ -8,13 +8,13 @@ from difflib import get_close_matches
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from types import NoneType, UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
-from flexura.mechanism.base import Part
+from flexura.mechanism.base import AnyPart, Part
 from flexura.mechanism.dimension import Dimension
 from flexura.mechanism.expression import Expression
 from flexura.mechanism.parameters import Parameter
@@ -24,7 +24,6 @@ from flexura.mechanism.substructure import Mechanism
 Value = float | NDArray[np.float64]
 Found = list[tuple[Path, Quantity, Scalar]]
 Collect = Callable[[Any, Path, Found], None]
-AnyPart = TypeVar("AnyPart", bound=Part)
 
 
 def scalars(part: Part) -> Iterator[tuple[Path, Quantity, Scalar]]:
@@ -133,7 +132,7 @@ def _evaluated(item: Any, values: Mapping[str, float]) -> Any:
         return float(item.evaluate(values))
     if isinstance(item, Part):
         changed = {name: new for name, old in item.__dict__.items() if (new := _evaluated(old, values)) is not old}
-        return item.model_copy(update=changed) if changed else item
+        return item.replaced(changed) if changed else item
     if isinstance(item, tuple):
         entries = tuple(_evaluated(entry, values) for entry in item)
         return entries if any(a is not b for a, b in zip(entries, item, strict=True)) else item
@@ -248,6 +247,8 @@ def _float_or_array(value: Any) -> Value:
 
 
 def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, ArrayLike]) -> dict[str, Value]:
+    if not isinstance(overrides, Mapping):
+        raise OptionError(f"parameters are given by name, as {{'width': 0.01}}; not as {overrides!r}")
     given: dict[str, Value] = {}
     lengths: dict[int, str] = {}
     for name, raw in overrides.items():

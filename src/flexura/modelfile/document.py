@@ -196,10 +196,16 @@ class _Builder:
 
     def mapping(self, node: Node, path: Path) -> None:
         node.value = {}
+        merged: list[Node] | None = None
         while type(event := self.next()).__name__ != "MappingEndEvent":
             if type(event).__name__ != "ScalarEvent" or event.tag is not None:
                 raise self.fail(event, path, "a key is plain text", "e.g. base: [0, 0, 0]")
             key, line = self.text(event, path), event.start_mark.line + 1
+            if key == "<<" and event.implicit[0]:
+                if merged is not None:
+                    raise self.fail(event, (*path, key), "the same key twice in one mapping", "<<: [*first, *second]")
+                merged = self.merged(event, (*path, key))
+                continue
             if key in node.value:
                 hint = f"it is already on line {node.key_places[key][1]}"
                 raise self.fail(event, (*path, key), "the same key twice in one mapping", hint)
@@ -207,6 +213,19 @@ class _Builder:
             node.value[key] = child
             node.key_places[key] = (self.name, line)
             node.size += child.size
+        for other in merged or ():
+            for key, child in other.value.items():
+                if key not in node.value:
+                    node.value[key], node.key_places[key] = child, other.key_places[key]
+                    node.size += child.size
+
+    def merged(self, event: Any, path: Path) -> list[Node]:
+        """The mappings that a key `<<` joins in, the first of them first (YAML merge key, 2005)."""
+        node = self.node(self.next(), path)
+        found = node.value if isinstance(node.value, list) else [node]
+        if not all(isinstance(each.value, dict) for each in found):
+            raise self.fail(event, path, "<< takes a mapping, or a list of them", "e.g. <<: *leaf")
+        return found
 
     def alias(self, event: Any, path: Path) -> Node:
         if event.anchor not in self.anchors:

@@ -24,12 +24,12 @@ def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
     """
     name, equals, written = (part.strip() for part in text.partition("="))
     if not equals or not written:
-        raise OptionError(f"{text!r}: a parameter is set by NAME=VALUE, e.g. thickness=0.3 mm")
+        raise OptionError("a parameter is set by NAME=VALUE, e.g. thickness=0.3 mm")
     if name not in mechanism.parameters:
         close = get_close_matches(name, mechanism.parameters, n=1)
         known = ", ".join(mechanism.parameters) or "none"
         hint = f"did you mean {close[0]!r}?" if close else f"parameters: {known}"
-        raise OptionError(f"{text!r}: {name!r} is not a parameter; {hint}")
+        raise OptionError(f"{name!r} is not a parameter; {hint}")
     dimension = parameter_dimensions(mechanism.parameters)[name]
     example = format_quantity(_example(mechanism, name), dimension) if dimension is not None else "0.3 mm"
     quantity = ANY if dimension is None else Quantity(f"value of {name}", dimension, example)
@@ -39,9 +39,9 @@ def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
         with np.errstate(all="ignore"):
             number = float(value.evaluate({}) if isinstance(value, Expression) else value)
     except ExpressionError as error:
-        raise OptionError(f"{text!r}: {error}") from None
+        raise OptionError(f"{name}: {error}") from None
     if not math.isfinite(number):
-        raise OptionError(f"{text!r}: a parameter must be finite")
+        raise OptionError(f"{name}: a parameter must be finite")
     return name, number
 
 

@@ -9,9 +9,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from flexura.errors import ModelError, Path, Problem
+from flexura.errors import ModelError, OptionError, Path, Problem
 from flexura.mechanism import Expression, Mechanism
-from flexura.mechanism.base import UNKNOWN_KEY, Part, problems_of
+from flexura.mechanism.base import UNKNOWN_KEY, Part, problems_of, validated
 from flexura.mechanism.checks import problems as problems_of_whole
 from flexura.mechanism.quantity import CONTEXT_KEY
 from flexura.modelfile.document import Node, parse
@@ -31,7 +31,10 @@ def load(path: str | FilePath) -> Mechanism:
 
     Raises ModelError listing every problem with its file and line.
     """
-    file = FilePath(path)
+    try:
+        file = FilePath(path)
+    except TypeError:
+        raise OptionError(f"the path of a model file is expected, not a {type(path).__name__}") from None
     return _read(text_of(file), str(path), file.parent)
 
 
@@ -40,6 +43,8 @@ def loads(text: str, name: str = "<text>") -> Mechanism:
 
     Files that it names are sought in the working directory. Raises ModelError listing every problem with its line.
     """
+    if not isinstance(text, str):
+        raise OptionError(f"the text of a model is expected, not a {type(text).__name__}")
     return _read(text, name, FilePath())
 
 
@@ -77,6 +82,8 @@ def _as_written(problem: Problem, path: Path, mechanism: Mechanism, root: Node) 
         return problem.value
     if isinstance(expression, Expression) and isinstance(written, str):
         return problem.value.replace(str(expression), written, 1)
+    if isinstance(expression, float) and isinstance(written, str) and problem.value == str(expression):
+        return written
     return problem.value
 
 
@@ -116,7 +123,7 @@ def _validated(data: dict[str, Any], pruned: Pruned, reader: QuantityReader) -> 
     found: list[Problem] = []
     for _ in range(MAX_ROUNDS):
         try:
-            return Mechanism.model_validate(data, context={CONTEXT_KEY: reader}), found
+            return validated(Mechanism, data, {CONTEXT_KEY: reader}), found
         except ValidationError as error:
             problems = problems_of(error, data)
         for problem in problems:

@@ -89,6 +89,8 @@ def plan_of(mechanism: Mechanism | Plan) -> Plan:
 def one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
     """Parameters of a single design as floats. Raises OptionError when there are arrays or no numbers."""
     single = {}
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise OptionError(f"parameters are given by name, as {{'width': 0.01}}; not as {parameters!r}")
     for name, value in (parameters or {}).items():
         if np.ndim(value):
             raise OptionError(f"one design is expected here, but parameter {name} has {np.size(value)} values")
@@ -228,10 +230,10 @@ class Plan:
         resolved, changed = self._parameters(parameters)
         if changed:
             replaced = {
-                name: p.model_copy(update={"value": float(resolved[name]), "minimum": None, "maximum": None})
+                name: p.replaced({"value": float(resolved[name]), "minimum": None, "maximum": None})
                 for name, p in self.mechanism.parameters.items()
             }
-            found = problems(self.mechanism.model_copy(update={"parameters": replaced}))
+            found = problems(self.mechanism.replaced({"parameters": replaced}))
             if found:
                 named = ", ".join(f"{name} = {resolved[name]:g}" for name in sorted(changed))
                 raise ModelError(replace(problem, hint=f"with {named}") for problem in found)

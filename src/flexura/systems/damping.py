@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from flexura.errors import ExpressionError, OptionError
-from flexura.mechanism.base import problems_of
+from flexura.mechanism.base import problems_of, validated
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.evaluation import evaluated
 
@@ -84,7 +84,7 @@ def damping_law(
 def _validated(raw: Any) -> Damping:
     """Damping from its keys or a ratio. Raises OptionError for what it cannot be."""
     try:
-        return Damping.model_validate(raw)
+        return validated(Damping, raw)
     except ValidationError as error:
         problem = problems_of(error, raw)[0]
         where = "".join(f".{key}" for key in problem.path)

@@ -34,9 +34,7 @@ def check_assembly(
             for name, needed in zip(cycle, [*cycle[1:], cycle[0]], strict=True):
                 lost[name] |= {key for key, i in prototypes[name].instances.items() if i.of == needed}
     kept: dict[str, Any] = {
-        name: prototype.model_copy(
-            update={"instances": {k: i for k, i in prototype.instances.items() if k not in lost[name]}}
-        )
+        name: prototype.replaced({"instances": {k: i for k, i in prototype.instances.items() if k not in lost[name]}})
         if lost[name]
         else prototype
         for name, prototype in prototypes.items()
@@ -45,7 +43,7 @@ def check_assembly(
     if too_large:
         return None, lost, [*found, too_large]
     top = kept.pop(TOP)
-    layout = Layout(top.model_copy(update={"substructures": kept}))
+    layout = Layout(top.replaced({"substructures": kept}))
     for name in mechanism.substructures:
         layout.include(name)
     return layout, lost, found

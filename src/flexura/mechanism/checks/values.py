@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from flexura.errors import ExpressionError, Path, Problem
-from flexura.mechanism.base import Part, Vector, problems_of
-from flexura.mechanism.checks.survey import shown, suggestion
-from flexura.mechanism.dimension import Dimension
-from flexura.mechanism.evaluation import evaluated, parameter_dimensions, parameter_order, scalars
+from flexura.errors import Path, Problem
+from flexura.mechanism.base import Part, Vector, problems_of, validated
+from flexura.mechanism.checks.dimensions import undefined, wrong_dimensions
+from flexura.mechanism.checks.survey import shown
+from flexura.mechanism.evaluation import evaluated, parameter_order, scalars
 from flexura.mechanism.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.parameters import Parameter
-from flexura.mechanism.quantity import Quantity, Scalar
+from flexura.mechanism.quantity import Scalar
 from flexura.mechanism.substructure import Mechanism, Substructure
 
 
@@ -29,7 +29,7 @@ class Known(dict[str, float]):
 
 def check_values(mechanism: Mechanism, ignored: Collection[str]) -> tuple[Known, list[Problem]]:
     """Values of the parameters as far as they have any, and what is wrong with parameters and expressions."""
-    found = [*_names(mechanism), *_undefined_and_dimensions(mechanism, ignored)]
+    found = [*_names(mechanism), *undefined(mechanism, ignored), *wrong_dimensions(mechanism)]
     values, problems = _defaults(mechanism.parameters)
     found += problems
     found += [p for name in values for p in _outside_bounds(name, mechanism.parameters[name], values)]
@@ -89,43 +89,6 @@ def _outside_bounds(name: str, parameter: Parameter, values: Known) -> Iterator[
         yield Problem(path, value, f"the value is above the maximum {high:g}{unit}")
 
 
-def _undefined_and_dimensions(mechanism: Mechanism, ignored: Collection[str]) -> Iterator[Problem]:
-    parameters, dimensions = mechanism.parameters, parameter_dimensions(mechanism.parameters)
-    for path, quantity, value in scalars(mechanism):
-        if not isinstance(value, Expression):
-            continue
-        undefined = sorted(value.names - parameters.keys())
-        for name in undefined:
-            if name not in ignored:
-                hint = suggestion(name, parameters, "parameters")
-                yield Problem(path, str(value), f"parameter {name!r} is not defined", hint)
-        if undefined:
-            continue
-        expected = _expected(path, quantity, parameters, dimensions)
-        try:
-            dimension = value.dimension(dimensions)
-        except ExpressionError as error:
-            yield Problem(path, str(value), error.rule, error.hint)
-            continue
-        if expected is not None and dimension is not None and dimension != expected:
-            rule = f"{quantity.a_kind} is expected here, in {named(expected)}; this is in {named(dimension)}"
-            yield Problem(path, str(value), rule, f"e.g. {quantity.example}" if quantity.dimension else "")
-
-
-def _expected(
-    path: Path, quantity: Quantity, parameters: Mapping[str, Parameter], of: Mapping[str, Dimension | None]
-) -> Dimension | None:
-    if quantity.dimension is not None or path[0] != "parameters":
-        return quantity.dimension
-    name = str(path[1])
-    return parameters[name].dimension if path[-1] == "value" else of[name]
-
-
-def named(dimension: Dimension) -> str:
-    """The SI unit of a dimension as it stands in a message."""
-    return dimension.unit() or "1 (a pure number)"
-
-
 def _invalid_at_defaults(mechanism: Mechanism, values: Known) -> Iterator[Problem]:
     """What the parts themselves refuse once their expressions have values."""
     for path, entry in _entries(mechanism, ()):
@@ -163,7 +126,7 @@ def _refused(path: Path, entry: Any, values: Known) -> Iterator[Problem]:
             _VECTOR.validate_python(data)
         else:
             data = evaluated(entry, values).model_dump()
-            type(entry).model_validate(data)
+            validated(type(entry), data)
     except ValidationError as error:
         for problem in problems_of(error, data):
             written, value = _at(entry, problem.path), _at(data, problem.path)
