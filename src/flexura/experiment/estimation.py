@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
-from flexura.experiment.quality import LEAKAGE, accepted, inspect, leakage, trigger
+from flexura.experiment.quality import LEAKAGE, accepted, inspect, leakage, pulses, trigger
 from flexura.experiment.spectra import Spectra, coherence, transfer, unrelated
 
 Array = NDArray[np.float64]
@@ -240,6 +240,8 @@ def _windowed(record: Recording, how: _How, decay: float) -> tuple[Array, float,
         still = still if still >= QUIET else 0
         if still:
             x -= x[:, :still].mean(axis=1, keepdims=True)
+        else:
+            x[at] -= _rest(x[at])
         if how.force_window is not None:
             x[at] *= _tapered(time - time[start], how.force_window)
     x *= np.exp(-decay * time)
@@ -253,6 +255,14 @@ def _windowed(record: Recording, how: _How, decay: float) -> tuple[Array, float,
                 if share > worst:
                     worst, channel = share, c.name
     return x, worst, channel
+
+
+def _rest(force: Array) -> float:
+    """What a force (N,) reads when nothing is hit: median outside its pulses, where these leave most of the record."""
+    outside = np.ones(len(force), dtype=bool)
+    for first, last in pulses(force):
+        outside[max(first - 2 * (last - first), 0) : last + 2 * (last - first) + 1] = False
+    return float(np.median(force[outside])) if 2 * outside.sum() > len(force) else 0.0
 
 
 def _tapered(time: Array, width: float) -> Array:

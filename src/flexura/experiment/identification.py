@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexura.analysis import FrequencyResponse
 from flexura.errors import OptionError
 from flexura.experiment.complexity import assembled, confidence_of
+from flexura.experiment.doubts import bias, close_pairs, is_carried
 from flexura.experiment.estimation import estimate_frf
 from flexura.experiment.identified import IdentifiedModes, ModeEvidence
 from flexura.experiment.lscf import OrderPoles, poles_by_order
@@ -19,7 +20,7 @@ from flexura.experiment.matrices import ResponseMatrix, response_matrices
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement
 from flexura.experiment.residues import Fit, fit_modes, fit_shapes
 from flexura.experiment.setups import joined
-from flexura.experiment.stabilisation import Track, chosen, diagram, picked, stability, start_values, tracks
+from flexura.experiment.stabilisation import REACH, Track, chosen, diagram, picked, stability, start_values, tracks
 from flexura.mechanism import DOF_NAMES
 from flexura.systems import Channel
 
@@ -117,11 +118,15 @@ def identify(
     nowhere = set.intersection(*missing)
     if nowhere:
         listed = ", ".join(f"{f:g}" for f in sorted(nowhere))
-        raise OptionError(f"there is no pole near {listed} Hz at any order; see the stabilisation diagram")
+        raise OptionError(
+            f"there is no pole near {listed} Hz that adds more to the responses than noise does; see the stabilisation"
+            " diagram"
+        )
     if not any(len(own.poles) for own in found):
         unsure = "".join(f"; {note}" for own in found for note in own.notes if UNSURE in note)
         raise OptionError(
-            f"no mode is stable over the orders; widen the band, raise the order, or pick frequencies{unsure}"
+            "no mode is stable over the orders: leave lines that are noise out of the band, raise the order, or pick"
+            f" frequencies where the responses have peaks{unsure}"
         )
     if len(found) == 1:
         return replace(found[0], notes=(*notes, *found[0].notes))
@@ -165,13 +170,21 @@ def _one_setup(name: str, matrix: ResponseMatrix, how: _Options) -> tuple[Identi
     own = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
     fit, kept = _fitted(work, own, orders, how, wanted)
     spread = zip(kept, fit.pole_sigma, fit.poles, strict=True)
-    evidence = [_mode_evidence(track, len(orders), sigma, pole) for track, sigma, pole in spread]
-    asked = None if wanted is None else [any(t is w for w in wanted) for t in kept]
+    evidence = [
+        _mode_evidence(track, len(orders), sigma, pole, bias(work, fit, k))
+        for k, (track, sigma, pole) in enumerate(spread)
+    ]
+    asked = None
+    if wanted is not None:
+        empty = [k for k, t in enumerate(kept) if t.asked and not _is_there(work, fit, k, t.asked)]
+        lost = [*lost, *(kept[k].asked for k in empty)]
+        asked = [bool(t.asked) and k not in empty for k, t in enumerate(kept)]
     good, said = _good(fit, evidence, asked, how.least_confidence)
     where = f"setup {matrix.setup!r}: " if matrix.setup else ""
-    notes = [*matrix.notes, *(where + note for note in (*said, *_left_over(work, fit)))]
+    leaves = _left_over(work, fit)
     fit, evidence = _taken(fit, good), [evidence[k] for k in good]
     poles, repeated = _equal_poles(fit)
+    notes = [*matrix.notes, *(where + note for note in (*said, *leaves, *close_pairs(work, fit, repeated)))]
     shapes, participation = fit.shapes * work.row_scale[:, None], fit.participation * work.column_scale[:, None]
     size = work.row_scale[:, None] * work.column_scale
     lower, upper = fit.lower * size, fit.upper * size
@@ -190,6 +203,12 @@ def _one_setup(name: str, matrix: ResponseMatrix, how: _Options) -> tuple[Identi
     ends = (float(matrix.frequency_hz[0]), float(matrix.frequency_hz[-1]))
     more = {"decay": float(matrix.s.real[0]), "band": ends, "setup": matrix.setup}
     return replace(modes, lower=lower, upper=upper, **more), lost
+
+
+def _is_there(matrix: ResponseMatrix, fit: Fit, k: int, asked: float) -> bool:
+    """Whether a mode that was picked is near that frequency, Hz, and in the data."""
+    hz = float(np.abs(fit.poles[k])) / (2 * np.pi)
+    return abs(hz - asked) < REACH * asked and is_carried(matrix, fit, k)
 
 
 def default_order(matrix: ResponseMatrix) -> int:
@@ -291,11 +310,22 @@ def _equal_poles(fit: Fit) -> tuple[Complex, list[list[int]]]:
     return poles, groups
 
 
-def _mode_evidence(track: Track, orders: int, sigma: Array, pole: complex) -> ModeEvidence:
-    """Evidence of one mode, its shape apart; sigma (2,) is that of the pole's real and imaginary part."""
+def _mode_evidence(track: Track, orders: int, sigma: Array, pole: complex, off: tuple[float, float]) -> ModeEvidence:
+    """Evidence of one mode, its shape apart; sigma (2,) is that of the pole's real and imaginary part, `off` its bias
+    in frequency and damping."""
     size = abs(pole)
     frequency = float(np.hypot(pole.real * sigma[0], pole.imag * sigma[1]) / size**2)
     damping = float(np.hypot(pole.imag * sigma[0], pole.real * sigma[1]) * abs(pole.imag / pole.real) / size**2)
     spread = (track.frequency_scatter, track.damping_scatter, frequency, damping)
     share = track.share(orders)
-    return ModeEvidence(confidence_of(share, *spread), *spread[:2], 1.0, 0.0, frequency, damping, share)
+    return ModeEvidence(
+        confidence_of(share, *spread),
+        *spread[:2],
+        1.0,
+        0.0,
+        frequency,
+        damping,
+        share,
+        frequency_bias=off[0],
+        damping_bias=off[1],
+    )

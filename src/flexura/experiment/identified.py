@@ -24,7 +24,8 @@ class ModeEvidence:
     standard deviations by the misfit of the non-linear fit (theory eq. I13), zero where it was not made. `share` is the
     share of model orders that have the mode, `setups` the number of setups that do. `setup_shift` is the part of the
     scatter of frequency over setups, relative, that these do not explain: it is there in a repeated test, as sensors'
-    masses in other places are (theory eq. I21).
+    masses in other places are (theory eq. I21). `frequency_bias` and `damping_bias` are how far both may be off by what
+    is no noise, relative: leakage, modes that were not found, lines wider than the mode (theory eqs. I25, I26).
     """
 
     confidence: float
@@ -37,6 +38,18 @@ class ModeEvidence:
     share: float = 1.0
     setups: int = 1
     setup_shift: float = 0.0
+    frequency_bias: float = 0.0
+    damping_bias: float = 0.0
+
+    @property
+    def frequency_spread(self) -> float:
+        """How far the frequency may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.frequency_scatter, self.frequency_sigma, self.frequency_bias)
+
+    @property
+    def damping_spread(self) -> float:
+        """How far the damping ratio may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.damping_scatter, self.damping_sigma, self.damping_bias)
 
 
 @dataclass(frozen=True)

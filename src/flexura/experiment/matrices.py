@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.experiment.integrated import grows_towards_zero, noisy_until
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF
 from flexura.experiment.places import FORCES
 from flexura.systems.channel import UNITS
@@ -22,6 +23,9 @@ POWER = {"velocity": 1, "angular_velocity": 1, "acceleration": 2, "angular_accel
 
 COHERENT = 0.3
 """Coherence that a channel reaches at one line in ten at least, with one of its partners, to be fitted."""
+
+DIFFERENTIATED = 2
+"""Power of s of accelerances."""
 
 LEAST_LINES = 16
 """Spectral lines in a band below which nothing is fitted."""
@@ -105,7 +109,17 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
     _refuse_bad(H, inputs, outputs, hz[lines], where)
     s = np.asarray(2j * np.pi * hz[lines] + frfs[0].decay, dtype=np.complex128)
     power = np.array([POWER.get(c.quantity, 0) for c in outputs.values()])
-    H = H * s[:, None, None] ** (power.max() - power)[:, None]
+    largest = int(power.max())
+    first, said = 0, ""
+    if largest < DIFFERENTIATED and grows_towards_zero(hz[lines], H):
+        largest = DIFFERENTIATED
+        accelerance = H * s[:, None, None] ** (largest - power)[:, None]
+        first = noisy_until(accelerance)
+        said = f"{where}responses grow towards 0 Hz as accelerations divided by omega^2 do: they are fitted as these"
+        if first:
+            said += f", from {hz[lines][first]:.4g} Hz on, below which they are mostly noise"
+    H = H[first:] * s[first:, None, None] ** (largest - power)[:, None]
+    hz, s, coherence = hz[lines][first:], s[first:], coherence[first:]
     kept = [_coherent(coherence, axis) for axis in (2, 1)]
     listed = [list(outputs.values()), list(inputs.values())]
     notes = [
@@ -116,17 +130,19 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
     ]
     if not (kept[0].any() and kept[1].any()):
         raise OptionError(f"{where}coherence is near zero throughout the band: the outputs do not follow the inputs")
-    if len(set(power)) > 1:
+    if said:
+        notes.append(said)
+    elif len(set(power)) > 1:
         notes.append(f"{where}displacements and velocities were differentiated to be fitted beside accelerations")
     H = H[:, kept[0]][:, :, kept[1]]
-    weight = np.gradient(hz[lines])
+    weight = np.gradient(hz)
     row_scale, column_scale = _scales(H)
     return ResponseMatrix(
         setup,
-        hz[lines],
+        hz,
         s,
         H,
-        int(power.max()),
+        largest,
         weight / weight.mean(),
         row_scale,
         column_scale,

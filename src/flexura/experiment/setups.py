@@ -195,6 +195,8 @@ def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEv
         share=float(np.mean([e.share for e in each])),
         setups=len(own),
         setup_shift=float(np.sqrt(between) / hz),
+        frequency_bias=float(weight_f @ [e.frequency_bias for e in each]),
+        damping_bias=float(weight_z @ [e.damping_bias for e in each]),
     )
     size = 2 * np.pi * hz
     return complex(-ratio * size, size * np.sqrt(max(1 - ratio**2, 0.0))), evidence

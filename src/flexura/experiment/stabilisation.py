@@ -49,6 +49,8 @@ class Track:
     at: list[int] = field(default_factory=list)
     which: list[int] = field(default_factory=list)
     poles: list[complex] = field(default_factory=list)
+    asked: float = 0.0
+    """Frequency, Hz, for which a user has picked it; zero where none has."""
 
     @property
     def late(self) -> Complex:
@@ -169,12 +171,14 @@ def picked(
             price = np.abs(size - w) / (REACH * w) - length / max(length.max(), 1)
             best = int(np.argmin(np.where(near, price, np.inf)))
             free[best] = False
+            found[best].asked = w / (2 * np.pi)
             result.append(found[best])
             continue
         single = _single(w, orders, result)
         if single is None:
             lost.append(w / (2 * np.pi))
         else:
+            single.asked = w / (2 * np.pi)
             result.append(single)
     return sorted(result, key=lambda t: abs(t.pole)), lost
 

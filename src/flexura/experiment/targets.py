@@ -215,7 +215,7 @@ def targets_of(data: Any, sigma: float, shape_sigma: float, response_sigma: floa
         own = np.where(np.isnan(data.sigma), sigma, data.sigma)
         return [ModalTarget(data.frequency_hz, own, None, (), shape_sigma, data.name, data.setups)]
     if isinstance(data, IdentifiedModes):
-        scatter = np.array([e.frequency_scatter for e in data.evidence]) if data.evidence else np.zeros(1)
+        scatter = np.array([e.frequency_spread for e in data.evidence]) if data.evidence else np.zeros(1)
         own = np.maximum(np.where(np.isfinite(scatter), scatter, 0.0), sigma) * np.ones(len(data.poles))
         shapes = data.real_shapes if len(data.outputs) > 1 else None
         channels = data.outputs if shapes is not None else ()

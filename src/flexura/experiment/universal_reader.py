@@ -76,7 +76,8 @@ def read_uff(path: Path, places: Places | None = None) -> Measurement:
             continue
         out, into, factor, known = response_of(s, geometry, where, places)
         assumed += not known
-        hz, H = abscissa(s, exact, where)[: len(data)], factor * np.asarray(data, dtype=complex)
+        hz = abscissa(s, exact, where)[: len(data)]
+        H: Any = factor * np.asarray(data, dtype=complex)
         if "df" not in exact:
             over[frequency_unit(s, where)[0]] += 1
         pairs.append(_Pair(out, into, hz, H, exact, _codes(s), k + 1))
