@@ -138,8 +138,12 @@ class System:
 
     def lowest(self, count: int) -> Eigenpairs:
         """The `count` lowest eigenpairs of K and M; those of a full-order model by energies, which keep the digits of
-        soft modes beside stiff ones."""
-        if not self._is_full or count > MOST_BY_ENERGIES or least_pivot(self.K) > WELL:
+        soft modes beside stiff ones.
+
+        With a mass or a stiffness that the model does not have, as that of sensors, they are those of K and M.
+        """
+        is_own = self._is_full and self.K is self.full_order.K and self.M is self.full_order.M
+        if not is_own or count > MOST_BY_ENERGIES or least_pivot(self.K) > WELL:
             return lowest(self.K, self.M, count)
         own = chained(self.full_order)
         pairs = lowest_modes(own.pencil, count, own.rigid_motions)
