@@ -232,6 +232,44 @@ def test_lists_of_frequencies(tmp_path):
             fx.read_frequencies(text)
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("f.csv", "frequency,unit\n,\n{0},Hz\n-,Hz\n"),
+        ("f.csv", "frequency,unit,sigma\n-,,\n{0},Hz,1 %\n"),
+        ("f.csv", "frequency,unit\n-\n{0},Hz\n"),
+        ("f.yaml", "frequencies: [null, {0} Hz]"),
+        ("f.yaml", "- '-'\n- {{frequency: {0} Hz}}\n- {{frequency: -}}"),
+        ("f.yaml", "- {{frequency: null}}\n- {0} Hz"),
+    ],
+)
+def test_modes_that_were_not_measured_keep_the_numbers_of_others(tmp_path, name, text):
+    """The first mode, along x, was not measured: what there is tells the spring along y."""
+    path = tmp_path / name
+    path.write_text(text.format(hz(1.1e4)), encoding="utf-8")
+    data = fx.read_frequencies(path)
+    assert data.by_number == pytest.approx({2: hz(1.1e4)})
+    for how in ("followed", "in_order"):
+        for own in (data, [None, hz(1.1e4)]):
+            found = fx.calibrate(stands.body(), own, ["ky"], method="least_squares", pairing=how)
+            assert found.values["ky"] == pytest.approx(1.1e4, rel=1e-6)
+            assert [(m.number, m.model_mode) for m in found.modes] == [(2, 2)]
+
+
+def test_gaps_that_cannot_be_counted_are_refused(tmp_path):
+    path = tmp_path / "f.csv"
+    for text, words in (
+        ("frequency,unit\n3,Hz\n\n5,Hz\n", "line 3 is empty: write - for a mode"),
+        ("frequency,unit\n-,\n5,Hz\n3,Hz\n", "listed ascending"),
+        ("frequency,unit\n-,Hz\n,\n", "holds no frequencies"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(fx.OptionError, match=words):
+            fx.read_frequencies(path)
+    with pytest.raises(fx.OptionError, match="at least one frequency"):
+        fx.calibrate(stands.body(), [None], ["ky"])
+
+
 def test_configurations_are_calibrated_together():
     """A known mass added tells stiffness and mass, which neither list tells: f1 = sqrt(k/m), f2 = sqrt(k/(m + m1))."""
     k, m, added = 5e3, 0.5, 0.1

@@ -63,7 +63,8 @@ def virtual_test_command(
 
         written += save_virtual_test(result, plot, beside)
     if as_json:
-        more = {} if beside is None else {"measured_hz": beside.frequency_hz.tolist()}
+        known = {} if beside is None else beside.by_number
+        more = {} if beside is None else {"measured_hz": [known.get(n) for n in range(1, max(known) + 1)]}
         print_json(result.to_dict() | more | {"files": [str(p) for p in written]})
     else:
         print_virtual_test(result, written, beside)
@@ -87,8 +88,8 @@ def print_virtual_test(result: VirtualTest, written: list[Path], measured: Measu
         row = [str(mode.number), f"{mode.bare_hz:.5g}", f"{mode.loaded_hz:.5g}", f"{100 * mode.mass_effect:+.2f} %"]
         row += _identified(mode)
         if measured is not None:
-            own = measured.frequency_hz
-            row.append(f"{2 * math.pi * own[k]:.5g}" if k < len(own) else "")
+            own = measured.by_number.get(k + 1)
+            row.append("" if own is None else f"{2 * math.pi * own:.5g}")
         table.add_row(*row)
     console.print(table)
     if len(placements) > 1:

@@ -282,7 +282,7 @@ def _modes(
         for k, hz in enumerate(target.frequency_hz):
             found.append(
                 CalibratedMode(
-                    k + 1,
+                    target.numbers[k],
                     float(hz),
                     float(target.sigma[k]),
                     float(before[0][k]),
@@ -324,7 +324,11 @@ def _notes(
     weakest = min(problem.weakest, first.weakest)
     if weakest < 0.5:
         notes.append(f"modes changed a lot from one step to the next (MAC {weakest:.2f}): check which is which")
-    swapped = [m.number for k, m in enumerate(modes) if m.number > 1 and m.model_mode < modes[k - 1].model_mode]
+    swapped = [
+        m.number
+        for k, m in enumerate(modes)
+        if k and m.number > modes[k - 1].number and m.model_mode < modes[k - 1].model_mode
+    ]
     if swapped:
         notes.append(f"the model has measured mode {swapped[0]} below the one before it")
     return notes

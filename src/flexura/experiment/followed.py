@@ -59,7 +59,7 @@ class Followed:
         self._has_responses = any(isinstance(t, ResponseTarget) for t in targets)
         self._has_shapes = bool(channels)
         model = self.family.model(start)
-        self.compared = max([len(t.frequency_hz) for t in targets if isinstance(t, ModalTarget)], default=0)
+        self.compared = max([max(t.numbers) for t in targets if isinstance(t, ModalTarget)], default=0)
         self.count = self.compared + EXTRA
         for t in targets:
             if isinstance(t, ResponseTarget):

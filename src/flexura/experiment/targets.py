@@ -61,7 +61,8 @@ class State:
 class ModalTarget:
     """Frequencies (k,), Hz, with relative standard deviations `sigma` (k,), and shapes (p, k) at channels or None.
 
-    `setups` have the names and the outputs of the setups in which they were measured.
+    `setups` have the names and the outputs of the setups in which they were measured; `number` (k,) counts modes
+    without shapes from 1.
     """
 
     frequency_hz: Array
@@ -71,10 +72,16 @@ class ModalTarget:
     shape_sigma: float
     name: str = ""
     setups: Setups = ()
+    number: tuple[int, ...] = ()
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Numbers (k,) of the modes."""
+        return self.number or tuple(range(1, len(self.frequency_hz) + 1))
 
     def partner(self, state: State, rows: slice) -> NDArray[np.intp]:
         """The model's mode (k,) for every measured one: by shape where there are shapes, else as tracked."""
-        tracked = state.tracked[: len(self.frequency_hz)]
+        tracked = state.tracked[np.array(self.numbers) - 1]
         if self.shapes is None:
             return tracked
         found = pair_modes(self.frequency_hz, self.shapes, state.frequency_hz, state.Y[rows]).partner
@@ -213,7 +220,11 @@ def targets_of(data: Any, sigma: float, shape_sigma: float, response_sigma: floa
     """
     if isinstance(data, MeasuredFrequencies):
         own = np.where(np.isnan(data.sigma), sigma, data.sigma)
-        return [ModalTarget(data.frequency_hz, own, None, (), shape_sigma, data.name, data.setups)]
+        return [
+            ModalTarget(
+                data.frequency_hz, own, None, (), shape_sigma, data.name, data.setups, tuple(data.number.tolist())
+            )
+        ]
     if isinstance(data, IdentifiedModes):
         scatter = np.array([e.frequency_spread for e in data.evidence]) if data.evidence else np.zeros(1)
         own = np.maximum(np.where(np.isfinite(scatter), scatter, 0.0), sigma) * np.ones(len(data.poles))
@@ -227,7 +238,7 @@ def targets_of(data: Any, sigma: float, shape_sigma: float, response_sigma: floa
             raise OptionError(f"{data.name} holds no frequency responses; estimate or identify them first")
         return [_response_target(frf, response_sigma, damping) for frf in data.frfs]
     if isinstance(data, Sequence | np.ndarray) and len(data) and not isinstance(data, str):
-        if all(isinstance(x, int | float | np.number) for x in data):
+        if all(x is None or isinstance(x, int | float | np.number) for x in data):
             return targets_of(MeasuredFrequencies.of(data), sigma, shape_sigma, response_sigma, damping)
         return [t for x in data for t in targets_of(x, sigma, shape_sigma, response_sigma, damping)]
     raise OptionError(
