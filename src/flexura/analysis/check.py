@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis.angle_doubts import angle_doubts
+from flexura.analysis.body_doubts import body_doubts
 from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence
 from flexura.analysis.free_motions import free_motions
+from flexura.analysis.material_doubts import material_doubts
 from flexura.analysis.mesh_errors import PartMesh, frequency_errors, mesh_warning, part_meshes
 from flexura.linalg import lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
@@ -95,7 +98,8 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         for key, (_, lump) in part.bodies.items()
         for path in plan.topology.placed[name].paths
     }
-    used = {**{k: p.value for k, p in plan.mechanism.parameters.items()}, **(parameters or {})}
+    used = plan.parameter_values(parameters)
+    given, own = parameters or {}, plan.mechanism.parameters
     corrections, ends = corrected(full)
     free, dead = free_motions(full), plan.loads
     x, y, z = map(float, dead.gravity(full.values))
@@ -107,7 +111,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         substructures=tuple(_summary(full, name) for name in plan.parts if plan.parts[name].has_matrices),
         held=_held(full),
         rigid_bodies=bodies,
-        parameters={k: float(v) for k, v in used.items() if isinstance(v, int | float)},
+        parameters={k: float(v) for k, v in used.items() if k in given or isinstance(own[k].value, float)},
         corrections=corrections,
         ends=ends,
         solid_parts=part_meshes(full),
@@ -117,7 +121,15 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         is_preloaded=plan.is_loaded,
         rigid_body_modes=free.rigid_body_modes,
         lowest_hz=free.lowest_hz,
-        doubts=(*free.doubts, *member_doubts(full), *_overlapping(full), *_coarse_meshes(full)),
+        doubts=(
+            *material_doubts(plan.mechanism, used),
+            *angle_doubts(plan.mechanism, used),
+            *free.doubts,
+            *member_doubts(full),
+            *body_doubts(full, used),
+            *_overlapping(full),
+            *_coarse_meshes(full),
+        ),
     )
 
 

@@ -177,6 +177,18 @@ class Expression(_Node):
         return format_tree(self.tree)
 
 
+class Folded(float):
+    """The number that an expression without parameters comes to, which remembers the expression."""
+
+    tree: Tree
+
+    def __new__(cls, value: float, tree: Tree = Number(0.0)) -> Folded:
+        """The value with its tree."""
+        self = super().__new__(cls, value)
+        self.tree = tree
+        return self
+
+
 def parameter(name: str) -> Expression:
     """Refer to a parameter by name, to be combined with + - * / ** into expressions."""
     return Expression(Name(name))

@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from flexura.errors import ExpressionError
 from flexura.mechanism import dimension as dim
-from flexura.mechanism.expression import Expression, checked
+from flexura.mechanism.expression import Expression, Folded, checked
 
 CONTEXT_KEY = "read_quantity"
 FRACTION = "at least 0 and below 1"
@@ -106,7 +106,7 @@ def _folded(value: Scalar) -> Scalar:
         checked(value.tree)
         if not value.names:
             with np.errstate(all="ignore"):
-                return float(value.evaluate({}))
+                return Folded(value.evaluate({}), value.tree)
     return value
 
 
