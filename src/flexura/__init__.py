@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from flexura.experiment.measurement import MeasuredFRF as MeasuredFRF
     from flexura.experiment.measurement import Measurement as Measurement
     from flexura.experiment.measurement import Recording as Recording
+    from flexura.experiment.misfit import Misfit as Misfit
     from flexura.experiment.mode_pairing import ModePairing as ModePairing
     from flexura.experiment.mode_pairing import pair_modes as pair_modes
     from flexura.experiment.overlay import FRFOverlay as FRFOverlay
@@ -246,6 +247,7 @@ _EXPORTS = {
     "flexura.experiment.estimation": ("estimate_frf",),
     "flexura.experiment.identification": ("identify",),
     "flexura.experiment.identified": ("IdentifiedModes", "ModeEvidence", "Poles"),
+    "flexura.experiment.misfit": ("Misfit",),
     "flexura.experiment.measurement": ("MeasuredChannel", "MeasuredFRF", "Measurement", "Recording"),
     "flexura.experiment.calibrated": ("CalibratedMode", "CalibratedParameter", "Calibration"),
     "flexura.experiment.calibrated_file": ("save_calibrated",),

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, print_json, read
+from flexura.cli.options import File, Json, Settings, Strict, print_json, read
 from flexura.cli.tables import console_of_width
 from flexura.errors import OptionError
 
@@ -76,6 +76,7 @@ def calibrate_command(
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the calibrated mechanism here.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the outcome here.")] = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Find parameters with which the mechanism meets a measurement, and how far they can be trusted."""
@@ -104,6 +105,8 @@ def calibrate_command(
         damping=damping,
         pairing="followed" if pairing is Pairing.followed else "in_order",
     )
+    if strict:
+        result.raise_warnings()
     sampled = _sampled(result, draws) if draws else None
     written = [] if out is None else [save_calibrated(result, t, f, k) for k, (t, f) in enumerate(_targets(out, files))]
     if plot is not None:
@@ -218,6 +221,12 @@ def print_calibration(result: Calibration) -> None:
         console.print("the data cannot tell (weights in prior standard deviations):")
         for d in result.unresolved:
             console.print(f"  {d}  ({100 * d.told:.0f} % told)", markup=False)
+    for own in result.misfits:
+        if own.is_told:
+            said = f"{own.kind}: missed by {own.ratio:.2g} standard deviations, {own.spare:.2g} of {own.data} to spare"
+            console.print(f"{said}, probability {own.probability:.2g}", markup=False)
+    for warning in result.warnings:
+        console.print(f"warning: {warning}", style="yellow", markup=False)
     for note in result.notes:
         console.print(f"note: {note}", markup=False)
 
@@ -236,6 +245,8 @@ def _print_sampled(result: Calibration, sampled: Sample) -> None:
     console.print(f"{text} independent ones; R-hat {sampled.r_hat:.3f}, {100 * sampled.acceptance:.0f} % accepted")
     if not sampled.is_whole:
         console.print("drawing was interrupted")
+    if any(own.is_told and own.ratio > 1 for own in result.misfits):
+        console.print("draws take sigma as it is: they do not have the error of the model that widens the intervals")
     if not sampled.is_settled:
         console.print("these are too few to check the intervals: more draws, or fewer free parameters")
         return

@@ -8,8 +8,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import OptionError
+from flexura.errors import OptionError, SolverError
 from flexura.experiment.markov_chain import Progress
+from flexura.experiment.misfit import Misfit
 from flexura.experiment.posterior import TOLD, Direction, Sample, draw
 from flexura.experiment.problem import Problem
 from flexura.mechanism.substructure import Mechanism
@@ -73,7 +74,8 @@ class Calibration:
 
     `also` are the other mechanisms that were calibrated with it. `directions` are combinations of parameters, best told
     first; `correlation` (P, P) is that of the posterior. `chi_square` of `residuals` data says
-    whether the model can meet them within their standard deviations.
+    whether the model can meet them within their standard deviations, `misfits` how far it does for each kind of data
+    beyond what the parameters take up, with which intervals are widened.
     """
 
     mechanism: Mechanism
@@ -92,6 +94,8 @@ class Calibration:
     z: Array = field(repr=False)
     covariance: Array = field(repr=False)
     also: tuple[Mechanism, ...] = ()
+    misfits: tuple[Misfit, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -103,8 +107,15 @@ class Calibration:
         """Combinations of parameters that the data cannot tell."""
         return tuple(d for d in self.directions if d.told < TOLD)
 
+    def raise_warnings(self) -> None:
+        """Raise SolverError with all warnings, if there are any."""
+        if self.warnings:
+            raise SolverError("; ".join(self.warnings))
+
     def sample(self, draws: int = 1000, seed: int = 0, progress: Progress | None = None) -> Sample:
         """Draws of the posterior with the model itself, which check the Gaussian intervals (theory eq. K19).
+
+        They take the standard deviations of the data as they are, without an error of the model.
 
         `progress` is told of steps done and to do. Raises OptionError without a prior, when the posterior need not be
         proper.
@@ -146,6 +157,8 @@ class Calibration:
                 "residuals": self.residuals,
                 "evaluations": self.evaluations,
                 "converged": self.converged,
+                "misfits": [m.to_dict() for m in self.misfits],
+                "warnings": list(self.warnings),
                 "notes": list(self.notes),
             }
         )

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from flexura.errors import OptionError, SolverError
 from flexura.experiment.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.experiment.configuration import Configuration, configurations
+from flexura.experiment.misfit import Misfit, misfits, widening
 from flexura.experiment.posterior import QUANTILE, TOLD, Direction, covariance, directions
 from flexura.experiment.problem import Problem
 from flexura.experiment.targets import ModalTarget, Target, targets_of
@@ -215,11 +216,12 @@ def _outcome(
     notes: list[str],
 ) -> Calibration:
     own = problem.unknown
-    cov = covariance(J, method == "map")
+    missed = misfits(problem.targets, after, J, method == "map")
+    cov = covariance(J, method == "map") + widening(missed, J, method == "map")
     deviation = np.sqrt(np.diagonal(cov))
     low, high = own.z_bounds
     at_bound = (z - low < AT_BOUND) | (high - z < AT_BOUND)
-    informed = np.diagonal(covariance(J, True))
+    informed = np.diagonal(covariance(J, True) + widening(missed, J, True))
     intervals = [_interval(own, z, deviation), _interval(own, np.zeros_like(z), np.ones_like(z))]
     values = own.values(z)
     parameters = tuple(
@@ -237,12 +239,13 @@ def _outcome(
         for k, name in enumerate(own.names)
     )
     modes = _modes(problem, z, start_modes)
+    warnings = _warnings(missed, converged)
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = np.nan_to_num(cov / np.outer(deviation, deviation), nan=0.0)
     np.fill_diagonal(correlation, 1.0)
     ways = directions(J, own.names)
     chi, count = float(after @ after), int((np.abs(J).sum(axis=1) > 0).sum())
-    notes += _notes(problem, first, parameters, ways, modes, chi, count, converged)
+    notes += _notes(problem, first, parameters, ways, modes, missed)
     return Calibration(
         mechanisms[0],
         method,
@@ -260,6 +263,8 @@ def _outcome(
         z,
         cov,
         tuple(mechanisms[1:]),
+        missed,
+        tuple(warnings),
     )
 
 
@@ -296,31 +301,47 @@ def _modes(
     return tuple(found)
 
 
+def _warnings(missed: Sequence[Misfit], converged: bool) -> list[str]:
+    found = []
+    if not converged:
+        found.append("the search stopped before it converged: allow more steps, or start nearer")
+    for own in missed:
+        if own.is_unlikely:
+            found.append(
+                f"the model misses the data: {own.kind} by {own.ratio:.2g} standard deviations where {own.spare:.2g} of"
+                f" {own.data} are to spare (probability {own.probability:.1g}): it lacks something that the freed"
+                " parameters cannot make up, or sigma is too small; intervals are widened for an error of that size,"
+                " not for one that the parameters have taken up"
+            )
+    return found
+
+
 def _notes(
     problem: Problem,
     first: Problem,
     parameters: Sequence[CalibratedParameter],
     ways: Sequence[Direction],
     modes: Sequence[CalibratedMode],
-    chi: float,
-    count: int,
-    converged: bool,
+    missed: Sequence[Misfit],
 ) -> list[str]:
     notes = []
-    if not converged:
-        notes.append("the search stopped before it converged: allow more steps, or start nearer")
     held = [p.name for p in parameters if p.at_bound]
     if held:
         notes.append(f"at a bound, where no interval can be told: {', '.join(held)}")
     unresolved = [d for d in ways if d.told < TOLD]
     if unresolved:
         notes.append(f"{len(unresolved)} of {len(ways)} combinations of parameters are left to the prior")
-    told = sum(d.told for d in ways)
-    if count > told + 1 and chi > 4 * count:
-        notes.append(
-            f"the model misses the data by {np.sqrt(chi / count):.2g} standard deviations on average: it lacks"
-            " something, or sigma is too small, and the intervals are too narrow"
-        )
+    for own in missed:
+        if not own.is_told:
+            notes.append(
+                f"the parameters take up all {own.data} {own.kind}: nothing is left to check the model by, and"
+                " intervals hold if sigma covers what it leaves out"
+            )
+        elif own.ratio > 1 and not own.is_unlikely:
+            notes.append(
+                f"{own.kind} are met to {own.ratio:.2g} standard deviations: intervals are widened as if the model were"
+                " off by the rest"
+            )
     weakest = min(problem.weakest, first.weakest)
     if weakest < 0.5:
         notes.append(f"modes changed a lot from one step to the next (MAC {weakest:.2f}): check which is which")

@@ -53,7 +53,7 @@ def draw_calibration(result: Calibration) -> Figure:
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)
     figure.suptitle(result.mechanism.name, fontsize=10, color=INK)
-    foot(figure, (), result.notes)
+    foot(figure, result.warnings, result.notes)
     return figure
 
 
