@@ -258,12 +258,15 @@ def _system(
 def proven_reduction(
     mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None, top: float
 ) -> dict[str, Any]:
-    """How to reduce so that frequencies up to the highest one are proven; constraint modes where there are none."""
+    """How to reduce so that frequencies up to the highest one are proven, to the mechanism's own tolerance where it has
+    one; constraint modes where there are none."""
     plan = plan_of(mechanism)
+    described = plan.mechanism.reduction
+    tolerance = TOLERANCE if described is None or described.tolerance is None else described.tolerance
     values = plan.values(parameters)
     K, M = plan.full_order(values, plan.geometry(values))
     if count_below(K, M, (2 * np.pi * top) ** 2):
-        return {"tolerance": TOLERANCE, "up_to": top, "coordinates": "substructures"}
+        return {"tolerance": tolerance, "up_to": top, "coordinates": "substructures"}
     return {}
 
 
