@@ -19,6 +19,7 @@ from flexura._version import __version__
 if TYPE_CHECKING:
     from flexura.analysis import ActuatorState as ActuatorState
     from flexura.analysis import CheckReport as CheckReport
+    from flexura.analysis import Clash as Clash
     from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
     from flexura.analysis import Doubt as Doubt
     from flexura.analysis import Drift as Drift
@@ -208,6 +209,7 @@ if TYPE_CHECKING:
     from flexura.systems import system as system
     from flexura.view import draw_bode as draw_bode
     from flexura.view import draw_correlation as draw_correlation
+    from flexura.view import draw_doubts as draw_doubts
     from flexura.view import draw_frf_overlay as draw_frf_overlay
     from flexura.view import draw_mechanism as draw_mechanism
     from flexura.view import draw_mode as draw_mode
@@ -219,6 +221,7 @@ if TYPE_CHECKING:
     from flexura.view import draw_time as draw_time
     from flexura.view import draw_verification as draw_verification
     from flexura.view import save_correlation as save_correlation
+    from flexura.view import save_doubts as save_doubts
     from flexura.view import save_figures as save_figures
     from flexura.view import save_modes as save_modes
     from flexura.view import save_pictures as save_pictures
@@ -232,7 +235,7 @@ if TYPE_CHECKING:
 
 _EXPORTS = {
     "flexura.analysis": (
-        *("ActuatorState", "CheckReport", "ComplianceSpectrum", "Doubt", "Drift", "Evidence", "Freedom"),
+        *("ActuatorState", "CheckReport", "Clash", "ComplianceSpectrum", "Doubt", "Drift", "Evidence", "Freedom"),
         "FrequencyResponse",
         *("Kinetostatics", "MemberStress", "Mode", "Modes", "Preload", "ScrewAxis", "SignalFile", "Statics"),
         *("LeftOut", "Stresses", "TimeResponse", "check", "compliance", "drift", "frequency_response"),
@@ -313,9 +316,10 @@ _EXPORTS = {
         *("system",),
     ),
     "flexura.view": (
-        *("draw_bode", "draw_correlation", "draw_frf_overlay", "draw_mechanism", "draw_mode", "draw_mode_pair"),
+        *("draw_bode", "draw_correlation", "draw_doubts", "draw_frf_overlay", "draw_mechanism", "draw_mode"),
         *("draw_nyquist", "draw_response_matrix", "draw_sensors", "draw_shape_pair", "draw_time"),
-        *("draw_verification", "save_correlation", "save_figures", "save_modes", "save_pictures"),
+        *("draw_mode_pair", "draw_verification", "save_correlation", "save_doubts", "save_figures", "save_modes"),
+        "save_pictures",
         *("save_verification",),
     ),
     "flexura.view.calibration": ("draw_calibration",),

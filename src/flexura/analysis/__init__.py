@@ -3,6 +3,7 @@ understood."""
 
 from flexura.analysis import signals
 from flexura.analysis.check import CheckReport, Doubt, check
+from flexura.analysis.clashes import Clash
 from flexura.analysis.drift import Drift, ScrewAxis, drift, screw_axis
 from flexura.analysis.evidence import Evidence, MissedMode
 from flexura.analysis.freedoms import ComplianceSpectrum, Freedom
@@ -20,6 +21,7 @@ from flexura.analysis.time_response import TimeResponse, time_response
 __all__ = [
     "ActuatorState",
     "CheckReport",
+    "Clash",
     "ComplianceSpectrum",
     "Doubt",
     "Drift",

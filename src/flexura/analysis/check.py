@@ -11,16 +11,20 @@ from numpy.typing import NDArray
 
 from flexura.analysis.angle_doubts import angle_doubts
 from flexura.analysis.body_doubts import body_doubts
+from flexura.analysis.clashes import Clash, clash_doubts, clashes
 from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence
 from flexura.analysis.free_motions import free_motions
 from flexura.analysis.material_doubts import material_doubts
 from flexura.analysis.mesh_errors import PartMesh, frequency_errors, mesh_warning, part_meshes
+from flexura.analysis.references import reference_doubts
+from flexura.analysis.sizes import size_doubts
 from flexura.linalg import lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
+from flexura.structure.solids import solids_of
 from flexura.systems.damping import damping_law
 from flexura.systems.placed import Placement
 
@@ -78,6 +82,8 @@ class CheckReport:
     """An interval that is proven to hold the lowest frequency that is not one of a rigid motion; None where there is
     none, or none is proven."""
     doubts: tuple[Doubt, ...]
+    clashes: tuple[Clash, ...] = ()
+    """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a doubt as well."""
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -102,6 +108,9 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     given, own = parameters or {}, plan.mechanism.parameters
     corrections, ends = corrected(full)
     free, dead = free_motions(full), plan.loads
+    bars, solid_bodies = solids_of(full)
+    found, unseen = clashes(full, bars, solid_bodies)
+    drawn = (*size_doubts(full), *reference_doubts(full, bars), *clash_doubts(found, unseen))
     x, y, z = map(float, dead.gravity(full.values))
     return CheckReport(
         name=plan.mechanism.name,
@@ -129,7 +138,9 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
             *body_doubts(full, used),
             *_overlapping(full),
             *_coarse_meshes(full),
+            *drawn,
         ),
+        clashes=tuple(found),
     )
 
 

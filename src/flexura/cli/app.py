@@ -128,17 +128,28 @@ def modes_command(
 
 
 @app.command("check")
-def check_command(file: File, set: Settings = None, as_json: Json = False) -> None:
+def check_command(
+    file: File,
+    set: Settings = None,
+    as_json: Json = False,
+    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the doubts here.")] = None,
+) -> None:
     """What was understood of a mechanism file, and every doubt about it."""
     from flexura.analysis import check
     from flexura.cli import tables
 
     mechanism, parameters = read(file, set)
     report = check(mechanism, parameters)
+    pictures: list[Path] = []
+    if plot is not None:
+        from flexura.structure import assemble
+        from flexura.view import save_doubts
+
+        pictures = save_doubts(assemble(mechanism, parameters), report, plot)
     if as_json:
-        print_json(report.to_dict())
+        print_json(report.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
     else:
-        tables.print_check(report)
+        tables.print_check(report, pictures)
 
 
 @app.command("buckling")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -163,7 +163,7 @@ def _print_named(console: Console, what: str, about: Mapping[str, str]) -> None:
         console.print(f"{what}: and {len(about) - 20} more")
 
 
-def print_check(report: CheckReport) -> None:
+def print_check(report: CheckReport, pictures: Sequence[Path] = ()) -> None:
     """Print what was understood of a mechanism, and the doubts."""
     console = console_of_width()
     console.print(report.name, style="bold", markup=False)
@@ -191,12 +191,14 @@ def print_check(report: CheckReport) -> None:
         console.print(f"damping: {report.damping}", markup=False)
     _print_loads(console, report)
     _print_free_motions(console, report)
-    if not report.doubts:
+    if report.doubts:
+        console.print(f"{len(report.doubts)} doubt{'s' if len(report.doubts) > 1 else ''}", style="yellow")
+    else:
         console.print("no doubts", style="green")
-        return
-    console.print(f"{len(report.doubts)} doubt{'s' if len(report.doubts) > 1 else ''}", style="yellow")
     for doubt in report.doubts:
         console.print(f"  {doubt}", markup=False)
+    for path in pictures:
+        console.print(f"wrote {path}", markup=False, highlight=False)
 
 
 def _print_loads(console: Console, report: CheckReport) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,14 @@ def rigid_mass(mass: Array, inertia: Array) -> Array:
     return M
 
 
+class Form(NamedTuple):
+    """A box, or a cylinder about its first axis: unit axes (3, 3) as rows, and half sizes (3,), m."""
+
+    axes: Array
+    half: Array
+    is_round: bool
+
+
 class BodyLump:
     """Mass matrix of a rigid body at its own node (theory eqs. 31-32)."""
 
@@ -112,6 +121,17 @@ class BodyLump:
     def matrix(self, values: Array) -> Array:
         """Mass matrix (..., 6, 6) about the centre of mass, part's axes."""
         return rigid_mass(*self.mass_and_inertia(values))
+
+    def form(self, values: Array) -> Form | None:
+        """The solid about the centre of mass, part's axes; None where only mass and inertia are known. One design."""
+        if self._solid is None:
+            return None
+        turned, size = self._frame.matrix(values).T, values[self._size]
+        if not isinstance(self._solid, Cylinder):
+            return Form(turned, size / 2, False)
+        axis = values[None, self._axis]
+        own = member_frame(axis, least_aligned(axis))[0]
+        return Form(own @ turned, np.array([size[1], size[0], size[0]]) / 2, True)
 
 
 class PointLump:

@@ -8,6 +8,7 @@ from flexura.view.correlation import (
     save_correlation,
 )
 from flexura.view.curves import draw_bode, draw_nyquist, draw_response_matrix, draw_time
+from flexura.view.doubts import draw_doubts, save_doubts
 from flexura.view.files import save_figures, save_modes, save_pictures
 from flexura.view.pictures import draw_mechanism, draw_mode, draw_sheet
 from flexura.view.scene import Kind, Solids
@@ -19,6 +20,7 @@ __all__ = [
     "Solids",
     "draw_bode",
     "draw_correlation",
+    "draw_doubts",
     "draw_frf_overlay",
     "draw_mechanism",
     "draw_mode",
@@ -31,6 +33,7 @@ __all__ = [
     "draw_time",
     "draw_verification",
     "save_correlation",
+    "save_doubts",
     "save_figures",
     "save_modes",
     "save_pictures",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,8 +42,9 @@ class _Copy:
         return self.u[node, :3] + np.asarray(np.cross(turn, points - self.x[node]), dtype=np.float64)
 
 
-def add_lumps(collector: Collector, model: FullOrderModel, u: Array) -> None:
-    """Add the parts of a mechanism that are not members; u (n_nodes, 6) are the displacements of its nodes."""
+def add_lumps(collector: Collector, model: FullOrderModel, u: Array, doubted: Collection[str] = frozenset()) -> None:
+    """Add the parts of a mechanism that are not members; u (n_nodes, 6) are the displacements of its nodes, and the
+    bodies called `doubted` are of the kind for these."""
     plan, geometry = model.plan, model.geometry
     values = {name: _number(value) for name, value in parameter_values(plan.mechanism, model.parameters).items()}
     size = collector.size
@@ -62,14 +63,16 @@ def add_lumps(collector: Collector, model: FullOrderModel, u: Array) -> None:
             model.values,
             hulls,
         )
-        for number, offset in zip(placed.number, placed.offset, strict=True):
+        for number, offset, path in zip(placed.number, placed.offset, placed.paths, strict=True):
+            names = {key: {".".join((*path, key)), f"{name}.{key}"} for key in prototype.bodies if doubted}
+            drawn.doubted = {key for key, own in names.items() if own & set(doubted)}
             span = slice(offset, offset + part.n_nodes)
             held = np.all(plan.topology.held[plan.topology.root[span]], axis=1)
             copy = _Copy(geometry.Q[number], geometry.positions[span], u[span], held)
             drawn.add(collector, copy, geometry.t[number], size, cell)
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Drawn:
     """The lumps of a part with all numbers resolved."""
 
@@ -83,11 +86,14 @@ class _Drawn:
     """Slot values of the design."""
     hulls: list[Mesh]
     """Bodies drawn so far, global frame, those of all other parts included."""
+    doubted: Collection[str] = frozenset()
+    """Bodies of the copy that is drawn that are in doubt."""
 
     def add(self, collector: Collector, copy: _Copy, origin: Array, size: float, cell: float) -> None:
         """Add the lumps of one copy; `origin` (3,), m, is where its frame has its origin."""
         for key, body in self.bodies.items():
-            self.hulls.append(_add_body(collector, copy, body, self.part.bodies[key][0], self.part, cell))
+            in_doubt = key in self.doubted
+            self.hulls.append(_add_body(collector, copy, body, self.part.bodies[key][0], self.part, cell, in_doubt))
         for key, mass in self.masses.items():
             _add_mass(collector, copy, mass, self.part.points[key][0], size)
         for key, spring in self.springs.items():
@@ -173,9 +179,11 @@ def equivalent_box(mass: float, inertia: Array) -> tuple[Array, Array]:
     return np.sqrt(np.maximum(square, 1e-4 * largest)), axes
 
 
-def _add_body(collector: Collector, copy: _Copy, body: RigidBody, node: int, part: Part, cell: float) -> Mesh:
+def _add_body(
+    collector: Collector, copy: _Copy, body: RigidBody, node: int, part: Part, cell: float, in_doubt: bool
+) -> Mesh:
     mesh, kind = body_mesh(body, cell)
-    kind = Kind.CLAMP if copy.clamped[node] else kind
+    kind = Kind.DOUBTED_BODY if in_doubt else Kind.CLAMP if copy.clamped[node] else kind
     centre = copy.x[node]
     points = mesh.points @ copy.Q.T + centre
     faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces

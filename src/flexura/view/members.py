@@ -60,13 +60,14 @@ class Surfaces(NamedTuple):
     """Members of one group in all copies of a part, global frame.
 
     points, motions: (c, m, p, 3), m, and the motion of each point for the displacements given; faces: (f, 4) over
-    the p points, or lines (l, 2) when members are drawn as lines; is_flexure: (m,).
+    the p points, or lines (l, 2) when members are drawn as lines; is_flexure: (m,); members: (m,), their numbers.
     """
 
     points: Array
     motions: Array
     faces: Index
     is_flexure: NDArray[np.bool_]
+    members: Index
 
 
 class Placing(NamedTuple):
@@ -115,7 +116,7 @@ def member_surfaces(
         points = local.reshape(flat) @ R + start[at, None]
         moved = moved.reshape(len(d), *flat) @ R
         Qt = np.swapaxes(placing.Q, -1, -2)[:, None]
-        yield Surfaces(points @ Qt + placing.t[:, None, None], moved @ Qt, rings.faces, is_flexure[at])
+        yield Surfaces(points @ Qt + placing.t[:, None, None], moved @ Qt, rings.faces, is_flexure[at], at)
 
 
 def station_fractions(group: SectionGroup, segments: int) -> Array:

@@ -22,6 +22,8 @@ COLOURS: dict[Kind, tuple[float, float, float]] = {
     Kind.NODE: (1.0, 1.0, 1.0),
     Kind.CENTRE: (0.10, 0.10, 0.10),
     Kind.PIEZO: (0.35, 0.75, 0.78),
+    Kind.DOUBTED: (0.84, 0.05, 0.15),
+    Kind.DOUBTED_BODY: (0.93, 0.45, 0.50),
 }
 """Colour of each kind of part, RGB."""
 NAMES: dict[Kind, str] = {
@@ -38,8 +40,10 @@ NAMES: dict[Kind, str] = {
     Kind.NODE: "node",
     Kind.CENTRE: "centre of mass",
     Kind.PIEZO: "piezo stack",
+    Kind.DOUBTED: "member in doubt",
+    Kind.DOUBTED_BODY: "rigid body in doubt",
 }
-WIDTHS = {Kind.ARM: 0.8, Kind.SPRING: 1.2, Kind.SUPERELEMENT: 1.1, Kind.FLEXURE: 1.6, Kind.LINK: 1.0}
+WIDTHS = {Kind.ARM: 0.8, Kind.SPRING: 1.2, Kind.SUPERELEMENT: 1.1, Kind.FLEXURE: 1.6, Kind.LINK: 1.0, Kind.DOUBTED: 1.6}
 INK = "#22262b"
 WARNING = "#8a5a00"
 GHOST = (0.90, 0.91, 0.92)

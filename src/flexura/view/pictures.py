@@ -61,7 +61,7 @@ def draw_mechanism(
     figure = new_figure(SIZE)
     view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, 0.725))
     axes, depth = paint(figure, *rest_triangles(parts, view, visible_flexures(parts, camera) < HIDDEN))
-    _add_dots(axes, parts, view, depth)
+    add_dots(axes, parts, view, depth)
     heading(figure, title if title is not None else model.plan.mechanism.name, "")
     legend(figure, parts)
     return figure
@@ -168,7 +168,7 @@ def _triangles(
     """
     ambient, ink = (0.9, 0.75) if ghost else (0.62, 0.45)
     look = (1.0, ambient, ink)
-    clear = parts.face_kinds == Kind.EQUIVALENT_BODY
+    clear = (parts.face_kinds == Kind.EQUIVALENT_BODY) | (parts.face_kinds == Kind.DOUBTED_BODY)
     clear |= (parts.face_kinds == Kind.BODY) & clear_bodies
     opaque = painted(view, points, parts.faces[~clear], face_colours[~clear], *look)
     glass = painted(view, points, parts.faces[clear], face_colours[clear], 0.0, ambient)
@@ -255,7 +255,7 @@ def paint(figure: Figure, solid: Triangles, glass: Triangles) -> tuple[Axes, Arr
     return axes, depth
 
 
-def _add_dots(axes: Axes, parts: Solids, view: View, depth: Array) -> None:
+def add_dots(axes: Axes, parts: Solids, view: View, depth: Array) -> None:
     """Dots for nodes; faint ones far behind what hides them."""
     deepest = 0.15 * parts.size() * view.scale
     for kind in (Kind.NODE, Kind.CENTRE):

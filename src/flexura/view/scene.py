@@ -27,6 +27,8 @@ class Kind(IntEnum):
     NODE = 10
     CENTRE = 11
     PIEZO = 12
+    DOUBTED = 13
+    DOUBTED_BODY = 14
 
 
 @dataclass(frozen=True)
@@ -97,13 +99,13 @@ class Collector:
     def grid(self, points: Array, motions: Array, cells: Index, kinds: Index, mirrored: NDArray[np.bool_]) -> None:
         """Add equal meshes: points, motions (c, m, p, 3), faces (f, 4) or lines (l, 2) over the p points.
 
-        `kinds` (m,) goes by member; `mirrored` (c,) turns faces the other way round.
+        `kinds` (c, m) goes by member; `mirrored` (c,) turns faces the other way round.
         """
         c, m, p, _ = points.shape
         first = p * np.arange(c * m).reshape(c, m, 1, 1)
         numbered = first + cells
         numbered[mirrored] = numbered[mirrored][..., ::-1]
-        kind = np.broadcast_to(kinds[None, :, None], (c, m, len(cells))).ravel()
+        kind = np.broadcast_to(kinds[:, :, None], (c, m, len(cells))).ravel()
         shape = "faces" if cells.shape[1] == 4 else "lines"
         self._add(shape, points.reshape(-1, 3), motions.reshape(-1, 3), numbered.reshape(-1, cells.shape[1]), kind)
 

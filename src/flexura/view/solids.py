@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,19 +23,22 @@ FACE_BUDGET = 20_000
 """Members are drawn in less detail, in the end as lines, to stay below this many faces."""
 
 
-def solids(model: FullOrderModel, displacements: ArrayLike | None = None) -> Solids:
+def solids(
+    model: FullOrderModel, displacements: ArrayLike | None = None, doubted: Collection[str] = frozenset()
+) -> Solids:
     """The solids of a mechanism, moving with its nodes.
 
     displacements: (n_nodes, 6), m and rad, global frame, as `FullOrderModel.node_displacements` gives them for one
-    vector; none for a mechanism at rest. Motions are linear in them. Members carry their real sections; the number
+    vector; none for a mechanism at rest. doubted: names of members and bodies in doubt, such as `leaf1.blade`, or
+    `leaf.blade` for all copies. Motions are linear in the displacements. Members carry their real sections; the number
     of faces stays near FACE_BUDGET, and members of very large mechanisms become lines. Raises OptionError when the
     displacements are not finite or have another shape, or when the model holds a stack of designs.
     """
     u = node_motions(model, displacements)
     collector = Collector()
-    _add_members(collector, model, u, _detail(model))
+    _add_members(collector, model, u, _detail(model), doubted)
     collector.include(model.geometry.positions)
-    add_lumps(collector, model, u)
+    add_lumps(collector, model, u, doubted)
     add_marks(collector, model, u)
     return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
 
@@ -83,14 +86,23 @@ def _detail(model: FullOrderModel) -> Detail:
     return LEVELS[-1]
 
 
-def _add_members(collector: Collector, model: FullOrderModel, u: Array, detail: Detail) -> None:
+def _add_members(
+    collector: Collector, model: FullOrderModel, u: Array, detail: Detail, doubted: Collection[str]
+) -> None:
     geometry = model.geometry
     for name, part in model.plan.parts.items():
         placed = model.plan.topology.placed[name]
         nodes = np.array(placed.offset)[:, None] + np.arange(part.n_nodes)
         placing = Placing(geometry.Q[placed.number], geometry.t[placed.number], u[nodes])
         mirrored = np.linalg.det(placing.Q) < 0
-        own, T = geometry.parts[name], geometry.T[name]
+        own, T, keys = geometry.parts[name], geometry.T[name], list(part.members)
         for surface in member_surfaces(part, model.values, own, T, placing, detail):
             kinds = np.where(surface.is_flexure, Kind.FLEXURE, Kind.LINK).astype(np.intp)
+            kinds = np.tile(kinds, (len(placed.paths), 1))
+            if doubted:
+                own_names = [(keys[k], f"{name}.{keys[k]}") for k in surface.members]
+                for c, path in enumerate(placed.paths):
+                    kinds[c, [{".".join((*path, key)), label} & set(doubted) != set() for key, label in own_names]] = (
+                        Kind.DOUBTED
+                    )
             collector.grid(surface.points, surface.motions, surface.faces, kinds, mirrored)
