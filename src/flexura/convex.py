@@ -77,20 +77,24 @@ def overlapping_bounds(low: Array, high: Array, most: int) -> Index | None:
     return np.concatenate(found).astype(np.intp)
 
 
-def separations(first: Array, second: Array) -> Array:
+def separations(first: Array, second: Array, are_boxes: bool = False) -> Array:
     """How far apart pairs of solids, corners (n, 8, 3) both, are (n,), m: minus the depth to which they overlap.
+
+    Of boxes three faces and edges stand for all.
 
     The largest gap along the normals of faces and the products of edges (separating axes: Gottschalk, Lin and Manocha
     1996): its sign is exact, and so is a depth; a gap between two corners, or a corner and an edge, may be larger.
     """
+    every = 4 if are_boxes else 1
     found = np.empty(len(first))
     for start in range(0, len(first), CHUNK):
         own = slice(start, start + CHUNK)
         a, b = first[own], second[own]
-        gap = _gaps(a, b, np.concatenate([planes(a).normals, planes(b).normals], axis=1)).max(axis=1)
+        faces = [planes(solid).normals[:, :: 2 if are_boxes else 1] for solid in (a, b)]
+        gap = _gaps(a, b, np.concatenate(faces, axis=1)).max(axis=1)
         near = np.flatnonzero(gap <= 0)
         if len(near):
-            edges = [_directions(solid[near]) for solid in (a, b)]
+            edges = [_directions(solid[near])[:, ::every] for solid in (a, b)]
             axes = np.cross(edges[0][:, :, None], edges[1][:, None]).reshape(len(near), -1, 3)
             length = np.linalg.norm(axes, axis=-1, keepdims=True)
             axes = np.divide(axes, length, out=np.zeros_like(axes), where=length > 1e-6)
@@ -117,46 +121,69 @@ def _gaps(a: Array, b: Array, axes: Array) -> Array:
 def shared(first: Array, second: Array) -> tuple[Array, Array]:
     """Volumes (n,), m^3, that pairs of solids, corners (n, 8, 3) both, share, and middles (n, 3), m, of these.
 
-    The convex hull of the corners of each inside the other and of the points at which edges pass faces.
+    The faces of each within the other (Sutherland and Hodgman 1974) bound what they share; its volume follows from
+    their areas (divergence theorem). The middle is that of its bounds.
     """
-    from scipy.spatial import ConvexHull, QhullError
-
     volumes, middles = np.zeros(len(first)), (first.mean(axis=1) + second.mean(axis=1)) / 2
-    for k, points in enumerate(_common_points(first, second)):
-        if not len(points):
-            continue
-        middles[k] = (points.min(axis=0) + points.max(axis=0)) / 2
-        size = float(np.ptp(points, axis=0).max())
-        if len(points) < 4 or size == 0:
-            continue
-        try:
-            volumes[k] = ConvexHull((points - middles[k]) / size).volume * size**3
-        except QhullError:  # they meet in a face, a line or a point
-            continue
+    for start in range(0, len(first), CHUNK):
+        own = slice(start, start + CHUNK)
+        volumes[own], middles[own] = _shared(first[own], second[own], middles[own])
     return volumes, middles
 
 
-def _common_points(first: Array, second: Array) -> list[Array]:
-    """For each pair the points among which are all corners of what two solids share."""
-    found: list[list[Array]] = [[] for _ in first]
-    faces = (planes(first), planes(second))
-    sizes = np.maximum(np.ptp(first, axis=1), np.ptp(second, axis=1)).max(axis=1)
-    tolerance = 1e-10 * sizes
-    for own, other in ((0, 1), (1, 0)):
-        corners, (normals, offsets) = (first, second)[own], faces[other]
-        height = np.einsum("nfi,nci->ncf", normals, corners) - offsets[:, None]
-        start, end = height[:, _EDGES[:, 0]], height[:, _EDGES[:, 1]]
-        rise = end - start
-        passes = (np.minimum(start, end) < 0) & (np.maximum(start, end) > 0)
-        share = np.divide(-start, rise, out=np.zeros_like(rise), where=passes)
-        p, q = corners[:, _EDGES[:, 0], None], corners[:, _EDGES[:, 1], None]
-        candidates = np.concatenate([corners, (p + share[..., None] * (q - p)).reshape(len(first), -1, 3)], axis=1)
-        wanted = np.concatenate([np.ones(corners.shape[:2], dtype=bool), passes.reshape(len(first), -1)], axis=1)
-        above = np.einsum("nfi,nci->ncf", normals, candidates) - offsets[:, None]
-        inside = wanted & (above <= tolerance[:, None, None]).all(axis=-1)
-        for k in range(len(first)):
-            found[k].append(candidates[k, inside[k]])
-    return [np.concatenate(points) for points in found]
+def _shared(first: Array, second: Array, origin: Array) -> tuple[Array, Array]:
+    first, second = first - origin[:, None], second - origin[:, None]
+    faces = planes(first), planes(second)
+    size = np.maximum(np.ptp(first, axis=1), np.ptp(second, axis=1)).max(axis=1)
+    tolerance = 1e-10 * size
+    n = len(first)
+    volume, low, high = np.zeros(n), np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
+    for corners, own, other in ((first, *faces), (second, *faces[::-1])):
+        points, count = _within(corners[:, _FACES], other, tolerance)
+        if own is faces[1]:
+            same = np.einsum("nfi,ngi->nfg", own.normals, other.normals) > 1 - 1e-12
+            flush = np.abs(own.offsets[:, :, None] - other.offsets[:, None]) <= 2 * tolerance[:, None, None]
+            count[(same & flush).any(axis=2)] = 0
+        is_point = np.arange(points.shape[2]) < count[..., None]
+        # points that are not used repeat the first, and add no area
+        points = np.where(is_point[..., None], points, points[:, :, :1])
+        fan = points - points[:, :, :1]
+        area = np.cross(fan[:, :, 1:-1], fan[:, :, 2:]).sum(axis=2) / 2
+        size_of = np.where(count >= 3, np.abs(np.einsum("nfi,nfi->nf", area, own.normals)), 0.0)
+        volume += (size_of * own.offsets).sum(axis=1) / 3
+        used = is_point.any(axis=2)[..., None, None]
+        low = np.minimum(low, np.where(used, points, np.inf).min(axis=(1, 2)))
+        high = np.maximum(high, np.where(used, points, -np.inf).max(axis=(1, 2)))
+    meets = np.isfinite(low).all(axis=1)
+    low, high = (np.where(meets[:, None], bound, 0.0) for bound in (low, high))
+    return np.maximum(volume, 0.0), origin + (low + high) / 2
+
+
+def _within(polygons: Array, other: Planes, tolerance: Array) -> tuple[Array, Index]:
+    """Convex polygons (n, f, 4, 3) cut off at the planes of other solids: points (n, f, 10, 3) and how many (n, f)."""
+    n, f = polygons.shape[:2]
+    most = 10
+    points = np.zeros((n, f, most, 3))
+    points[:, :, :4] = polygons
+    count = np.full((n, f), 4)
+    k = np.arange(most)
+    for plane in range(6):
+        normal, offset = other.normals[:, plane], other.offsets[:, plane]
+        height = np.einsum("nfki,ni->nfk", points, normal) - (offset + tolerance)[:, None, None]
+        valid = k < count[..., None]
+        after = np.where(k + 1 < count[..., None], k + 1, 0)
+        end = np.take_along_axis(points, after[..., None], axis=2)
+        end_height = np.take_along_axis(height, after, axis=2)
+        inside = valid & (height <= 0)
+        passes = valid & ((height <= 0) != (end_height <= 0))
+        share = np.divide(height, height - end_height, out=np.zeros_like(height), where=passes)
+        cut = points + share[..., None] * (end - points)
+        both = np.stack([points, cut], axis=3).reshape(n, f, 2 * most, 3)
+        kept = np.stack([inside, passes], axis=3).reshape(n, f, 2 * most)
+        order = np.argsort(~kept, axis=2, kind="stable")[:, :, :most]
+        points = np.take_along_axis(both, order[..., None], axis=2)
+        count = np.minimum(kept.sum(axis=2), most)
+    return points, count
 
 
 def crossed(corners: Array, start: Array, end: Array) -> Array:

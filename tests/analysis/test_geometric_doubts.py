@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from flexura.modelfile import load, save
 
 STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
 GEOMETRIC = {"clash", "deep", "touch", "gap", "unseen", "reference", "thick", "unit"}
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.yaml"))
 HALF = 0.02 * np.sin(np.pi / 4)
 
 
@@ -67,6 +69,19 @@ def blocks(*bodies):
 
 def cube(x, size=0.01, carries=(), rotate=None):
     return (x, fx.Box(size=(size, size, size), material="steel"), carries, rotate)
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_no_example_is_in_doubt(file) -> None:
+    assert geometric(load(file)) == []
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_doubts_do_not_depend_on_size(size) -> None:
+    """Boxes 10 um to 10 m long."""
+    for x, kinds in ((1.001, []), (1.0, ["touch"]), (0.9, ["clash"])):
+        m = blocks(cube((0, 0, 0), 0.01 * size), cube((0.01 * size * x, 0, 0.002 * size), 0.01 * size))
+        assert [c.kind for c in fx.check(m).clashes] == kinds
 
 
 def test_leaves_side_by_side_are_in_no_doubt() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from flexura.convex import boxes, crossed, overlapping_bounds, planes, separations, shared
 from flexura.mechanism.placement import rotation_matrix
-from flexura.structure.solids import Bodies, Loft
+from flexura.structure.solids import ROUND, Bodies, Loft
 
 
 def box(centre, half, axis=(0.0, 0.0, 1.0), angle=0.0):
@@ -83,14 +83,14 @@ def test_any_motion_leaves_volume_and_depth() -> None:
 
 
 def test_a_cylinder_sunk_into_a_plate_shares_a_segment() -> None:
-    """r^2 acos(d/r) - d sqrt(r^2 - d^2) along its length (a polygon of 48 sides is 0.3 % smaller than the circle)."""
+    """r^2 acos(d/r) - d sqrt(r^2 - d^2) along its length (a polygon of 16 sides stands for the circle)."""
     r, d, length = 5.0, 2.0, 12.0
     plate = box((0, 0, -10 - d), (50, 50, 10))
     lying = bodies((length / 2, r, r)).pieces(0)
     segment = r**2 * np.arccos(d / r) - d * np.sqrt(r**2 - d**2)
-    assert volume(lying, plate) == pytest.approx(segment * length, rel=0.01)
+    assert ROUND * volume(lying, plate) == pytest.approx(segment * length, rel=0.03)
     standing = bodies((length / 2, r, r), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])).pieces(0)
-    assert volume(standing, plate) == pytest.approx(np.pi * r**2 * 4, rel=0.004)
+    assert ROUND * volume(standing, plate) == pytest.approx(np.pi * r**2 * 4)
 
 
 def test_distances_from_a_box_and_a_cylinder() -> None:
@@ -104,19 +104,13 @@ def test_distances_from_a_box_and_a_cylinder() -> None:
 def test_lofts_fill_what_they_stand_for() -> None:
     def filled(loft, first=0.0, last=1.0):
         own = loft.pieces(0, first, last)
-        return volume_of(own)
-
-    def volume_of(pieces):
-        return volume_sum(pieces)
-
-    def volume_sum(pieces):
-        return float(shared(pieces, pieces)[0].sum())
+        return float(shared(own, own)[0].sum()) * (ROUND if loft.is_round else 1.0)
 
     x = np.array([0.0, 1.0])
     cone = Loft(True, x, np.array([[2.0, 1.0]]), np.array([[2.0, 1.0]]), np.zeros(1))
-    assert filled(cone) == pytest.approx(np.pi * 7 / 3, rel=0.004)
+    assert filled(cone) == pytest.approx(np.pi * 7 / 3)
     tube = Loft(True, x, np.full((1, 2), 2.0), np.full((1, 2), 2.0), np.array([0.5]))
-    assert filled(tube, 0.25, 0.75) == pytest.approx(np.pi * 3 / 2, rel=0.02)
+    assert filled(tube, 0.25, 0.75) == pytest.approx(np.pi * 3 / 2, rel=0.03)
     wedge = Loft(False, x, np.array([[1.0, 2.0]]), np.array([[3.0, 3.0]]), np.zeros(1))
     assert filled(wedge) == pytest.approx(2 * 1.5 * 6)
 

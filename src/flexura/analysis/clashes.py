@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flexura.analysis.doubts import Doubt
 from flexura.convex import crossed, overlapping_bounds, separations, shared
 from flexura.structure import FullOrderModel
-from flexura.structure.solids import Bars, Bodies
+from flexura.structure.solids import ROUND, Bars, Bodies
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -30,8 +30,9 @@ REACH = 1.2
 PARALLEL = 0.17
 """Sine of the angle between two members below which they lie side by side: less of each is left out where they meet."""
 
-MOST_PAIRS, MOST_PIECES = 40_000_000, 1_000_000
-"""Pairs of parts, and of convex pieces of these, that are looked at."""
+MOST_PAIRS, MOST_NEAR, MOST_PIECES, MOST_CLASHES = 40_000_000, 300_000, 100_000, 200
+"""Pairs of parts side by side, of those with bounds that meet, and of convex pieces of these, that are looked at, and
+clashes after which no more are looked for."""
 
 
 @dataclass(frozen=True)
@@ -107,11 +108,11 @@ def clashes(model: FullOrderModel, bars: Bars, bodies: Bodies) -> tuple[list[Cla
     margin = 1e-6 * np.minimum(high - low, 1.0).max(axis=1, keepdims=True)
     pairs = overlapping_bounds(low - margin, high + margin, MOST_PAIRS)
     found = _gaps(model, bars, bodies)
-    if pairs is None:
-        return _alike(found), f"more than {MOST_PAIRS / 1e6:.0f} million pairs of parts: overlaps were not looked for"
+    if pairs is None or len(pairs) > MOST_NEAR:
+        return _alike(found), "so many parts lie side by side that overlaps were not looked for"
     tests = _tests(bars, bodies, pairs)
     met, left = _Looker(bars, bodies, hulls, tests).clashes()
-    said = f"{left} pairs of parts are too finely shaped: their overlaps were not looked for" if left else ""
+    said = f"{left} more pairs of parts, whose bounds overlap, were not looked at" if left else ""
     return _alike([*met, *found]), said
 
 
@@ -192,6 +193,7 @@ class _Looker:
         self._pairs = np.stack([np.concatenate(tests.first), np.concatenate(tests.second)], axis=-1)
         self._spans, self._kinds = np.concatenate(tests.spans), np.concatenate(tests.kinds)
         self._axis_only = np.concatenate(tests.axis_only)
+        self._looked = 0
         self._size = np.concatenate([2 * bars.half.min(axis=1), 2 * bodies.half.min(axis=1)])
         self._names, self._labels = [*bars.names, *bodies.names], [*bars.labels, *bodies.labels]
 
@@ -200,20 +202,24 @@ class _Looker:
         flush = FLUSH * self._size[self._pairs].min(axis=1)
         solid = (self._spans[:, :, 1] > self._spans[:, :, 0]).all(axis=1)
         near = np.flatnonzero(solid)
-        near = near[separations(self._boxes(near, 0), self._boxes(near, 1)) <= flush[near]]
+        near = near[separations(self._boxes(near, 0), self._boxes(near, 1), are_boxes=True) <= flush[near]]
         found: dict[tuple[int, int], Clash] = {}
-        pieces = left = 0
+        left = 0
         for t in near:
-            first, second = self._pieces(t, 0), self._pieces(t, 1)
-            pieces += len(first) * len(second)
-            if pieces > MOST_PIECES:
+            if self._looked >= MOST_PIECES or len(found) >= MOST_CLASHES:
                 left += 1
                 continue
-            clash = self._clash(t, first, second, flush[t])
+            clash = self._clash(t, self._pieces(t, 0), self._pieces(t, 1), flush[t])
             i, j = self._pairs[t]
             if clash is not None and (i, j) not in found:
                 found[i, j] = clash
         return list(found.values()), left
+
+    def _scale(self, part: int) -> float:
+        """What a volume that a part shares is larger by than that of its polygons."""
+        bars, n = self._bars, self._n
+        is_round = bars.lofts[bars.group[part]].is_round if part < n else self._bodies.is_round[part - n]
+        return ROUND if is_round else 1.0
 
     def _boxes(self, tests: Index, which: int) -> Array:
         part, bars = self._pairs[tests, which], self._bars
@@ -237,6 +243,7 @@ class _Looker:
         high = [piece.max(axis=1) + flush for piece in (first, second)]
         meets = (low[0][:, None] <= high[1]) & (low[1] <= high[0][:, None])
         a, b = np.nonzero(meets.all(axis=-1))
+        self._looked += len(a)
         gaps = separations(first[a], second[b])
         if not len(gaps) or gaps.min() > flush:
             return None
@@ -246,8 +253,8 @@ class _Looker:
             return None
         near = gaps <= flush
         volumes, middles = shared(first[a[near]], second[b[near]])
-        volume = float(volumes.sum())
-        at = middles[np.argmin(gaps[near])] if volume == 0 else volumes @ middles / volume
+        volume = self._scale(i) * self._scale(j) * float(volumes.sum())
+        at = middles[np.argmin(gaps[near])] if volume == 0 else volumes @ middles / volumes.sum()
         x, y, z = map(float, at)
         blank = Clash("touch", self._names[i], self._names[j], 0.0, 0.0, (x, y, z), "")
         if kind == _CARRIED:
@@ -259,15 +266,18 @@ class _Looker:
                 return None
             text = f"shares {_volume(volume)} with {blank.second}, to which it is fixed: their mass counts twice"
         else:
-            hint = "they meet, but away from where they are joined" if kind == _MEETING else "nothing joins them there"
-            text = f"shares {_volume(volume)} with {blank.second} at {_place(at)}: {hint}"
+            where, hint = "where nothing joins them", "move them apart, or join them"
+            if kind == _MEETING:
+                where, hint = "away from their joint", "let one pass beside the other, or join them there"
+            text = f"shares {_volume(volume)} with {blank.second} at {_place(at)}, {where}: {hint}"
         return replace(blank, kind="clash", volume=volume, text=text)
 
     def _deep(self, blank: Clash, i: int, body: int) -> Clash | None:
         """A member that runs inside the body on which it ends."""
         first, second = self._bars.pieces(i), self._bodies.pieces(body)
         a, b = np.nonzero(separations_of_all(first, second) < 0)
-        volume = float(shared(first[a], second[b])[0].sum())
+        scale = self._scale(i) * self._scale(body + self._n)
+        volume = scale * float(shared(first[a], second[b])[0].sum())
         start, end = self._bars.end(0)[i], self._bars.end(1)[i]
         way = crossed(second, start, end)
         way = way[way[:, 1] > way[:, 0]]

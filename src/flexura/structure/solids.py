@@ -16,8 +16,10 @@ Array = NDArray[np.float64]
 
 GROUND = -1
 """The cluster of all nodes that are clamped."""
-SIDES = 24
-"""Slices of a disc, or sectors of a ring. A disc has twice as many sides and 0.3 % less than the area of the circle."""
+SIDES = 8
+"""Slices of a disc; it has twice as many sides, as has a ring, and lies in the circle."""
+ROUND = np.pi / (SIDES * np.sin(np.pi / SIDES))
+"""Area of a circle over that of the polygon in it."""
 STATIONS = 33
 """Sections along a member whose section varies."""
 
@@ -106,9 +108,9 @@ def disc() -> Array:
 
 def ring(inner: float) -> Array:
     """Sectors (s, 4, 2) of a ring in the unit circle; its bore is drawn as wide as it is."""
-    angle = 2 * np.pi * np.arange(SIDES + 1) / SIDES
+    angle = np.pi * np.arange(2 * SIDES + 1) / SIDES
     rim = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    bore = inner / np.cos(np.pi / SIDES) * rim
+    bore = inner / np.cos(np.pi / (2 * SIDES)) * rim
     return np.stack([bore[:-1], rim[:-1], bore[1:], rim[1:]], axis=1)
 
 

@@ -118,7 +118,7 @@ class Topology:
 
     def _join(self, parts: dict[str, Part]) -> None:
         sets = UnionFind(self.n_nodes)
-        bodies: list[int] = []
+        depths: dict[int, int] = {}
         for name, placed in self.placed.items():
             part = parts[name]
             for path, offset in zip(placed.paths, placed.offset, strict=True):
@@ -127,7 +127,7 @@ class Topology:
                 for a, b in part.joints:
                     sets.union(offset + a, offset + b)
                 for body, carried in part.carried.items():
-                    bodies.append(offset + body)
+                    depths[offset + body] = len(path)
                     for node in carried:
                         sets.union(offset + body, offset + node)
         cluster = np.arange(self.n_nodes)
@@ -135,6 +135,7 @@ class Topology:
             cluster[k] = sets.find(k)
         held = self._held(cluster)
         representative = np.arange(self.n_nodes)
+        bodies = sorted(depths, key=depths.__getitem__)  # those of the mechanism itself before those of its instances
         for body in reversed(bodies):
             representative[cluster[body]] = body
         for node, mask in held.items():
