@@ -154,8 +154,8 @@ def _shared(first: Array, second: Array, origin: Array) -> tuple[Array, Array]:
         used = is_point.any(axis=2)[..., None, None]
         low = np.minimum(low, np.where(used, points, np.inf).min(axis=(1, 2)))
         high = np.maximum(high, np.where(used, points, -np.inf).max(axis=(1, 2)))
-    meets = np.isfinite(low).all(axis=1)
-    low, high = (np.where(meets[:, None], bound, 0.0) for bound in (low, high))
+    meets = np.isfinite(low).all(axis=1, keepdims=True)
+    low, high = (np.where(meets, bound, 0.0) for bound in (low, high))
     return np.maximum(volume, 0.0), origin + (low + high) / 2
 
 

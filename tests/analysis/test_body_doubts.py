@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -89,8 +91,11 @@ def elastic(mechanism: fx.Mechanism) -> list[str]:
 
 def test_the_shipped_stage_is_a_doubt_and_the_guide_is_none() -> None:
     stage = fx.check(fx.load("examples/xy_stage/xy_stage.yaml")).doubts
-    assert {(d.kind, d.place) for d in stage} == {("reach", "table"), ("elastic", "table"), ("elastic", "leg.block")}
+    assert {(d.kind, d.place) for d in stage} == {("elastic", "leg.foot"), ("elastic", "leg.block")}
     assert "(0 " not in str(stage)
+    pivot = Path("examples/pivot/pivot.yaml").read_text(encoding="utf-8")
+    far = fx.check(fx.loads(pivot.replace("half + 10 mm]", "half + 40 mm]"))).doubts
+    assert {(d.kind, d.place) for d in far} == {("reach", "arm"), ("gap", "arm"), ("elastic", "arm")}
     assert elastic(fx.load("examples/guide/guide.yaml")) == []
     assert elastic(fx.load("examples/pivot/pivot.yaml")) == []
 
