@@ -34,6 +34,7 @@ CASES = [
     (("statics", GUIDE, "--actuator", "coil=3"), "--actuator 'coil=3'", "there is no input 'coil'"),
     (("statics", GUIDE, "--set", "width"), "--set 'width'", "NAME=VALUE"),
     (("statics", GUIDE, "--set", "wdith=3 mm"), "--set 'wdith=3 mm'", "did you mean 'width'"),
+    (("statics", GUIDE, "--set", "length=3 m"), "--set 'length=3 m'", "above its maximum"),
     (("statics", GUIDE, "--set", "width=3"), "--set 'width=3'", "carries a unit"),
     (("statics", GUIDE, "--set", "width=3 mm", "--set", "width=4 mm"), "--set 'width=4 mm'", "already"),
     (("frequency-response", GUIDE, "--band", "1"), "--band '1'", "FROM,TO in Hz"),

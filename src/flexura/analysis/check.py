@@ -16,6 +16,7 @@ from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence
 from flexura.analysis.free_motions import free_motions
 from flexura.analysis.material_doubts import material_doubts
+from flexura.analysis.measured_members import measured_doubts
 from flexura.analysis.mesh_errors import PartMesh, frequency_errors, mesh_warning, part_meshes
 from flexura.analysis.references import reference_doubts
 from flexura.analysis.sizes import size_doubts
@@ -136,6 +137,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
             *free.doubts,
             *member_doubts(full),
             *body_doubts(full, used),
+            *measured_doubts(full, used),
             *_overlapping(full),
             *_coarse_meshes(full),
             *drawn,

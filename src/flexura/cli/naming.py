@@ -9,13 +9,13 @@ from collections.abc import Sequence
 def with_option(text: str, arguments: Sequence[str]) -> str:
     """The text of an error with the option in front that gave what it is about; as it is where that is not clear.
 
-    An error that quotes a value is about the one option with that value, or with that value before its `=`; one that
-    begins with the name of an argument is about the option of that name.
+    An error that quotes a value, or names a parameter, is about the one option with that value, or with that value
+    before its `=`; one that begins with the name of an argument is about the option of that name.
     """
     if text.startswith("-"):
         return text
     given = list(_options(arguments))
-    quoted = set(re.findall(r"'([^']+)'", text))
+    quoted = {a or b for a, b in re.findall(r"'([^']+)'|^parameter (\w+)", text)}
     about = [(o, v) for o, v in given if v in quoted or v.partition("=")[0] in quoted or quoted & set(v.split(","))]
     if not about:
         first = re.match(r"\w+", text)

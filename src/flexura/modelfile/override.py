@@ -39,7 +39,7 @@ def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
         with np.errstate(all="ignore"):
             number = float(value.evaluate({}) if isinstance(value, Expression) else value)
     except ExpressionError as error:
-        raise OptionError(f"{name}: {error}") from None
+        raise OptionError(str(error)) from None
     if not math.isfinite(number):
         raise OptionError(f"{name}: a parameter must be finite")
     return name, number

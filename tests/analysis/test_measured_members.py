@@ -1,0 +1,61 @@
+"""Corrected members that were measured to be far off solids are doubts where that carries energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.analysis.measured_members import LEAVES, NOTCHES, expected_errors, interpolated
+
+CLAMPED = fx.Support(fixed=fx.DOF_NAMES)
+
+
+def on_member(profile: fx.Leaf | fx.Notch, length: float, **more: object) -> fx.Mechanism:
+    member = fx.Flexure(nodes=("a", "b"), material="spring-steel", reference=(0, 0, 1), profile=profile, **more)
+    body = fx.RigidBody(centre=(length, 0, 0), mass=0.1, inertia=(1e-4,) * 3, carries=("b",))
+    return fx.Mechanism(
+        nodes={"a": (0, 0, 0), "b": (length, 0, 0)},
+        flexures={"member": member},
+        bodies={"body": body},
+        ground={"a": CLAMPED},
+    )
+
+
+def doubts(mechanism: fx.Mechanism) -> list[str]:
+    return [d.text for d in fx.check(mechanism).doubts if d.kind == "measured"]
+
+
+def notch(radius: float, web: float, width: float) -> fx.Notch:
+    return fx.Notch(width=width, contour=fx.CircularContour(radius=radius, web=web))
+
+
+@pytest.mark.parametrize("table", [LEAVES, NOTCHES])
+def test_the_tables_are_met_at_their_own_ratios(table) -> None:
+    for ratios, errors in table.items():
+        np.testing.assert_allclose(interpolated(table, *ratios), errors)
+
+
+def test_a_thick_notch_is_a_doubt_by_direction() -> None:
+    (text,) = doubts(on_member(notch(3e-3, 1.5e-3, 6e-3), 6e-3))
+    assert "% in stretch" in text and "% in width bending" in text and "thickness bending" not in text
+    assert "fidelity: solid" in text
+
+
+def test_a_long_leaf_and_an_uncorrected_notch_are_no_doubt() -> None:
+    assert doubts(on_member(fx.Leaf(width=10e-3, thickness=0.5e-3), 50e-3)) == []
+    assert doubts(on_member(notch(3e-3, 1.5e-3, 6e-3), 6e-3, corrections="none")) == []
+
+
+def test_what_was_not_measured_has_no_number() -> None:
+    contour = fx.EllipticalContour(depth=1e-3, web=1e-3)
+    flexure = fx.Flexure(nodes=("a", "b"), material="m", profile=fx.Notch(width=1e-2, contour=contour))
+    assert expected_errors(flexure, 6e-3) is None
+
+
+def test_a_leaf_described_on_its_side_has_the_same_errors() -> None:
+    def of(width: float, thickness: float) -> np.ndarray:
+        profile = fx.Leaf(width=width, thickness=thickness)
+        return expected_errors(fx.Flexure(nodes=("a", "b"), material="m", profile=profile), 6e-3)
+
+    np.testing.assert_allclose(of(1e-2, 1e-3), of(1e-3, 1e-2)[[0, 1, 4, 5, 2, 3]])
