@@ -183,6 +183,7 @@ if TYPE_CHECKING:
     from flexura.reduction import nested as nested
     from flexura.reduction import reduce as reduce
     from flexura.reduction import unproven_frequencies as unproven_frequencies
+    from flexura.sizes import size_limits as size_limits
     from flexura.solid.imported import ImportedPart as ImportedPart
     from flexura.solid.imported import imported as imported
     from flexura.solid.parts import with_solid_parts as with_solid_parts
@@ -295,6 +296,7 @@ _EXPORTS = {
         *("Certificate", "LowOrderModel", "NaturalFrequencies", "NestedModel", "certify", "condense"),
         *("interface_reduction", "natural_frequencies", "nested", "reduce", "unproven_frequencies"),
     ),
+    "flexura.sizes": ("size_limits",),
     "flexura.solid.imported": ("ImportedPart", "imported"),
     "flexura.solid.parts": ("with_solid_parts",),
     "flexura.solid.readers": ("read_ansys", "read_calculix"),

@@ -8,6 +8,9 @@ from typing import Any, Protocol, TypeVar
 
 Path = tuple[str | int, ...]
 
+LONGEST_SHOWN = 200
+"""Characters of a value, or of a key, in a message."""
+
 
 class FlexuraError(Exception):
     """Root of every exception that flexura raises on purpose."""
@@ -34,12 +37,16 @@ class Problem:
     @property
     def place(self) -> str:
         """The path as text, e.g. `flexures.leaf.profile.thickness`."""
-        return ".".join(str(key) for key in self.path) or "mechanism"
+        return ".".join(_shortened(str(key)) for key in self.path) or "mechanism"
 
     def __str__(self) -> str:
         head = f"{self.where}: {self.place}" if self.where else self.place
-        text = f"{head}: {self.rule}" + (f" (found {self.value})" if self.value else "")
+        text = f"{head}: {self.rule}" + (f" (found {_shortened(self.value)})" if self.value else "")
         return text + (f"\n    hint: {self.hint}" if self.hint else "")
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
 
 
 class ModelError(FlexuraError):

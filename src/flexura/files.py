@@ -1,15 +1,107 @@
-"""Files that appear in one step: what was there before stays until the new one is complete."""
+"""Files in and out: ordinary ones of bounded size are read, and new ones appear in one step.
+
+What was there before stays until the new file is complete.
+"""
 
 from __future__ import annotations
 
 import os
 import shutil
+import stat
 import tempfile
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from flexura.errors import OptionError
+from flexura.sizes import within
+
+_KINDS = {
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFDIR: "a directory",
+}
+_PIECE = 1 << 20
+MISSING = "the file does not exist"
+
+
+def refuse_unreadable(path: str | Path, limit: str = "file_bytes") -> int:
+    """Bytes of an ordinary file. Raises OptionError for one that is missing, larger than the limit of size, or no
+    ordinary file: folders, pipes and devices, which may wait or run without end.
+    """
+    with open_ordinary(path, limit) as stream:
+        return os.fstat(stream.fileno()).st_size
+
+
+def open_ordinary(path: str | Path, limit: str = "file_bytes") -> BinaryIO:
+    """Open an ordinary file for reading. Raises OptionError as `refuse_unreadable`."""
+    try:
+        # without O_NONBLOCK a pipe that nobody writes to would be waited for
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except FileNotFoundError:
+        raise OptionError(f"{path}: {MISSING}") from None
+    except (OSError, ValueError) as error:
+        raise OptionError(f"{path}: the file cannot be read: {_reason(error)}") from None
+    found = os.fstat(number)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(number)
+        kind = _KINDS.get(stat.S_IFMT(found.st_mode), "no ordinary file")
+        raise OptionError(f"{path}: the file cannot be read: an ordinary file is expected, this is {kind}")
+    try:
+        within(limit, found.st_size, str(path))
+    except OptionError:
+        os.close(number)
+        raise
+    return os.fdopen(number, "rb")
+
+
+def read_bytes(path: str | Path, limit: str = "file_bytes") -> bytes:
+    """Content of an ordinary file; that of NAME.gz is unpacked, up to the limit of size.
+
+    Raises OptionError as `refuse_unreadable`, and for packed files that are damaged or unpack to more.
+    """
+    with open_ordinary(path, limit) as stream:
+        try:
+            content = stream.read()
+        except OSError as error:
+            raise OptionError(f"{path}: the file cannot be read: {_reason(error)}") from None
+    return _unpacked(content, str(path), limit) if str(path).endswith(".gz") else content
+
+
+def read_text(path: str | Path, limit: str = "file_bytes", encoding: str = "utf-8-sig") -> str:
+    """Text of an ordinary file. Raises OptionError as `read_bytes`, and where it is not in that encoding."""
+    try:
+        return read_bytes(path, limit).decode(encoding)
+    except UnicodeDecodeError as error:
+        raise OptionError(f"{path}: the file cannot be read: {error}") from None
+
+
+def _unpacked(content: bytes, place: str, limit: str) -> bytes:
+    """Content of gzip members, one behind the other."""
+    found, size = [], 0
+    while content:
+        unpack = zlib.decompressobj(wbits=31)
+        try:
+            while not unpack.eof:
+                piece = unpack.decompress(content, _PIECE)
+                size += len(piece)
+                within(limit, size, f"{place}, unpacked")
+                found.append(piece)
+                content = unpack.unconsumed_tail
+                if not piece and not content and not unpack.eof:
+                    raise OptionError(f"{place}: the packed file ends too soon: is it complete?")
+        except zlib.error as error:
+            raise OptionError(f"{place}: not a packed file, or damaged: {error}") from None
+        content = unpack.unused_data.lstrip(b"\0")
+    return b"".join(found)
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
 
 
 @contextmanager
@@ -71,4 +163,4 @@ def _flush(file: Path) -> None:
 
 
 def _refused(path: str | Path, error: Exception) -> OptionError:
-    return OptionError(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}")
+    return OptionError(f"{path} cannot be written: {_reason(error)}")

@@ -138,7 +138,7 @@ CASES = {
     ),
     "too many instances": (
         inside(A_TO_B, instances={"i": Instance(of="s", pattern=(LinearPattern(count=100_000, step=(1, 0, 0)),) * 2)}),
-        *("instances", "at most 200000", ""),
+        *("instances", "at most 200 000", ""),
     ),
     "node of a link": (
         mechanism(links={"beam": link("a", "bb")}, masses={"m": PointMass(node="b", mass=1)}),

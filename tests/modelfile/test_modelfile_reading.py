@@ -168,7 +168,7 @@ MATRIX = [[float(i == j) for i in range(6)] for j in range(6)]
         ("nonsense", "not a real square Matrix Market file"),
         ("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 2\n", "its entries are complex"),
         ("%%MatrixMarket matrix array real general\n2 3\n1\n1\n1\n1\n1\n1\n", "2 x 3"),
-        ("%%MatrixMarket matrix array real general\n99999999 99999999\n1\n", "square and at most"),
+        ("%%MatrixMarket matrix array real general\n99999999 99999999\n1\n", "the matrices of this part are 6 x 6"),
         ("%%MatrixMarket matrix array real general\n6 6\n1\n", "not a real square Matrix Market file"),
         ("%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n", "its entries are pattern"),
     ],

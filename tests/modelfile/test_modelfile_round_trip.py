@@ -42,12 +42,15 @@ from flexura.mechanism import (
     Tube,
     parameter,
 )
+from flexura.mechanism.base import CONTROL
 from flexura.mechanism.expression import Call, Number
 from flexura.modelfile import dumps, load, loads, save
 
 sizes = st.floats(1e-6, 10)
 angles = st.floats(-10, 10).filter(lambda a: abs(a) > 1e-6)
-texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=30) | st.sampled_from(
+texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=30).filter(
+    lambda t: not CONTROL.search(t)
+) | st.sampled_from(
     [
         "null",
         "1e3",

@@ -381,7 +381,7 @@ def test_missing_files_are_named(tmp_path):
         fx.read_calculix(tmp_path / "job.inp")
     with pytest.raises(OptionError, match="name the deck"):
         fx.read_calculix(tmp_path / "part.mtx")
-    with pytest.raises(OptionError, match="cannot be read"):
+    with pytest.raises(OptionError, match="does not exist"):
         fx.read_calculix(tmp_path / "part.mtx", deck=tmp_path / "job.inp")
 
 

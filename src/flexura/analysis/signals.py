@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.files import read_text
 
 Array = NDArray[np.float64]
 Signal = Callable[[Array], Array]
@@ -117,17 +118,15 @@ def read_signals(path: str | Path) -> SignalFile:
     are missing, named twice or not numbers, and gaps in time.
     """
     file = Path(path)
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise OptionError(f"{file}: the file does not exist") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise OptionError(f"{file}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    text = read_text(file)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if len(lines) < 3:
         raise OptionError(f"{file}: a header and at least two rows are expected")
     separator = max(",;\t", key=lines[0][1].count)
-    rows = [(n, next(csv.reader([line], delimiter=separator))) for n, line in lines]
+    try:
+        rows = [(n, next(csv.reader([line], delimiter=separator))) for n, line in lines]
+    except csv.Error as error:
+        raise OptionError(f"{file}: not a table: {error}") from None
     names = _names(file, *rows[0])
     values = np.array([_row(file, n, cells, names) for n, cells in rows[1:]])
     at = next(i for i, name in enumerate(names) if name.lower() in TIMES)

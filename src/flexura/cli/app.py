@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import sys
-import warnings
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
-import numpy as np
 import typer
+from typer.core import TyperGroup
 
 from flexura._version import __version__
 from flexura.cli.calibration import COMMANDS as CALIBRATION
 from flexura.cli.commands import CommandReader
 from flexura.cli.comparison import compare_command
 from flexura.cli.correlation import COMMANDS as CORRELATION
+from flexura.cli.guard import run
 from flexura.cli.handover import export_command
 from flexura.cli.identification import identify_command
 from flexura.cli.measured import COMMANDS as MEASURED
-from flexura.cli.naming import with_option
 from flexura.cli.options import (
     Commands,
     File,
@@ -36,10 +34,32 @@ from flexura.cli.options import (
 from flexura.cli.response import COMMANDS
 from flexura.cli.verification import verify_command
 from flexura.cli.virtual_test import COMMANDS as VIRTUAL_TEST
-from flexura.errors import ExpressionError, FlexuraError, ModelError, OptionError
+from flexura.errors import OptionError
+from flexura.sizes import parsed_limits, size_limits
+
+
+class _Commands(TyperGroup):
+    """Commands whose common options may stand anywhere."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Move the common options to the front."""
+        end = args.index("--") if "--" in args else len(args)
+        front: list[str] = []
+        rest: list[str] = []
+        before_end = iter(args[:end])
+        for text in before_end:
+            if text == "--limit":
+                front += [text, next(before_end, "")]
+            elif text == "--traceback" or text.startswith("--limit="):
+                front.append(text)
+            else:
+                rest.append(text)
+        return super().parse_args(ctx, [*front, *rest, *args[end:]])
+
 
 app = typer.Typer(
     name="flexura",
+    cls=_Commands,
     help="Low-order dynamic models of flexure-based compliant mechanisms, with evidence for every number.",
     no_args_is_help=True,
     add_completion=False,
@@ -70,11 +90,18 @@ def _version(value: bool) -> None:
 
 @app.callback()
 def _root(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Let input be larger, e.g. --limit nodes=1e6. May be repeated."),
+    ] = None,
+    traceback: Annotated[bool, typer.Option("--traceback", help="Show where an unforeseen error comes from.")] = False,
 ) -> None:
-    del version
+    del version, traceback  # the guard around the commands looks for it
+    context.with_resource(size_limits(**parsed_limits(limit or [])))
 
 
 @app.command("modes")
@@ -226,27 +253,6 @@ def view_command(
         typer.echo(str(path))
 
 
-def _fail(text: str, status: int) -> NoReturn:
-    sys.stderr.write(text.rstrip() + "\n")
-    raise SystemExit(status)
-
-
-def main() -> None:
-    """Run the command line; errors go to stderr, bad input exits with status 2, others with 1."""
-    # results that are not finite are refused or shown as such; NumPy's warnings would only name lines of the program
-    warnings.filterwarnings("ignore", category=RuntimeWarning, module="flexura|numpy|scipy")
-    try:
-        app()
-    except ModelError as error:
-        _fail("\n".join(map(str, error.problems)) + f"\n{len(error.problems)} error(s)", 2)
-    except (OptionError, ExpressionError) as error:
-        _fail(f"flexura: {with_option(str(error), sys.argv[1:])}", 2)
-    except FlexuraError as error:
-        _fail(f"flexura: {error}", 1)
-    except MemoryError as error:
-        _fail(f"flexura: this needs more memory than there is: {error}".rstrip(": "), 1)
-    except (ArithmeticError, np.linalg.LinAlgError) as error:
-        _fail(f"flexura: the numbers of this mechanism lie too far apart for double precision ({error})", 1)
-    except BrokenPipeError:
-        sys.stderr.close()
-        raise SystemExit(1) from None
+def main() -> NoReturn:
+    """Run the command line; errors go to stderr, with the exit statuses of `flexura.cli.guard`."""
+    raise SystemExit(run(lambda: app(standalone_mode=False)))

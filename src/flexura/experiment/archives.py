@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +15,7 @@ from flexura.experiment.channel_units import quantity_of, split_heading
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import Place, Places, placed
 from flexura.extras import need
+from flexura.npz import read_arrays
 
 Array = NDArray[np.float64]
 Arrays = dict[str, Any]
@@ -24,41 +23,14 @@ Arrays = dict[str, Any]
 
 def read_npz(path: Path, places: Places) -> Measurement:
     """Read a NumPy archive; see docs/testing.md for the names of its arrays. Raises OptionError."""
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except (
-        OSError,
-        ValueError,
-        zipfile.BadZipFile,
-        zlib.error,
-        EOFError,
-        KeyError,
-        RuntimeError,
-        AttributeError,
-    ) as error:
-        raise OptionError(f"{path}: not a NumPy archive of arrays: {error}") from None
-    return _measurement(path, arrays, places)
+    return _measurement(path, read_arrays(path), places)
 
 
 def read_hdf5(path: Path, places: Places) -> Measurement:
     """Read an HDF5 file with the same names, groups for the dots. Raises OptionError, also without h5py."""
-    h5py = need("h5py", "experiment")
-    arrays: Arrays = {}
+    from flexura.experiment.hdf5 import read_datasets
 
-    def visit(name: str, item: Any) -> None:
-        arrays.update({f"{name}/{key}".replace("/", "."): np.asarray(value) for key, value in item.attrs.items()})
-        if isinstance(item, h5py.Dataset):
-            value = item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()]
-            arrays[name.replace("/", ".")] = np.asarray(value)
-
-    try:
-        with h5py.File(path, "r") as root:
-            arrays.update({key: np.asarray(value) for key, value in root.attrs.items()})
-            root.visititems(visit)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        raise OptionError(f"{path}: not an HDF5 file, or damaged: {error}") from None
-    return _measurement(path, arrays, places)
+    return _measurement(path, read_datasets(path), places)
 
 
 def _measurement(path: Path, arrays: Mapping[str, Any], places: Places) -> Measurement:

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from flexura.errors import OptionError
+from flexura.errors import FlexuraError, OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import FORCES, Place, Places, placed, places_of, read_places
+from flexura.experiment.plausible import refuse_implausible
 from flexura.files import write_file
 from flexura.mechanism import Mechanism
 from flexura.structure.plan import Plan
@@ -93,8 +94,11 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None) -> Measure
     try:
         with np.errstate(all="ignore"):
             found = _of_suffix(file, suffix, places)
-    except (ValueError, TypeError, IndexError, KeyError, OverflowError) as error:
-        raise OptionError(f"{file}: not as its format has it: {error}") from None
+            refuse_implausible(found, str(file))
+    except FlexuraError:
+        raise
+    except Exception as error:  # what is wrong in a file from anywhere shows in any way
+        raise OptionError(f"{file}: not as its format has it: {error or type(error).__name__}") from None
     if isinstance(channels, Mechanism | Plan):
         found = _placed(found, places_of(channels, [c.name for c in _channels(found)]))
     return found

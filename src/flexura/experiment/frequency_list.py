@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
 from flexura.experiment.measurement import MeasuredChannel
+from flexura.files import read_text
 
 Array = NDArray[np.float64]
 
@@ -96,10 +97,7 @@ def read_frequencies(path: str | Path) -> MeasuredFrequencies:
     behind it keep their numbers.
     """
     file = Path(path)
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise OptionError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    text = read_text(path, "model_bytes")
     rows = _csv_rows(text, file.name) if file.suffix.lower() == ".csv" else _yaml_rows(text, file.name)
     found = [_entry(row, f"{file.name}, entry {k + 1}") for k, row in enumerate(rows)]
     if all(hz is None for hz, _ in found):

@@ -15,6 +15,7 @@ from flexura.errors import ExpressionError, OptionError
 from flexura.experiment.channel_units import frequency_factor, quantity_of, split_heading
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import Place, Places, placed
+from flexura.files import read_text
 
 Array = NDArray[np.float64]
 
@@ -30,10 +31,7 @@ def read_csv(path: Path, places: Places) -> Measurement:
     Lines `# setup: NAME` and `# decay: RATE` (1/s) may stand above. Forces are inputs where `places` says nothing else.
     Raises OptionError, with the line, for anything else, empty cells, numbers that are not finite and uneven times.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise OptionError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    text = read_text(path)
     said = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if len(lines) < 3:

@@ -18,6 +18,8 @@ from flexura.experiment.measurement import MeasuredChannel
 from flexura.experiment.places import Places
 from flexura.experiment.universal_text import readable, restore_names
 from flexura.extras import need
+from flexura.files import read_bytes
+from flexura.sizes import within
 from flexura.units import parse_unit
 
 Array = NDArray[np.float64]
@@ -50,18 +52,15 @@ class Geometry:
 def read_sets(path: Path) -> list[dict[str, Any]]:
     """All datasets of a universal file, as pyuff reads them. Raises OptionError when it cannot."""
     pyuff = need("pyuff", "experiment")
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(400)
-    except OSError as error:
-        raise OptionError(f"{path}: the file cannot be read: {error.strerror}") from None
-    if not re.match(rb"\s*-1\s*[\r\n]", head):
+    content = read_bytes(path)
+    if not re.match(rb"\s*-1\s*[\r\n]", content[:400]):
         raise OptionError(f"{path}: not a universal file: its first line is not -1")
+    _refuse_counts(path, content)
     with readable(path) as text:
         sets = _parsed(pyuff, text, path)
     if not sets:
         raise OptionError(f"{path}: no datasets in the file")
-    restore_names(sets, path.read_bytes(), path)
+    restore_names(sets, content, path)
     return sets
 
 
@@ -85,6 +84,20 @@ def _parsed(pyuff: Any, text: Path, path: Path) -> list[dict[str, Any]]:
                     "a 58b whose end mark stands on a line of its own can be mended by pyuff.fix_58b"
                 ) from None
     return sets
+
+
+_FUNCTION = re.compile(rb"^    -1[ \t]*\r?\n {4}58.*\n(?:.*\n){6} *\d+ +(\d+)", re.MULTILINE)
+"""Up to the number of points of a function, in its record 7."""
+
+
+def _refuse_counts(path: Path, content: bytes) -> None:
+    """Refuse datasets and points beyond the limits of size, and points that the file cannot hold."""
+    within("arrays", content.count(b"    -1") / 2, str(path))
+    for match in _FUNCTION.finditer(content):
+        count = int(match[1][:18])
+        if count > len(content):
+            line = content.count(b"\n", 0, match.end()) + 1
+            raise OptionError(f"{path}:{line}: {count} points, in a file of {len(content)} bytes: is it complete?")
 
 
 _KNOWN = (15, 18, 55, 58, 82, 151, 164, 2411, 2420)

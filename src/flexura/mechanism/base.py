@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -221,7 +222,19 @@ def _not_null(direction: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
     return direction
 
 
+CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
+"""Characters that XML 1.0 forbids: null and the like."""
+
+LONGEST_NAME = 60
+"""Characters of a name, which becomes part of names of files and of channels."""
+
+LONGEST_TITLE = 300
+"""Characters of a title."""
+
+
 def _valid_name(name: str) -> str:
+    if len(name) > LONGEST_NAME:
+        raise refuse(f"a name has at most {LONGEST_NAME} characters, this one has {len(name)}")
     if not name.isidentifier():
         raise refuse(
             "a name starts with a letter and holds letters, digits and _",
@@ -230,6 +243,22 @@ def _valid_name(name: str) -> str:
     return name
 
 
+def _valid_title(title: str) -> str:
+    if len(title) > LONGEST_TITLE:
+        raise refuse(f"a title has at most {LONGEST_TITLE} characters, this one has {len(title)}", "see `description`")
+    return _valid_text(title)
+
+
+def _valid_text(text: str) -> str:
+    if CONTROL.search(text) or any("\ud800" <= c <= "\udfff" for c in text):
+        raise refuse("text holds a control character or half of a surrogate pair", "remove it")
+    return text
+
+
+Title = Annotated[str, AfterValidator(_valid_title)]
+"""What something is called in pictures, tables and files."""
+Text = Annotated[str, AfterValidator(_valid_text)]
+"""Text of any length."""
 Name = Annotated[str, AfterValidator(_valid_name)]
 """A name that the user gives to a part."""
 Vector = tuple[Length, Length, Length]

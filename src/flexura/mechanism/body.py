@@ -21,6 +21,7 @@ from flexura.mechanism.quantity import (
     StiffnessTT,
     TranslationalStiffness,
 )
+from flexura.sizes import beyond
 
 Principal = tuple[Inertia, Inertia, Inertia]
 Tensor = tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia]
@@ -178,6 +179,8 @@ def _matrix(raw: Any) -> Matrix:
         raise refuse("a matrix is a list of rows of numbers, all of one length") from None
     if matrix.array.ndim != 2 or matrix.array.shape[0] != matrix.array.shape[1]:
         raise refuse("a superelement matrix is square")
+    if found := beyond("dense_entries", matrix.array.size):
+        raise refuse(*found[1:])
     if not np.isfinite(matrix.array).all():
         raise refuse("entries of a matrix are finite")
     return matrix
@@ -243,8 +246,10 @@ class Superelement(Part):
             scaled = matrix / (abs(matrix).max() or 1.0)
             if not np.allclose(scaled, scaled.T, rtol=0, atol=1e-6):
                 raise refuse(f"{name} of a superelement is symmetric")
-            if np.linalg.eigvalsh((scaled + scaled.T) / 2).min() < -1e-6:
-                raise refuse(f"{name} of a superelement has no negative eigenvalue")
+            try:  # Cholesky's factors exist when no eigenvalue is below the round-off that is let pass
+                np.linalg.cholesky((scaled + scaled.T) / 2 + 1e-6 * np.eye(n + a))
+            except np.linalg.LinAlgError:
+                raise refuse(f"{name} of a superelement has no negative eigenvalue") from None
         if not (self.stiffness.array.diagonal()[n:] > 0).all():
             raise refuse("every amplitude of a superelement has stiffness", "rigid motions are those of its nodes")
         return self

@@ -6,7 +6,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from flexura.mechanism.base import Part, refuse
+from flexura.mechanism.base import Part, Text, refuse
 from flexura.mechanism.quantity import Density, NonNegativeNumber, Number, PositivePressure
 
 
@@ -25,7 +25,7 @@ class Material(Part):
     """Structural loss factor eta of the complex modulus E(1 + i eta)."""
     yield_stress: PositivePressure | None = None
     """Yield stress (0.2 % proof stress), or the strength of a brittle material, Pa."""
-    source: str = ""
+    source: Text = ""
     """Where the values come from."""
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from flexura.mechanism.base import Part, refuse
+from flexura.mechanism.base import Part, Text, refuse
 from flexura.mechanism.dimension import Dimension
 from flexura.mechanism.quantity import AnyQuantity
 
@@ -32,7 +32,7 @@ class Parameter(Part):
     unit: Annotated[str, AfterValidator(_coherent)] = ""
     """SI unit of the value, e.g. `m`, `N/m`, `kg*m**2*s**(-2)` or `1`; a file sets it from the text, Python may
     leave it out."""
-    source: str = ""
+    source: Text = ""
     """Where the value comes from: measured, assumed, calibrated, or a reference."""
 
     @property

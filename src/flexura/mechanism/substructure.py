@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Vector, refuse
+from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Text, Title, Vector, refuse
 from flexura.mechanism.body import PointMass, RigidBody, Rotation, Spring, Superelement
 from flexura.mechanism.channels import Actuator, Sensor
 from flexura.mechanism.corrections import Corrections
@@ -126,8 +126,8 @@ class Support(Part):
 class Mechanism(Substructure):
     """The whole description: parameters, materials and sections, substructures, what is assembled and what is held."""
 
-    name: str = "mechanism"
-    description: str = ""
+    name: Title = "mechanism"
+    description: Text = ""
     theory: Theory = "rayleigh"
     """Beam theory of members that do not name their own; the paper's is `rayleigh`."""
     corrections: Corrections = "auto"

@@ -15,9 +15,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from flexura.errors import ModelError, Path, Problem
+from flexura.mechanism.base import CONTROL
+from flexura.sizes import beyond, size_limit
 
-MAX_CHARACTERS = 5_000_000
-MAX_NODES = 500_000
 MAX_DEPTH = 30
 
 
@@ -100,8 +100,8 @@ def parse(text: str, name: str) -> Node:
 
     Raises ModelError, with `name` and the line, for anything else.
     """
-    if len(text) > MAX_CHARACTERS:
-        raise _error(name, 1, f"a model file has at most {MAX_CHARACTERS // 1_000_000} million characters")
+    if found := beyond("model_bytes", len(text)):
+        raise _error(name, 1, *found[1:], value=found[0])
     try:
         root = _Builder(text, name).document()
     except MarkedYAMLError as error:
@@ -137,7 +137,7 @@ class _Builder:
         self.name = name
         self.events: Iterator[Any] = iter(YAML(typ="safe", pure=True).parse(text))
         self.anchors: dict[str, Node | None] = {}
-        self.count = 0
+        self.count, self.most = 0, size_limit("model_values")
 
     def document(self) -> Node:
         event = self.next()
@@ -192,6 +192,8 @@ class _Builder:
     def text(self, event: Any, path: Path) -> str:
         if any("\ud800" <= c <= "\udfff" for c in event.value):
             raise self.fail(event, path, "text holds half of a surrogate pair", "write the character itself")
+        if control := CONTROL.search(event.value):
+            raise self.fail(event, path, "text holds a control character", "remove it", repr(control[0]))
         return event.value
 
     def mapping(self, node: Node, path: Path) -> None:
@@ -240,9 +242,8 @@ class _Builder:
 
     def grow(self, event: Any, path: Path, count: int) -> None:
         self.count += count
-        if self.count > MAX_NODES:
-            hint = "aliases count as often as they are used"
-            raise self.fail(event, path[:3], f"a model file holds at most {MAX_NODES} values", hint)
+        if self.count > self.most and (found := beyond("model_values", self.count)):
+            raise self.fail(event, path[:3], *found[1:])
 
 
 def _height(node: Node) -> int:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from difflib import get_close_matches
 from pathlib import Path as FilePath
 
-from flexura.errors import ModelError, Problem
-from flexura.modelfile.document import MAX_CHARACTERS, MAX_NODES, Node, parse
+from flexura.errors import ModelError, OptionError, Problem
+from flexura.files import MISSING, read_bytes
+from flexura.modelfile.document import Node, parse
+from flexura.sizes import beyond
 
 KEY = "extends"
 MAX_BASES = 10
@@ -28,18 +30,22 @@ def with_bases(root: Node, directory: FilePath, above: tuple[FilePath, ...] = ()
     if not isinstance(base.value, str):
         raise refused("the name of a model file is expected here", "e.g. extends: stage.yaml")
     file = directory / base.value
-    if file.resolve() in above:
+    try:
+        own, found = file.resolve(), file.is_file()
+    except (OSError, ValueError, RuntimeError) as error:  # names that are too long, null bytes, circles of links
+        raise refused(f"the file cannot be found: {getattr(error, 'strerror', None) or error}") from None
+    if own in above:
         raise refused("the files extend each other in a circle")
     if len(above) >= MAX_BASES:
         raise refused(f"at most {MAX_BASES} files extend each other")
-    if not file.is_file():
+    if not found:
         raise refused("the file does not exist", f"looked in {directory.resolve()}")
-    lower = with_bases(parse(text_of(file), str(file)), file.parent, (*above, file.resolve()))
+    lower = with_bases(parse(text_of(file), str(file)), file.parent, (*above, own))
     if file.parent != directory:
         _carry_paths(lower, FilePath(base.value).parent)
     whole = lower.extended(root)
-    if whole.size > MAX_NODES:
-        raise refused(f"the files together hold more than {MAX_NODES} values")
+    if too_large := beyond("model_values", whole.size):
+        raise refused(*too_large[1:])
     return whole
 
 
@@ -65,17 +71,14 @@ def text_of(file: FilePath) -> str:
         return ModelError([Problem((), "", rule, hint, str(file))])
 
     try:
-        with file.open("rb") as stream:
-            content = stream.read(4 * MAX_CHARACTERS + 1)
-    except FileNotFoundError:
-        nearby = [p.name for p in file.parent.glob("*") if p.is_file()] if file.parent.is_dir() else []
-        close = get_close_matches(file.name, nearby, n=1)
-        hint = f"did you mean {close[0]}?" if close else ""
-        raise refused("the file does not exist", hint) from None
-    except IsADirectoryError:
-        raise refused("this is a directory, not a model file") from None
-    except (OSError, ValueError) as error:
-        raise refused(f"the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        content = read_bytes(file, "model_bytes")
+    except OptionError as error:
+        rule, _, hint = str(error).removeprefix(f"{file}: ").partition("\n    hint: ")
+        if rule == MISSING:
+            nearby = [p.name for p in file.parent.glob("*") if p.is_file()] if file.parent.is_dir() else []
+            close = get_close_matches(file.name, nearby, n=1)
+            hint = f"did you mean {close[0]}?" if close else ""
+        raise refused(rule, hint) from None
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -10,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import ExpressionError, OptionError, Path, Problem
+from flexura.files import MISSING, read_bytes
 from flexura.mechanism.dimension import LENGTH, MASS, Dimension
+from flexura.sizes import beyond
 from flexura.units import parse_unit
 
-MAX_ORDER = 6000
 _TIME = Dimension(time=LENGTH.length)
 _UNITS = {"length": LENGTH, "mass": MASS, "time": _TIME}
 
@@ -35,7 +37,7 @@ def prepare_superelement(entry: dict[str, Any], directory: FilePath) -> Problem 
         length, mass, time = _units(entry.pop("units", None))
         for key in ("stiffness", "mass", "stiffness_error"):
             if isinstance(entry.get(key), dict):
-                entry[key] = _from_file(entry[key], (key,), directory)
+                entry[key] = _from_file(entry[key], (key,), directory, _order(entry))
         if (length, mass, time) != (1.0, 1.0, 1.0):
             force = mass / time**2
             for key, scale in (("stiffness", force), ("mass", mass), ("stiffness_error", force)):
@@ -88,35 +90,51 @@ def _scaled(raw: Any, scale: float, length: float, amplitudes: Any) -> Any:
     if rest or nodes < 0 or matrix.shape[0] != matrix.shape[1]:
         return raw
     arms = np.append(np.tile([1.0, 1.0, 1.0, length, length, length], nodes), np.ones(amplitudes))
-    return (scale * np.outer(arms, arms) * matrix).tolist()
+    return scale * np.outer(arms, arms) * matrix
 
 
-def _from_file(raw: dict[str, Any], path: Path, directory: FilePath) -> list[list[float]]:
+def _order(entry: dict[str, Any]) -> int | None:
+    """Rows that the matrices of a superelement have, where the description says it."""
+    nodes, amplitudes = entry.get("nodes"), entry.get("amplitudes", 0)
+    if isinstance(nodes, list) and isinstance(amplitudes, int) and amplitudes >= 0:
+        return 6 * len(nodes) + amplitudes
+    return None
+
+
+def _from_file(raw: dict[str, Any], path: Path, directory: FilePath, order: int | None) -> NDArray[np.float64]:
     hint = "e.g. stiffness: {file: part_K.mtx}, a real Matrix Market file"
     if set(raw) != {"file"} or not isinstance(raw["file"], str):
         raise _RefusedError(path, "", "a matrix is a list of rows, or {file: NAME}", hint)
     name = raw["file"]
     try:
-        return _read(directory / name).tolist()
-    except FileNotFoundError:
-        raise _RefusedError((*path, "file"), repr(name), "the file does not exist", f"looked in {directory}") from None
-    except (OSError, MemoryError) as error:
-        rule = f"the file cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise _RefusedError((*path, "file"), repr(name), rule) from None
-    except (ValueError, OverflowError, TypeError, KeyError, IndexError) as error:
+        return _read(read_bytes(directory / name), order)
+    except _RefusedError as refused:
+        own = refused.problem
+        raise _RefusedError((*path, "file"), own.value or repr(name), own.rule, own.hint) from None
+    except OptionError as error:
+        rule, _, more = str(error).removeprefix(f"{directory / name}: ").partition("\n    hint: ")
+        more = f"looked in {directory}" if rule == MISSING else more
+        raise _RefusedError((*path, "file"), repr(name), rule, more) from None
+    except (ValueError, OverflowError, TypeError, KeyError, IndexError, MemoryError) as error:
         rule = f"not a real square Matrix Market file: {' '.join(str(error).split())[:120]}"
         raise _RefusedError((*path, "file"), repr(name), rule, hint) from None
 
 
-def _read(file: FilePath) -> NDArray[np.float64]:
+def _read(content: bytes, order: int | None) -> NDArray[np.float64]:
+    """The matrix of a Matrix Market file, whose header is held against the order and the bytes that there are."""
     from scipy.io import mminfo, mmread
 
-    with file.open("rb") as stream:
-        stream.read(1)
-    rows, columns, _, _, kind, _ = mminfo(str(file))
+    rows, columns, entries, form, kind, _ = mminfo(BytesIO(content))
     if kind not in ("real", "integer"):
         raise ValueError(f"its entries are {kind}")
-    if rows != columns or rows > MAX_ORDER:
-        raise ValueError(f"it is {rows} x {columns}; square and at most {MAX_ORDER} is expected")
-    matrix: Any = mmread(str(file), spmatrix=False)
+    if rows != columns:
+        raise ValueError(f"it is {rows} x {columns}; a square one is expected")
+    if order is not None and rows != order:
+        rule = f"the matrices of this part are {order} x {order}: six DOFs for each node, and its amplitudes"
+        raise _RefusedError((), f"{rows} x {columns}", rule)
+    if found := beyond("dense_entries", rows * columns):
+        raise _RefusedError((), *found)
+    if (4 if form == "coordinate" else 1) * entries > len(content):
+        raise ValueError(f"its header says {entries} entries, and its {len(content)} bytes cannot hold them")
+    matrix: Any = mmread(BytesIO(content), spmatrix=False)
     return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=float)

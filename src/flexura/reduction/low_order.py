@@ -58,6 +58,8 @@ def reduce(
     """
     plan, single = plan_of(mechanism), one_design(parameters)
     assembler = low_order(plan)
+    for reducer in assembler.reducers.values():
+        reducer.refuse_too_large()
     counts = kept_counts(assembler, keep)
     if not (np.isfinite(keep_below) and keep_below >= 0):
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")

@@ -8,14 +8,22 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.errors import OptionError
+from flexura.linalg import factorise
+from flexura.linalg.inertia import scaled
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
+from flexura.sizes import beyond
 from flexura.structure.part import Lump, Part, PartMatrices
 from flexura.structure.plan import Geometry
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
+
+
+SPARSE_FROM = 3000
+"""Order beyond which what chains leave is condensed with sparse factors, one design at a time."""
 
 
 class PartReducer:
@@ -73,23 +81,38 @@ class PartReducer:
     def craig_bampton(self, matrices: PartMatrices, geometry: Geometry) -> CraigBampton:
         """Craig-Bampton modes, one design; the stiffness at the boundary is that of `condensed`."""
 
+        self.refuse_too_large()
+
         def stiffness() -> Array:
             return self.condensed(matrices, geometry, ())[0]
 
         return CraigBampton(*self.assembled(matrices), self.interior_dofs, self.boundary_dofs, stiffness)
 
+    def refuse_too_large(self) -> None:
+        """Raise OptionError where the constraint modes of all that is kept are too large a matrix."""
+        kept, n = len(self.boundary_dofs), 6 * self.part.n_nodes
+        if found := beyond("dense_entries", kept * n):
+            name = self.part.name or "mechanism"
+            rule = f"{len(self.part.boundary)} of its {self.part.n_nodes} nodes are kept: {found[1]}"
+            advice = "take the full order (--order full), or divide it into substructures that share few nodes"
+            raise OptionError(f"{name}: {rule} (found {n} x {kept} constraint modes)\n    hint: {advice}; {found[2]}")
+
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""
         if self._remembered is None or self._remembered[0] is not geometry:
             self._remembered = (geometry, [kinematics(self.part, group, geometry) for group in self.chains])
-        K, M = [], []
+        K: list[Array] = []
+        M: list[Array] = []
         for group, kin in zip(self.chains, self._remembered[1], strict=True):
             k, m = condense(group, kin, matrices.elements)
             K.append(k)
             M.append(m)
         K += [lump.K[..., None, :, :] for lump in matrices.lumps if lump.K is not None]
         M += [lump.M[..., None, :, :] for lump in matrices.lumps if lump.M is not None]
-        return _guyan(self._chain_stiffness.dense(K, lead), self._chain_mass.dense(M, lead), len(self.boundary_dofs))
+        b = len(self.boundary_dofs)
+        if not lead and self._chain_stiffness.n > SPARSE_FROM:
+            return _sparse_guyan(self._chain_stiffness.sparse(K), self._chain_mass.sparse(M), b)
+        return _guyan(self._chain_stiffness.dense(K, lead), self._chain_mass.dense(M, lead), b)
 
 
 def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:
@@ -105,6 +128,16 @@ def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:
     M_r = M[..., :b, :b] + cross + np.swapaxes(cross, -1, -2) + pt @ M[..., b:, b:] @ psi
     K_r = K[..., :b, :b] + K[..., :b, b:] @ psi
     return (K_r + np.swapaxes(K_r, -1, -2)) / 2, M_r
+
+
+def _sparse_guyan(K: sp.csc_matrix, M: sp.csc_matrix, b: int) -> tuple[Array, Array]:
+    """The same of one large sparse pair (n, n)."""
+    inner = sp.csc_matrix(K[b:, b:])
+    d = 1 / np.sqrt(inner.diagonal())
+    psi = -d[:, None] * factorise(scaled(inner, d)).solve(np.ascontiguousarray(d[:, None] * K[b:, :b].toarray()))
+    cross = M[:b, b:] @ psi
+    K_r = K[:b, :b].toarray() + K[:b, b:] @ psi
+    return (K_r + K_r.T) / 2, M[:b, :b].toarray() + cross + cross.T + psi.T @ (M[b:, b:] @ psi)
 
 
 def _node_dofs(nodes: Any) -> Index:

@@ -9,8 +9,6 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
@@ -23,6 +21,8 @@ from numpy.typing import NDArray
 
 from flexura._version import __version__
 from flexura.errors import OptionError
+from flexura.npz import read_arrays
+from flexura.sizes import size_limits
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -32,7 +32,8 @@ KEY = "content_key"
 LIMIT = 2_000_000_000
 """Bytes beyond which what was not used for longest is deleted."""
 
-UNREADABLE = (OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile, zlib.error)
+CHECKSUM = "content_checksum"
+"""Name under which a file keeps the digest of its arrays and of the digest that it belongs to."""
 
 
 def cache_folder() -> Path | None:
@@ -72,21 +73,28 @@ def remembered(
     found = _read(path, key)
     if found is None or not enough(found):
         found = {k: np.asarray(a) for k, a in compute().items()}
-        if any(a.dtype.hasobject for a in found.values()) or KEY in found:
-            raise OptionError(f"only arrays of numbers and texts are kept in the cache, and none by the name {KEY}")
+        if any(a.dtype.hasobject for a in found.values()) or {KEY, CHECKSUM} & found.keys():
+            raise OptionError(f"only arrays of numbers and texts are kept in the cache, none by the name {KEY}")
         _write(path, key, found)
     return found
 
 
 def _read(path: Path, key: str) -> Arrays | None:
     try:
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            found = {name: file[name] for name in file.files}
-    except UNREADABLE:
+        with size_limits(file_bytes=LIMIT):  # as much as the cache may hold
+            found = read_arrays(path)
+    except (OptionError, MemoryError):
+        return None
+    own, checksum = (str(found.pop(name, "")) for name in (KEY, CHECKSUM))
+    if own != key or checksum != _checksum(key, found):
         return None
     with suppress(OSError):
         path.touch()
-    return found if str(found.pop(KEY, "")) == key else None
+    return found
+
+
+def _checksum(key: str, arrays: Mapping[str, NDArray[Any]]) -> str:
+    return content_key(key, dict(arrays))
 
 
 def _write(path: Path, key: str, arrays: Arrays) -> None:
@@ -96,7 +104,8 @@ def _write(path: Path, key: str, arrays: Arrays) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.stem, suffix=".part", delete=False) as file:
             made = Path(file.name)
-            np.savez(file, **{KEY: np.array(key), **arrays})  # pyright: ignore[reportArgumentType]
+            own = {KEY: np.array(key), CHECKSUM: np.array(_checksum(key, arrays))}
+            np.savez(file, **own, **arrays)  # pyright: ignore[reportArgumentType]
         made.replace(path)
         _make_room(path)
     except OSError:

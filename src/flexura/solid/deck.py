@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.files import read_text
+from flexura.sizes import within
 from flexura.solid.fem import mesh_mass
 from flexura.solid.mesh import SolidMaterial, SolidMesh
 
@@ -95,10 +97,7 @@ def _deck(cards: list[Card], path: Path) -> Deck:
 
 def _cards(path: Path, depth: int) -> Iterator[Card]:
     """Keywords with their lines; a line of keywords that ends in a comma goes on in the next."""
-    try:
-        text = path.read_text(encoding="latin-1")
-    except OSError as error:
-        raise OptionError(f"{path} cannot be read: {error.strerror}") from None
+    text = read_text(path, encoding="latin-1")
     card: Card | None = None
     head = ""
     for line in map(str.strip, text.splitlines()):
@@ -134,6 +133,7 @@ def _sets(cards: list[Card], keyword: str, option: str, other: str) -> dict[str,
         if card.name == keyword and "GENERATE" in card.options:
             for line in card.lines:
                 first, last, *step = (int(text) for text in line.split(",") if text.strip())
+                within("file_bytes", 8 * len(range(first, last + 1, *step)), f"set {name}, {line}")
                 found[name].append(np.arange(first, last + 1, *step))
         elif card.name == keyword:
             texts = card.numbers()

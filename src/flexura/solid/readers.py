@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import gzip
+import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.extras import need
+from flexura.files import read_bytes, read_text
 from flexura.modelfile.superelements import unit_factors
 from flexura.solid.deck import read_deck
 from flexura.solid.stored import SYMMETRIC, StoredMatrices
@@ -65,8 +66,7 @@ def _matrix_storage(stem: Path) -> tuple[sp.csc_matrix, sp.csc_matrix, Index, In
         if not path.is_file() or not path.stat().st_size:
             raise OptionError(f"{path} is missing or empty: it is written by *FREQUENCY, SOLVER=MATRIXSTORAGE")
     try:
-        with (gzip.open if paths[2].suffix == ".gz" else open)(paths[2], "rt") as stream:
-            dofs = np.array([line.split(".") for line in stream.read().split()], dtype=np.intp).reshape(-1, 2)
+        dofs = np.array([line.split(".") for line in read_text(paths[2]).split()], dtype=np.intp).reshape(-1, 2)
         (K, skew), (M, skew_M) = (_symmetric_matrix(path, len(dofs)) for path in paths[:2])
     except (ValueError, IndexError, OSError, EOFError) as error:
         raise OptionError(f"{stem}{', '.join(STORED)} do not fit together: {error}") from None
@@ -77,7 +77,7 @@ def _matrix_storage(stem: Path) -> tuple[sp.csc_matrix, sp.csc_matrix, Index, In
 
 def _symmetric_matrix(path: Path, n: int) -> tuple[sp.csc_matrix, float]:
     """The matrix of lines `row column value` and its relative asymmetry; a single triangle is mirrored."""
-    table = np.loadtxt(path, ndmin=2)
+    table = np.loadtxt(io.BytesIO(read_bytes(path)), ndmin=2)
     if table.shape[1] != 3:
         raise ValueError(f"{path.name} has {table.shape[1]} numbers per line instead of 3")
     row, column = (table[:, k].astype(np.intp) - 1 for k in (0, 1))
@@ -123,10 +123,7 @@ def _substructure(path: Path) -> tuple[sp.csc_matrix, sp.csc_matrix, Index, Inde
 
 def _blocks(path: Path) -> dict[str, list[str]]:
     """Entries of the lines by what they are: NODES, DIRECTIONS and the types of matrices."""
-    try:
-        lines = path.read_text(encoding="latin-1").upper().splitlines()
-    except OSError as error:
-        raise OptionError(f"{path} cannot be read: {error.strerror}") from None
+    lines = read_text(path, encoding="latin-1").upper().splitlines()
     found: dict[str, list[str]] = {}
     inside = ""
     for line in map(str.strip, lines):

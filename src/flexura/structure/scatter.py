@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.sizes import within
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -92,6 +93,7 @@ class Scatter:
     def dense(self, matrices: Sequence[Any], lead: tuple[int, ...] = ()) -> Any:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""
         n = self.n
+        within("dense_entries", n * n, f"a full matrix of order {n}")
         if any(np.iscomplexobj(m) for m in matrices):
             real, imaginary = (self.dense([part(m) for m in matrices], lead) for part in (np.real, np.imag))
             return real + 1j * imaginary

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection
 from typing import Any
 
@@ -11,8 +12,8 @@ from flexura.mechanism.checks.survey import prefix, suggestion
 from flexura.mechanism.evaluation import dependency_order
 from flexura.mechanism.layout import TOP, Layout
 from flexura.mechanism.substructure import Instance, Mechanism, MirrorPattern, Substructure
+from flexura.sizes import beyond
 
-MAX_INSTANCES = 200_000
 MAX_NESTING = 100
 
 
@@ -80,19 +81,29 @@ def _cycle(prototype: Substructure, cycle: list[str]) -> Problem:
 
 
 def _too_large(prototypes: dict[str, Substructure], order: list[str]) -> Problem | None:
-    placed: dict[str, int] = {}
+    placed: dict[str, Counter[str]] = {}
     depth: dict[str, int] = {}
     for name in order:
         instances = prototypes[name].instances
         depth[name] = 1 + max((depth[i.of] for i in instances.values()), default=0)
-        placed[name] = 1 + sum(number_of_copies(i) * placed[i.of] for i in instances.values())
-        path = (*prefix(name), "instances")
+        placed[name] = _own_sizes(prototypes[name])
+        for instance in instances.values():
+            count = number_of_copies(instance)
+            placed[name] += Counter({what: count * size for what, size in placed[instance.of].items()})
         if depth[name] > MAX_NESTING:
-            return Problem(path, "", f"substructures nest at most {MAX_NESTING} deep")
-        if placed[name] > MAX_INSTANCES:
-            rule = f"at most {MAX_INSTANCES} substructures can be placed"
-            return Problem(path, f"{placed[name]} of them" if placed[name] < 10**12 else "", rule)
+            return Problem((*prefix(name), "instances"), "", f"substructures nest at most {MAX_NESTING} deep")
+        for what, size in placed[name].items():
+            if found := beyond(what, size):
+                return Problem((*prefix(name), "instances") if instances else prefix(name), *found)
     return None
+
+
+def _own_sizes(prototype: Substructure) -> Counter[str]:
+    """What one copy of a prototype adds to the limits of size, before any of it is laid out."""
+    cut = [member.elements for member in (*prototype.links.values(), *prototype.flexures.values())]
+    amplitudes = sum(-(-part.amplitudes // 6) for part in prototype.superelements.values())
+    nodes = len(prototype.nodes) + len(prototype.bodies) + sum(cut) - len(cut) + amplitudes
+    return Counter({"copies": 1, "nodes": nodes, "elements": sum(cut)})
 
 
 def number_of_copies(instance: Instance) -> int:
