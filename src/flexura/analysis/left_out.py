@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from flexura.errors import Exceeded
+from flexura.linalg import leading
 from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel, ModalSystem
@@ -90,7 +91,7 @@ class LeftOut:
         """One, when an output may be off by more than 1 %."""
         if self.share <= WORTH:
             return ()
-        name = self.outputs[int(self.shares.argmax())].name
+        name = self.outputs[int(leading(self.shares))].name
         text = f"{self.text}: take a shorter step or keep more modes, or apply the signal less abruptly"
         return (Exceeded("tolerance", name, self.share, WORTH, "1", text),)
 
@@ -225,7 +226,7 @@ def _lines(u: Array, dt: float, w: Array) -> Array:
     found = 2 * np.pi * np.fft.rfftfreq(len(u), dt)
     beyond = np.flatnonzero(found >= w[0])
     own = found[beyond[np.argsort(-size[beyond])[:LINES]]]
-    strongest = found[int(size.argmax())]
+    strongest = found[int(leading(size))]
     mirrored = 2 * np.pi / dt + np.array([-strongest, strongest])
     every = np.concatenate([own, mirrored])
     return np.asarray(every[(every > w[0]) & (every < w[-1])], dtype=float)

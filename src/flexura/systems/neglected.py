@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.linalg import leading
 from flexura.systems.channel import Channel
 from flexura.systems.modal import ModalSystem
 from flexura.systems.remainder import neglected_bound
@@ -78,7 +79,7 @@ class Neglected:
     @property
     def worst(self) -> str:
         """The pair of channels with the largest share, as `output / input`."""
-        k, j = np.unravel_index(int(self.shares.argmax()), self.shares.shape)
+        k, j = np.unravel_index(int(leading(self.shares.ravel())), self.shares.shape)
         return f"{self.outputs[k].name} / {self.inputs[j].name}"
 
     @property
