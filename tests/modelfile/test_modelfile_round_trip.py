@@ -106,7 +106,9 @@ def combined(inner: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expressi
 
 
 expressions = st.recursive(st.sampled_from([parameter(name) for name in LENGTHS]), combined, max_leaves=6)
-lengths = sizes | expressions
+# what double precision can hold beside others
+held = expressions.map(lambda x: Expression(Call("max", (Call("min", (x.tree, Number(1e6))), Number(1e-6)))))
+lengths = sizes | held
 small = expressions.map(lambda x: Expression(Call("min", (x.tree, Number(1.0)))) * 1e-3)
 
 sections = st.one_of(

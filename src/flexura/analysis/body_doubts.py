@@ -13,10 +13,12 @@ from flexura.analysis.doubts import Doubt
 from flexura.analysis.elastic_solids import ElasticSolid, Patch
 from flexura.analysis.energy import placed_motions
 from flexura.beam import rigid_arm
-from flexura.linalg import lowest
+from flexura.errors import SolverError
+from flexura.linalg import lowest_modes
 from flexura.mechanism import Box, Cylinder, Mechanism, Plate, RigidBody
 from flexura.mechanism.evaluation import evaluated
 from flexura.mechanism.placement import rotation_matrix
+from flexura.reduction.chained import chained
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -95,9 +97,10 @@ def lowered_by_bodies(full: FullOrderModel, values: Mapping[str, Any] | None = N
     none = np.zeros(0)
     if not bodies or not full.order:
         return Lowered(tuple(bodies), none, none, np.zeros((len(bodies), 0)))
-    pairs = lowest(full.K, full.M, min(2 * MODES, full.order))
-    at = np.flatnonzero(np.isfinite(pairs.values) & (pairs.values > 1e-9 * abs(pairs.values).max()))
-    vectors = pairs.vectors[:, at]
+    apart = chained(full)
+    pairs = lowest_modes(apart.pencil, min(2 * MODES, full.order), apart.rigid_motions)
+    at = np.flatnonzero(pairs.values > 0)
+    vectors = apart.recover(pairs.vectors[:, at])
     vectors = vectors / np.sqrt(np.einsum("ik,ik->k", vectors, full.M @ vectors))
     squared = pairs.values[at]
     _pull(full, bodies, full.node_displacements(vectors))
@@ -112,7 +115,10 @@ def lowered_by_bodies(full: FullOrderModel, values: Mapping[str, Any] | None = N
 def body_doubts(full: FullOrderModel, values: Mapping[str, Any]) -> list[Doubt]:
     """Bodies whose solids, if they were elastic, would lower one of the lowest frequencies by 2 % or more, and carried
     nodes well outside the solid, for parameter values in SI."""
-    found = lowered_by_bodies(full, values)
+    try:
+        found = lowered_by_bodies(full, values)
+    except SolverError as error:
+        return [Doubt("proof", "mechanism", f"whether bodies are stiff enough is not known: {error}")]
     doubts = _outside(full, found.bodies)
     for kind in dict.fromkeys(b.kind for b in found.bodies) if len(found.frequency_hz) else ():
         doubts += _elastic(kind, found)

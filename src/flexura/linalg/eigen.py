@@ -105,6 +105,9 @@ DEPENDENT = 1e-8
 CLEAR = 10.0
 """An eigenvalue so many times above its own round-off shows where the elastic ones begin."""
 
+RESTARTS = 500
+"""Restarts of a Lanczos search after which it is given up."""
+
 ROUNDS = 8
 """Attempts to find a shift next to the lowest elastic eigenvalue."""
 
@@ -379,7 +382,7 @@ def _lanczos(Ks: Any, Ms: Any, solve: Any, count: int, shift: float, known: Arra
     basis = min(n - 1, max(2 * count + 12, 20))
     try:
         values, vectors = spla.eigsh(
-            Ks, k=min(count, n - 1), M=Ms, sigma=shift, OPinv=operator, which="LM", v0=start, ncv=basis, tol=0
+            Ks, k=min(count, n - 1), M=Ms, sigma=shift, OPinv=operator, v0=start, ncv=basis, maxiter=RESTARTS, tol=0
         )
     except spla.ArpackError as error:
         raise SolverError(f"the eigenvalue search did not converge: {error}") from None
