@@ -68,10 +68,11 @@ def test_libraries_are_silent_on_stderr():
 INTERRUPTED_AT_IMPORT = """
 import builtins, os, runpy, signal, sys
 at, sys.argv, real = sys.argv[1], ["flexura", *sys.argv[2:]], builtins.__import__
-def interrupting(name, *rest):
+def interrupting(name, *rest, **named):
     if name == at:
         os.kill(os.getpid(), signal.SIGINT)
-    return real(name, *rest)
+    return real(name, *rest, **named)
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
 import flexura.__main__
 builtins.__import__ = interrupting
 flexura.__main__.main()
@@ -89,13 +90,18 @@ def test_an_interruption_at_any_import_ends_without_a_traceback(module):
 def test_an_interruption_that_was_turned_into_another_error_is_one(capsys):
     import signal
 
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
+
     def command() -> None:
         try:
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
             raise ImportError("numpy could not be imported") from None
 
-    assert guard.run(command) == 130
+    try:
+        assert guard.run(command) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert "interrupted" in capsys.readouterr().err
 
 

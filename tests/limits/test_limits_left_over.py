@@ -54,7 +54,7 @@ def test_strokes_at_yield_beyond_small_motion_are_marked(yield_stress, in_range)
     """Guided leaves yield at s L^2 / (3 E t): at 2.4 mm of 60 mm, or at 24 mm."""
     guide = fx.load(EXAMPLES / "guide" / "guide.yaml")
     steel = fx.Material(E=E, nu=0.3, rho=7800.0, yield_stress=yield_stress)
-    own = guide.model_copy(update={"materials": {"spring-steel": steel}})
+    own = guide.replaced({"materials": {"spring-steel": steel}})
     (one,) = fx.kinetostatics(own, "carriage").freedoms
     assert one.yield_stroke == pytest.approx(yield_stress * 0.06**2 / (3 * E * 0.0005), rel=0.1)
     assert one.yields_in_range is in_range

@@ -62,9 +62,9 @@ def test_more_pieces_are_of_the_same_structure() -> None:
 
 def test_a_material_without_mass_has_steps() -> None:
     light = leaf((4e-3, 3.9e-3), 8)
-    material = light.materials["m"].model_copy(update={"rho": 0.0})
+    material = light.materials["m"].replaced({"rho": 0.0})
     body = fx.RigidBody(centre=(0.2, 0, 0), mass=1.0, inertia=(1e-3, 1e-3, 1e-3), carries=("b",))
-    light = light.model_copy(update={"materials": {"m": material}, "bodies": {"tip": body}})
+    light = light.replaced({"materials": {"m": material}, "bodies": {"tip": body}})
     assert steps(light).counts.tolist() == steps(leaf((4e-3, 3.9e-3), 8)).counts.tolist()
 
 

@@ -112,4 +112,4 @@ def test_other_merge_keys_are_refused(text: str, rule: str) -> None:
 def test_merged_mappings_count_as_often_as_they_are_used() -> None:
     lines = ["a0: &a0 {" + ", ".join(f"k{i}: 0" for i in range(100)) + "}"]
     lines += [f"a{n}: &a{n} {{x: *a{n - 1}, y: *a{n - 1}, z: {{<<: *a{n - 1}}}}}" for n in range(1, 12)]
-    assert "at most 500000 values" in problems_of("\n".join(lines))[0].rule
+    assert "at most 500 000 values" in problems_of("\n".join(lines))[0].rule

@@ -227,11 +227,16 @@ def test_similarity_is_exact():
     np.testing.assert_allclose(*omega, rtol=1e-6)
 
 
+def of_material(material):
+    """The leaf with its block of another material under the name of one that is known."""
+    return leaf_with_block().replaced({"materials": {"Al-7075-T6": material}})
+
+
 def test_equal_pieces_are_worked_out_once(monkeypatch):
     made = []
     monkeypatch.setattr(reduced, "group_mesh", lambda *a, **k: made.append(a) or group_mesh(*a, **k))
     with_solid_parts(leaf_with_block(), size=2.5, modes=1)
-    thick = leaf_with_block().model_copy(update={"materials": {"Al-7075-T6": fx.Material(E=2e11, nu=0.33, rho=7800)}})
+    thick = of_material(fx.Material(E=2e11, nu=0.33, rho=7800))
     again = with_solid_parts(thick, size=2.5, modes=3)
     assert len(made) == 2, "the mesh, and the second one that tells how fine it is"
     assert again.superelements["leaf"].amplitudes == 3
@@ -442,7 +447,7 @@ def test_refusals():
         notch = fx.Notch(width=5e-3, contour=fx.CircularContour(radius=5e-3, web=1e-3))
         member = leaf_with_block(faces="averaged").flexures["leaf"].model_copy(update={"profile": notch})
         with_solid_parts(leaf_with_block().model_copy(update={"flexures": {"leaf": member}}))
-    soft = leaf_with_block().model_copy(update={"materials": {"Al-7075-T6": fx.Material(E=1e9, nu=0.5, rho=1e3)}})
+    soft = of_material(fx.Material(E=1e9, nu=0.5, rho=1e3))
     with pytest.raises(OptionError, match=r"too near 0\.5"):
         with_solid_parts(soft)
     with pytest.raises(OptionError, match="modes"):

@@ -29,7 +29,7 @@ def with_option(text: str, arguments: Sequence[str]) -> str:
 def _options(arguments: Sequence[str]) -> list[tuple[str, str]]:
     """Options of a command line, each with the text that follows it."""
     found = []
-    for option, after in zip(arguments, [*arguments[1:], ""], strict=True):
+    for option, after in zip(arguments, [*arguments, ""][1:], strict=True):
         if not re.match(r"--?[A-Za-z]", option):
             continue
         name, equals, value = option.partition("=")

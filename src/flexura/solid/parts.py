@@ -74,8 +74,8 @@ def with_solid_parts(
         fused = {node for member in members.values() for node in member.nodes} - {
             node for member in (*kept.values(), *own.values()) for node in member.nodes
         }
-        changed[name] = part.model_copy(
-            update={
+        changed[name] = part.replaced(
+            {
                 "nodes": {key: at for key, at in part.nodes.items() if key not in fused},
                 "links": {key: member for key, member in part.links.items() if key in kept},
                 "flexures": {key: member for key, member in part.flexures.items() if key in kept},
@@ -86,7 +86,7 @@ def with_solid_parts(
     result = changed.get(TOP, mechanism)
     substructures = {name: changed.get(name, part) for name, part in mechanism.substructures.items()}
     held = _held(plan, mechanism, chosen, parameters)
-    return result.model_copy(update={"substructures": substructures, "parameters": held, "mesh_size": None})
+    return result.replaced({"substructures": substructures, "parameters": held, "mesh_size": None})
 
 
 def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None = None) -> Mechanism:
@@ -101,9 +101,9 @@ def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None =
         }
         return {**solid, **members}
 
-    inner = {name: part.model_copy(update=beams(part)) for name, part in mechanism.substructures.items()}
+    inner = {name: part.replaced(beams(part)) for name, part in mechanism.substructures.items()}
     named = {} if corrections is None else {"corrections": corrections}
-    return mechanism.model_copy(update={**beams(mechanism), "substructures": inner, **named})
+    return mechanism.replaced({**beams(mechanism), "substructures": inner, **named})
 
 
 def _prototype(mechanism: Mechanism, name: str) -> Substructure:
