@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from flexura.errors import Exceeded
 from flexura.linalg import leading
@@ -245,6 +244,8 @@ def _least_damping(modes: ModalSystem, w: Array) -> Array:
 
 def _tail(u: Array, dt: float, hold: Hold, start: float, w: float, least: float, damping: float) -> Array:
     """Bound (3, 2) of the shock spectrum from a frequency w, rad/s, on: a sum over kinks or steps that decay."""
+    from scipy.signal import lfilter  # slow to import
+
     zeta = damping / (2 * w)
     gain, rate = (1 / np.sqrt(1 - zeta**2), least / 2) if zeta < OVERDAMPED else (1 + 2 * zeta, 0.0)
     slopes = np.diff(u) / dt

@@ -11,7 +11,6 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from flexura.systems.modal import ModalSystem
 from flexura.systems.state_space import held_exponentials
@@ -97,6 +96,8 @@ def _second_order(
     found: list[Array | None], r: int, f: Array, state: Array, P: Array, behind: Array, ahead: Array
 ) -> None:
     """Filter of second order from force to eta or eta', from a state (2,)."""
+    from scipy.signal import lfilter  # slow to import
+
     trace, det = P[0, 0] + P[1, 1], P[0, 0] * P[1, 1] - P[0, 1] * P[1, 0]
     Q = P - trace * np.eye(2)
     taps = np.stack([ahead, behind + Q @ ahead, Q @ behind], axis=1)
@@ -138,6 +139,8 @@ def _coupled(
 
 def first_order(s: Any, forces: Any, dt: float, hold: Hold, start: Any) -> Any:
     """z (k, N) of z' = s z + f for forces (k, N), held or linear over each step, from start (k,)."""
+    from scipy.signal import lfilter  # slow to import
+
     p, (behind, ahead) = np.exp(s * dt), step_weights(s, dt, hold)
     z = np.empty(forces.shape, dtype=np.result_type(s, forces))
     for k, f in enumerate(forces):
