@@ -1,4 +1,4 @@
-"""Time limits that long computations keep by themselves.
+"""Time limits that long computations keep by themselves, and what these say of how far they are.
 
 A limit holds for everything that is called under it. Loops that may take long call `checkpoint` in every turn, which
 raises OutOfTime once the time is over; nothing is stopped from outside (the cancel scopes of Smith 2018, "Timeouts and
@@ -68,3 +68,27 @@ def checkpoint(share: float | None = None) -> None:
         raise OutOfTime(limit.seconds)
     if share is not None and limit.report is not None:
         limit.report(share)
+
+
+Say = Callable[[str], None]
+"""Is told what is worked on next, in a few words."""
+
+_say: ContextVar[Say | None] = ContextVar("flexura_stages", default=None)
+
+
+@contextmanager
+def announced(say: Say) -> Iterator[None]:
+    """Have `say` told every stage of what is called within."""
+    token = _say.set(say)
+    try:
+        yield
+    finally:
+        _say.reset(token)
+
+
+def stage(words: str) -> None:
+    """Say what is worked on next, where somebody listens; a time limit is looked at as by `checkpoint`."""
+    checkpoint()
+    say = _say.get()
+    if say is not None:
+        say(words)

@@ -58,17 +58,18 @@ def test_placed_nodes_and_elements_are_counted():
         assert "100 beam elements" in the_problem(PART.replace("COUNT", "2")).rule
 
 
-def test_a_flat_mechanism_is_refused_before_its_constraint_modes_are_made(monkeypatch):
+def test_constraint_modes_of_a_flat_mechanism_are_refused_before_they_are_made():
     nodes = ", ".join(f"n{k}: [{k} mm, 0, 0]" for k in range(40))
     shape = "section: {shape: circle, diameter: 1 mm}, material: silicon"
     links = ", ".join(f"l{k}: {{nodes: [n{k}, n{k + 1}], {shape}}}" for k in range(39))
     flat = loads(f"nodes: {{{nodes}}}\nlinks: {{{links}}}\nground: {{n0: clamped}}\n")
     with size_limits(dense_entries=10_000), pytest.raises(OptionError, match="40 of its 118 nodes are kept") as caught:
-        fx.modes(flat)
-    assert "--order full" in str(caught.value)
+        fx.modes(flat, keep=0)
+    assert "ask for a tolerance" in str(caught.value)
     with size_limits(dense_entries=10_000):
-        full = fx.modes(flat, order="full").frequency_hz
-    assert np.allclose(fx.modes(flat).frequency_hz, full, rtol=1e-3)
+        by_modes = fx.modes(flat)
+    assert "modes of the full order" in by_modes.steps[0] and not by_modes.warnings
+    assert np.allclose(fx.modes(flat).frequency_hz, by_modes.frequency_hz, rtol=1e-3)
 
 
 def test_sparse_and_dense_condensation_of_chains_agree(monkeypatch):

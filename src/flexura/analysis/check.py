@@ -13,7 +13,7 @@ from flexura.analysis.angle_doubts import angle_doubts
 from flexura.analysis.body_doubts import body_doubts
 from flexura.analysis.clashes import Clash, clash_doubts, clashes
 from flexura.analysis.doubts import Doubt, corrected, member_doubts
-from flexura.analysis.evidence import MassProperties, mass_evidence
+from flexura.analysis.evidence import MassProperties, mass_evidence, rigid_mass_of
 from flexura.analysis.free_motions import free_motions
 from flexura.analysis.material_doubts import material_doubts
 from flexura.analysis.measured_members import measured_doubts
@@ -148,8 +148,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
 
 def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
     part, placed = full.plan.parts[name], full.plan.topology.placed[name]
-    _, M = low_order(full.plan).reducers[name].assembled(full.matrices[name])
-    x = np.zeros(6 * part.n_nodes)
+    x = np.zeros((6 * part.n_nodes, 1))
     x[: 6 * part.n_placed : 6] = 1.0
     return SubstructureSummary(
         name=name or "mechanism",
@@ -159,7 +158,7 @@ def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
         nodes=part.n_placed,
         interior_dofs=int((~part.unused[part.interior]).sum()),
         interface=tuple(part.node_names[k] for k in part.boundary),
-        mass=float(x @ (M @ x)),
+        mass=float(rigid_mass_of(part, full.matrices[name], x)[0, 0]),
     )
 
 

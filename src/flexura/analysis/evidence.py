@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel
 from flexura.structure.lumps import rigid_mass
 from flexura.structure.part import Part, PartGeometry, PartMatrices
@@ -84,13 +83,11 @@ class Evidence:
 def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
     """Masses of model and description, their differences, and the rigid-body residual, as fields of Evidence."""
     own, described, worst = np.zeros((6, 6)), np.zeros((6, 6)), 0.0
-    reducers = low_order(model.plan).reducers
     for name, matrices in model.matrices.items():
         part, geometry = model.plan.parts[name], model.geometry.parts[name]
-        K, M = reducers[name].assembled(matrices)
         R = _rigid_motions(part, geometry)
-        worst = max(worst, _rigid_residual(matrices, K, R))
-        masses = (R.T @ (M @ R), _described(part, model.values, geometry))
+        worst = max(worst, _rigid_residual(part, matrices, R))
+        masses = (rigid_mass_of(part, matrices, R), _described(part, model.values, geometry))
         for instance in model.plan.topology.placed[name].number:
             Q, t = model.geometry.Q[instance], model.geometry.t[instance]
             X = np.zeros((6, 6))
@@ -108,16 +105,43 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
     }
 
 
-def _rigid_residual(matrices: PartMatrices, K: Any, R: Array) -> float:
-    """Largest |K r| / (k (k |r|)) over rigid motions R (6n, 6) and DOFs, springs to ground left out (theory eq. 59)."""
-    forces = K @ R
+def rigid_mass_of(part: Part, matrices: PartMatrices, R: Array) -> Array:
+    """R' M R (k, k) of a part for displacements R (6n, k) of its nodes, summed over its elements and lumps."""
+    k, local = R.shape[1], matrices.T @ R[_element_dofs(part)]
+    found = local.reshape(-1, k).T @ (matrices.elements.M @ local).reshape(-1, k)
     for lump in matrices.lumps:
-        if lump.K is not None and len(lump.nodes) == 1:
-            rows = slice(6 * lump.nodes[0], 6 * lump.nodes[0] + 6)
-            forces[rows] -= lump.K @ R[rows]
-    stiff = np.sqrt(K.diagonal())
+        if lump.M is not None:
+            own = R[_dofs_of(lump.nodes)]
+            found += own.T @ lump.M @ own
+    return found
+
+
+def _rigid_residual(part: Part, matrices: PartMatrices, R: Array) -> float:
+    """Largest |K r| / (k (k |r|)) over rigid motions R (6n, 6) and DOFs, springs to ground left out (theory eq. 59)."""
+    at, T = _element_dofs(part), matrices.T
+    KT = matrices.elements.K @ T
+    on_ends = np.concatenate([np.swapaxes(T, -1, -2) @ (KT @ R[at]), np.einsum("eij,eij->ej", T, KT)[..., None]], -1)
+    summed = [np.bincount(at.ravel(), column.ravel(), len(R)) for column in np.moveaxis(on_ends, -1, 0)]
+    forces, squares = np.stack(summed[:-1], axis=1).astype(float), summed[-1].astype(float)
+    for lump in matrices.lumps:
+        if lump.K is not None:
+            rows = _dofs_of(lump.nodes)
+            squares[rows] += np.diagonal(lump.K)
+            if len(lump.nodes) > 1:
+                forces[rows] += lump.K @ R[rows]
+    stiff = np.sqrt(squares)
     size = np.outer(stiff, stiff @ np.abs(R))
     return float(np.max(np.abs(forces[size > 0]) / size[size > 0], initial=0.0))
+
+
+def _element_dofs(part: Part) -> Any:
+    """Displacements (e, 12) of a part's nodes at the ends of its elements."""
+    return (6 * part.connectivity[..., None] + np.arange(6)).reshape(-1, 12)
+
+
+def _dofs_of(nodes: Any) -> Any:
+    """Displacements (6k,) of nodes (k,)."""
+    return (6 * np.asarray(nodes)[:, None] + np.arange(6)).ravel()
 
 
 def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion, motions
+from flexura.deadline import stage
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
@@ -181,6 +182,7 @@ def modes(
         full = chained(design_of(mechanism))
         return _low_modes(full, mechanism, min(n, mechanism.order), dict(mechanism.parameters), TOLERANCE)
     plan, single = plan_of(mechanism), one_design(parameters)
+    stage("assembling the full order")
     model = assemble(plan, single)
     if model.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
@@ -193,7 +195,7 @@ def modes(
     if order == "full":
         return _full_modes(chained(model), min(n, model.order), single)
     how = reduction_of(plan, given, n)
-    low = reduce(plan, single, **how)
+    low = reduce(model, **how)
     if how.get("up_to") is not None:
         n = low.order
     if low.order == 0:
@@ -311,7 +313,7 @@ def _pair(M: Any, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[
     for row, column in zip(rows, columns, strict=True):
         if space[row, column] >= SAME_MODE:
             partner[column] = row
-    return partner, [float(space[partner[k], k]) for k in range(len(values))]
+    return partner, [float(space[partner[k], k]) if partner[k] >= 0 else 0.0 for k in range(len(values))]
 
 
 def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) -> tuple[Exceeded, ...]:

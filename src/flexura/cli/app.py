@@ -30,6 +30,7 @@ from flexura.cli.options import (
     loads_of,
     print_json,
     read,
+    stages_shown,
 )
 from flexura.cli.response import COMMANDS
 from flexura.cli.verification import verify_command
@@ -102,6 +103,7 @@ def _root(
 ) -> None:
     del version, traceback  # the guard around the commands looks for it
     context.with_resource(size_limits(**parsed_limits(limit or [])))
+    context.with_resource(stages_shown())
 
 
 @app.command("modes")

@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from flexura.deadline import announced, stage
 from flexura.errors import ExpressionError, OptionError
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]
@@ -51,6 +53,7 @@ def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]
     from flexura.mechanism.substructure import has_solid_members
     from flexura.modelfile import load
 
+    stage("reading the file")
     mechanism = load(file)
     parameters = settings_of(mechanism, settings)
     if has_solid_members(mechanism):
@@ -61,9 +64,26 @@ def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]
     return mechanism, parameters
 
 
-def _say(stage: str) -> None:
+def _say(words: str) -> None:
     """One line of progress."""
-    sys.stderr.write(f"{stage} ...\n")
+    sys.stderr.write(f"{words} ...\n")
+
+
+QUIET = 2.0
+"""Seconds that a command may take before it says what it is at."""
+
+
+@contextmanager
+def stages_shown() -> Iterator[None]:
+    """Say on a terminal what a command is at, once it has taken more than a moment."""
+    begun = time.monotonic()
+
+    def say(words: str) -> None:
+        if time.monotonic() - begun > QUIET:
+            _say(words)
+
+    with announced(say) if sys.stderr.isatty() else nullcontext():
+        yield
 
 
 def settings_of(mechanism: Any, settings: list[str] | None) -> dict[str, float]:

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.deadline import checkpoint
+from flexura.deadline import checkpoint, stage
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import Eigenpairs, bracket, lowest, lowest_modes
+from flexura.linalg import Eigenpairs, lowest
 from flexura.reduction.assembler import LowOrderAssembler
 from flexura.reduction.certificate import HERTZ, SPARE, Certificate, cluster_end, model_pairs, proof
-from flexura.reduction.chained import chained
+from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.condensation import condense
 from flexura.reduction.craig_bampton import CraigBampton
+from flexura.reduction.full_modes import reduce_by_modes, wide_parts
+from flexura.reduction.goal import Goal, proven, smallest
 from flexura.reduction.low_order import Coordinates
 from flexura.reduction.model import LowOrderModel, assembled
 from flexura.structure.full_order import FullOrderModel
-from flexura.structure.plan import Geometry
 
 Array = NDArray[np.float64]
 
@@ -35,36 +36,14 @@ GUESS = 8
 """Eigenpairs computed at first where a frequency is the limit."""
 
 
-@dataclass(frozen=True)
-class Goal:
-    """What a reduced model must get right within `tolerance`: the lowest `modes`, or all up to `up_to` Hz.
-
-    Where round-off stands in the way, the closest model is good enough for `best_effort`.
-    """
-
-    tolerance: float
-    up_to: float | None = None
-    modes: int | None = None
-    best_effort: bool = False
-
-    def count(self, values: Array) -> int:
-        """How many of ascending squared frequencies (k,) are asked for."""
-        if self.modes is not None:
-            return min(self.modes, len(values))
-        return int((values <= (HERTZ * (self.up_to or 0.0)) ** 2).sum())
-
-
 class _Refinement:
     """Craig-Bampton models of one design with more and more fixed-interface modes, checked against the full order."""
 
-    def __init__(
-        self, assembler: LowOrderAssembler, values: Array, geometry: Geometry, exact_at: tuple[str, ...], goal: Goal
-    ) -> None:
-        self.assembler, self.values, self.geometry, self.exact_at = assembler, values, geometry, exact_at
-        self.goal = goal
+    def __init__(self, assembler: LowOrderAssembler, full: ChainedModel, exact_at: tuple[str, ...], goal: Goal) -> None:
+        self.assembler, self.exact_at, self.goal = assembler, exact_at, goal
+        self.values, self.geometry = values, geometry = full.model.values, full.model.geometry
         plan = assembler.plan
-        self.full = FullOrderModel(plan, {}, values, geometry, *plan.full_order(values, geometry))
-        self.chained = chained(self.full)
+        self.chained = full
         matrices = plan.matrices(values, geometry)
         self.modes: dict[str, CraigBampton] = {
             name: reducer.craig_bampton(matrices[name], geometry) for name, reducer in assembler.reducers.items()
@@ -103,7 +82,7 @@ class _Refinement:
     def shares(self, remainder: Array) -> dict[str, float]:
         """Share of residuals (n, k) in the interior of each prototype, all its copies together (theory eq. C6)."""
         shapes = self.chained.recover(remainder)
-        density = np.append(np.einsum("ik,ik->i", shapes, self.full.M @ shapes), 0.0)
+        density = np.append(np.einsum("ik,ik->i", shapes, self.chained.model.M @ shapes), 0.0)
         topology = self.assembler.plan.topology
         found = {}
         for name, reducer in self.assembler.reducers.items():
@@ -133,8 +112,7 @@ class _Refinement:
 
 def reduce_to_tolerance(
     assembler: LowOrderAssembler,
-    values: Array,
-    geometry: Geometry,
+    model: FullOrderModel,
     exact_at: tuple[str, ...],
     goal: Goal,
     coordinates: Coordinates,
@@ -144,19 +122,24 @@ def reduce_to_tolerance(
     Raises OptionError for impossible options, or when there is no frequency up to the goal's, and SolverError when the
     tolerance is beyond round-off.
     """
-    _refuse_impossible(goal, coordinates)
-    work = _Refinement(assembler, values, geometry, exact_at, goal)
+    full = chained(model)
+    if coordinates != "substructures" and (wide := wide_parts(assembler)):
+        return reduce_by_modes(full, goal, exact_at, wide, coordinates)
+    stage("reducing")
+    work = _Refinement(assembler, full, exact_at, goal)
     grown: list[str] = []
     while True:
         checkpoint()
         low = work.model()
         pairs, n = work.below(low)
         if not n:
-            _refuse_empty(work)
+            if goal.modes is not None and work.is_whole():
+                raise OptionError("the mechanism has no mass")
+            goal.refuse_empty(full)
             grown += work.refine(None)
             continue
         found, enclosures = proof(work.chained, pairs, n, goal.up_to)
-        failing = (found.error_bound > goal.tolerance) & (found.lower_hz > 0)
+        failing = goal.missed(found)
         short = goal.modes is not None and n < goal.modes and not work.is_whole()
         met = found.is_complete and not failing.any() and not short
         if met or (goal.best_effort and (work.is_whole() or not found.is_counted)):
@@ -170,36 +153,12 @@ def reduce_to_tolerance(
         grown += work.refine(enclosures.remainder[:, failing] if known else enclosures.remainder)
 
 
-def _refuse_impossible(goal: Goal, coordinates: str) -> None:
-    if not (np.isfinite(goal.tolerance) and 0 < goal.tolerance < 1):
-        raise OptionError(f"tolerance is a relative error between 0 and 1, such as 1e-3, not {goal.tolerance}")
-    if goal.up_to is not None and not (np.isfinite(goal.up_to) and goal.up_to > 0):
-        raise OptionError(f"up_to is a positive frequency in Hz, not {goal.up_to}")
-    if goal.modes is not None and goal.modes < 1:
-        raise OptionError(f"the number of modes is a whole number, at least 1, not {goal.modes!r}")
-    if coordinates not in ("modal", "physical", "substructures"):
-        raise OptionError(f"coordinates are modal, physical or substructures, not {coordinates!r}")
-
-
-def _refuse_empty(work: _Refinement) -> None:
-    up_to = work.goal.up_to
-    if up_to is None:
-        if work.is_whole():
-            raise OptionError("the mechanism has no mass")
-        return
-    pencil = work.chained.pencil
-    if bracket(pencil, (HERTZ * up_to) ** 2).most == 0:
-        first = np.sqrt(lowest_modes(pencil, 1, work.chained.rigid_motions).values[0]) / HERTZ
-        raise OptionError(f"no natural frequency lies below {up_to:g} Hz: the lowest is {first:.5g} Hz")
-
-
 def _reason(work: _Refinement, grown: list[str], proof: Certificate) -> str:
     kept = {name: count for name, count in work.counts.items() if count}
     words = [f"{name or 'mechanism'} {count}" for name, count in kept.items()]
     modes = f"fixed-interface modes kept: {', '.join(words)}" if words else "constraint modes suffice"
     refined = f" (refined for the tolerance: {', '.join(sorted({g or 'mechanism' for g in grown}))})" if grown else ""
-    worst = float(proof.error_bound[proof.frequency_hz > 0].max(initial=0.0))
-    return f"{modes}{refined}; {proof.count} frequencies below {proof.below_hz:.5g} Hz, proven within {worst:.1g}"
+    return f"{modes}{refined}; {proven(proof)}"
 
 
 def _in_coordinates(
@@ -214,7 +173,7 @@ def _in_coordinates(
     low = replace(low, steps=(*low.steps, reason))
     if coordinates == "substructures":
         return low
-    step = f"order {n}: no smaller model has the {n} frequencies that the inertia count proves"
+    step = smallest(n)
     if coordinates == "modal":
         own = lowest(low.K, low.M, min(n + SPARE, low.order)).vectors
         own = own if len(pairs.values) <= own.shape[1] else np.eye(low.order)

@@ -170,6 +170,17 @@ def chained(
     the state of load that the model is about, by default that of the loads that are described. Raises OptionError for
     numbers below one.
     """
+    if pieces is not None or geometric is not None:
+        return _chained(model, pieces, tapered_pieces, geometric)
+    if "chained" not in model.prepared:
+        model.prepared["chained"] = _chained(model, None, tapered_pieces, None)
+    return model.prepared["chained"]
+
+
+def _chained(
+    model: FullOrderModel, pieces: int | None, tapered_pieces: int, geometric: sp.csc_matrix | None
+) -> ChainedModel:
+    """The model as `chained` has it, worked out anew."""
     plan = model.plan
     chains = []
     for name in model.matrices:

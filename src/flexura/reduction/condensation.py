@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.linalg import lowest
 from flexura.reduction.model import LowOrderModel, SubstructureBasis
+from flexura.sizes import within
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -47,7 +48,7 @@ def condense(
     """
     if method not in get_args(Condensation):
         raise OptionError(f"method is one of {', '.join(get_args(Condensation))}, not {method!r}")
-    K, M = (np.asarray(A.toarray() if hasattr(A, "toarray") else A) for A in (low.K, low.M))
+    K, M = low.K, low.M
     if isinstance(to, int | np.integer):
         masters, m = None, int(to)
     else:
@@ -58,7 +59,7 @@ def condense(
             f"a model of order {low.order} is condensed to between 1 and {low.order} coordinates, not {m}"
         )
     numbers = np.arange(m) if modes is None else _numbered(modes, m, low.order, method)
-    weight = np.sqrt(np.diagonal(M))
+    weight = np.sqrt(M.diagonal())
     if masters is None or method in ("serep", "modal"):
         pairs = lowest(K, M, int(numbers[-1]) + 1)
         if not np.isfinite(pairs.values).all():
@@ -69,6 +70,8 @@ def condense(
         masters = _chosen(low, vectors, weight) if masters is None else masters
         if method == "serep":
             return low.projected(_serep(vectors, masters, weight), *_said(low, masters, method))
+    within("dense_entries", low.order**2, f"{method.replace('_', ' ')} of a model of order {low.order}")
+    K, M = (np.asarray(A.toarray() if hasattr(A, "toarray") else A) for A in (K, M))
     return low.projected(_reduced_system(K, M, masters, method), *_said(low, masters, method))
 
 

@@ -9,13 +9,14 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.deadline import stage
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
-from flexura.structure.plan import Plan, one_design, plan_of
-from flexura.structure.representable import refuse_unrepresentable
+from flexura.structure.full_order import FullOrderModel, assemble, design
+from flexura.structure.plan import Plan, plan_of
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,7 @@ Method = Literal["craig_bampton", "rubin"]
 
 
 def reduce(
-    mechanism: Mechanism | Plan,
+    mechanism: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
     keep: int | Mapping[str, int] = 0,
@@ -51,15 +52,19 @@ def reduce(
     says what is proven. Its `coordinates` are modal, physical displacements (SEREP), or those of the substructures;
     `certificate` holds the proof and `steps` say what was kept and why.
 
+    The lowest modes of the full order are that model where so many nodes of a part are kept that constraint modes do
+    not pay. An assembled model may stand in place of the mechanism.
+
     Static response at the nodes `static_at` stays that of the full-order model through every further step; they must
     be kept, and are by default the mechanism's interface, or else its rigid bodies.
     Raises ModelError for a description that cannot be used, OptionError for impossible options, SolverError for a
     tolerance beyond round-off.
     """
-    plan, single = plan_of(mechanism), one_design(parameters)
+    plan = mechanism.plan if isinstance(mechanism, FullOrderModel) else plan_of(mechanism)
     assembler = low_order(plan)
-    for reducer in assembler.reducers.values():
-        reducer.refuse_too_large()
+    if tolerance is None:
+        for reducer in assembler.reducers.values():
+            reducer.refuse_too_large()
     counts = kept_counts(assembler, keep)
     if not (np.isfinite(keep_below) and keep_below >= 0):
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")
@@ -72,21 +77,20 @@ def reduce(
         raise OptionError("give either a tolerance and what it is for, or what to keep and how")
     if method not in get_args(Method):
         raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
-    plan.verify(single)
-    values = plan.values(single)
-    geometry = plan.geometry(values)
-    with np.errstate(all="ignore"):  # what is not finite is refused by name
-        matrices = plan.matrices(values, geometry)
-        refuse_unrepresentable(plan, matrices)
+    if coordinates not in get_args(Coordinates):
+        raise OptionError(f"coordinates are modal, physical or substructures, not {coordinates!r}")
+    _, single, values, geometry = design(mechanism if isinstance(mechanism, FullOrderModel) else plan, parameters)
     exact_at = static_nodes(assembler, static_at)
     if tolerance is not None:
-        from flexura.reduction.adaptive import Goal, reduce_to_tolerance
+        from flexura.reduction.adaptive import reduce_to_tolerance
+        from flexura.reduction.goal import Goal
 
-        low = reduce_to_tolerance(
-            assembler, values, geometry, exact_at, Goal(tolerance, up_to, modes, best_effort), coordinates
-        )
+        goal = Goal(tolerance, up_to, modes, best_effort)
+        stage("assembling the full order")
+        model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(plan, single)
+        low = reduce_to_tolerance(assembler, model, exact_at, goal, coordinates)
         return replace(low, parameters=single)
-    parts = {}
+    parts, matrices = {}, plan.matrices(values, geometry)
     for name, reducer in assembler.reducers.items():
         own = reducer.craig_bampton(matrices[name], geometry)
         if method == "rubin":

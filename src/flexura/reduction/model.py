@@ -18,6 +18,7 @@ from flexura.mechanism.layout import TOP
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.reduction.assembler import LowOrderAssembler, with_modes
 from flexura.reduction.craig_bampton import ReducedPart
+from flexura.sizes import within
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.prestress import solve_definite
 from flexura.structure.slots import Index
@@ -108,6 +109,32 @@ class SubstructureBasis:
 
 
 @dataclass(frozen=True)
+class FullBasis:
+    """The DOFs of the full-order model themselves."""
+
+    plan: Plan
+
+    @property
+    def parts(self) -> dict[str, ReducedPart]:
+        """No prototype is reduced."""
+        return {}
+
+    @property
+    def coordinate_names(self) -> list[str]:
+        """E.g. `platform.rz`."""
+        return self.plan.topology.dof_names()
+
+    @property
+    def recovery(self) -> sp.csr_matrix:
+        """All DOFs of the full-order model from the coordinates, which they are."""
+        return sp.csr_matrix(sp.identity(self.plan.topology.n_dof, format="csr"))
+
+    def recover(self, coordinates: Array) -> Array:
+        """Full-order DOF vectors (full order, k) for coordinates (n, k)."""
+        return coordinates
+
+
+@dataclass(frozen=True)
 class ProjectedBasis:
     """Coordinates that determine those of another model: q_parent = T q."""
 
@@ -136,7 +163,7 @@ STATE = "about the state under the loads and gravity that are described"
 DENSE_ORDER = 1500
 """Up to this order the low-order K and M are dense arrays, beyond it sparse."""
 
-Basis: TypeAlias = SubstructureBasis | ProjectedBasis
+Basis: TypeAlias = SubstructureBasis | FullBasis | ProjectedBasis
 
 
 @dataclass(frozen=True)
@@ -204,9 +231,14 @@ class LowOrderModel:
         if unknown:
             known = ", ".join(self.static_nodes) or "none"
             raise OptionError(f"static response is exact at {known}; name {unknown[0]} in `static_at` when reducing")
-        at = np.array([6 * self.static_nodes.index(n) + k for n in nodes for k in range(6)], dtype=np.intp)
-        own = self._own_flexibility(nodes)
-        return own if self.residual is None else own + self.residual[np.ix_(at, at)]
+        within("dense_entries", 6 * len(nodes) * self.order, f"the compliance at {len(nodes)} nodes")
+        if self.origin is not None:
+            found = self.origin.compliance(nodes)
+        elif self.plan.is_loaded and not isinstance(self.basis, FullBasis):
+            found = self._full_flexibility(nodes)
+        else:
+            found = self._own_flexibility(nodes)
+        return (found + found.T) / 2
 
     @cached_property
     def residual(self) -> Array | None:
@@ -214,13 +246,9 @@ class LowOrderModel:
 
         Constraint modes are static shapes without load, so that under loads they lack some too.
         """
-        if self.origin is not None:
-            whole = self.origin.compliance(self.static_nodes)
-        elif self.plan.is_loaded:
-            whole = self._full_flexibility(self.static_nodes)
-        else:
+        if self.origin is None and not self.plan.is_loaded:
             return None
-        lost = whole - self._own_flexibility(self.static_nodes)
+        lost = self.compliance() - self._own_flexibility(self.static_nodes)
         return (lost + lost.T) / 2
 
     def _full_flexibility(self, nodes: Sequence[str]) -> Array:

@@ -15,6 +15,7 @@ from flexura.linalg import lowest
 from flexura.mechanism.body import Matrix, Superelement
 from flexura.mechanism.substructure import DOF_NAMES, Substructure
 from flexura.reduction.model import LowOrderModel
+from flexura.sizes import within
 from flexura.structure import FullOrderModel
 from flexura.structure.slots import Index
 
@@ -87,6 +88,7 @@ def nested(
     names = _names(low, low.static_nodes if nodes is None else nodes)
     if keep is not None and (not isinstance(keep, int | np.integer) or keep < 0):
         raise OptionError(f"the number of amplitudes is a whole number, zero or more, not {keep!r}")
+    within("dense_entries", low.order**2, f"a superelement of a model of order {low.order}")
     K, M = (np.asarray(A.toarray() if hasattr(A, "toarray") else A) for A in (low.K, low.M))
     P, N = _split(low, list(names), K, M)
     K_rr, M_rr = N.T @ K @ N, N.T @ M @ N

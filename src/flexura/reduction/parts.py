@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,37 +27,50 @@ SPARSE_FROM = 3000
 """Order beyond which what chains leave is condensed with sparse factors, one design at a time."""
 
 
+WIDE = 900
+"""Freedoms kept of a part beyond which modes of the full order are quicker than constraint modes."""
+
+
 class PartReducer:
     """Reduces one prototype's own part to its boundary nodes."""
 
     def __init__(self, part: Part) -> None:
         self.part = part
-        every = part.lump_nodes()
-        elements = _node_dofs_each(part.connectivity)
-        n = 6 * part.n_nodes
-        self._stiffness = Scatter([elements, *(_node_dofs(nodes)[None] for nodes, k, _ in every if k)], n)
-        self._mass = Scatter([elements, *(_node_dofs(nodes)[None] for nodes, _, m in every if m)], n)
         self.boundary_dofs = _node_dofs(part.boundary)
         self.interior_dofs = _node_dofs(part.interior)
         self.chains = find_chains(part)
-        self._prepare_condensation()
         self._remembered: tuple[Geometry, list[ChainKinematics]] | None = None
 
-    def _prepare_condensation(self) -> None:
-        """Number the nodes that remain after chains are condensed: the boundary first, then the rest."""
+    @cached_property
+    def remaining(self) -> Index:
+        """Nodes that are left after chains are condensed: the boundary first, then the rest."""
         part = self.part
-        lumps = part.lump_nodes()
         ends = {int(n) for group in self.chains for n in group.nodes[:, [0, -1]].ravel()}
-        ends |= {n for nodes, _, _ in lumps for n in nodes}
-        rest = sorted(ends - set(part.boundary.tolist()))
-        self.remaining = np.array([*part.boundary, *rest], dtype=np.intp)
-        """Nodes that are left, the boundary first."""
-        number = np.full(part.n_nodes, -1)
-        number[[*part.boundary, *rest]] = np.arange(len(part.boundary) + len(rest))
-        chains = [_node_dofs_each(number[group.nodes[:, [0, -1]]]) for group in self.chains]
-        n = 6 * (len(part.boundary) + len(rest))
-        self._chain_stiffness = Scatter([*chains, *(_node_dofs(number[nodes])[None] for nodes, k, _ in lumps if k)], n)
-        self._chain_mass = Scatter([*chains, *(_node_dofs(number[nodes])[None] for nodes, _, m in lumps if m)], n)
+        ends |= {n for nodes, _, _ in part.lump_nodes() for n in nodes}
+        return np.array([*part.boundary, *sorted(ends - set(part.boundary.tolist()))], dtype=np.intp)
+
+    @cached_property
+    def _stiffness(self) -> Scatter:
+        return self._scatter([self.part.connectivity], np.arange(self.part.n_nodes), 1)
+
+    @cached_property
+    def _mass(self) -> Scatter:
+        return self._scatter([self.part.connectivity], np.arange(self.part.n_nodes), 2)
+
+    @cached_property
+    def _chain_stiffness(self) -> Scatter:
+        return self._scatter([group.nodes[:, [0, -1]] for group in self.chains], self.remaining, 1)
+
+    @cached_property
+    def _chain_mass(self) -> Scatter:
+        return self._scatter([group.nodes[:, [0, -1]] for group in self.chains], self.remaining, 2)
+
+    def _scatter(self, connected: list[Index], nodes: Index, which: int) -> Scatter:
+        """The pattern over some nodes of what connects them, and of the lumps that have stiffness (1) or mass (2)."""
+        number = np.full(self.part.n_nodes, -1)
+        number[nodes] = np.arange(len(nodes))
+        lumps = [_node_dofs(number[own[0]])[None] for own in self.part.lump_nodes() if own[which]]
+        return Scatter([*(_node_dofs_each(number[each]) for each in connected), *lumps], 6 * len(nodes))
 
     def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (6n, 6n) of the part in its own frame, one design."""
@@ -88,14 +102,29 @@ class PartReducer:
 
         return CraigBampton(*self.assembled(matrices), self.interior_dofs, self.boundary_dofs, stiffness)
 
+    @property
+    def kept_nodes(self) -> str:
+        """How many nodes are kept, in words."""
+        name = self.part.name or "mechanism"
+        return f"{name}: {len(self.part.boundary)} of its {self.part.n_nodes} nodes are kept"
+
+    @property
+    def is_wide(self) -> bool:
+        """True where so much is kept that modes of the full order come from sparse factors sooner than constraint
+        modes."""
+        kept = len(self.boundary_dofs)
+        return kept > WIDE or beyond("dense_entries", kept * 6 * self.part.n_nodes) is not None
+
     def refuse_too_large(self) -> None:
         """Raise OptionError where the constraint modes of all that is kept are too large a matrix."""
         kept, n = len(self.boundary_dofs), 6 * self.part.n_nodes
         if found := beyond("dense_entries", kept * n):
-            name = self.part.name or "mechanism"
-            rule = f"{len(self.part.boundary)} of its {self.part.n_nodes} nodes are kept: {found[1]}"
-            advice = "take the full order (--order full), or divide it into substructures that share few nodes"
-            raise OptionError(f"{name}: {rule} (found {n} x {kept} constraint modes)\n    hint: {advice}; {found[2]}")
+            rule = f"{self.kept_nodes}: {found[1]}"
+            advice = (
+                "ask for a tolerance, which takes modes of the full order here; or divide it into substructures that"
+                " share few nodes"
+            )
+            raise OptionError(f"{rule} (found {n} x {kept} constraint modes)\n    hint: {advice}; {found[2]}")
 
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -220,6 +221,8 @@ class FullOrderModel:
     geometry: Geometry
     K: sp.csc_matrix
     M: sp.csc_matrix
+    prepared: dict[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
+    """What later steps have worked out from this model alone, to be used again."""
 
     @property
     def order(self) -> int:
@@ -304,7 +307,7 @@ def assemble(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | 
     Raises ModelError for a description that cannot be used, OptionError for unknown parameters and what cannot be
     loaded, and SolverError when its loads and gravity buckle it.
     """
-    plan, single, values, geometry = _design(mechanism, parameters)
+    plan, single, values, geometry = design(mechanism, parameters)
     return FullOrderModel(plan, single, values, geometry, *plan.full_order(values, geometry))
 
 
@@ -315,18 +318,24 @@ def unloaded(
 
     Raises OptionError for parameters beside a model that is assembled already.
     """
+    plan, single, values, geometry = design(mechanism, parameters)
     if isinstance(mechanism, FullOrderModel):
-        if parameters:
-            raise OptionError("parameters belong to a mechanism, not to an assembled model")
         own = mechanism
-        return replace(own, K=own.plan.full_order.elastic(own.values, own.geometry)[0]) if own.plan.is_loaded else own
-    plan, single, values, geometry = _design(mechanism, parameters)
+        return replace(own, K=plan.full_order.elastic(values, geometry)[0]) if plan.is_loaded else own
     return FullOrderModel(plan, single, values, geometry, *plan.full_order.elastic(values, geometry))
 
 
-def _design(
-    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None
+def design(
+    mechanism: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None
 ) -> tuple[Plan, dict[str, float], Array, Geometry]:
+    """Plan, replaced parameters, slot values and geometry of one design, which can be assembled.
+
+    Raises ModelError and OptionError as `assemble` does, and OptionError for parameters beside an assembled model.
+    """
+    if isinstance(mechanism, FullOrderModel):
+        if parameters:
+            raise OptionError("parameters belong to a mechanism, not to an assembled model")
+        return mechanism.plan, one_design(mechanism.parameters), mechanism.values, mechanism.geometry
     plan, single = plan_of(mechanism), one_design(parameters)
     plan.verify(single)
     values = plan.values(single)
