@@ -6,6 +6,8 @@ What was there before stays until the new file is complete.
 from __future__ import annotations
 
 import os
+import platform
+import re
 import shutil
 import stat
 import tempfile
@@ -26,6 +28,10 @@ _KINDS = {
     stat.S_IFDIR: "a directory",
 }
 _PIECE = 1 << 20
+_MACHINE = re.sub(r"\W", "_", platform.node())[:40]
+SCRATCH = "flexura-"
+"""How names of temporary folders begin; those in a folder of results are hidden, too."""
+
 MISSING = "the file does not exist"
 
 
@@ -135,19 +141,61 @@ def complete_files(folder: str | Path, make: bool = False) -> Iterator[Path]:
             target.mkdir(parents=True)
         elif not target.is_dir():
             raise OptionError(f"there is no folder {folder}")
-        scratch = Path(tempfile.mkdtemp(prefix=".flexura-", dir=target))
         try:
-            yield scratch
-            for file in sorted(scratch.iterdir()):
-                _flush(file)
-            for file in sorted(scratch.iterdir()):
-                file.replace(target / file.name)
+            with scratch_folder(target, f".{SCRATCH}") as scratch:
+                yield scratch
+                for file in sorted(scratch.iterdir()):
+                    _flush(file)
+                for file in sorted(scratch.iterdir()):
+                    file.replace(target / file.name)
         finally:
-            shutil.rmtree(scratch, ignore_errors=True)
             if made and not any(target.iterdir()):
                 target.rmdir()
     except (OSError, ValueError) as error:
         raise _refused(folder, error) from None
+
+
+@contextmanager
+def scratch_folder(parent: str | Path | None = None, prefix: str = SCRATCH) -> Iterator[Path]:
+    """A folder of one's own, by default among the temporary files of the system, that is removed at the end.
+
+    Those that processes of this machine have left there, because they were killed, are removed before. A folder in use
+    is locked, which a killed process no longer holds. Raises OSError when no folder can be made.
+    """
+    parent = Path(tempfile.gettempdir() if parent is None else parent)
+    prefix += f"{_MACHINE}-"
+    for left in parent.glob(f"{prefix}*"):
+        lock = _locked(left)
+        if lock is not None:
+            shutil.rmtree(left, ignore_errors=True)
+            os.close(lock)
+    folder = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+    while (lock := _locked(folder)) is None and not folder.exists():  # it was taken for one that was left
+        folder = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def _locked(folder: Path) -> int | None:
+    """Number of a lock on a folder that is there and that nobody uses; None otherwise, and where there are no locks."""
+    try:
+        import fcntl
+
+        number = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
+    except (ImportError, OSError):
+        return None
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if os.fstat(number).st_ino == folder.lstat().st_ino:
+            return number
+    except OSError:
+        pass
+    os.close(number)
+    return None
 
 
 def write_file(path: str | Path, write: Callable[[Path], object]) -> Path:

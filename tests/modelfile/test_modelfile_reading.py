@@ -158,6 +158,13 @@ def test_superelement_energy_does_not_depend_on_the_units():
     assert u_si @ part.mass.array @ u_si == pytest.approx(u_mm @ M @ u_mm * 1e-6, rel=1e-13)
 
 
+@pytest.mark.parametrize("entry", ["1e151", "-1e300"])
+def test_entries_whose_squares_are_no_numbers(entry):
+    with pytest.raises(ModelError, match=r"at most 1e\+150 in size"):
+        loads(SUPERELEMENT.format(units="", K=str(MATRIX).replace("1.0", entry), M=MATRIX))
+
+
+COORDINATE = "%%MatrixMarket matrix coordinate real symmetric\n6 6 1\n{}"
 MATRIX = [[float(i == j) for i in range(6)] for j in range(6)]
 
 
@@ -171,6 +178,16 @@ MATRIX = [[float(i == j) for i in range(6)] for j in range(6)]
         ("%%MatrixMarket matrix array real general\n99999999 99999999\n1\n", "the matrices of this part are 6 x 6"),
         ("%%MatrixMarket matrix array real general\n6 6\n1\n", "not a real square Matrix Market file"),
         ("%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n", "its entries are pattern"),
+        (COORDINATE.format("1 1 2.5p"), "line 3: row, column and number are expected, not '1 1 2.5p'"),
+        (COORDINATE.format("1 1 1D3\n"), "line 3: row, column and number are expected, not '1 1 1D3'"),
+        (COORDINATE.format("1 1 nan\n"), "line 3: row, column and number"),
+        (COORDINATE.format("1 1 1e400\n"), "line 3: row, column and number"),
+        (COORDINATE.format("7 1 1\n"), "lies outside 6 x 6"),
+        (COORDINATE.format("1.5 1 1\n"), "lies outside 6 x 6"),
+        (COORDINATE.format("1 1 1\n1 1 2\n"), "its header says 1 entries, there are 2"),
+        (COORDINATE.replace(" 1\n", " 2\n").format("1 2 1\n2 1 1\n"), "an entry is given twice"),
+        ("%%MatrixMarket matrix array real symmetric\n6 6\n" + 20 * "1\n", "21 entries, there are 20"),
+        ("%%MatrixMarket matrix array real symmetric\n6 6\n" + 20 * "1\n" + "x", "line 23: one number is expected"),
     ],
 )
 def test_matrix_files_that_cannot_be_used(tmp_path, content, rule):

@@ -105,6 +105,8 @@ def lowered_by_bodies(full: FullOrderModel, values: Mapping[str, Any] | None = N
     squared = pairs.values[at]
     _pull(full, bodies, full.node_displacements(vectors))
     own = np.stack([b.flexibility(len(at)) / np.outer(squared, squared) for b in bodies])
+    if not np.isfinite(own).all():
+        raise SolverError("the flexibility of a body is beyond what double precision holds")
     added, shapes = np.linalg.eigh(np.diag(1 / squared) + own.sum(axis=0))
     hz = np.sort(np.sqrt(squared)) / (2 * np.pi)
     shares = np.einsum("km,bkl,lm->bm", shapes[:, ::-1], own, shapes[:, ::-1])

@@ -54,6 +54,12 @@ def dimension(unit: str) -> Exponents:
     return parse_unit(unit)[1]
 
 
+def refuse_unknown(quantity: object, what: str) -> None:
+    """Raise OptionError, which names the channel, for anything but a key of `UNITS`."""
+    if not isinstance(quantity, str) or quantity not in UNITS:
+        raise OptionError(f"{what}: there is no quantity {quantity!r}; quantities: {', '.join(UNITS)}")
+
+
 def quantity_of(text: str, quantity: str | None = None, what: str = "channel") -> tuple[str, float]:
     """Quantity, a key of `UNITS`, and factor to SI of a channel with a unit such as `m/s^2`, `m/s²`, `g`, `N` or `um`.
 
@@ -61,8 +67,8 @@ def quantity_of(text: str, quantity: str | None = None, what: str = "channel") -
     acceleration in g or mg is in standard gravities, a force in lb in lbf. Raises OptionError, which names the channel,
     for a text that is no unit and a unit of something else.
     """
-    if quantity is not None and quantity not in UNITS:
-        raise OptionError(f"{what}: there is no quantity {quantity!r}; quantities: {', '.join(UNITS)}")
+    if quantity is not None:
+        refuse_unknown(quantity, what)
     label = text.strip()
     gravity = _GRAVITIES.get(label.lower())
     if gravity is not None and (quantity == "acceleration" or (quantity is None and gravity == 1.0)):

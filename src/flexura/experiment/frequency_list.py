@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.errors import OptionError
+from flexura.errors import ModelError, OptionError
 from flexura.experiment.measurement import MeasuredChannel
 from flexura.files import read_text
 
@@ -106,24 +106,28 @@ def read_frequencies(path: str | Path) -> MeasuredFrequencies:
 
 
 def _csv_rows(text: str, name: str) -> list[Any]:
-    reader = csv.DictReader(io.StringIO(text), skipinitialspace=True)
-    if "frequency" not in (reader.fieldnames or ()):
+    reader = csv.DictReader(io.StringIO(text, newline=None), skipinitialspace=True)
+    try:
+        listed, headings = list(reader), reader.fieldnames
+    except csv.Error as error:
+        raise OptionError(f"{name}: not a table: {error}") from None
+    if "frequency" not in (headings or ()):
         raise OptionError(f"{name}: the header is frequency,unit,sigma")
     lines = text.rstrip().splitlines()
     blank = [n for n, line in enumerate(lines, 1) if not line.strip()]
     if blank:
         raise OptionError(f"{name}, line {blank[0]} is empty: write - for a mode that was not measured")
-    return [{k: v for k, v in row.items() if k == "frequency" or (k and v not in (None, ""))} for row in reader]
+    return [{k: v for k, v in row.items() if k == "frequency" or (k and v not in (None, ""))} for row in listed]
 
 
 def _yaml_rows(text: str, name: str) -> list[Any]:
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import YAMLError
+    from flexura.modelfile.document import parse_any
 
     try:
-        data = YAML(typ="safe", pure=True).load(text)
-    except YAMLError as error:
-        raise OptionError(f"{name}: not valid YAML: {' '.join(str(error).split())[:200]}") from None
+        data = parse_any(text, name).plain()
+    except ModelError as error:
+        problem = error.problems[0]
+        raise OptionError(f"{problem.where}: {problem.rule}") from None
     rows = data.get("frequencies") if isinstance(data, Mapping) else data
     if not isinstance(rows, Sequence) or isinstance(rows, str):
         raise OptionError(f"{name}: a list of frequencies is expected, e.g. frequencies: [46.9 rad/s, 53.5 rad/s]")

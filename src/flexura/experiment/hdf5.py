@@ -1,9 +1,18 @@
-"""HDF5 files from anywhere: what they claim is counted before it is read, and they lead to no other file."""
+"""HDF5 files from anywhere, read by a process of its own: the library can crash or hang on a damaged file.
+
+What files claim is counted before it is read, and they lead to no other file. A process takes a quarter of a second.
+"""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +20,21 @@ from numpy.typing import NDArray
 from flexura.errors import FlexuraError, OptionError
 from flexura.extras import need
 from flexura.files import refuse_unreadable
-from flexura.sizes import within
+from flexura.sizes import ENVIRONMENT, size_limit, within
+
+LIMITS = ("arrays", "file_bytes")
+"""Limits of size that hold for the file."""
+
+SECONDS = 10.0
+"""Processor time that a file may take, beside what its bytes take."""
+
+BYTES_PER_SECOND = 20e6
+"""Speed at which a file is read at least."""
+
+MEMORY = 4 << 30
+"""Bytes of address space that reading may take, beside three times those that a file may unpack to."""
+
+_ARRAY, _REFUSED, _END = b"a", b"r", b"."
 
 
 def read_datasets(path: Path) -> dict[str, NDArray[Any]]:
@@ -20,9 +43,81 @@ def read_datasets(path: Path) -> dict[str, NDArray[Any]]:
     Raises OptionError without h5py, for files that are damaged, keep data in other files, or claim more than the
     limits of size.
     """
+    size = refuse_unreadable(path)
+    limits = ",".join(f"{name}={size_limit(name)}" for name in LIMITS)
+    where = os.pathsep.join(folder for folder in sys.path if folder)
+    command = [sys.executable, "-P", "-m", __name__, str(path), str(SECONDS + size / BYTES_PER_SECOND)]
+    env = {**os.environ, ENVIRONMENT: limits, "PYTHONPATH": where, "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        with subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=env
+        ) as process:
+            try:
+                return _received(process.stdout, str(path))
+            finally:
+                process.kill()
+    except OSError as error:
+        raise OptionError(f"{path}: no process to read it in: {error}") from None
+
+
+def _received(stream: Any, place: str) -> dict[str, NDArray[Any]]:
+    """Arrays as `_send` has written them. Raises OptionError in the words of the process, and where it has died."""
+    found, pipe = {}, _Pipe(stream)
+    while (kind := pipe.read(1)) == _ARRAY:
+        with suppress(ValueError):  # of an array that was cut short
+            name = str(np.lib.format.read_array(pipe, allow_pickle=False))
+            found[name] = np.lib.format.read_array(pipe, allow_pickle=False)
+    if kind == _END:
+        return found
+    if kind == _REFUSED:
+        raise OptionError(pipe.read(-1).decode())
+    raise OptionError(f"{place}: damaged: the HDF5 library fails, or does not end, while it reads the file")
+
+
+class _Pipe:
+    """A stream that NumPy does not take for a file in which it can seek."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self.read = stream.read
+
+
+def _send(name: str, array: NDArray[Any], stream: BinaryIO) -> None:
+    stream.write(_ARRAY)
+    np.lib.format.write_array(_Out(stream), np.array(name), allow_pickle=False)
+    np.lib.format.write_array(_Out(stream), array, allow_pickle=False)
+
+
+class _Out:
+    """A stream that NumPy writes to as to one without a number."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self.write = stream.write
+
+
+def _serve(path: Path, seconds: float) -> None:
+    """Write the arrays of a file, or why it is refused, to stdout; within limits of memory and processor time."""
+    with suppress(ImportError):  # Windows has none
+        import resource
+
+        memory, used = MEMORY + 3 * size_limit("file_bytes"), int(time.process_time() + seconds) + 1
+        for what, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, used), (resource.RLIMIT_CORE, 0)):
+            hard = resource.getrlimit(what)[1]
+            least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+            resource.setrlimit(what, (least, least))
+    stream = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what the library prints
+    try:
+        _read(path, lambda name, array: _send(name, array, stream))
+        stream.write(_END)
+    except FlexuraError as error:
+        stream.write(_REFUSED + str(error).encode("utf-8", "replace"))
+    stream.flush()
+
+
+def _read(path: Path, take: Callable[[str, NDArray[Any]], None]) -> None:
+    """Give the datasets and attributes of a file to `take`. Raises OptionError."""
     h5py = need("h5py", "experiment")
-    refuse_unreadable(path)
-    found = _Found(h5py, str(path))
+    found = _Found(h5py, str(path), take)
     try:
         with h5py.File(path, "r") as root:
             found.add("", root)
@@ -32,16 +127,14 @@ def read_datasets(path: Path) -> dict[str, NDArray[Any]]:
         raise
     except Exception as error:  # the library has errors of its own and of every kind of damage
         raise OptionError(f"{path}: not an HDF5 file, or damaged: {error}") from None
-    return found.arrays
 
 
 class _Found:
-    """Collects arrays within the limits of size."""
+    """Takes arrays within the limits of size."""
 
-    def __init__(self, h5py: Any, place: str) -> None:
-        self.h5py, self.place = h5py, place
-        self.arrays: dict[str, NDArray[Any]] = {}
-        self.bytes = 0
+    def __init__(self, h5py: Any, place: str, take: Callable[[str, NDArray[Any]], None]) -> None:
+        self.h5py, self.place, self.give = h5py, place, take
+        self.count = self.bytes = 0
 
     def add(self, name: str, item: Any) -> None:
         """The attributes of a group or dataset, and its data."""
@@ -56,16 +149,22 @@ class _Found:
         elif isinstance(item, self.h5py.Group):
             _refuse_links(self.h5py, item, self.place)
 
-    def take(self, name: str, shape: tuple[int, ...] | None, dtype: Any, read: Any) -> None:
-        """Read one array when there is room for it."""
+    def take(self, name: str, shape: tuple[int, ...] | None, dtype: Any, read: Callable[[], Any]) -> None:
+        """Read one array when there is room for it; objects other than texts are left out."""
         place = f"{self.place}: {name}"
-        within("arrays", len(self.arrays) + 1, self.place)
+        self.count += 1
+        within("arrays", self.count, self.place)
         count = int(np.prod(shape or (), dtype=object))
         if self.h5py.check_vlen_dtype(dtype) is not None or self.h5py.check_string_dtype(dtype) is not None:
             within("arrays", count, f"{place}: texts")
         self.bytes += count * dtype.itemsize
         within("file_bytes", self.bytes, f"{place}, unpacked")
-        self.arrays[name.replace("/", ".")] = np.asarray(read())
+        array = np.asarray(read())
+        if array.dtype.hasobject and all(isinstance(x, str) for x in array.ravel().tolist()):
+            within("file_bytes", self.bytes + 4 * array.size * max(map(len, array.ravel().tolist()), default=0), place)
+            array = array.astype(str)
+        if not array.dtype.hasobject:
+            self.give(name.replace("/", "."), array)
 
 
 def _refuse_links(h5py: Any, group: Any, place: str) -> None:
@@ -73,3 +172,7 @@ def _refuse_links(h5py: Any, group: Any, place: str) -> None:
         if isinstance(group.get(name, getlink=True), h5py.ExternalLink):
             where = f"{group.name.rstrip('/')}/{name}"
             raise OptionError(f"{place}: {where} is a link to another file, which is not followed")
+
+
+if __name__ == "__main__":
+    _serve(Path(sys.argv[1]), float(sys.argv[2]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
-from flexura.experiment.channel_units import quantity_of
+from flexura.experiment.channel_units import quantity_of, refuse_unknown
 from flexura.experiment.measurement import MeasuredChannel
 from flexura.mechanism import Mechanism
 from flexura.mechanism.substructure import DOF_NAMES
@@ -96,7 +96,7 @@ def _place(entry: Any, what: str) -> Place:
     if unit is not None:
         quantity = quantity_of(str(unit), quantity, what)[0]
     elif quantity is not None:
-        _known(quantity, what)
+        refuse_unknown(quantity, what)
     force = entry.get("force")
     if force is not None and quantity_of(str(force), None, what)[0] not in FORCES:
         raise OptionError(f"{what}: {force} is no unit of a force or a moment")
@@ -109,13 +109,6 @@ def _place(entry: Any, what: str) -> Place:
         entry.get("input"),
         None if force is None else str(force),
     )
-
-
-def _known(quantity: Any, what: str) -> None:
-    from flexura.systems.channel import UNITS
-
-    if quantity not in UNITS:
-        raise OptionError(f"{what}: there is no quantity {quantity!r}; quantities: {', '.join(UNITS)}")
 
 
 def _position(raw: Any, what: str) -> tuple[float, float, float]:

@@ -36,6 +36,10 @@ def _refuse_response(frf: MeasuredFRF, where: str) -> None:
     if not (np.isfinite(frf.frequency_hz).all() and frf.frequency_hz.min() >= 0 and frf.frequency_hz.max() <= HIGHEST):
         span = f"{frf.frequency_hz.min():g} to {frf.frequency_hz.max():g}"
         raise OptionError(f"{where}: frequencies lie between 0 and {HIGHEST:g} Hz, these from {span}")
+    if (np.diff(frf.frequency_hz) <= 0).any():
+        at = int(np.argmax(np.diff(frf.frequency_hz) <= 0))
+        pair = f"{frf.frequency_hz[at]:g} Hz comes before {frf.frequency_hz[at + 1]:g} Hz"
+        raise OptionError(f"{where}: frequencies ascend, each is given once; {pair}")
     if not (np.isfinite(frf.decay) and 0 <= frf.decay <= HIGHEST):
         raise OptionError(f"{where}: the decay of a window is a rate in 1/s, not {frf.decay:g}")
     _refuse_large(frf.response, where)

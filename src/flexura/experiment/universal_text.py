@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from flexura.errors import OptionError
+from flexura.files import read_bytes, scratch_folder
 
 _NUMBERS = re.compile(rb"^[ \t\d.+\-EeDd]*\d[Dd][+-]?\d[ \t\d.+\-EeDd]*\r?$", re.MULTILINE)
 _EXPONENT = re.compile(rb"(?<=\d)[Dd](?=[+-]?\d)|(?<=\d\.)[Dd](?=[+-]?\d)")
@@ -21,12 +21,12 @@ _COLUMNS = 80
 @contextmanager
 def readable(path: Path) -> Iterator[Path]:
     """The path itself, or of a file in ASCII with exponents such as 1.0D+01 one of a copy that has E in their place."""
-    content = path.read_bytes()
+    content = read_bytes(path)
     if b"58b" in content or not _NUMBERS.search(content):
         yield path
         return
-    with TemporaryDirectory() as folder:
-        copy = Path(folder) / path.name
+    with scratch_folder() as folder:
+        copy = folder / path.name
         copy.write_bytes(_NUMBERS.sub(lambda line: _EXPONENT.sub(b"E", line[0]), content))
         yield copy
 

@@ -7,9 +7,7 @@ import platform
 import shutil
 import subprocess
 import sys
-import tempfile
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +16,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.exports.linear import Array, Blocks, balance, blocks_of, nominals
+from flexura.files import scratch_folder
 from flexura.structure.slots import Index
 from flexura.systems.state_space import StateSpace
 
@@ -103,8 +102,7 @@ def shared_library(sources: dict[str, str]) -> bytes:
             f"there is no C compiler {name!r}: install one (Debian: apt install gcc libc6-dev), or write the FMU with"
             " sources alone (`binary=False`)"
         )
-    with tempfile.TemporaryDirectory(prefix="flexura-") as scratch:
-        folder = Path(scratch)
+    with scratch_folder() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
         command = [compiler, *FLAGS, "-o", "model.bin", *SOURCES, "-lm"]

@@ -149,6 +149,10 @@ class Spring(Part):
         return self
 
 
+LARGEST_ENTRY = 1e150
+"""Largest entry of a superelement matrix, whose square is still a finite number."""
+
+
 class Matrix:
     """An immutable real matrix that compares by value."""
 
@@ -183,6 +187,8 @@ def _matrix(raw: Any) -> Matrix:
         raise refuse(*found[1:])
     if not np.isfinite(matrix.array).all():
         raise refuse("entries of a matrix are finite")
+    if abs(matrix.array).max(initial=0.0) > LARGEST_ENTRY:
+        raise refuse(f"entries of a matrix are at most {LARGEST_ENTRY:g} in size", "are they in the unit said?")
     return matrix
 
 

@@ -100,10 +100,18 @@ def parse(text: str, name: str) -> Node:
 
     Raises ModelError, with `name` and the line, for anything else.
     """
+    root = parse_any(text, name)
+    if not isinstance(root.value, dict):
+        raise _error(name, root.line, "the top level of a model file is a mapping of keys to values", _TOP_HINT)
+    return root
+
+
+def parse_any(text: str, name: str) -> Node:
+    """Read one YAML document of any kind. Raises ModelError, with `name` and the line, for anything else."""
     if found := beyond("model_bytes", len(text)):
         raise _error(name, 1, *found[1:], value=found[0])
     try:
-        root = _Builder(text, name).document()
+        return _Builder(text, name).document()
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         rule = " ".join(f"not valid YAML: {error.problem or error.context}".split())
@@ -111,9 +119,6 @@ def parse(text: str, name: str) -> Node:
     except (YAMLError, ValueError, OverflowError, IndexError, TypeError, AttributeError) as error:
         rule = " ".join(str(error).split())[:200]
         raise _error(name, 1, f"not valid YAML: {rule or type(error).__name__}") from None
-    if not isinstance(root.value, dict):
-        raise _error(name, root.line, "the top level of a model file is a mapping of keys to values", _TOP_HINT)
-    return root
 
 
 _TOP_HINT = "e.g. nodes: {base: [0, 0, 0]}"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from flexura._version import __version__
 from flexura.errors import OptionError
+from flexura.files import write_file
 from flexura.npz import read_arrays
 from flexura.sizes import size_limits
 
@@ -98,23 +98,12 @@ def _checksum(key: str, arrays: Mapping[str, NDArray[Any]]) -> str:
 
 
 def _write(path: Path, key: str, arrays: Arrays) -> None:
-    """Written beside its place and moved there, so that nobody ever reads half a file."""
-    made: Path | None = None
-    try:
+    """Written whole or not at all, so that nobody ever reads half a file; what cannot be written is left."""
+    own = {KEY: np.array(key), CHECKSUM: np.array(_checksum(key, arrays))}
+    with suppress(OSError, OptionError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.stem, suffix=".part", delete=False) as file:
-            made = Path(file.name)
-            own = {KEY: np.array(key), CHECKSUM: np.array(_checksum(key, arrays))}
-            np.savez(file, **own, **arrays)  # pyright: ignore[reportArgumentType]
-        made.replace(path)
+        write_file(path, lambda file: np.savez(file, **own, **arrays))  # pyright: ignore[reportArgumentType]
         _make_room(path)
-    except OSError:
-        if made is not None:
-            made.unlink(missing_ok=True)
-    except BaseException:
-        if made is not None:
-            made.unlink(missing_ok=True)
-        raise
 
 
 def _make_room(newest: Path) -> None:

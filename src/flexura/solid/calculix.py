@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.files import complete_file
+from flexura.files import complete_file, scratch_folder
 from flexura.solid.mesh import SolidMesh
 from flexura.solid.readers import read_calculix
 from flexura.solid.stored import StoredMatrices
@@ -70,8 +69,8 @@ def calculix_frequencies(
 
     Raises OptionError when the program is not installed, and SolverError when it fails or takes longer than `timeout`.
     """
-    with tempfile.TemporaryDirectory(prefix="flexura-") as folder:
-        deck = write_calculix(mesh, Path(folder) / "solid.inp", n, fixed=fixed, rigid=rigid)
+    with scratch_folder() as folder:
+        deck = write_calculix(mesh, folder / "solid.inp", n, fixed=fixed, rigid=rigid)
         run_calculix(deck, timeout, program)
         return read_frequencies(deck.with_suffix(".dat"))[:n]
 
@@ -88,8 +87,8 @@ def calculix_matrices(
 
     Arguments and errors as in `calculix_frequencies`.
     """
-    with tempfile.TemporaryDirectory(prefix="flexura-") as folder:
-        deck = write_calculix(mesh, Path(folder) / "solid.inp", fixed=fixed, rigid=rigid, matrices=True)
+    with scratch_folder() as folder:
+        deck = write_calculix(mesh, folder / "solid.inp", fixed=fixed, rigid=rigid, matrices=True)
         run_calculix(deck, timeout, program)
         stored = read_calculix(deck)
     sets = {name: points + 1 for name, points in mesh.point_sets.items()}
