@@ -57,8 +57,9 @@ def lowest(K: Matrix, M: Matrix, count: int) -> Eigenpairs:
     count = min(count, n)
     if count <= 0:
         return Eigenpairs(np.empty(0), np.empty((n, 0)))
-    if is_definite(K):
-        return _lowest(K, M, count, 0.0)
+    definite, factors = _definite(K)
+    if definite:
+        return _lowest(K, M, count, 0.0, factors)
     # matrices of unknown history: what is small beside their largest ratio may be round-off
     stiffness, mass = K.diagonal(), M.diagonal()
     coarse = COARSE * float(np.max(stiffness[mass > 0] / mass[mass > 0], initial=1.0))
@@ -82,10 +83,11 @@ def lowest_modes(pencil: Pencil, count: int, rigid: Array | None = None) -> Eige
     count = min(count, pencil.order)
     if count <= 0:
         return Eigenpairs(np.empty(0), np.empty((pencil.order, 0)))
-    if not is_definite(pencil.K):
+    definite, factors = _definite(pencil.K)
+    if not definite:
         return _floating(pencil, count, rigid)
-    found = _finite(_lowest(pencil.K, pencil.M, count, 0.0)).vectors
-    pairs = ritz_pairs(pencil, _polished(pencil, found, 0.0), rigid)
+    found = _finite(_lowest(pencil.K, pencil.M, count, 0.0, factors)).vectors
+    pairs = ritz_pairs(pencil, _polished(pencil, found, 0.0, factors), rigid)
     # fewer: there are no more with mass, or the first is so soft that the others are lost beside it
     return pairs if len(pairs.values) == count else _floating(pencil, count, rigid)
 
@@ -112,11 +114,11 @@ ROUNDS = 8
 """Attempts to find a shift next to the lowest elastic eigenvalue."""
 
 
-def _polished(pencil: Pencil, X: Array, shift: float) -> Array:
+def _polished(pencil: Pencil, X: Array, shift: float, factors: _Factors | None = None) -> Array:
     """X (n, k) after one inverse iteration with the true stiffness: that which is factorised only preconditions it."""
     if pencil.strain is None or not X.shape[1]:
         return X
-    Y = _solution(pencil, pencil.M @ X, shift)
+    Y = _solution(pencil, pencil.M @ X, shift, factors)
     return Y / np.linalg.norm(Y, axis=0)
 
 
@@ -200,28 +202,53 @@ def is_definite(K: Matrix) -> bool:
 def least_pivot(K: Matrix) -> float:
     """The least pivot of a symmetric positive semidefinite K (n, n), its diagonal scaled to one; zero where it is
     singular. Solutions with K lose about as many digits as it has leading zeros."""
+    return _pivot(K)[0]
+
+
+class _Factors:
+    """Sparse factors of a symmetric A (n, n) with a positive diagonal, scaled to one by d. Raises SolverError when A is
+    singular."""
+
+    def __init__(self, A: sp.csc_matrix) -> None:
+        self.d = 1 / np.sqrt(A.diagonal())
+        self.lu = factorise(scaled(A, self.d))
+
+    def solve(self, b: Array) -> Array:
+        """A^-1 b for b (n, k)."""
+        return self.d[:, None] * self.lu.solve(np.ascontiguousarray(self.d[:, None] * b))
+
+
+def _pivot(K: Matrix) -> tuple[float, _Factors | None]:
+    """The least pivot, as `least_pivot`, and the factors where they are sparse."""
     d = K.diagonal()
     if not (d > 0).all():
-        return 0.0
-    d = 1 / np.sqrt(d)
+        return 0.0, None
     if K.shape[0] <= DENSE_LIMIT:
+        d = 1 / np.sqrt(d)
         try:
             pivots = np.diagonal(np.linalg.cholesky(_toarray(K) * d[:, None] * d)) ** 2
         except np.linalg.LinAlgError:
-            return 0.0
-    else:
-        try:
-            pivots = factorise(scaled(sp.csc_matrix(K), d)).U.diagonal()
-        except SolverError:
-            return 0.0
-    return float(pivots.min(initial=np.inf))
+            return 0.0, None
+        return float(pivots.min(initial=np.inf)), None
+    try:
+        factors = _Factors(sp.csc_matrix(K))
+    except SolverError:
+        return 0.0, None
+    return float(factors.lu.U.diagonal().min()), factors
 
 
-def _lowest(K: Matrix, M: Matrix, count: int, shift: float) -> Eigenpairs:
+def _definite(K: Matrix) -> tuple[bool, _Factors | None]:
+    """Whether K is definite, as `is_definite`, and its factors where they are sparse."""
+    pivot, factors = _pivot(K)
+    return pivot > SINGULAR_PIVOT, factors
+
+
+def _lowest(K: Matrix, M: Matrix, count: int, shift: float, factors: _Factors | None = None) -> Eigenpairs:
+    """The lowest pairs by their distance from a shift; `factors` of K - shift M where they are there already."""
     n = K.shape[0]
     if n <= DENSE_LIMIT or count > n // 3:
         return _dense(_toarray(K), _toarray(M), count, shift)
-    return _sparse(sp.csc_matrix(K), sp.csc_matrix(M), count, shift)
+    return _sparse(sp.csc_matrix(K), sp.csc_matrix(M), count, shift, factors)
 
 
 def residuals(pencil: Pencil, pairs: Eigenpairs) -> Array:
@@ -279,14 +306,13 @@ def static_response(pencil: Pencil, loads: Array, shift: float = 0.0) -> Array:
     return Y + last
 
 
-def _solution(pencil: Pencil, right: Array, shift: float) -> Array:
+def _solution(pencil: Pencil, right: Array, shift: float, factors: _Factors | None = None) -> Array:
     """(K - shift M)^-1 of right sides (n, k), definite, by factors of what is stored and corrections by energies."""
-    A = sp.csc_matrix(pencil.K - shift * pencil.M) if shift else sp.csc_matrix(pencil.K)
-    d = 1 / np.sqrt(A.diagonal())
-    lu = factorise(scaled(A, d))
+    if factors is None:
+        factors = _Factors(sp.csc_matrix(pencil.K - shift * pencil.M) if shift else sp.csc_matrix(pencil.K))
     Y, rest = np.zeros_like(right), right
     for step in range(1 + POLISH):
-        Y = Y + d[:, None] * lu.solve(np.ascontiguousarray(d[:, None] * rest))
+        Y = Y + factors.solve(rest)
         if step < POLISH:
             rest = right - (pencil.stiffness(Y) - shift * (pencil.M @ Y))
     return Y
@@ -326,11 +352,11 @@ def factorise(A: sp.csc_matrix) -> spla.SuperLU:
         raise SolverError("the stiffness matrix is singular: something can move freely") from None
 
 
-def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float) -> Eigenpairs:
+def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, count: int, shift: float, factors: _Factors | None) -> Eigenpairs:
     n = K.shape[0]
-    d = 1 / np.sqrt(K.diagonal() - shift * M.diagonal())
+    factors = factors or _Factors((K - shift * M).tocsc() if shift else K)
+    d, solve = factors.d, factors.lu.solve
     Ks, Ms = scaled(K, d), scaled(M, d)
-    solve = factorise((Ks - shift * Ms).tocsc()).solve
     found = _lanczos(Ks, Ms, solve, count, shift, np.empty((n, 0)))
     fewest, idle = n + 1, 0
     while True:

@@ -43,7 +43,9 @@ class FullOrderAssembler:
         ]
         n = plan.topology.n_dof
         stiff, massive = [dofs for dofs, has_K, _ in lumps if has_K], [dofs for dofs, _, has_M in lumps if has_M]
-        self._stiffness, self._mass = Scatter([*members, *stiff], n), Scatter([*members, *massive], n)
+        self._stiffness = Scatter([*members, *stiff], n)
+        same = all(has_K and has_M for _, has_K, has_M in lumps)
+        self._mass = self._stiffness if same else Scatter([*members, *massive], n)
         self._lump_stiffness, self._lump_mass = Scatter(stiff, n), Scatter(massive, n)
         self._remembered: tuple[Geometry, dict[str, Array]] | None = None
         self._prepared: tuple[Geometry, sp.csr_matrix, sp.csr_matrix] | None = None

@@ -25,13 +25,11 @@ class Scatter:
 
     def __init__(self, dofs: Sequence[Index], n: int) -> None:
         self.n = n
-        rows = [np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs]
-        columns = [np.tile(d, (1, d.shape[1])).ravel() for d in dofs]
-        row = np.concatenate([np.empty(0, dtype=np.intp), *rows])
-        column = np.concatenate([np.empty(0, dtype=np.intp), *columns])
-        taken = (row >= 0) & (column >= 0)
+        key = np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, n) for d in dofs)])
+        self._length = len(key)
+        taken = key >= 0
         self._take = None if taken.all() else np.flatnonzero(taken)
-        key = (column * n + row)[taken]
+        key = key if self._take is None else key[self._take]
         unique, self._inverse = np.unique(key, return_inverse=True)
         self._unique = unique
         self._indices = (unique % n).astype(np.int32)
@@ -39,7 +37,6 @@ class Scatter:
         self._mirror = np.searchsorted(unique, unique % n * n + unique // n)
         whole = len(key) == n * n and self._take is None
         self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
-        self._length = len(row)
         self._dense_places: dict[int, Index] = {}
 
     def sparse(self, matrices: Sequence[Array], start: Array | None = None) -> sp.csc_matrix:
@@ -116,6 +113,12 @@ class Scatter:
             place = np.append(self._unique, self.n**2)[self._place]
             self._dense_places[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
         return self._dense_places[designs]
+
+
+def _keys(dofs: Index, n: int) -> Index:
+    """Column times n plus row of every entry (k m m,) of matrices at DOFs (k, m), -1 where one of both is dropped."""
+    row, column = dofs[:, :, None], dofs[:, None, :]
+    return np.where((row >= 0) & (column >= 0), column * n + row, -1).ravel()
 
 
 def block_diagonal(blocks: Array) -> Array:
