@@ -446,3 +446,23 @@ def test_a_name_that_no_file_can_have():
 def test_problems_of_text_say_so():
     with pytest.raises(ModelError, match="<text>:1"):
         loads("[]")
+
+
+def test_what_is_missing_is_one_problem_wherever_it_is_used():
+    nodes = ", ".join(f"n{k}: [{10 * k} mm, 0, 0]" for k in range(8))
+    links = "\n".join(
+        f"  l{k}: {{nodes: [n{k}, n{k + 1}], material: steal, section: bra, reference: z}}" for k in range(7)
+    )
+    text = f"nodes: {{{nodes}}}\nsections: {{bar: {{shape: circle, diameter: 1 mm}}}}\nlinks:\n{links}\n"
+    with pytest.raises(ModelError) as caught:
+        loads(text + "ground: {n0: clamped}\n")
+    material, section = caught.value.problems
+    assert (material.place, section.place) == ("links.l0.material", "links.l0.section")
+    assert material.rule == "there is no such material; also used in links.l1, links.l2, links.l3 and 3 more"
+    assert section.rule.startswith("there is no such section; also used in links.l1") and "bar" in section.hint
+    # a member that is wrong in another way still counts
+    with pytest.raises(ModelError) as caught:
+        loads(
+            text.replace("reference: z", "reference: [0, 0]", 1).replace("steal", "silicon") + "ground: {n0: clamped}\n"
+        )
+    assert any(p.rule.startswith("there is no such section; also used in") for p in caught.value.problems)

@@ -45,9 +45,10 @@ _STAND_INS: dict[str, Any] = {
     "ends": ["clamped", "clamped"],
     "mesh_size": None,
 }
-"""What takes the place of a faulty key of a member, so that the nodes and material that it names are still checked."""
+"""What takes the place of a faulty key of a member, so that the nodes, material and section that it names are still
+checked."""
 
-_REFERENCES = ("nodes", "material")
+_REFERENCES = ("nodes", "material", "section")
 
 
 class Pruned:

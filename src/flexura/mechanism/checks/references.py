@@ -20,8 +20,8 @@ from flexura.mechanism.substructure import Substructure
 def check_references(survey: Survey) -> None:
     """Report unknown and ambiguous names, and note which nodes every part uses."""
     _aliases(survey)
+    _materials_and_sections(survey)
     for name in survey.layout.prototypes:
-        _materials_and_sections(survey, name)
         _names_used_twice(survey, name)
         nodes = _Nodes(survey, name)
         survey.uses[name] = [*_between_nodes(survey, name, nodes), *_bodies(survey, name, nodes)]
@@ -92,29 +92,54 @@ def _aliases(survey: Survey) -> None:
             survey.report(("materials", name), material, "the catalogue has no such material", hint)
 
 
-def _materials_and_sections(survey: Survey, name: str) -> None:
-    mechanism, prototype = survey.layout.mechanism, survey.layout.prototypes[name]
-    materials = {*CATALOGUE, *mechanism.materials}
-    named: list[tuple[Path, str]] = [
-        ((kind, key, "material"), member.material)
-        for kind in ("links", "flexures")
-        for key, member in getattr(prototype, kind).items()
-    ]
-    named += [
-        (("bodies", key, "solid", "material"), body.solid.material)
-        for key, body in prototype.bodies.items()
-        if body.solid is not None
-    ]
-    for path, material in named:
-        if material not in materials and material not in survey.ignored:
-            hint = suggestion(material, [*mechanism.materials, *CATALOGUE], "materials")
-            survey.report((*prefix(name), *path), material, "there is no such material", hint)
-    for key, link in prototype.links.items():
-        section = link.section
-        if isinstance(section, str) and section not in mechanism.sections and section not in survey.ignored:
-            hint = suggestion(section, mechanism.sections, "sections")
-            path = (*prefix(name), "links", key, "section")
-            survey.report(path, section, "there is no such section", hint)
+def _materials_and_sections(survey: Survey) -> None:
+    """Report every material and section that is missing once, where it is first used."""
+    mechanism = survey.layout.mechanism
+    materials, sections = _Uses(), _Uses()
+    for name, prototype in survey.layout.prototypes.items():
+        for kind in ("links", "flexures"):
+            for key, member in getattr(prototype, kind).items():
+                materials.add(member.material, (*prefix(name), kind, key), "material")
+        for key, body in prototype.bodies.items():
+            if body.solid is not None:
+                materials.add(body.solid.material, (*prefix(name), "bodies", key), "solid", "material")
+        for key, link in prototype.links.items():
+            if isinstance(link.section, str):
+                sections.add(link.section, (*prefix(name), "links", key), "section")
+    for uses, known, what in (
+        (materials, [*mechanism.materials, *CATALOGUE], "material"),
+        (sections, list(mechanism.sections), "section"),
+    ):
+        defined = set(known)
+        for missing in uses.of:
+            if missing not in defined and missing not in survey.ignored:
+                hint = suggestion(missing, known, f"{what}s")
+                survey.report(uses.first[missing], missing, f"there is no such {what}{uses.elsewhere(missing)}", hint)
+
+
+MOST_NAMED = 3
+"""Places that are named beside the first one at which something is missing."""
+
+
+class _Uses:
+    """Where each of some names is used: the parts that do, and the path of the first use."""
+
+    def __init__(self) -> None:
+        self.of: dict[str, list[Path]] = {}
+        self.first: dict[str, Path] = {}
+
+    def add(self, name: str, part: Path, *keys: str) -> None:
+        """Note that the part at a path names it, at some keys of its own."""
+        self.of.setdefault(name, []).append(part)
+        self.first.setdefault(name, (*part, *keys))
+
+    def elsewhere(self, name: str) -> str:
+        """The uses of a name after the first, in words."""
+        others = [".".join(map(str, part)) for part in self.of[name][1:]]
+        if not others:
+            return ""
+        more = len(others) - MOST_NAMED
+        return f"; also used in {', '.join(others[:MOST_NAMED])}" + (f" and {more} more" if more > 0 else "")
 
 
 def _names_used_twice(survey: Survey, name: str) -> None:
