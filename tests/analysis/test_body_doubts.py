@@ -91,11 +91,19 @@ def elastic(mechanism: fx.Mechanism) -> list[str]:
 
 def test_the_shipped_stage_is_a_doubt_and_the_guide_is_none() -> None:
     stage = fx.check(fx.load("examples/xy_stage/xy_stage.yaml")).doubts
-    assert {(d.kind, d.place) for d in stage} == {("elastic", "leg.foot"), ("elastic", "leg.block")}
+    own = {("elastic", "leg.foot"), ("elastic", "leg.block"), ("evidence", "pair.low")}
+    assert {(d.kind, d.place) for d in stage} == own
     assert "(0 " not in str(stage)
     pivot = Path("examples/pivot/pivot.yaml").read_text(encoding="utf-8")
     far = fx.check(fx.loads(pivot.replace("half + 10 mm]", "half + 40 mm]"))).doubts
-    assert {(d.kind, d.place) for d in far} == {("reach", "arm"), ("gap", "arm"), ("elastic", "arm")}
+    assert {(d.kind, d.place) for d in far} == {("gap", "arm"), ("elastic", "arm")}
+    probe = pivot.replace("nodes:\n  foot", "nodes:\n  probe: [0, 0, 300 mm]\n  foot").replace(
+        "[head_left,", "[probe, head_left,"
+    )
+    (reach,) = (
+        d for d in fx.check(fx.loads(probe.replace("half + 10 mm]", "half + 40 mm]"))).doubts if d.kind == "reach"
+    )
+    assert reach.text.startswith("probe lies")
     assert elastic(fx.load("examples/guide/guide.yaml")) == []
     assert elastic(fx.load("examples/pivot/pivot.yaml")) == []
 

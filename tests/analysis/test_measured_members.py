@@ -59,3 +59,37 @@ def test_a_leaf_described_on_its_side_has_the_same_errors() -> None:
         return expected_errors(fx.Flexure(nodes=("a", "b"), material="m", profile=profile), 6e-3)
 
     np.testing.assert_allclose(of(1e-2, 1e-3), of(1e-3, 1e-2)[[0, 1, 4, 5, 2, 3]])
+
+
+def uncovered(mechanism: fx.Mechanism) -> list[str]:
+    return [d.text for d in fx.check(mechanism).doubts if d.kind == "evidence"]
+
+
+FILLETED = fx.Notch(width=10e-3, contour=fx.CornerFilletedContour(fillet_radius=1e-3, web=0.5e-3))
+
+
+def test_contours_that_were_not_measured_are_named() -> None:
+    (text,) = uncovered(on_member(FILLETED, 10e-3))
+    assert "no evidence covers" in text and "no corner-filleted notch was measured" in text
+    assert uncovered(on_member(FILLETED, 10e-3, corrections="none")) == []
+    (text,) = uncovered(on_member(notch(4e-3, 0.5e-3, 6e-3), 6e-3))
+    assert "not right-circular" in text
+
+
+def test_what_was_measured_nearby_is_not_named() -> None:
+    assert uncovered(on_member(notch(3e-3, 0.5e-3, 6e-3), 6e-3)) == []
+    assert uncovered(on_member(fx.Leaf(width=10e-3, thickness=0.5e-3), 50e-3)) == []
+    assert uncovered(on_member(fx.Leaf(width=50e-3, thickness=0.5e-3), 5e-3)) != []
+    (text,) = uncovered(on_member(notch(3e-3, 0.5e-3, 40e-3), 6e-3))
+    assert "so wide" in text
+
+
+def test_members_of_one_sort_are_one_doubt_by_what_they_hold_together() -> None:
+    count = 14  # less than a tenth of the energy each
+    one = on_member(FILLETED, 10e-3)
+    ends = {f"{side}{k}": (x, 0.02 * k, 0.0) for k in range(count) for side, x in (("a", 0.0), ("b", 0.01))}
+    flexures = {f"m{k}": one.flexures["member"].model_copy(update={"nodes": (f"a{k}", f"b{k}")}) for k in range(count)}
+    body = fx.RigidBody(centre=(0.01, 0.13, 0), mass=0.1, inertia=(1e-4,) * 3, carries=("b*",))
+    held = {f"a{k}": CLAMPED for k in range(count)}
+    (text,) = uncovered(fx.Mechanism(nodes=ends, flexures=flexures, bodies={"table": body}, ground=held))
+    assert "(so of m1, m2, m3 and 10 more)" in text

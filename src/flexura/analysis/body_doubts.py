@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -114,14 +114,14 @@ def lowered_by_bodies(full: FullOrderModel, values: Mapping[str, Any] | None = N
     return Lowered(tuple(bodies), hz, lowering, shares / np.maximum(shares.sum(axis=0), 1e-300))
 
 
-def body_doubts(full: FullOrderModel, values: Mapping[str, Any]) -> list[Doubt]:
+def body_doubts(full: FullOrderModel, values: Mapping[str, Any], told: Collection[int] = ()) -> list[Doubt]:
     """Bodies whose solids, if they were elastic, would lower one of the lowest frequencies by 2 % or more, and carried
-    nodes well outside the solid, for parameter values in SI."""
+    nodes well outside the solid, for parameter values in SI; nodes `told` are in doubt already for where they are."""
     try:
         found = lowered_by_bodies(full, values)
     except SolverError as error:
         return [Doubt("proof", "mechanism", f"whether bodies are stiff enough is not known: {error}")]
-    doubts = _outside(full, found.bodies)
+    doubts = _outside(full, found.bodies, told)
     for kind in dict.fromkeys(b.kind for b in found.bodies) if len(found.frequency_hz) else ():
         doubts += _elastic(kind, found)
     return doubts
@@ -249,7 +249,7 @@ def _wrenches(full: FullOrderModel, displacements: Array) -> Iterator[tuple[int,
                     yield int(node), point, sides, wrench
 
 
-def _outside(full: FullOrderModel, bodies: Sequence[_Loaded]) -> list[Doubt]:
+def _outside(full: FullOrderModel, bodies: Sequence[_Loaded], told: Collection[int]) -> list[Doubt]:
     """Doubts about nodes that a body carries on long arms."""
     doubts: dict[str, Doubt] = {}
     names = full.plan.topology.node_names
@@ -259,10 +259,11 @@ def _outside(full: FullOrderModel, bodies: Sequence[_Loaded]) -> list[Doubt]:
         together = [b for b in bodies if root[_node(full, b.name)] == root[own]]
         if len(together) > 1:
             continue
-        nodes = [int(n) for n in np.flatnonzero(root == root[own]) if full.plan.topology.has_place[n]]
-        far = max(nodes, key=lambda n: body.distance(full.geometry.positions[n]))
+        on_body = np.flatnonzero((root == root[own]) & full.plan.topology.has_place)
+        nodes = [int(n) for n in on_body if int(n) not in told]
+        far = max(nodes, key=lambda n: body.distance(full.geometry.positions[n]), default=own)
         reach = body.distance(full.geometry.positions[far])
-        if reach > OUTSIDE * max(body.solid.size):
+        if far not in told and reach > OUTSIDE * max(body.solid.size):
             text = (
                 f"{names[far]} lies {1e3 * reach:.3g} mm outside the solid of {1e3 * max(body.solid.size):.3g} mm: "
                 "what leads there is taken as rigid and without mass; add links or bodies for it"

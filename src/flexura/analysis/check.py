@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.angle_doubts import angle_doubts
 from flexura.analysis.body_doubts import body_doubts
-from flexura.analysis.clashes import Clash, clash_doubts, clashes
+from flexura.analysis.clashes import Clash, clash_doubts, clashes, ends_in_the_air
 from flexura.analysis.doubts import Doubt, corrected, member_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence, rigid_mass_of
 from flexura.analysis.free_motions import free_motions
@@ -136,7 +136,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
             *angle_doubts(plan.mechanism, used),
             *free.doubts,
             *member_doubts(full),
-            *body_doubts(full, used),
+            *body_doubts(full, used, ends_in_the_air(found, bars)),
             *measured_doubts(full, used),
             *_overlapping(full),
             *_coarse_meshes(full),

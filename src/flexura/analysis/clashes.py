@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -318,11 +319,18 @@ def _gaps(model: FullOrderModel, bars: Bars, bodies: Bodies) -> list[Clash]:
             x, y, z = map(float, tips[i] + ways[k] / 2)
             body, member = bodies.names[own[k]], bars.names[i]
             text = (
-                f"carried node {names[node]} is {_length(far[k])} from its solid: {member} ends in the air; draw what"
-                " reaches it, as a body of its own that is carried too, or move the node"
+                f"carried node {names[node]} is {_length(far[k])} from its solid: {member} ends in the air, and what"
+                " leads there is taken as rigid and without mass; draw it as a body of its own that is carried too, or"
+                " move the node"
             )
             found.append(Clash("gap", body, member, 0.0, float(far[k]), (x, y, z), text))
     return found
+
+
+def ends_in_the_air(found: Iterable[Clash], bars: Bars) -> set[int]:
+    """The nodes of the members that end outside the solids of their bodies, copies too."""
+    members = {name for c in found if c.kind == "gap" for _, name in ((c.first, c.second), *c.copies)}
+    return {int(n) for name, nodes in zip(bars.names, bars.nodes, strict=True) if name in members for n in nodes}
 
 
 def _alike(found: list[Clash]) -> list[Clash]:

@@ -59,7 +59,7 @@ def corrected(full: FullOrderModel) -> tuple[dict[str, tuple[str, ...]], dict[st
         own = part.table.corrections
         for key, active, clamped in zip(part.members, own.active, own.clamped, strict=True):
             if active.any():
-                place = _place(name, key)
+                place = place_of(name, key)
                 applied[place] = tuple(c for c in CORRECTIONS if c in _names(active))
                 first, second = (_held(float(end)) for end in clamped)
                 ends[place] = (first, second)
@@ -72,7 +72,8 @@ def _held(share: float) -> str:
     return {0: "free", 100: "clamped"}.get(percent, f"{percent} % clamped")
 
 
-def _place(name: str, key: str) -> str:
+def place_of(name: str, key: str) -> str:
+    """How a member of a prototype is called."""
     return f"{name}.{key}" if name != TOP else key
 
 
@@ -99,7 +100,7 @@ def _part_doubts(full: FullOrderModel, name: str, part: Part, geometry: PartGeom
     doubts = []
     for k, ((key, member), n) in enumerate(zip(part.members.items(), part.counts, strict=True)):
         own = slice(part.first[k], part.first[k] + n)
-        place, applied = _place(name, key), _names(part.table.corrections.active[k])
+        place, applied = place_of(name, key), _names(part.table.corrections.active[k])
         length, is_notch = float(geometry.length[k]), isinstance(member, Flexure) and member.profile.type != "leaf"
         if is_notch:
             web = min(float(thickness[own].min()), float(width[own].min()))

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.doubts import Doubt
+from flexura.analysis.doubts import Doubt, place_of
 from flexura.analysis.energy import KINDS, energies
 from flexura.linalg import lowest
 from flexura.mechanism import CircularContour, Flexure, Leaf, Notch
@@ -55,6 +55,12 @@ SHARE = 0.1
 
 MODES = 6
 
+NEAR = 1.5
+"""Ratios of sizes so many times beyond those that were measured are not covered by them."""
+
+MOST_NAMED = 3
+"""Members that are named beside the first of a sort."""
+
 
 def interpolated(table: Table, first: float, second: float) -> Array:
     """Errors (6,), %, of the nearest measured ratios, linear in their logarithms between these."""
@@ -78,40 +84,88 @@ def expected_errors(member: Flexure, length: float) -> Array | None:
     return None
 
 
+def not_measured(member: Flexure, length: float) -> str:
+    """What a corrected member of that length, m, is, in words, where no measured one comes near it; empty where one
+    does."""
+    match member.profile:
+        case Leaf(width=float(b), thickness=float(t)):
+            beyond = length / max(b, t) < min(key[1] for key in LEAVES) / NEAR
+            return "leaf so short for its width" if beyond else ""
+        case Notch(width=float(b), contour=CircularContour(radius=float(R), web=float(t))) if (
+            abs(2 * R - length) < 1e-6 * R
+        ):
+            steep, wide = (sorted({key[k] for key in NOTCHES}) for k in (0, 1))
+            if R / t < steep[0] / NEAR:
+                return "right-circular notch so steep"
+            if not wide[0] / NEAR <= b / (2 * R) <= wide[-1] * NEAR:
+                return f"right-circular notch so {'narrow' if b < R else 'wide'}"
+            return ""
+        case Notch(contour=contour):
+            shape = contour.shape.replace("_", "-")
+            return f"{'circular notch that is not right-circular' if shape == 'circular' else f'{shape} notch'}"
+        case profile:
+            return f"{profile.type.replace('_', '-')} notch"
+
+
 def measured_doubts(full: FullOrderModel, values: Mapping[str, float]) -> list[Doubt]:
     """Corrected members that were measured to be off by 5 % or more in a direction that carries a tenth or more of the
-    energy of one of the first modes, for parameter values in SI; bending counts with the lesser of its two errors."""
+    energy of one of the first modes, bending with the lesser of its two errors, and those of a sort that carries as
+    much and was not measured; for parameter values in SI."""
     expected: dict[tuple[str, str], Array] = {}
+    unknown: dict[tuple[str, str], str] = {}
     for name, part in full.plan.parts.items():
         for k, (key, member) in enumerate(part.members.items()):
             if isinstance(member, Flexure) and part.table.corrections.active[k].any():
-                errors = expected_errors(evaluated(member, values), float(full.geometry.parts[name].length[k]))
+                own, length = evaluated(member, values), float(full.geometry.parts[name].length[k])
+                if words := not_measured(own, length):
+                    unknown[name, key] = words
+                errors = expected_errors(own, length)
                 if errors is not None and abs(errors).max() >= OFF:
                     expected[name, key] = errors
-    if not expected or not full.order:
+    if not (expected or unknown) or not full.order:
         return []
     pairs = lowest(full.K, full.M, min(MODES, full.order))
     parts = energies(full, full.node_displacements(pairs.vectors))
     total = sum(s.sum(axis=0) for part in parts for s in part.strain.values())
-    doubts = []
-    for (name, key), errors in expected.items():
+
+    def share(name: str, key: str) -> Array:
+        """Parts (kinds, k) of the energy of each mode that all copies of a member hold."""
         own = sum(part.strain[key] for part in parts if part.prototype == name)
-        share = np.asarray(own / np.maximum(total, 1e-300))
-        bending = [min(pair, key=abs) for pair in (errors[2:4], errors[4:6])]
-        by_kind = {
-            "stretch": errors[0],
-            "twist": errors[1],
-            "thickness bending": bending[0],
-            "width bending": bending[1],
-        }
-        said = []
-        for kind, error in by_kind.items():
-            most = int(share[KINDS.index(kind)].argmax())
-            part_of = float(share[KINDS.index(kind), most])
-            if abs(error) >= OFF and part_of >= SHARE:
-                said.append(f"{error:+.0f} % in {kind} ({part_of:.0%} of the energy of mode {most + 1})")
-        if said:
-            text = f"its corrected stiffness is off by about {', '.join(said)}, as measured against solids; "
-            place = f"{name}.{key}" if name else key
-            doubts.append(Doubt("measured", place, text + "fidelity: solid does without the error, verify shows it"))
-    return doubts
+        return np.asarray(own / np.maximum(total, 1e-300))
+
+    off = [_off(name, key, errors, share(name, key)) for (name, key), errors in expected.items()]
+    of_sort: dict[str, list[tuple[str, str]]] = {}
+    for member, words in unknown.items():
+        of_sort.setdefault(words, []).append(member)
+    bare = [
+        _uncovered(words, [place_of(*member) for member in members])
+        for words, members in of_sort.items()
+        if np.sum([share(*member).sum(axis=0) for member in members], axis=0).max() >= SHARE
+    ]
+    return [*(doubt for doubt in off if doubt is not None), *bare]
+
+
+def _off(name: str, key: str, errors: Array, share: Array) -> Doubt | None:
+    """A doubt about a member with measured errors (6,), %, that holds parts (kinds, k) of the energy of modes."""
+    bending = [min(pair, key=abs) for pair in (errors[2:4], errors[4:6])]
+    by_kind = {"stretch": errors[0], "twist": errors[1], "thickness bending": bending[0], "width bending": bending[1]}
+    said = []
+    for kind, error in by_kind.items():
+        most = int(share[KINDS.index(kind)].argmax())
+        part_of = float(share[KINDS.index(kind), most])
+        if abs(error) >= OFF and part_of >= SHARE:
+            said.append(f"{error:+.0f} % in {kind} ({part_of:.0%} of the energy of mode {most + 1})")
+    if not said:
+        return None
+    text = f"its corrected stiffness is off by about {', '.join(said)}, as measured against solids; "
+    return Doubt("measured", place_of(name, key), text + "fidelity: solid does without the error, verify shows it")
+
+
+def _uncovered(words: str, places: list[str]) -> Doubt:
+    """One doubt about all members of a sort of which none was measured."""
+    others = places[1 : 1 + MOST_NAMED]
+    more = len(places) - 1 - len(others)
+    also = f" (so of {', '.join(others)}{f' and {more} more' if more else ''})" if others else ""
+    text = f"no evidence covers its corrected stiffness in every direction{also}"
+    text += f": no {words} was measured against solids so"
+    return Doubt("evidence", places[0], f"{text}; verify shows how far it is off, fidelity: solid does without it")
