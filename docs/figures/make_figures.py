@@ -76,6 +76,12 @@ def rpr_solid() -> None:
     fx.draw_mode_pair(result, 2).savefig(HERE / "rpr_solid.png", dpi=100)
 
 
+def two_claims() -> None:
+    """The paper's two claims about the RPR mechanism, by the example itself."""
+    script = HERE.parents[1] / "examples" / "rpr" / "two_claims.py"
+    subprocess.run([sys.executable, script, HERE], check=True)
+
+
 def rpr_test() -> None:
     """The virtual test of the RPR mechanism beside the measured frequencies."""
     folder = HERE.parents[1] / "examples" / "rpr"
@@ -95,5 +101,6 @@ if __name__ == "__main__":
     rpr()
     rpr_response()
     rpr_solid()
+    two_claims()
     rpr_test()
     closed_loop()

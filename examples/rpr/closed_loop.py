@@ -291,8 +291,7 @@ def draw(found: Study, path: Path) -> None:
     bode.axhline(1, color="k", lw=0.6)
     bode.set(xlim=(0.3, 1000), ylim=(1e-5, 50), xlabel="frequency, Hz", ylabel="|L|", title="loop of roll: magnitude")
     line = {"arrowstyle": "-"}
-    bode.annotate("parasitic mode", (9.8, 1.2), (14, 12), arrowprops=line)
-    bode.annotate("modes of the amplifiers", (150, 1.2e-3), (45, 0.06), arrowprops=line)
+    bode.annotate("parasitic mode", (13.6, 2), (24, 12), arrowprops=line)
     bode.legend(loc="lower left")
     turn = np.linspace(0, 2 * np.pi, 200)
     x, y = np.cos(turn), np.sin(turn)

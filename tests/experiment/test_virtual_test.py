@@ -192,8 +192,9 @@ def test_example_of_the_paper(rpr):
         assert abs(mode.error) < 1e-3
         assert abs(mode.damping_error) < 0.05
         assert mode.mac > 0.95
-        assert -0.03 < mode.mass_effect < -0.01
-        assert all(found == pytest.approx(true, rel=1e-3) for true, found in mode.placement_hz.values())
+        assert -0.015 < mode.mass_effect < -0.003
+        # the sensors of the third step look along x, which the first mode leaves almost still
+        assert all(found == pytest.approx(true, rel=2e-3) for true, found in mode.placement_hz.values())
     assert rpr.false_hz == ()
     assert len(rpr.identified.outputs) == 8
 
@@ -224,7 +225,7 @@ def test_written_and_read_again(rpr, tmp_path):
     found = fx.identify(again)
     assert found.frequency_hz == pytest.approx(rpr.identified.frequency_hz, rel=1e-6)
     places = {c.name: c.position for c in found.outputs}
-    assert places["p2z"] == pytest.approx((-0.05, 0.05, rpr.identified.outputs[0].position[2]))
+    assert places["p2z"] == pytest.approx((-0.063, 0.063, rpr.identified.outputs[0].position[2]))
     paired = fx.correlate(fx.load(EXAMPLE), found)
     assert [(p.test, p.model) for p in paired.pairs] == [(k, k) for k in range(1, 7)]
     assert [p.error for p in paired.pairs] == pytest.approx(

@@ -130,7 +130,7 @@ def test_beyond_what_is_proven():
     rpr = fx.load(EXAMPLES / "rpr" / "rpr.yaml")
     ask = {"inputs": ["platform.tz"], "outputs": ["platform.tz"]}
     blind = fx.reduce(rpr)
-    found = warned(_of(blind, 165))
+    found = warned(_of(blind, 600))
     assert set(found) == {"proof"} and "missing" in found["proof"].text
     assert _of(blind, 22).warnings == ()
     few = fx.system(rpr, **ask, tolerance=1e-3, up_to=100.0, damping=0.01).modal(n=5)

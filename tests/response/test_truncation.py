@@ -192,8 +192,8 @@ def test_too_many_modes_for_a_matrix(monkeypatch):
 
 
 def test_a_files_tolerance_is_that_of_its_responses():
-    """The platform's constraint modes do not suffice for 1e-4 up to 60 Hz; for 5 % they do."""
+    """The platform's constraint modes do not suffice for 1e-4 up to 600 Hz, nor for 5 %, which takes fewer others."""
     mechanism = fx.load(EXAMPLES / "rpr" / "rpr.yaml")
     loose = mechanism.model_copy(update={"reduction": fx.Reduction(tolerance=0.05)})
-    orders = [fx.frequency_response(own, [5.0, 30.0], damping=0.01).order for own in (mechanism, loose)]
+    orders = [fx.frequency_response(own, [5.0, 300.0], damping=0.01).order for own in (mechanism, loose)]
     assert orders[1] < orders[0]

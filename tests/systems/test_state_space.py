@@ -172,7 +172,7 @@ def platform():
     return fx.state_space(fx.system(fx.load(RPR), names, names, damping=0.02), 20)
 
 
-@pytest.mark.parametrize("keep", [4, 12, 16, 1e-3, 0.1])
+@pytest.mark.parametrize("keep", [4, 10, 12, 1e-3, 0.1])
 def test_balanced_truncation(platform, keep):
     """Error at most twice the sum of the Hankel singular values left out, which SciPy finds; static gain kept."""
     built = fx.system(
@@ -189,7 +189,7 @@ def test_balanced_truncation(platform, keep):
         assert n == keep
     else:
         assert bound <= keep * sigma[0] * (1 + 1e-6) < 2 * sigma[n - 1 :].sum() * (1 + 1e-5)
-    hz = np.geomspace(0.5, 500.0, 800)
+    hz = np.geomspace(0.5, 5000.0, 1200)
     error = np.linalg.norm(small.frequency_response(hz) - platform.frequency_response(hz), ord=2, axis=(1, 2))
     assert error.max() <= bound * (1 + 1e-6)
     assert error.max() > 0.01 * bound
