@@ -214,10 +214,14 @@ def _in_own_axes(
 
 
 def growth(f: Array, F: Array) -> Array:
-    """How much round-off grows (...,) when F (..., n, n) is inverted to f' f: the root of the largest product of a
-    stiffness and the flexibility in the same direction, one where directions are independent."""
+    """How much round-off of F (..., n, n) grows (...,) in the energies of its inverse f' f: the largest product of a
+    stiffness and the flexibility in the same direction, one where directions are independent.
+
+    Entries of F are right to their own scale, d_i d_j with d = sqrt(diag F), and a change dF changes the energy of the
+    forces q by q' dF q, up to (sum d_i |q_i|)^2, while the energy itself is at least (d_i q_i)^2 over that product.
+    """
     stiff = np.einsum("...ri,...ri->...i", f, f)
-    return np.sqrt((stiff * np.einsum("...ii->...i", F)).max(axis=-1))
+    return (stiff * np.einsum("...ii->...i", F)).max(axis=-1)
 
 
 def factor(k: Array) -> Array:
