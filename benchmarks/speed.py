@@ -33,6 +33,7 @@ from flexura.reduction.equal_branches import split
 
 ROOT = Path(__file__).parents[1]
 RPR = ROOT / "examples" / "rpr" / "rpr.yaml"
+LARGE = os.environ | {"FLEXURA_LIMITS": "nodes=1e6,elements=1e6"}
 sys.path.insert(0, str(ROOT / "tests" / "opensees"))
 
 SIZES = ("r_web", "u_web", "leaf_thickness", "arm_thickness")
@@ -197,7 +198,7 @@ def growth() -> None:
     for n in (4, 40, 400, 4000):
         for order in ("low", "full"):
             command = [sys.executable, __file__, "--branches", str(n), order]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            done = subprocess.run(command, capture_output=True, text=True, check=False, env=LARGE)
             if done.returncode:
                 print(f"{n:>10}{order:>8}   failed: {done.stderr.strip().splitlines()[-1]}")
                 continue
