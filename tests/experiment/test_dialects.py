@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import flexura as fx
+from flexura.cli.app import app
 from flexura.experiment.channel_units import quantity_of
 
 pyuff = pytest.importorskip("pyuff")
@@ -156,6 +158,37 @@ def test_a_response_given_twice_is_refused_by_name(tmp_path):
         fx.read_measurement(scalars)
     scalar = fx.read_measurement(written(tmp_path / "c.uff", 2, rsp_dir=0))
     assert "scalar channels, of which no direction is known: A:1, A:2" in scalar.notes
+
+
+@pytest.mark.parametrize(("how", "expected"), [("average", 2.0), ("first", 1.0), ("last", 4.0)])
+def test_responses_given_more_than_once_are_merged_on_request(tmp_path, how, expected):
+    sizes = (1.0, 1.0, 4.0)
+    each = lambda k: {"rsp_node": 1 + (k == 3), "data": accelerance() * (*sizes, 1.0)[k]}  # noqa: E731
+    path = written(tmp_path / "a.uff", 4, each=each)
+    found = fx.read_measurement(path, repeated=how)
+    (frf,) = found.frfs
+    assert frf.response.shape == (101, 2, 1)
+    assert np.allclose(frf.response[:, 0, 0], expected * frf.response[:, 1, 0], rtol=1e-5)
+    said = [note for note in found.notes if "given more than once" in note]
+    assert said and "A:1.tz / A:1.tz (3 times)" in said[0] and "A:2" not in said[0]
+    assert said[0] in fx.identify(found).notes
+    shown = CliRunner().invoke(app, ["identify", str(path), "--repeated", how])
+    assert shown.exit_code == 0 and "given more than once" in shown.output
+
+
+def test_coherence_follows_the_response_that_is_used(tmp_path):
+    def each(k):
+        gamma = {"func_type": 6, "data": np.full(101, (0.9, 0.5)[k % 2]), "ord_data_type": 2}
+        return {"rsp_node": 1} | (gamma if k > 1 else {"data": accelerance() * (k + 1)})
+
+    path = written(tmp_path / "a.uff", 4, each=each)
+    for how, gamma in (("first", 0.9), ("last", 0.5)):
+        (frf,) = fx.read_measurement(path, repeated=how).frfs
+        assert np.allclose(frf.coherence, gamma, rtol=1e-5)
+    found = fx.read_measurement(path, repeated="average")
+    assert found.frfs[0].coherence is None and any("coherences of 1 responses" in note for note in found.notes)
+    with pytest.raises(fx.OptionError, match="average, first, last"):
+        fx.read_measurement(path, repeated="middle")
 
 
 @pytest.mark.parametrize("form", [5, 6])

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, band_of, picked, print_json, quantity_of, read
+from flexura.cli.options import File, Json, Repeated, Settings, band_of, picked, print_json, quantity_of, read
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def correlate_command(
     channels: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
     ] = None,
+    repeated: Repeated = None,
     plot: Plot = None,
     set: Settings = None,
     as_json: Json = False,
@@ -62,7 +63,7 @@ def correlate_command(
     from flexura.experiment.shapes_of_test import identified_modes
 
     mechanism, parameters = read(file, set)
-    measurement = read_measurement(data, channels=channels)
+    measurement = read_measurement(data, channels=channels, repeated=None if repeated is None else repeated.value)
     identified = identified_modes(
         measurement,
         band=None if band is None else band_of(band),

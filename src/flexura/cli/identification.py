@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Json, band_of, picked, print_json
+from flexura.cli.options import Json, Repeated, band_of, picked, print_json
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ def identify_command(
     channels: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
     ] = None,
+    repeated: Repeated = None,
     plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures here.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -51,7 +52,7 @@ def identify_command(
     from flexura.experiment.data_files import read_measurement
     from flexura.experiment.identification import identify
 
-    measurement = read_measurement(data, channels=channels)
+    measurement = read_measurement(data, channels=channels, repeated=None if repeated is None else repeated.value)
     result = identify(
         measurement,
         band=None if band is None else band_of(band),

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,6 +35,20 @@ Outputs = Annotated[
 Ratio = Annotated[
     float | None,
     typer.Option("--damping", metavar="RATIO", help="Damping ratio of all modes, in place of what the file says."),
+]
+
+
+class RepeatedResponses(StrEnum):
+    """What to make of responses between the same channels that a file gives more than once."""
+
+    average = "average"
+    first = "first"
+    last = "last"
+
+
+Repeated = Annotated[
+    RepeatedResponses | None,
+    typer.Option(help="Merge responses that a universal file gives more than once, which are refused else."),
 ]
 Gravity = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Acceleration in m/s^2, e.g. 0,0,-9.81.")]
 Loads = Annotated[

@@ -13,6 +13,7 @@ from flexura.errors import FlexuraError, OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import FORCES, Place, Places, placed, places_of, read_places
 from flexura.experiment.plausible import refuse_implausible
+from flexura.experiment.repeated import Repeated, checked
 from flexura.files import write_file
 from flexura.mechanism import Mechanism
 from flexura.structure.plan import Plan
@@ -28,19 +29,22 @@ def read_measurement(
     channels: str | Path | Mechanism | Plan | None = None,
     *,
     setup: str | None = None,
+    repeated: Repeated | None = None,
 ) -> Measurement:
     """Read measured data: universal files (58, 58b, 55), CSV, NumPy archives or HDF5; everything becomes SI.
 
     `path`: a file, several that belong together, or a folder of them. Where channels are, and in which direction, comes
     from the file; from `channels`: a file of channels (YAML), or a mechanism with sensors, actuators or nodes of the
     same names; and else from `NAME.channels.yaml` or `channels.yaml` beside the data. `setup` names the placement of
-    the sensors where the files do not.
+    the sensors where the files do not. Responses between the same channels that a universal file gives more than once
+    are refused, or with `repeated` averaged, or the first or the last of them is used; notes say which.
 
     Raises OptionError for files, units and sampling that cannot be used, and for channels of `channels` that are not
     there; ModelError for a file of channels that is no YAML.
     """
+    checked(repeated)
     files = _files(path)
-    parts = [_read(file, channels) for file in files]
+    parts = [_read(file, channels, repeated) for file in files]
     if setup is not None:
         parts = [_in_setup(part, setup) for part in parts]
     if len(parts) == 1:
@@ -79,7 +83,7 @@ def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
     return found
 
 
-def _read(file: Path, channels: str | Path | Mechanism | Plan | None) -> Measurement:
+def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: Repeated | None) -> Measurement:
     suffix = file.suffix.lower()
     beside = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
     places: Places = {}
@@ -93,7 +97,7 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None) -> Measure
         raise OptionError(f"{file}: {suffix or 'no suffix'} says no format of measured data: {', '.join(SUFFIXES)}")
     try:
         with np.errstate(all="ignore"):
-            found = _of_suffix(file, suffix, places)
+            found = _of_suffix(file, suffix, places, repeated)
             refuse_implausible(found, str(file))
     except FlexuraError:
         raise
@@ -104,11 +108,11 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None) -> Measure
     return found
 
 
-def _of_suffix(file: Path, suffix: str, places: Places) -> Measurement:
+def _of_suffix(file: Path, suffix: str, places: Places, repeated: Repeated | None) -> Measurement:
     if suffix in UFF:
         from flexura.experiment.universal_reader import read_uff
 
-        return _placed(read_uff(file, places), places)
+        return _placed(read_uff(file, places, repeated), places)
     if suffix in (".csv", ".txt"):
         from flexura.experiment.tables import read_csv
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from copy import copy
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,6 +14,7 @@ from flexura.errors import OptionError
 from flexura.experiment.identified import IdentifiedModes, ModeEvidence
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import Places
+from flexura.experiment.repeated import Repeated, grouped, merged, said_of
 from flexura.experiment.universal import (
     AXIS_NAMES,
     FREQUENCY_AXIS,
@@ -39,15 +41,15 @@ Complex = NDArray[np.complex128]
 TIME, SPECTRUM, CROSS, RESPONSE, COHERENCE = 1, 2, 3, 4, 6
 
 
-def read_uff(path: Path, places: Places | None = None) -> Measurement:
+def read_uff(path: Path, places: Places | None = None, repeated: Repeated | None = None) -> Measurement:
     """Read a universal file (58, 58b, 55, with 15, 2411, 18, 2420 and 164).
 
     A time record begins where a channel comes for the second time, and forces are its inputs. Responses are collected
-    into one matrix per setup and set of frequencies. Units of `places` count before those of the file. Datasets of
-    other functions are left out, and named in notes.
+    into one matrix per setup and set of frequencies; those between the same channels are merged as `repeated` says.
+    Units of `places` count before those of the file. Datasets of other functions are left out, and named in notes.
 
     Raises OptionError without pyuff, for files, units and sampling that cannot be used, and for responses that are
-    given more than once.
+    given more than once, unless `repeated` says what to make of them.
     """
     sets = read_sets(path)
     places = places or {}
@@ -81,17 +83,22 @@ def read_uff(path: Path, places: Places | None = None) -> Measurement:
         if "df" not in exact:
             over[frequency_unit(s, where)[0]] += 1
         pairs.append(_Pair(out, into, hz, H, exact, _codes(s), k + 1))
-    once = {key: own[0] for key, own in coherences.items() if len(own) == 1}
+    if repeated is None or repeated == "average":  # the coherence of a mean is not known
+        once = {key: own[0] for key, own in coherences.items() if len(own) == 1}
+    else:
+        once = {key: merged(own, repeated) for key, own in coherences.items()}
     notes = [f"{n} datasets of function type {kind} left out" for kind, n in left_out.items()]
     if assumed:
         notes.append(f"{assumed} datasets give no unit: taken as SI")
     notes += [f"frequencies of {n} datasets are in {u}: read as Hz" for u, n in over.items() if u.lower() != "hz"]
     notes += _doubts(pairs, records, len(coherences) - len(once), once)
+    responses, again = _responses(pairs, once, path, repeated)
+    notes += [said_of(again, repeated)] if again and repeated else []
     modes = _modes([s for s in sets if s["type"] == 55], geometry, path)
     found = Measurement(
         _title(sets, path),
         tuple(_recordings(records, path)),
-        tuple(_responses(pairs, once, path)),
+        tuple(responses),
         tuple(notes),
         modes,
     )
@@ -139,6 +146,12 @@ class _Pair:
         self.setup, self.estimator = exact.get("setup", ""), exact.get("by", "")
         self.averages = int(exact["n"]) if "n" in exact else None
         self.decay = float(exact.get("decay", 0.0))
+
+    def with_response(self, H: Complex) -> _Pair:
+        """The same pair with another response."""
+        own = copy(self)
+        own.H = H
+        return own
 
     @property
     def group(self) -> tuple[Any, ...]:
@@ -206,19 +219,23 @@ def _recordings(rows: list[_Row], path: Path) -> list[Recording]:
     return found
 
 
-def _responses(pairs: list[_Pair], coherences: dict[tuple[Any, ...], Array], path: Path) -> list[MeasuredFRF]:
-    """One response per setup and frequencies; one per input where some pairs are missing.
+def _responses(
+    pairs: list[_Pair], coherences: dict[tuple[Any, ...], Array], path: Path, repeated: Repeated | None
+) -> tuple[list[MeasuredFRF], list[tuple[str, int]]]:
+    """One response per setup and frequencies; one per input where some pairs are missing. Second, the pairs that are
+    merged, by name, and how often each is there.
 
-    Raises OptionError for a pair that is there twice.
+    Raises OptionError for a pair that is there twice where nothing says how to merge it.
     """
-    found = []
+    found, again = [], []
     for key in dict.fromkeys(p.group for p in pairs):
         own = [p for p in pairs if p.group == key]
         table: dict[tuple[MeasuredChannel, MeasuredChannel], _Pair] = {}
-        for p in own:
-            first = table.setdefault((p.out, p.into), p)
-            if first is not p:
-                _refuse_again(first, p, path)
+        for ends, same in grouped(own, lambda p: (p.out, p.into)).items():
+            if len(same) > 1 and repeated is None:
+                _refuse_again(same[0], same[1], path)
+            table[ends] = same[0] if repeated is None else same[0].with_response(merged([p.H for p in same], repeated))
+            again += [(f"{same[0].out.name} / {same[0].into.name}", len(same))] if len(same) > 1 else []
         by_outputs: dict[tuple[MeasuredChannel, ...], list[MeasuredChannel]] = {}
         for into in dict.fromkeys(p.into for p in own):
             outs = tuple(dict.fromkeys(p.out for p in own if p.into == into))
@@ -236,12 +253,15 @@ def _responses(pairs: list[_Pair], coherences: dict[tuple[Any, ...], Array], pat
                     lead.hz, H, tuple(ins), tuple(outs), gamma, lead.averages, lead.estimator, lead.decay, lead.setup
                 )
             )
-    return found
+    return found, again
 
 
 def _refuse_again(first: _Pair, again: _Pair, path: Path) -> NoReturn:
     """Raise OptionError for two responses between the same channels."""
-    hint = "keep one of them, or write each placement of the sensors to a file of its own"
+    hint = (
+        "repeated='average' (--repeated average), 'first' or 'last' merges them; write placements of the sensors to a"
+        " file each"
+    )
     if first.out.direction is None or first.into.direction is None:
         hint = "without nodes and directions in the file, channels cannot be told apart"
     raise OptionError(
