@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.doubts import Doubt
+from flexura.analysis.doubts import Doubt, place_of
 from flexura.analysis.elastic_solids import ElasticSolid, Patch
 from flexura.analysis.energy import placed_motions
 from flexura.beam import rigid_arm
@@ -159,7 +159,7 @@ def _bodies(full: FullOrderModel, values: Mapping[str, Any]) -> list[_Loaded]:
             solid, axes = _solid(body, full.plan.mechanism, values)
             placed = topology.placed[name]
             for path, number, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
-                kind = f"{name}.{key}" if name else key
+                kind = place_of(name, key)
                 turned = full.geometry.Q[number] @ axes
                 at = full.geometry.positions[offset + node]
                 found.append(_Loaded(".".join((*path, key)), kind, solid, at, turned))

@@ -12,6 +12,7 @@ from flexura.beam import rigid_arm
 from flexura.structure import FullOrderModel
 from flexura.structure.lumps import rigid_mass
 from flexura.structure.part import Part, PartGeometry, PartMatrices
+from flexura.structure.scatter import node_dofs
 
 Array = NDArray[np.float64]
 
@@ -107,41 +108,31 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
 
 def rigid_mass_of(part: Part, matrices: PartMatrices, R: Array) -> Array:
     """R' M R (k, k) of a part for displacements R (6n, k) of its nodes, summed over its elements and lumps."""
-    k, local = R.shape[1], matrices.T @ R[_element_dofs(part)]
+    k, local = R.shape[1], matrices.T @ R[node_dofs(part.connectivity)]
     found = local.reshape(-1, k).T @ (matrices.elements.M @ local).reshape(-1, k)
     for lump in matrices.lumps:
         if lump.M is not None:
-            own = R[_dofs_of(lump.nodes)]
+            own = R[node_dofs(lump.nodes)]
             found += own.T @ lump.M @ own
     return found
 
 
 def _rigid_residual(part: Part, matrices: PartMatrices, R: Array) -> float:
     """Largest |K r| / (k (k |r|)) over rigid motions R (6n, 6) and DOFs, springs to ground left out (theory eq. 59)."""
-    at, T = _element_dofs(part), matrices.T
+    at, T = node_dofs(part.connectivity), matrices.T
     KT = matrices.elements.K @ T
     on_ends = np.concatenate([np.swapaxes(T, -1, -2) @ (KT @ R[at]), np.einsum("eij,eij->ej", T, KT)[..., None]], -1)
     summed = [np.bincount(at.ravel(), column.ravel(), len(R)) for column in np.moveaxis(on_ends, -1, 0)]
     forces, squares = np.stack(summed[:-1], axis=1).astype(float), summed[-1].astype(float)
     for lump in matrices.lumps:
         if lump.K is not None:
-            rows = _dofs_of(lump.nodes)
+            rows = node_dofs(lump.nodes)
             squares[rows] += np.diagonal(lump.K)
             if len(lump.nodes) > 1:
                 forces[rows] += lump.K @ R[rows]
     stiff = np.sqrt(squares)
     size = np.outer(stiff, stiff @ np.abs(R))
     return float(np.max(np.abs(forces[size > 0]) / size[size > 0], initial=0.0))
-
-
-def _element_dofs(part: Part) -> Any:
-    """Displacements (e, 12) of a part's nodes at the ends of its elements."""
-    return (6 * part.connectivity[..., None] + np.arange(6)).reshape(-1, 12)
-
-
-def _dofs_of(nodes: Any) -> Any:
-    """Displacements (6k,) of nodes (k,)."""
-    return (6 * np.asarray(nodes)[:, None] + np.arange(6)).ravel()
 
 
 def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:

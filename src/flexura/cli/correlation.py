@@ -12,14 +12,24 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Repeated, Settings, band_of, picked, print_json, quantity_of, read
+from flexura.cli.options import (
+    Channels,
+    File,
+    Json,
+    Plot,
+    Repeated,
+    Settings,
+    band_of,
+    picked,
+    print_json,
+    quantity_of,
+    read,
+)
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
     from flexura.experiment.correlation import Correlation, ModePair
     from flexura.experiment.sensor_placement import SensorPlacement
-
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]
 
 MOST_CHANNELS = 40
 """Channels that are listed."""
@@ -49,9 +59,7 @@ def correlate_command(
     pick: Annotated[
         str | None, typer.Option(metavar="F1,F2", help="Identify the modes nearest to these frequencies, Hz.")
     ] = None,
-    channels: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
-    ] = None,
+    channels: Channels = None,
     repeated: Repeated = None,
     plot: Plot = None,
     set: Settings = None,

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Json, Repeated, band_of, picked, print_json
+from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, picked, print_json
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -41,11 +41,9 @@ def identify_command(
     least_confidence: Annotated[
         float, typer.Option(metavar="NUMBER", help="Modes of less confidence are left out, unless picked.")
     ] = 0.3,
-    channels: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
-    ] = None,
+    channels: Channels = None,
     repeated: Repeated = None,
-    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures here.")] = None,
+    plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted."""

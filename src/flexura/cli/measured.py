@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Json, band_of, print_json, quantity_of
+from flexura.cli.options import Channels, Json, band_of, print_json, quantity_of
 from flexura.cli.tables import console_of_width
 
 
@@ -38,9 +38,7 @@ def estimate_frf_command(
     accept: Annotated[
         list[str] | None, typer.Option(metavar="DEFECT", help="Use records with this defect. May be repeated.")
     ] = None,
-    channels: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
-    ] = None,
+    channels: Channels = None,
     as_json: Json = False,
 ) -> None:
     """Frequency responses from hits: windows, averages, coherence; bad records are named and left out."""

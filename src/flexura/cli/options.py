@@ -46,6 +46,10 @@ class RepeatedResponses(StrEnum):
     last = "last"
 
 
+Channels = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
+]
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]
 Repeated = Annotated[
     RepeatedResponses | None,
     typer.Option(help="Merge responses that a universal file gives more than once, which are refused else."),

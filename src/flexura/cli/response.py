@@ -18,6 +18,7 @@ from flexura.cli.options import (
     Json,
     Loads,
     Outputs,
+    Plot,
     Ratio,
     Settings,
     Strict,
@@ -30,8 +31,6 @@ from flexura.cli.options import (
     seconds_of,
 )
 from flexura.errors import OptionError
-
-Plot = Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures here.")]
 
 
 class Order(StrEnum):

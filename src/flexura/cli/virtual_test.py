@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Ratio, Settings, band_of, print_json, read
+from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, print_json, read
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def virtual_test_command(
     seed: Annotated[int, typer.Option(min=0, help="Of the noise and the peaks of the hits.")] = 0,
     double_hits: Annotated[int, typer.Option(min=0, help="So many more hits at every point bounce.")] = 0,
     set: Settings = None,
-    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures here.")] = None,
+    plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """Simulate the hammer test that a file describes, identify its modes, and compare them with the truth."""

@@ -25,7 +25,7 @@ from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import TAPERED_PIECES
 from flexura.structure.part import Lump
-from flexura.structure.scatter import Scatter
+from flexura.structure.scatter import Scatter, node_dofs
 from flexura.structure.slots import Index
 
 BATCH = 4_000_000
@@ -184,9 +184,9 @@ class ExactCondensation:
         number = np.full(reducer.part.n_nodes, -1)
         number[reducer.remaining] = np.arange(len(reducer.remaining))
         pairs = np.array([branch.junctions for branch in own.branches], dtype=np.intp).reshape(-1, 2)
-        ends = (6 * pairs[..., None] + np.arange(6)).reshape(-1, 12)
+        ends = node_dofs(pairs)
         lumps = self.model.matrices[name].lumps
-        at = [(6 * number[lump.nodes][:, None] + np.arange(6)).ravel() for lump in lumps]
+        at = [node_dofs(number[lump.nodes]) for lump in lumps]
         scatter = Scatter([*([ends] if len(ends) else []), *(dofs[None] for dofs in at)], 6 * own.n_junctions)
         return _Part(own, lumps, self.branches.span[name], ends, at, scatter, len(reducer.boundary_dofs))
 

@@ -18,7 +18,7 @@ from flexura.reduction.chain import ChainGroup
 from flexura.reduction.serial_chains import SegmentChains, segment_chains
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.part import Part
-from flexura.structure.scatter import block_diagonal
+from flexura.structure.scatter import block_diagonal, node_dofs
 from flexura.structure.slots import Index
 from flexura.structure.triplets import Triplets
 
@@ -177,7 +177,7 @@ def _to_bodies(model: FullOrderModel, bodies: RigidBodies, chains: SegmentChains
     root = model.plan.topology.root[chains.numbers(model)[:, :, [0, -1]]]
     own = bodies.body[root]
     arms = block_diagonal(rigid_arm(x[root] - x[bodies.reference[own]]))
-    columns = (6 * own[..., None] + np.arange(6)).reshape(*own.shape[:2], 12)
+    columns = node_dofs(own)
     return columns, chains.transforms(model) @ arms
 
 

@@ -17,7 +17,7 @@ from flexura.reduction.craig_bampton import CraigBampton
 from flexura.sizes import beyond
 from flexura.structure.part import Lump, Part, PartMatrices
 from flexura.structure.plan import Geometry
-from flexura.structure.scatter import Scatter
+from flexura.structure.scatter import Scatter, node_dofs
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -36,8 +36,8 @@ class PartReducer:
 
     def __init__(self, part: Part) -> None:
         self.part = part
-        self.boundary_dofs = _node_dofs(part.boundary)
-        self.interior_dofs = _node_dofs(part.interior)
+        self.boundary_dofs = node_dofs(part.boundary)
+        self.interior_dofs = node_dofs(part.interior)
         self.chains = find_chains(part)
         self._remembered: tuple[Geometry, list[ChainKinematics]] | None = None
 
@@ -69,8 +69,8 @@ class PartReducer:
         """The pattern over some nodes of what connects them, and of the lumps that have stiffness (1) or mass (2)."""
         number = np.full(self.part.n_nodes, -1)
         number[nodes] = np.arange(len(nodes))
-        lumps = [_node_dofs(number[own[0]])[None] for own in self.part.lump_nodes() if own[which]]
-        return Scatter([*(_node_dofs_each(number[each]) for each in connected), *lumps], 6 * len(nodes))
+        lumps = [node_dofs(number[own[0]])[None] for own in self.part.lump_nodes() if own[which]]
+        return Scatter([*(node_dofs(number[each]) for each in connected), *lumps], 6 * len(nodes))
 
     def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (6n, 6n) of the part in its own frame, one design."""
@@ -167,11 +167,3 @@ def _sparse_guyan(K: sp.csc_matrix, M: sp.csc_matrix, b: int) -> tuple[Array, Ar
     cross = M[:b, b:] @ psi
     K_r = K[:b, :b].toarray() + K[:b, b:] @ psi
     return (K_r + K_r.T) / 2, M[:b, :b].toarray() + cross + cross.T + psi.T @ (M[b:, b:] @ psi)
-
-
-def _node_dofs(nodes: Any) -> Index:
-    return (6 * np.asarray(nodes, dtype=np.intp)[:, None] + np.arange(6)).ravel()
-
-
-def _node_dofs_each(nodes: Index) -> Index:
-    return (6 * nodes[..., None] + np.arange(6)).reshape(len(nodes), 6 * nodes.shape[1])

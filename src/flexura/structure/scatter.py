@@ -121,6 +121,12 @@ def _keys(dofs: Index, n: int) -> Index:
     return np.where((row >= 0) & (column >= 0), column * n + row, -1).ravel()
 
 
+def node_dofs(nodes: Any) -> Index:
+    """Numbers (..., 6k) of the displacements of nodes (..., k), six each in their order."""
+    at = np.asarray(nodes, dtype=np.intp)
+    return (6 * at[..., None] + np.arange(6)).reshape(*at.shape[:-1], 6 * at.shape[-1])
+
+
 def block_diagonal(blocks: Array) -> Array:
     """Blocks (..., k, 6, 6) on the diagonal of (..., 6k, 6k)."""
     k = blocks.shape[-3]
