@@ -20,6 +20,7 @@ from flexura.analysis.measured_members import measured_doubts
 from flexura.analysis.mesh_errors import PartMesh, frequency_errors, mesh_warning, part_meshes
 from flexura.analysis.references import reference_doubts
 from flexura.analysis.sizes import size_doubts
+from flexura.arguments import verb
 from flexura.linalg import lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
@@ -91,6 +92,7 @@ class CheckReport:
         return asdict(self)
 
 
+@verb
 def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> CheckReport:
     """Report what was understood of a mechanism and every doubt about it.
 

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.tangent import tangent_stiffness
+from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
@@ -74,6 +75,7 @@ class Drift:
         return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 
+@verb
 def screw_axis(twist: ArrayLike, near: ArrayLike = (0.0, 0.0, 0.0), *, at: ArrayLike = (0.0, 0.0, 0.0)) -> ScrewAxis:
     """The screw axis of a twist (theory eq. S22).
 
@@ -94,6 +96,7 @@ def screw_axis(twist: ArrayLike, near: ArrayLike = (0.0, 0.0, 0.0), *, at: Array
     return ScrewAxis(_vector(direction), _vector(nearest), float(direction @ v) / rate)
 
 
+@verb
 def drift(
     model: FullOrderModel,
     u: ArrayLike,

@@ -13,6 +13,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.mesh_errors import response_meshes
+from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import count_below, least_pivot
 from flexura.mechanism.damping import Damping
@@ -125,6 +126,7 @@ class FrequencyResponse(Warned):
         }
 
 
+@verb
 def frequency_response(
     mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem | StateSpace,
     frequency_hz: ArrayLike | None = None,

@@ -26,6 +26,7 @@ from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import Statics, response_to
 from flexura.analysis.tangent import tangent_stiffness
+from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
@@ -161,6 +162,7 @@ def _plain(values: Array) -> Any:
     return np.where(np.isfinite(values), values.astype(object), np.array(None)).tolist()
 
 
+@verb
 def kinetostatics(
     mechanism: Mechanism | Plan | FullOrderModel,
     platform: str | None = None,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion, motions
+from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
@@ -149,6 +150,7 @@ class Modes(Warned):
         }
 
 
+@verb
 def modes(
     mechanism: Mechanism | Plan | LowOrderModel,
     parameters: Mapping[str, float] | None = None,

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.numbers import finite_numbers
+from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.linalg import critical_factors, is_definite
 from flexura.mechanism.substructure import Mechanism
@@ -101,6 +102,7 @@ class Preload(Warned):
         return K
 
 
+@verb
 def preload(
     mechanism: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, float] | None = None,

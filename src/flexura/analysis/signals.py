@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import read_text
 
@@ -110,6 +111,7 @@ class SignalFile:
     signals: dict[str, Array]
 
 
+@verb
 def read_signals(path: str | Path) -> SignalFile:
     """Read signals from a CSV file: a header with `time` and the names of inputs, then evenly spaced rows in SI.
 

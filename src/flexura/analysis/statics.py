@@ -15,6 +15,7 @@ from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.preload import preload
 from flexura.analysis.stress import Stresses, member_stresses
+from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.flexibility import flexibility
@@ -118,6 +119,7 @@ def _finite(value: float | None) -> float | None:
     return None if value is None or not np.isfinite(value) else value
 
 
+@verb
 def statics(
     mechanism: Mechanism | Plan | FullOrderModel,
     *,
@@ -207,6 +209,7 @@ def _state(own: PlacedInput, command: float, u: Array) -> ActuatorState:
     return ActuatorState(own.channel.name, command, own.channel.unit, elongation, force)
 
 
+@verb
 def compliance(
     mechanism: Mechanism | Plan | FullOrderModel,
     nodes: Sequence[str],

@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.numbers import finite_numbers
+from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.beam.stress import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.errors import OptionError
@@ -91,6 +92,7 @@ class _Worst(NamedTuple):
     state: NDArray[np.intp]
 
 
+@verb
 def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[float] | None = None) -> Stresses:
     """The largest stress in every placed link and flexure (theory eqs. S1-S12).
 
@@ -283,6 +285,7 @@ def _worse(one: _Worst | None, other: _Worst) -> _Worst:
     return _Worst(*chosen)._replace(nominal=np.maximum(one.nominal, other.nominal))
 
 
+@verb
 def internal_force_rows(model: FullOrderModel, member: str, position: float = 0.5) -> sp.csr_matrix:
     """The map (6, n) from the model's DOFs to N, Vy, Vz, N, and T, My, Mz, N m, of a section (theory eq. S1).
 
@@ -308,6 +311,7 @@ def internal_force_rows(model: FullOrderModel, member: str, position: float = 0.
     return sp.csr_matrix((rows.ravel(), (at.ravel(), dof.ravel())), shape=(6, model.order))
 
 
+@verb
 def stress_rows(model: FullOrderModel, member: str, position: float = 0.5) -> sp.csr_matrix:
     """The map (4, n) from the model's DOFs to the nominal normal stress, Pa, of four fibres (theory eq. S2).
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from flexura.analysis.numbers import finite_numbers
+from flexura.arguments import verb
 from flexura.beam import rigid_arm, skew
 from flexura.beam.geometric import arm_stiffness, geometric_stiffness
 from flexura.errors import OptionError
@@ -40,6 +41,7 @@ class _Elements(NamedTuple):
     G: Array
 
 
+@verb
 def tangent_stiffness(
     model: FullOrderModel, u: ArrayLike, *, loads: Mapping[str, ArrayLike] | None = None
 ) -> sp.csc_matrix:

@@ -14,6 +14,7 @@ from flexura.analysis.integration import generalised_alpha
 from flexura.analysis.left_out import LeftOut, left_out, references
 from flexura.analysis.peaks import Run, integrated_warnings
 from flexura.analysis.stress import Stresses, member_stresses
+from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, Warned
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
@@ -124,6 +125,7 @@ class TimeResponse(Warned):
         }
 
 
+@verb
 def time_response(
     mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem,
     inputs: Mapping[str, Samples],

@@ -6,6 +6,7 @@ import json
 import os
 from pathlib import Path
 
+from flexura.arguments import verb
 from flexura.experiment.calibrated import Calibration
 from flexura.files import write_file
 from flexura.mechanism.dimension import NUMBER
@@ -17,6 +18,7 @@ DIGITS = 6
 """Significant digits of calibrated values."""
 
 
+@verb
 def save_calibrated(calibration: Calibration, path: str | Path, base: str | Path, configuration: int = 0) -> Path:
     """Write a model file that extends `base`, the file that was calibrated, with the new values and what they rest on.
 

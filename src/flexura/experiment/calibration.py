@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
+from flexura.arguments import verb
 from flexura.errors import OptionError, SolverError
 from flexura.experiment.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.experiment.configuration import Configuration, configurations
@@ -32,6 +33,7 @@ AT_BOUND = 1e-3
 """Distance in prior standard deviations within which a parameter counts as at its bound."""
 
 
+@verb
 def calibrate(
     mechanism: Mechanism | Plan,
     data: Any,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError
 from flexura.experiment.measurement import MeasuredChannel
 from flexura.experiment.places_of_test import Place, PlacesOfTest
@@ -87,6 +88,7 @@ class _Found:
     row: Array | None = None
 
 
+@verb
 def pair_channels(
     model: FullOrderModel, channels: Sequence[MeasuredChannel], tolerance: float | None = None
 ) -> ChannelPairing:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.channel_pairing import (
     ChannelMatch,
@@ -164,6 +165,7 @@ class Correlation:
         }
 
 
+@verb
 def correlate(
     mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel,
     test: IdentifiedModes | Measurement,

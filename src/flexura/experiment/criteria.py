@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 
 Array = NDArray[np.float64]
@@ -17,6 +18,7 @@ DEPENDENT = 1e-8
 """Singular values below this, relative to the largest, are taken as zero: the sensors do not see that direction."""
 
 
+@verb
 def mac(a: ArrayLike, b: ArrayLike, weight: ArrayLike | None = None) -> Array:
     """Modal assurance criterion (n, k) of shapes a (p, n) and b (p, k), real or complex, between 0 and 1.
 
@@ -51,6 +53,7 @@ def in_space(shapes: ArrayLike, space: ArrayLike, used: NDArray[np.bool_] | None
     return np.asarray(y @ np.linalg.lstsq(y[own], x[own], rcond=DEPENDENT)[0], dtype=complex)
 
 
+@verb
 def comac(a: ArrayLike, b: ArrayLike) -> Array:
     """Coordinate modal assurance criterion (p,) of paired shapes a, b (p, n), between 0 and 1 at every sensor.
 
@@ -108,6 +111,7 @@ def channel_gain(a: ArrayLike, b: ArrayLike) -> Array:
     return np.divide(product, size, out=np.full(len(size), np.nan), where=size > 0)
 
 
+@verb
 def frac(H: ArrayLike, G: ArrayLike) -> Array:
     """Frequency response assurance criterion (p, m) of H and G (f, p, m), between 0 and 1 for every pair of channels.
 

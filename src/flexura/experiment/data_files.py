@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.places import FORCES, Place, Places, placed, places_of, read_places
@@ -24,6 +25,7 @@ SUFFIXES = (*UFF, ".csv", ".txt", ".npz", *HDF5)
 SIDECAR = ".channels.yaml"
 
 
+@verb
 def read_measurement(
     path: str | Path | Sequence[str | Path],
     channels: str | Path | Mechanism | Plan | None = None,
@@ -179,6 +181,7 @@ def _refuse_missing(measurement: Measurement, places: Places, where: str) -> Non
         raise OptionError(f"{where}: channel {missing[0]!r} is not in the data; there: {', '.join(known)}")
 
 
+@verb
 def write_measurement(measurement: Measurement, path: str | Path, **options: Any) -> Path:
     """Write measured data in the format of the suffix, SI; the file appears complete or not at all.
 

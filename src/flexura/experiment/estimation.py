@@ -9,6 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 from flexura.experiment.quality import LEAKAGE, accepted, inspect, leakage, pulses, trigger
@@ -54,6 +55,7 @@ class _Group:
     notes: tuple[str, ...]
 
 
+@verb
 def estimate_frf(
     data: Measurement | Recording | Sequence[Recording],
     *,

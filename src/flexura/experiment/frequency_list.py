@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError
 from flexura.experiment.measurement import MeasuredChannel
 from flexura.files import read_text
@@ -85,6 +86,7 @@ class MeasuredFrequencies:
         return cls(name, hz[order], relative[order].copy(), (), number)
 
 
+@verb
 def read_frequencies(path: str | Path) -> MeasuredFrequencies:
     """Frequencies of a YAML or CSV file.
 

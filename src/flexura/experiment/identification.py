@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis import FrequencyResponse
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.complexity import assembled, confidence_of
 from flexura.experiment.doubts import bias, close_pairs, is_carried
@@ -74,6 +75,7 @@ class _Options:
     least_confidence: float
 
 
+@verb
 def identify(
     data: Data,
     *,

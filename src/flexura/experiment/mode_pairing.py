@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.criteria import mac, space_mac
 from flexura.methods.pairing import in_order
@@ -51,6 +52,7 @@ class ModePairing:
         )
 
 
+@verb
 def pair_modes(
     test_hz: ArrayLike,
     test_shapes: ArrayLike,

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.eigen_derivatives import Cluster, moved_clusters, whole_clusters
 from flexura.experiment.reading import Reading, displacement_rows
@@ -35,6 +36,7 @@ class ResponseSensitivities:
     derivative: Complex
 
 
+@verb
 def response_sensitivities(
     mechanism: Mechanism | Plan,
     frequency_hz: ArrayLike,

@@ -9,6 +9,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.eigen_derivatives import branches, moved_clusters, whole_clusters
 from flexura.experiment.variation import Family, FullOrderFamily, LowOrderFamily, Order, Rows, changes_of, unbounded
@@ -68,6 +69,7 @@ class Sensitivities:
         }
 
 
+@verb
 def sensitivities(
     mechanism: Mechanism | Plan,
     free: Sequence[str] | None = None,

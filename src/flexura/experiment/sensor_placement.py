@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.channel_pairing import TURNS, pair_channels
 from flexura.experiment.correlation import UNSEEN
@@ -95,6 +96,7 @@ class SensorPlacement:
         }
 
 
+@verb
 def place_sensors(
     mechanism: Mechanism | Plan | FullOrderModel,
     k: int,

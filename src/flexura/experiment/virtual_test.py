@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
+from flexura.arguments import verb
 from flexura.errors import OptionError, SolverError
 from flexura.experiment.blow import blow, response_to_blow
 from flexura.experiment.criteria import mac, space_mac
@@ -112,6 +113,7 @@ class VirtualTest:
         }
 
 
+@verb
 def virtual_test(
     mechanism: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,

@@ -106,7 +106,8 @@ def shared_library(sources: dict[str, str]) -> bytes:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
         command = [compiler, *FLAGS, "-o", "model.bin", *SOURCES, "-lm"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        env = {**os.environ, "TMPDIR": str(folder)}  # the compiler's own files go with the folder
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=env)
         if done.returncode:
             said = " ".join(done.stderr.split())[:300]
             raise OptionError(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexura.analysis.modes import Modes
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.exports.arrays import write_hdf5, write_npz
 from flexura.exports.contents import Response
@@ -64,6 +65,7 @@ FORMATS = {
 """All formats by name."""
 
 
+@verb
 def export(what: Any, path: str | Path, to: str | None = None, **options: Any) -> list[Path]:
     """Write a model or a result for another program; the format `to` is that of the suffix by default.
 

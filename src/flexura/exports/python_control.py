@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.exports.names import refuse_clashes, signal_names
 from flexura.extras import need
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     import control
 
 
+@verb
 def to_control(model: StateSpace) -> control.StateSpace:
     """The model as `control.StateSpace`, with its step and the names of its inputs, outputs and states.
 

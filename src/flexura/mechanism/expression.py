@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from flexura.arguments import verb
 from flexura.errors import ExpressionError
 from flexura.mechanism.dimension import NUMBER, Dimension
 
@@ -189,8 +190,11 @@ class Folded(float):
         return self
 
 
+@verb
 def parameter(name: str) -> Expression:
-    """Refer to a parameter by name, to be combined with + - * / ** into expressions."""
+    """Refer to a parameter by name, to be joined with + - * / ** into expressions. Raises ExpressionError for no text."""
+    if not isinstance(name, str):
+        raise ExpressionError(f"the name of a parameter is text, not {type(name).__name__}")
     return Expression(Name(name))
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexura.arguments import verb
 from flexura.deadline import OutOfTime, time_limit
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism.substructure import Mechanism
@@ -99,6 +100,7 @@ class Comparison:
         return replace(self, rows=(*self.rows, *(ComparisonRow(label, failure=reason) for label in left)))
 
 
+@verb
 def compare(
     mechanism: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,

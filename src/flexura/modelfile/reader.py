@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError, Path, Problem
 from flexura.mechanism import Expression, Mechanism
 from flexura.mechanism.base import UNKNOWN_KEY, Part, problems_of, validated
@@ -26,6 +27,7 @@ VERSION = 1
 MAX_ROUNDS = 10
 
 
+@verb
 def load(path: str | FilePath) -> Mechanism:
     """Read a model file.
 
@@ -38,6 +40,7 @@ def load(path: str | FilePath) -> Mechanism:
     return _read(text_of(file), str(path), file.parent)
 
 
+@verb
 def loads(text: str, name: str = "<text>") -> Mechanism:
     """Read a model from text; `name` stands for the file in messages.
 

@@ -6,6 +6,7 @@ import io
 from pathlib import Path as FilePath
 from typing import Any
 
+from flexura.arguments import verb
 from flexura.errors import Path
 from flexura.files import write_file
 from flexura.mechanism import DOF_NAMES, Matrix, Mechanism, Parameter, Substructure, Support
@@ -33,6 +34,7 @@ _ORDER = (
 _NAMED = frozenset(_ORDER)
 
 
+@verb
 def dumps(mechanism: Mechanism) -> str:
     """Text of a model file for the mechanism: `loads(dumps(m)) == m`.
 
@@ -52,6 +54,7 @@ def dumps(mechanism: Mechanism) -> str:
     return stream.getvalue()
 
 
+@verb
 def save(mechanism: Mechanism, path: str | FilePath) -> None:
     """Write a model file in one step: what was there before stays until the new file is complete.
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import low_order
@@ -99,6 +100,7 @@ class NaturalFrequencies:
         return f"<NaturalFrequencies: {count} of {designs} design{'s' if designs != 1 else ''}, {said}>"
 
 
+@verb
 def natural_frequencies(
     mechanism: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,

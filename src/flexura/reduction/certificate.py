@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import (
     Eigenpairs,
@@ -97,6 +98,7 @@ class Certificate:
         return data | {"missing": self.missing, "is_complete": self.is_complete}
 
 
+@verb
 def certify(
     low: LowOrderModel, full: FullOrderModel | None = None, *, n: int = 6, up_to: float | None = None
 ) -> Certificate:

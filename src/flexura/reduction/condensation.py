@@ -12,6 +12,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import lowest
 from flexura.reduction.model import LowOrderModel, SubstructureBasis
@@ -31,6 +32,7 @@ SETTLED = 1e-12
 """Relative change of the squared frequencies at which iterated IRS ends."""
 
 
+@verb
 def condense(
     low: LowOrderModel,
     to: int | Sequence[str],

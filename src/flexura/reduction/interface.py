@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg as la
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import count_below, lowest
 from flexura.reduction.model import LowOrderModel, SubstructureBasis
 
 
+@verb
 def interface_reduction(low: LowOrderModel, *, count: int = 0, below_hz: float = 0.0) -> LowOrderModel:
     """Replace the interface displacements of a model from `reduce` by their lowest normal modes.
 

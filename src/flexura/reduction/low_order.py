@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
@@ -24,6 +25,7 @@ Coordinates = Literal["modal", "physical", "substructures"]
 Method = Literal["craig_bampton", "rubin"]
 
 
+@verb
 def reduce(
     mechanism: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, ArrayLike] | None = None,

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import lowest
@@ -73,6 +74,7 @@ class NestedModel:
         return self.model.recover(coordinates)
 
 
+@verb
 def nested(
     low: LowOrderModel, nodes: Sequence[str] | Mapping[str, str] | None = None, keep: int | None = None
 ) -> NestedModel:

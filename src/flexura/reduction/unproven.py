@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg.stacked import lowest_values
 from flexura.mechanism.substructure import Mechanism
@@ -17,6 +18,7 @@ from flexura.structure.plan import Plan, plan_of
 Array = NDArray[np.float64]
 
 
+@verb
 def unproven_frequencies(
     mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None, count: int = 6
 ) -> Array:

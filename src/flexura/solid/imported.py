@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.mechanism import Matrix, Substructure, Superelement
@@ -70,6 +71,7 @@ class ImportedPart:
         return [path.with_name(f"{name}_{letter}.mtx") for letter in own]
 
 
+@verb
 def imported(
     stored: StoredMatrices,
     nodes: Mapping[str, str | Sequence[int]],

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import Expression, Matrix, Mechanism, Meshed, Parameter, Substructure, Superelement
 from flexura.mechanism.checks import problems
@@ -28,6 +29,7 @@ Array = NDArray[np.float64]
 Members = Mapping[str, Link | Flexure]
 
 
+@verb
 def with_solid_parts(
     mechanism: Mechanism,
     parameters: Mapping[str, ArrayLike] | None = None,

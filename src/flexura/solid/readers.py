@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.files import read_bytes, read_text
@@ -23,6 +24,7 @@ Index = NDArray[np.intp]
 STORED = (".sti", ".mas", ".dof")
 
 
+@verb
 def read_calculix(
     path: str | Path, deck: str | Path | None = None, *, units: Mapping[str, str] | None = None
 ) -> StoredMatrices:
@@ -137,6 +139,7 @@ def _blocks(path: Path) -> dict[str, list[str]]:
     return found
 
 
+@verb
 def read_ansys(path: str | Path, nodes: str | Path, *, units: Mapping[str, str] | None = None) -> StoredMatrices:
     """K, M, nodes and sets of a solid from an Ansys file JOB.full, whose `nodes` are in an archive JOB.cdb.
 

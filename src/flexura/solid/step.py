@@ -11,6 +11,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError, SolverError
 from flexura.files import complete_file
 from flexura.mechanism.body import Box, Cylinder, Plate
@@ -24,6 +25,7 @@ from flexura.structure.full_order import FullOrderModel
 Array = NDArray[np.float64]
 
 
+@verb
 def write_step(model: FullOrderModel, path: str | Path, only: str | None = None) -> Path:
     """Write members and bodies as named solids to a STEP file, in millimetres.
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.pairing import assigned, mac_matrix
@@ -145,6 +146,7 @@ class Verification:
         return f"Verification({self.name!r}, worst errors: {worst})"
 
 
+@verb
 def verify(
     mechanism: Mechanism,
     n: int = 6,

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
@@ -303,6 +304,7 @@ class FullOrderModel:
         raise OptionError(f"there is no superelement {name!r}; it is written NAME or INSTANCE.NAME")
 
 
+@verb
 def assemble(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> FullOrderModel:
     """Assemble the full-order model, for the default parameters or with some of them replaced.
 

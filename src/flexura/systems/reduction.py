@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.systems.balancing import balance
@@ -20,6 +21,7 @@ from flexura.systems.system import System
 Array = NDArray[np.float64]
 
 
+@verb
 def state_space(
     system: System | ModalSystem,
     n: int | None = None,

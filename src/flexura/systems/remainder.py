@@ -11,6 +11,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import SolverError
 from flexura.systems.system import System
 
@@ -168,6 +169,7 @@ def coupled_response(modes: ModalSystem, w: Array, remainder: Remainder) -> tupl
     return y, load, reading
 
 
+@verb
 def neglected_bound(modes: ModalSystem, frequency_hz: ArrayLike) -> Array:
     """Bound (f, p, m) on the error of displacements of `modes.response` from modes left out, at frequencies (f,), Hz.
 

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
 from flexura.mechanism.damping import Damping
@@ -181,6 +182,7 @@ class System:
         )
 
 
+@verb
 def system(
     mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel,
     inputs: Sequence[str] | None = None,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexura.arguments import verb
 from flexura.experiment.calibrated import Calibration
 from flexura.files import complete_files
 from flexura.view.furniture import foot
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 BEFORE, AFTER = "#c9ced6", "#1f5fa8"
 
 
+@verb
 def draw_calibration(result: Calibration) -> Figure:
     """Prior and posterior intervals of the parameters in prior standard deviations, and errors of the frequencies."""
     from matplotlib.figure import Figure

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import ranked
 from flexura.view.axes import frame
@@ -44,6 +45,7 @@ SENSOR = "#c2185b"
 """Colour of sensors and measured values."""
 
 
+@verb
 def save_correlation(result: Correlation, folder: Path | str) -> list[Path]:
     """Write `correlation.png`, `pair_01.png` and so on for every pair, and `frf_01.png` and so on, into a folder.
 
@@ -60,6 +62,7 @@ def save_correlation(result: Correlation, folder: Path | str) -> list[Path]:
     return save_figures(figures, folder)
 
 
+@verb
 def draw_correlation(result: Correlation) -> Figure:
     """Draw MAC of test and model with the pairs framed, AutoMAC of the model, cross-orthogonality, and CoMAC.
 
@@ -129,6 +132,7 @@ def _bars(axes: Axes, result: Correlation) -> None:
         axes.spines[side].set_visible(False)
 
 
+@verb
 def draw_shape_pair(result: Correlation, test: int, camera: Camera | None = None) -> Figure:
     """Draw a test mode, from 1, expanded to the mechanism, with what the sensors read, beside its counterpart.
 
@@ -211,6 +215,7 @@ def _arrows(axes: Axes, view: View, points: Array, vectors: Array, names: tuple[
             )
 
 
+@verb
 def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
     """Draw the magnitudes of measured responses, of set `number` from 0, over those of the model, with the FRAC.
 
@@ -253,6 +258,7 @@ def _largest(overlay: FRFOverlay) -> list[tuple[int, int]]:
     return [(int(i), int(j)) for i, j in zip(*np.unravel_index(np.sort(order), size.shape), strict=True)]
 
 
+@verb
 def draw_sensors(placement: SensorPlacement) -> Figure:
     """Draw chosen sensors on the mechanism, numbered by importance, with their directions as arrows.
 

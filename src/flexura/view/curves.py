@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis import FrequencyResponse, TimeResponse
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.view.furniture import foot
 from flexura.view.palette import INK
@@ -55,6 +56,7 @@ def _style(axes) -> None:  # type: ignore[no-untyped-def]
         axes.spines[side].set_visible(False)
 
 
+@verb
 def draw_bode(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None = None) -> Figure:
     """Magnitude and phase over frequency of some (output, input) pairs, resonances as vertical lines.
 
@@ -93,6 +95,7 @@ def _phase(H: NDArray[np.complex128]) -> NDArray[np.float64]:
     return phase - shift
 
 
+@verb
 def draw_nyquist(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None = None) -> Figure:
     """Imaginary over real part of some (output, input) pairs. Raises OptionError for names that are not there."""
     chosen = _pairs(result, pairs)
@@ -114,6 +117,7 @@ def draw_nyquist(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | N
     return figure
 
 
+@verb
 def draw_response_matrix(result: FrequencyResponse) -> Figure:
     """Magnitudes of all responses: a row for every output, a column for every input, one scale in each row.
 
@@ -156,6 +160,7 @@ def draw_response_matrix(result: FrequencyResponse) -> Figure:
     return figure
 
 
+@verb
 def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Figure:
     """Inputs above, and below them outputs over time, those of one unit in one panel.
 

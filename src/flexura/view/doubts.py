@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from flexura.arguments import verb
 from flexura.structure import FullOrderModel
 from flexura.structure.solids import Bars, Bodies, solids_of
 from flexura.view.axes import frame
@@ -39,6 +40,7 @@ class _Label(NamedTuple):
     at: Array
 
 
+@verb
 def draw_doubts(
     model: FullOrderModel, report: CheckReport, *, elev: float | None = None, azim: float | None = None
 ) -> Figure:
@@ -62,6 +64,7 @@ def draw_doubts(
     return figure
 
 
+@verb
 def save_doubts(model: FullOrderModel, report: CheckReport, folder: Path | str) -> list[Path]:
     """Write the picture of `draw_doubts` as `doubts.png`. Raises OptionError when the folder cannot be written to."""
     return save_figures({"doubts.png": draw_doubts(model, report)}, folder)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.structure import FullOrderModel
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from flexura.analysis import Mode, Modes
 
 
+@verb
 def save_pictures(
     model: FullOrderModel,
     shapes: ArrayLike | None,
@@ -70,6 +72,7 @@ def save_pictures(
     return write_files(pictures, target)
 
 
+@verb
 def save_modes(result: Modes, folder: Path | str) -> list[Path]:
     """Write the pictures of `save_pictures` for modes: every frequency as it is proven, and all warnings.
 
@@ -96,12 +99,15 @@ def _frequency(mode: Mode) -> str:
     return "frequency unknown" if text == "unknown" else f"{text} Hz"
 
 
+@verb
 def save_figures(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
     """Write figures by file name, such as `bode.png`, into a folder, which is made when it is missing.
 
     All are drawn before any is written, and every file appears complete or not at all. Raises OptionError when the
-    folder cannot be written to.
+    folder cannot be written to, and for anything but figures.
     """
+    if any(not hasattr(figure, "savefig") for figure in figures.values()):
+        raise OptionError("save_figures: `figures` holds figures of Matplotlib by file name")
     contents = {name: _png(figure) for name, figure in figures.items()}
     return write_files(contents, _folder(Path(folder)))
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.identification import Data, frfs_of
 from flexura.experiment.identified import IdentifiedModes, Poles
@@ -35,6 +36,7 @@ CLASSES = (
 """Poles of a diagram: label, which bits, colour and marker."""
 
 
+@verb
 def save_identification(result: IdentifiedModes, data: Data, folder: Path | str) -> list[Path]:
     """Write `stabilisation.png` and `synthesis.png`, one for every setup where there are several, into a folder.
 
@@ -51,6 +53,7 @@ def save_identification(result: IdentifiedModes, data: Data, folder: Path | str)
     return save_figures(figures, folder)
 
 
+@verb
 def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | None = None) -> Figure:
     """All poles of every model order over frequency, the modes as vertical lines, over the mode indicator functions.
 
@@ -92,6 +95,7 @@ def _indicators(axes: Axes, matrix: ResponseMatrix) -> None:
     axes.set_xlim(matrix.frequency_hz[0], matrix.frequency_hz[-1])
 
 
+@verb
 def draw_synthesis(
     result: IdentifiedModes, data: Data | ResponseMatrix, pairs: Sequence[tuple[str, str]] | None = None
 ) -> Figure:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.view.axes import frame
@@ -46,6 +47,7 @@ HIDDEN = 0.6
 """Rigid bodies are see-through when less than this share of the flexures can be seen."""
 
 
+@verb
 def draw_mechanism(
     model: FullOrderModel, *, title: str | None = None, elev: float | None = None, azim: float | None = None
 ) -> Figure:
@@ -67,6 +69,7 @@ def draw_mechanism(
     return figure
 
 
+@verb
 def draw_mode(
     model: FullOrderModel,
     displacements: ArrayLike,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.view.files import save_figures
 from flexura.view.furniture import Box, colour_bar, heading, remark_lines, triad
@@ -32,6 +33,7 @@ MARKS = {"plain": ("#c0392b", "o"), "corrected": ("#1f5fa8", "s"), "as": ("#2c8a
 """Colour and marker of a row, by the first word of its label."""
 
 
+@verb
 def save_verification(result: Verification, folder: Path | str) -> list[Path]:
     """Write `solid_mode_01.png` and so on, beams and solid side by side, and `errors.png`, into a folder.
 
@@ -46,6 +48,7 @@ def save_verification(result: Verification, folder: Path | str) -> list[Path]:
     return save_figures({**figures, "errors.png": draw_verification(result)}, folder)
 
 
+@verb
 def draw_mode_pair(
     result: Verification, number: int, *, elev: float | None = None, azim: float | None = None
 ) -> Figure:
@@ -82,6 +85,7 @@ def draw_mode_pair(
     return figure
 
 
+@verb
 def draw_verification(result: Verification) -> Figure:
     """Errors of all rows over the modes, logarithmic, above the uncertainty of the solid itself.
 

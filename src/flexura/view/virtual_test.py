@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.experiment.frequency_list import MeasuredFrequencies
 from flexura.experiment.virtual_test import VirtualTest
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@verb
 def save_virtual_test(
     result: VirtualTest, folder: Path | str, measured: MeasuredFrequencies | None = None
 ) -> list[Path]:
@@ -35,6 +37,7 @@ def save_virtual_test(
     return found
 
 
+@verb
 def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None = None) -> Figure:
     """The largest frequency response of every placement, its coherence, and the shift of every mode in per cent.
 

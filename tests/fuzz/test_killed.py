@@ -1,0 +1,111 @@
+"""Whenever a writing command is killed, every result is as it was before or complete, and the next run cleans up."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from random import Random, SystemRandom
+
+import pytest
+from killer import OLD, Killer, is_whole
+from typer.main import get_command
+
+from flexura.cli.app import app
+from flexura.exports.formats import FORMATS
+
+ROOT = Path(__file__).parents[2]
+GUIDE, PIVOT, FLOATING = (
+    "examples/guide/guide.yaml",
+    "examples/pivot/pivot.yaml",
+    "tests/fuzz/corpus/model/floating.yaml",
+)
+ENDS = "-i carriage.tx -o carriage.tx"
+CORPUS = "tests/fuzz/corpus/"
+COMMANDS = {
+    "modes": f"modes {PIVOT} -n 1 --plot OUT/a --json",
+    "check": f"check {GUIDE} --plot OUT/a",
+    "view": f"view {GUIDE} --plot OUT/a",
+    "frequency-response": f"frequency-response {GUIDE} --band 10,200 {ENDS} --csv OUT/a.csv --plot OUT",
+    "time-response": f"time-response {GUIDE} --dt 1ms --step carriage.tx=1N --duration 0.1s -o carriage.tx"
+    " --damping 0.01 --csv OUT/a.csv --plot OUT",
+    "verify": f"verify {GUIDE} -n 1 --size 2 --step OUT/a.step --plot OUT",
+    "test": "test examples/rpr/rpr_test.yaml --to OUT/a.uff --plot OUT",
+    "identify": f"identify {CORPUS}measured/modes.csv --plot OUT",
+    "estimate-frf": f"estimate-frf {CORPUS}measured/hit.csv --exponential 0.1 --to OUT/a.h5",
+    "calibrate": f"calibrate {GUIDE} {CORPUS}frequencies/guide.csv --free thickness --out OUT/a.yaml --plot OUT",
+    "place-sensors": f"place-sensors {PIVOT} -k 2 -n 1 --plot OUT",
+    "correlate": f"correlate {GUIDE} {CORPUS}measured/guide.uff -n 1 --plot OUT",
+    "export fmu": f"export {GUIDE} OUT/a.fmu {ENDS} -n 1",
+    "export mat": f"export {GUIDE} OUT/a.mat {ENDS} -n 1",
+    "export npz": f"export {GUIDE} OUT/a.npz {ENDS} -n 1",
+    "export hdf5": f"export {GUIDE} OUT/a.h5 {ENDS} -n 1",
+    "export matrix-market": f"export {GUIDE} OUT/a.mtx",
+    "export simscape": f"export {CORPUS}model/floating.yaml OUT/a.mat --to simscape",
+    "export vtu": f"export {GUIDE} OUT/a.vtu -n 1",
+    "export uff": f"export {GUIDE} OUT/a.uff -n 1",
+}
+"""A run of every command that writes, OUT being where it does."""
+
+QUICK = ("estimate-frf", "export npz", "export matrix-market")
+
+
+def killed(name: str, kills: int, seed: int) -> None:
+    """Kill a command; nothing may be half written, and the run was at work when it was killed."""
+    command = [sys.executable, "tests/fuzz/killer.py", str(seed), str(kills), "--", *COMMANDS[name].split()]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=500)
+    assert done.returncode == 0, f"seed {seed}: {done.stderr}"
+    found = json.loads(done.stdout)
+    assert not found["faults"], f"seed {seed}: {found['faults']}"
+    assert found["met"] >= 2, found
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_killed_at_a_few_points(name):
+    killed(name, 3, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", COMMANDS)
+def test_killed_at_random_points(name):
+    killed(name, 6, SystemRandom().randrange(10**6))
+
+
+def test_every_command_that_writes_is_killed():
+    writing = {
+        name
+        for name, command in get_command(app).commands.items()  # pyright: ignore[reportAttributeAccessIssue]
+        for option in command.params
+        if (getattr(option, "help", "") or "").startswith(("Write ", "File to write"))
+    }
+    assert writing <= {name.split()[0] for name in COMMANDS}
+    assert {f"export {name}" for name in FORMATS} <= set(COMMANDS)
+
+
+class Careless(Killer):
+    """A command that writes its result where it belongs, line by line, and a file beside it."""
+
+    def run(self) -> None:
+        (self.scratch / "notes").write_text("left")
+        with (self.out / "a.csv").open("w") as stream:
+            for _ in range(50):
+                stream.write("1,2,3\n")
+                stream.flush()
+        (self.scratch / "notes").unlink()
+
+
+def test_careless_writing_is_seen(tmp_path, monkeypatch):
+    for name in ("FLEXURA_CACHE", "TMPDIR"):
+        monkeypatch.setenv(name, str(tmp_path))
+    killer = Careless([], tmp_path, Random(1))
+    killer.kill(6)
+    assert any("neither as before nor complete" in fault for fault in killer.faults)
+    assert any("notes is left" in fault for fault in killer.faults)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".npz", ".h5", ".mat", ".fmu", ".uff", ".csv"])
+def test_a_part_of_a_file_is_not_whole(tmp_path, suffix):
+    file = tmp_path / f"a{suffix}"
+    file.write_bytes(OLD[:-1])
+    assert not is_whole(file)
