@@ -35,10 +35,7 @@ ELSEWHERE = {
 """Files outside the corpus that belong to it, by kind."""
 
 EXAMPLES = HERE.parents[1] / "examples"
-BESIDE = (
-    *(EXAMPLES / "rpr" / f"{name}.yaml" for name in ("rpr", "calibration_start")),
-    *(EXAMPLES / "imported" / f"leaf_{letter}.mtx" for letter in "KM"),
-)
+BESIDE = (*EXAMPLES.glob("rpr/*.yaml"), *EXAMPLES.glob("imported/*.mtx"))
 """Files that others of the corpus name."""
 
 MEMORY = 3 << 30

@@ -58,7 +58,7 @@ def killed(name: str, kills: int, seed: int) -> None:
     assert done.returncode == 0, f"seed {seed}: {done.stderr}"
     found = json.loads(done.stdout)
     assert not found["faults"], f"seed {seed}: {found['faults']}"
-    assert found["met"] >= 2, found
+    assert found["met"] >= 1, found
 
 
 @pytest.mark.parametrize("name", QUICK)

@@ -192,7 +192,7 @@ class Folded(float):
 
 @verb
 def parameter(name: str) -> Expression:
-    """Refer to a parameter by name, to be joined with + - * / ** into expressions. Raises ExpressionError for no text."""
+    """Refer to a parameter by name, to be joined with + - * / ** into expressions; ExpressionError for no text."""
     if not isinstance(name, str):
         raise ExpressionError(f"the name of a parameter is text, not {type(name).__name__}")
     return Expression(Name(name))
