@@ -204,3 +204,11 @@ def test_a_field_of_any_length(tmp_path):
     file.write_text(f"time [s], a [{'m' * 200_000}]\n0, 1\n1, 2\n")
     with pytest.raises(OptionError):
         read_measurement(file)
+
+
+@pytest.mark.parametrize("name", ["x" * 301, "a\x1b[31m"])
+def test_names_of_channels_stay_short_and_printable(tmp_path, name):
+    file = tmp_path / "x.csv"
+    file.write_text(f"time [s],{name} [m/s^2]\n0,1\n1,2\n2,3\n")
+    with pytest.raises(OptionError, match="at most 300 characters and no control characters"):
+        read_measurement(file)

@@ -6,6 +6,7 @@ import numpy as np
 
 from flexura.errors import OptionError
 from flexura.experiment.measurement import MeasuredFRF, Measurement, Recording
+from flexura.mechanism.base import CONTROL, LONGEST_TITLE
 
 HIGHEST = 1e12
 """Highest frequency and sample rate, Hz: squares and powers of far higher ones overflow."""
@@ -16,10 +17,25 @@ LARGEST = 1e100
 
 def refuse_implausible(found: Measurement, where: str) -> None:
     """Raise OptionError for numbers beyond all bounds, and for arrays of different sizes."""
+    _refuse_names(found, where)
     for record in found.recordings:
         _refuse_record(record, f"{where}: {record.name or 'record'}")
     for frf in found.frfs:
         _refuse_response(frf, f"{where}: responses of setup {frf.setup!r}" if frf.setup else f"{where}: responses")
+
+
+def _refuse_names(found: Measurement, where: str) -> None:
+    """Names and setups are short and printable: they become parts of tables, pictures and messages."""
+    channels = [c for r in found.recordings for c in r.channels]
+    channels += [c for f in found.frfs for c in (*f.inputs, *f.outputs)]
+    names = [found.name, *(t for c in channels for t in (c.name, c.node or ""))]
+    names += [t for r in found.recordings for t in (r.name, r.setup)] + [f.setup for f in found.frfs]
+    for name in names:
+        if len(name) > LONGEST_TITLE or CONTROL.search(name):
+            shown = repr(name if len(name) <= 40 else f"{name[:37]}...")
+            raise OptionError(
+                f"{where}: a name has at most {LONGEST_TITLE} characters and no control characters, not {shown}"
+            )
 
 
 def _refuse_record(record: Recording, where: str) -> None:
