@@ -24,6 +24,7 @@ def two():
     return [measured(SYSTEM, HZ, (0, 1), at, 40, k, setup=f"step {k}") for k, at in enumerate(((0, 1), (2, 3)))]
 
 
+@pytest.mark.slow
 def run(arguments, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["flexura", *map(str, arguments)])
     status = 0

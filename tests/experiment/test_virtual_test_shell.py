@@ -21,6 +21,7 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
+@pytest.mark.slow
 @pytest.fixture
 def file(tmp_path) -> Path:
     path = tmp_path / "stage.yaml"

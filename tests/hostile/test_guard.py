@@ -118,6 +118,7 @@ def test_a_closed_pipe_is_silent():
     assert result.stderr == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("env", [{"PYTHONIOENCODING": "ascii"}, {"LANG": "C", "LC_ALL": "C", "PYTHONUTF8": "0"}])
 def test_a_terminal_without_our_characters(tmp_path, env):
     file = tmp_path / "m.yaml"

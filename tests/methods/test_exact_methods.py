@@ -161,6 +161,7 @@ def test_an_ungrounded_mechanism_has_six_zero_frequencies():
     assert (hz[:6] == 0).all() and hz[6] > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["guide", "xy_stage", "rpr"])
 def test_shapes_are_those_of_the_full_model(name):
     model = fx.assemble(fx.load(EXAMPLES / name / f"{name}.yaml"))

@@ -14,8 +14,8 @@ from threadpoolctl import threadpool_limits
 
 import flexura as fx
 
-QUICK = range(60)
-MANY = range(60, 2060)
+QUICK = range(24)
+MANY = range(24, 2060)
 
 
 def contradictions(result: fx.Modes, exact: ExactModel) -> list[str]:

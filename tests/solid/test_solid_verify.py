@@ -78,6 +78,7 @@ def test_extrapolation_never_leads_further_from_the_limit(order, coefficient, no
     assert order < 1.5 or abs(two[0] - 100) / 100 <= 1.01 * off[0] + 4 * abs(noise)
 
 
+@pytest.mark.slow
 def test_singular_solids_are_extrapolated():
     meshes = [np.array([100 * (1 + 0.1 * x**1.5)]) for x in (1.0, 0.5, 0.25)]
     limit, _ = module.extrapolated(meshes)

@@ -138,6 +138,7 @@ def test_the_drawn_motion_goes_with_the_scale(model, sideways):
     np.testing.assert_allclose(flipped, large)
 
 
+@pytest.mark.slow
 def test_a_still_mode_and_long_words_do_no_harm(model):
     u = np.zeros((model.plan.topology.n_nodes, 6))
     figure = draw_mode(model, u, title="mode 12: 1234.5 Hz, " + "long " * 12, subtitle="word " * 60)

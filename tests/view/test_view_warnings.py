@@ -50,6 +50,7 @@ def test_pictures_of_modes_say_what_is_not_proven(tmp_path, monkeypatch):
     assert "proven only within 100 %" in said["modes.png"] and "cannot be told from zero" in said["modes.png"]
 
 
+@pytest.mark.slow
 def test_pictures_of_proven_modes_are_plain(tmp_path, monkeypatch):
     said = texts_of(modes(guide(), n=2, order="full"), tmp_path, monkeypatch)
     assert not any("warning" in text or "proven" in text for text in said.values())
