@@ -21,6 +21,7 @@ from flexura.analysis.mesh_errors import PartMesh, frequency_errors, mesh_warnin
 from flexura.analysis.references import reference_doubts
 from flexura.analysis.sizes import size_doubts
 from flexura.arguments import verb
+from flexura.deadline import stage
 from flexura.linalg import lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
@@ -99,6 +100,7 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     Raises ModelError when the description cannot be used at all.
     """
     plan = plan_of(mechanism)
+    stage("assembling the full order")
     full = assemble(plan, parameters)
     assembler = low_order(plan)
     bodies = {
@@ -110,7 +112,9 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     used = plan.parameter_values(parameters)
     given, own = parameters or {}, plan.mechanism.parameters
     corrections, ends = corrected(full)
+    stage("proving what moves freely")
     free, dead = free_motions(full), plan.loads
+    stage("looking at shapes and sizes")
     bars, solid_bodies = solids_of(full)
     found, unseen = clashes(full, bars, solid_bodies)
     drawn = (*size_doubts(full), *reference_doubts(full, bars), *clash_doubts(found, unseen))
