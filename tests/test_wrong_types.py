@@ -28,7 +28,11 @@ def needed(function, value):
     return places, {p.name: value for p in own if p.kind is p.KEYWORD_ONLY}
 
 
-@pytest.mark.parametrize("value", [3, None, "no/such/path", object(), [object()], {"a": 1}], ids=str)
+@pytest.mark.parametrize(
+    "value",
+    [3, None, "no/such/path", object(), [object()], {"a": 1}],
+    ids=["number", "none", "path", "object", "list", "dictionary"],
+)
 @pytest.mark.parametrize("name", VERBS)
 def test_a_wrong_type_is_an_error_of_ours(name, value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

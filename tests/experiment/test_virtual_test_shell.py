@@ -21,7 +21,6 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
-@pytest.mark.slow
 @pytest.fixture
 def file(tmp_path) -> Path:
     path = tmp_path / "stage.yaml"
@@ -29,6 +28,7 @@ def file(tmp_path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_table_files_and_pictures(file, tmp_path):
     listed = tmp_path / "measured.csv"
     listed.write_text("frequency,unit\n97.5,rad/s\n120,rad/s\n", encoding="utf-8")
