@@ -10,9 +10,8 @@ from random import Random, SystemRandom
 
 import pytest
 from killer import OLD, Killer, is_whole
-from typer.main import get_command
 
-from flexura.cli.app import app
+from flexura.cli import app
 from flexura.exports.formats import FORMATS
 
 ROOT = Path(__file__).parents[2]
@@ -75,8 +74,8 @@ def test_killed_at_random_points(name):
 def test_every_command_that_writes_is_killed():
     writing = {
         name
-        for name, command in get_command(app).commands.items()  # pyright: ignore[reportAttributeAccessIssue]
-        for option in command.params
+        for name in app.COMMANDS
+        for option in app.loaded(name).params
         if (getattr(option, "help", "") or "").startswith(("Write ", "File to write"))
     }
     assert writing <= {name.split()[0] for name in COMMANDS}

@@ -1,46 +1,129 @@
-"""The commands: read arguments, call a verb, print its result; exit status 2 for bad input."""
+"""The group of commands; the module of a command is imported when it is called or its own help is asked for."""
 
 from __future__ import annotations
 
-from enum import StrEnum
-from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from importlib import import_module
+from typing import Annotated, Any, NamedTuple, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from flexura._version import __version__
-from flexura.cli.calibration import COMMANDS as CALIBRATION
-from flexura.cli.commands import CommandReader
-from flexura.cli.comparison import compare_command
-from flexura.cli.correlation import COMMANDS as CORRELATION
 from flexura.cli.guard import run
-from flexura.cli.handover import export_command
-from flexura.cli.identification import identify_command
-from flexura.cli.measured import COMMANDS as MEASURED
-from flexura.cli.options import (
-    Commands,
-    File,
-    Gravity,
-    Json,
-    Loads,
-    Settings,
-    Strict,
-    gravity_of,
-    loads_of,
-    print_json,
-    read,
-    stages_shown,
-)
-from flexura.cli.response import COMMANDS
-from flexura.cli.verification import verify_command
-from flexura.cli.virtual_test import COMMANDS as VIRTUAL_TEST
-from flexura.errors import OptionError
-from flexura.sizes import parsed_limits, size_limits
 
 
-class _Commands(TyperGroup):
-    """Commands whose common options may stand anywhere."""
+class _Command(NamedTuple):
+    """Where a command is, and what the help of the group says of it: the first line of its own help."""
+
+    module: str
+    function: str
+    line: str
+
+
+COMMANDS = {
+    "modes": _Command(
+        "modes",
+        "modes_command",
+        "Natural frequencies and mode shapes, low-order and full-order side by side, with evidence.",
+    ),
+    "check": _Command(
+        "description", "check_command", "What was understood of a mechanism file, and every doubt about it."
+    ),
+    "buckling": _Command(
+        "modes",
+        "buckling_command",
+        "Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles.",
+    ),
+    "compare": _Command(
+        "comparison",
+        "compare_command",
+        "Natural frequencies by every method, with their errors against the exact ones and their times.",
+    ),
+    "verify": _Command(
+        "verification",
+        "verify_command",
+        "Beam models, plain and corrected, against solid finite elements of the same mechanism, mode by mode.",
+    ),
+    "statics": _Command(
+        "response",
+        "statics_command",
+        "Static response to loads, gravity and actuators: displacements, readings, forces, and what yields first.",
+    ),
+    "kinetostatics": _Command(
+        "response",
+        "kinetostatics_command",
+        "How actuators move a platform: freedoms and their screw axes, coupling, amplification, stiffness, workspace.",
+    ),
+    "frequency-response": _Command(
+        "response", "frequency_response_command", "Frequency response between actuators and sensors, or any DOFs."
+    ),
+    "time-response": _Command(
+        "response",
+        "time_response_command",
+        "Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples.",
+    ),
+    "correlate": _Command(
+        "correlation",
+        "correlate_command",
+        "Test against model: pairs of modes with MAC and frequency error, channels that disagree, FRFs, pictures.",
+    ),
+    "place-sensors": _Command(
+        "correlation",
+        "place_sensors_command",
+        "The best places for k sensors among the candidates, by effective independence.",
+    ),
+    "calibrate": _Command(
+        "calibration",
+        "calibrate_command",
+        "Find parameters with which the mechanism meets a measurement, and how far they can be trusted.",
+    ),
+    "estimate-frf": _Command(
+        "measured",
+        "estimate_frf_command",
+        "Frequency responses from hits: windows, averages, coherence; bad records are named and left out.",
+    ),
+    "test": _Command(
+        "virtual_test",
+        "virtual_test_command",
+        "Simulate the hammer test that a file describes, identify its modes, and compare them with the truth.",
+    ),
+    "export": _Command(
+        "handover",
+        "export_command",
+        "Write a state space (full-order, static gain kept), matrices, modes or responses for other tools.",
+    ),
+    "identify": _Command(
+        "identification",
+        "identify_command",
+        "Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted.",
+    ),
+    "schema": _Command(
+        "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."
+    ),
+    "view": _Command("description", "view_command", "Draw the undeformed mechanism."),
+}
+"""The commands by name."""
+
+
+def loaded(name: str) -> Any:
+    """A command with its arguments and options."""
+    own = COMMANDS[name]
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    alone.command(name)(getattr(import_module(f"flexura.cli.{own.module}"), own.function))
+    return typer.main.get_command(alone)
+
+
+class _Group(TyperGroup):
+    """Commands that are imported when they are called, and whose common options may stand anywhere."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self.commands = {name: TyperCommand(name, short_help=own.line) for name, own in COMMANDS.items()}
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command itself in place of the line that the help shows of it."""
+        name, _, rest = super().resolve_command(ctx, args)
+        return name, loaded(str(name)), rest
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Move the common options to the front."""
@@ -60,27 +143,13 @@ class _Commands(TyperGroup):
 
 app = typer.Typer(
     name="flexura",
-    cls=_Commands,
+    cls=_Group,
     help="Low-order dynamic models of flexure-based compliant mechanisms, with evidence for every number.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-
-class Order(StrEnum):
-    """Which model to solve."""
-
-    low = "low"
-    full = "full"
-
-
-class Reduction(StrEnum):
-    """How substructures are reduced."""
-
-    craig_bampton = "craig_bampton"
-    rubin = "rubin"
 
 
 def _version(value: bool) -> None:
@@ -102,157 +171,11 @@ def _root(
     traceback: Annotated[bool, typer.Option("--traceback", help="Show where an unforeseen error comes from.")] = False,
 ) -> None:
     del version, traceback  # the guard around the commands looks for it
+    from flexura.cli.options import stages_shown
+    from flexura.sizes import parsed_limits, size_limits
+
     context.with_resource(size_limits(**parsed_limits(limit or [])))
     context.with_resource(stages_shown())
-
-
-@app.command("modes")
-def modes_command(
-    file: File,
-    n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
-    order: Annotated[Order, typer.Option(help="Low-order beside full, or the full model alone.")] = Order.low,
-    keep: Annotated[
-        int | None,
-        typer.Option(min=0, help="Normal modes kept in each substructure; 0: constraint modes alone, as in the paper."),
-    ] = None,
-    keep_below: Annotated[
-        float | None, typer.Option(metavar="HZ", min=0.0, help="Keep all normal modes below this frequency.")
-    ] = None,
-    reduction: Annotated[
-        Reduction | None, typer.Option(help="Kept modes: fixed-interface, or free-interface with residual flexibility.")
-    ] = None,
-    tolerance: Annotated[
-        float | None,
-        typer.Option(metavar="REL", help="Find the smallest model proven to this relative error. By default 1e-3."),
-    ] = None,
-    up_to: Annotated[
-        float | None, typer.Option(metavar="HZ", help="All modes up to this frequency, whatever -n is.")
-    ] = None,
-    set: Settings = None,
-    strict: Strict = False,
-    as_json: Json = False,
-    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures of the modes here.")] = None,
-) -> None:
-    """Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
-    from flexura.analysis import modes
-    from flexura.cli import tables
-
-    mechanism, parameters = read(file, set)
-    how = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
-    if order is Order.full and (reduction is not None or any(value is not None for value in how.values())):
-        raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
-    method = None if reduction is None else reduction.value
-    result = modes(mechanism, parameters, n=n, order=order.value, reduction=method, **how)
-    if strict:
-        result.raise_warnings()
-    pictures: list[Path] = []
-    if plot is not None:
-        from flexura.view import save_modes
-
-        pictures = save_modes(result, plot)
-    if as_json:
-        print_json(result.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
-    else:
-        tables.print_modes(result, pictures)
-
-
-@app.command("check")
-def check_command(
-    file: File,
-    set: Settings = None,
-    as_json: Json = False,
-    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the doubts here.")] = None,
-) -> None:
-    """What was understood of a mechanism file, and every doubt about it."""
-    from flexura.analysis import check
-    from flexura.cli import tables
-
-    mechanism, parameters = read(file, set)
-    report = check(mechanism, parameters)
-    pictures: list[Path] = []
-    if plot is not None:
-        from flexura.structure import assemble
-        from flexura.view import save_doubts
-
-        pictures = save_doubts(assemble(mechanism, parameters), report, plot)
-    if as_json:
-        print_json(report.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
-    else:
-        tables.print_check(report, pictures)
-
-
-@app.command("buckling")
-def buckling_command(
-    file: File,
-    gravity: Gravity = None,
-    load: Loads = None,
-    actuator: Commands = None,
-    n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
-    set: Settings = None,
-    strict: Strict = False,
-    as_json: Json = False,
-) -> None:
-    """Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles."""
-    from flexura.analysis import preload
-    from flexura.cli import tables
-
-    mechanism, parameters = read(file, set)
-    loads = loads_of(load)
-    commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
-    g = gravity_of(gravity)
-    state = preload(mechanism, parameters, gravity=g, loads=loads, actuators=commands)
-    if strict:
-        state.raise_warnings()
-    data = {
-        "axial_force": state.axial_force,
-        "buckling_factors": state.buckling_factors(n).tolist(),
-        "loaded": None if state.buckled else state.natural_frequencies(n).to_dict(),
-        "unloaded": state.natural_frequencies(n, 0.0).to_dict(),
-        "warnings": [w.to_dict() for w in state.warnings],
-    }
-    if as_json:
-        print_json(data)
-    else:
-        tables.print_preload(data)
-
-
-for _name, _command in {
-    "compare": compare_command,
-    "verify": verify_command,
-    **COMMANDS,
-    **CORRELATION,
-    **CALIBRATION,
-    **MEASURED,
-    **VIRTUAL_TEST,
-    "export": export_command,
-}.items():
-    app.command(_name)(_command)
-
-
-app.command("identify")(identify_command)
-
-
-@app.command("schema")
-def schema_command() -> None:
-    """Print the JSON Schema of mechanism files, for completion in editors."""
-    from flexura.modelfile import schema
-
-    print_json(schema())
-
-
-@app.command("view")
-def view_command(
-    file: File,
-    plot: Annotated[Path, typer.Option("--plot", metavar="DIR", help="Write the picture here.")] = Path(),
-    set: Settings = None,
-) -> None:
-    """Draw the undeformed mechanism."""
-    from flexura.structure import assemble
-    from flexura.view import save_pictures
-
-    mechanism, parameters = read(file, set)
-    for path in save_pictures(assemble(mechanism, parameters), None, [], [], plot):
-        typer.echo(str(path))
 
 
 def main() -> NoReturn:

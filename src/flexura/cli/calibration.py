@@ -264,6 +264,3 @@ def _size(p: CalibratedParameter, value: float) -> str:
     if p.unit == "m":
         return f"{1e3 * value:.4g} mm"
     return f"{value:.4g}" + (f" {p.unit}" if p.unit not in ("", "1") else "")
-
-
-COMMANDS = {"calibrate": calibrate_command}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -236,6 +235,3 @@ def _vector(values: Any, factor: float) -> str:
     """Three numbers; nothing where they are not known."""
     numbers = [round(factor * float(v), 6) + 0.0 for v in values]
     return ", ".join(f"{v:.4g}" for v in numbers) if all(map(math.isfinite, numbers)) else ""
-
-
-COMMANDS: dict[str, Callable[..., None]] = {"correlate": correlate_command, "place-sensors": place_sensors_command}

@@ -124,15 +124,13 @@ def _unforeseen(error: BaseException, show: bool) -> int:
         import traceback
 
         return _fail("".join(traceback.format_exception(error)), 2)
-    import numpy as np
-
     detail = " ".join(f"{type(error).__name__}: {error}".split())[:500].rstrip(": ")
     found = "an error that was not foreseen"
     if isinstance(error, MemoryError):
         found = "this needs more memory than there is"
     elif isinstance(error, RecursionError):
         found = "what is described is nested too deeply"
-    elif isinstance(error, ArithmeticError | np.linalg.LinAlgError):
+    elif isinstance(error, ArithmeticError) or type(error).__name__ == "LinAlgError":
         found = "the numbers of this mechanism lie too far apart for double precision"
     hint = f"please report it, with the files and what --traceback (or {TRACEBACK}=1) prints in place of this"
     return _fail(f"flexura: {found} ({detail})\n    hint: {hint}", 2)
@@ -190,10 +188,7 @@ def _quiet(silent: bool) -> Iterator[None]:
     with warnings.catch_warnings(), _alone_on_stderr():
         # results that are not finite are refused or shown as such; warnings would only name lines of the program
         warnings.simplefilter("ignore")
-        import numpy as np
-
-        with np.errstate(all="ignore"):
-            yield
+        yield
 
 
 @contextmanager

@@ -71,7 +71,7 @@ def export_command(
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Write a state space (of the full-order model, static gain kept), matrices, modes or responses for other tools."""
+    """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
     from flexura.exports import export, format_of
     from flexura.exports.uff import scalar_notes
 

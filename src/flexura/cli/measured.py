@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -90,6 +89,3 @@ def estimate_frf_command(
         console.print(note, markup=False)
     for path in written:
         console.print(f"wrote {path}", markup=False)
-
-
-COMMANDS: dict[str, Callable[..., None]] = {"estimate-frf": estimate_frf_command}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -286,11 +285,3 @@ def _save(figures: dict[str, Any], folder: Path) -> list[Path]:
     from flexura.view import save_figures
 
     return save_figures(figures, folder)
-
-
-COMMANDS: dict[str, Callable[..., None]] = {
-    "statics": statics_command,
-    "kinetostatics": kinetostatics_command,
-    "frequency-response": frequency_response_command,
-    "time-response": time_response_command,
-}

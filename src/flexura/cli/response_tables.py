@@ -5,17 +5,19 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, TimeResponse
 from flexura.cli.tables import console_of_width, print_warnings
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import DOF_NAMES
+
+if TYPE_CHECKING:
+    from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, TimeResponse
 
 MOST_ROWS = 12
 """Members, and pairs of channels, that are listed."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -122,6 +121,3 @@ def _identified(mode: FoundMode) -> list[str]:
     errors.append("" if mode.damping_error is None else f"{100 * mode.damping_error:+.1f} %")
     hz = mode.identified_hz
     return [f"{hz:.5g}", f"{2 * math.pi * hz:.5g}", *errors, f"{mode.mac:.3f}", f"{mode.confidence:.2f}"]
-
-
-COMMANDS: dict[str, Callable[..., None]] = {"test": virtual_test_command}

@@ -1,0 +1,158 @@
+"""The commands `check`, `schema` and `view`, and what they print."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from flexura.cli.options import File, Json, Settings, print_json, read
+from flexura.cli.tables import console_of_width
+
+if TYPE_CHECKING:
+    from flexura.analysis import CheckReport
+
+
+def check_command(
+    file: File,
+    set: Settings = None,
+    as_json: Json = False,
+    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the doubts here.")] = None,
+) -> None:
+    """What was understood of a mechanism file, and every doubt about it."""
+    from flexura.analysis import check
+
+    mechanism, parameters = read(file, set)
+    report = check(mechanism, parameters)
+    pictures: list[Path] = []
+    if plot is not None:
+        from flexura.structure import assemble
+        from flexura.view import save_doubts
+
+        pictures = save_doubts(assemble(mechanism, parameters), report, plot)
+    if as_json:
+        print_json(report.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
+    else:
+        print_check(report, pictures)
+
+
+def schema_command() -> None:
+    """Print the JSON Schema of mechanism files, for completion in editors."""
+    from flexura.modelfile import schema
+
+    print_json(schema())
+
+
+def view_command(
+    file: File,
+    plot: Annotated[Path, typer.Option("--plot", metavar="DIR", help="Write the picture here.")] = Path(),
+    set: Settings = None,
+) -> None:
+    """Draw the undeformed mechanism."""
+    from flexura.structure import assemble
+    from flexura.view import save_pictures
+
+    mechanism, parameters = read(file, set)
+    for path in save_pictures(assemble(mechanism, parameters), None, [], [], plot):
+        typer.echo(str(path))
+
+
+def print_check(report: CheckReport, pictures: Sequence[Path] = ()) -> None:
+    """Print what was understood of a mechanism, and the doubts."""
+    console = console_of_width()
+    console.print(report.name, style="bold", markup=False)
+    console.print(f"full order {report.full_order}, low order {report.low_order}", markup=False)
+    x, y, z = (round(1e3 * c, 6) + 0.0 for c in report.mass.centre)
+    console.print(f"mass {report.mass.mass:.6g} kg, centre of mass ({x:.5g}, {y:.5g}, {z:.5g}) mm", markup=False)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("substructure", "copies", "members", "elements", "nodes", "interior DOFs", "mass kg", "interface"):
+        table.add_column(heading, justify="left" if heading in ("substructure", "interface") else "right")
+    for s in report.substructures:
+        numbers = (s.copies, s.members, s.elements, s.nodes, s.interior_dofs)
+        table.add_row(s.name, *map(str, numbers), f"{s.mass:.5g}", _shorten(s.interface))
+    console.print(table)
+    for body, mass in list(report.rigid_bodies.items())[:10]:
+        console.print(f"rigid body {body}: {mass:.6g} kg", markup=False)
+    for node, dofs in list(report.held.items())[:20]:
+        console.print(f"held: {node} {'clamped' if len(dofs) == 6 else ' '.join(dofs)}", markup=False)
+    if len(report.held) > 20:
+        console.print(f"held: and {len(report.held) - 20} more nodes", markup=False)
+    _print_corrections(console, report)
+    _print_named(console, "solid part", {name: str(mesh) for name, mesh in report.solid_parts.items()})
+    _print_named(console, "actuator", report.actuators)
+    _print_named(console, "sensor", report.sensors)
+    if report.damping != "none" or report.actuators or report.sensors:
+        console.print(f"damping: {report.damping}", markup=False)
+    _print_loads(console, report)
+    _print_free_motions(console, report)
+    if report.doubts:
+        console.print(f"{len(report.doubts)} doubt{'s' if len(report.doubts) > 1 else ''}", style="yellow")
+    else:
+        console.print("no doubts", style="green")
+    for doubt in report.doubts:
+        console.print(f"  {doubt}", markup=False)
+    for path in pictures:
+        console.print(f"wrote {path}", markup=False, highlight=False)
+
+
+def _print_named(console: Console, what: str, about: Mapping[str, str]) -> None:
+    """Print one line for each of a kind, up to twenty."""
+    for name, text in list(about.items())[:20]:
+        console.print(f"{what} {name}: {text}", markup=False)
+    if len(about) > 20:
+        console.print(f"{what}: and {len(about) - 20} more")
+
+
+def _print_loads(console: Console, report: CheckReport) -> None:
+    """Loads and gravity, and that stiffness is about the state under them."""
+    for node, wrench in list(report.loads.items())[:20]:
+        parts = [f"{_vector(w)} {unit}" for w, unit in ((wrench[:3], "N"), (wrench[3:], "N m")) if any(w)]
+        console.print(f"load on {node}: {', '.join(parts) or 'none'}", markup=False)
+    if len(report.loads) > 20:
+        console.print(f"load: on {len(report.loads) - 20} more nodes")
+    if any(report.gravity):
+        console.print(f"gravity: {_vector(report.gravity)} m/s^2", markup=False)
+    if report.is_preloaded:
+        console.print(
+            "preloaded: stiffness, and all that follows from it, is about the state under these", markup=False
+        )
+
+
+def _vector(components: Iterable[float]) -> str:
+    return f"({', '.join(f'{c + 0.0:.5g}' for c in components)})"
+
+
+def _print_free_motions(console: Console, report: CheckReport) -> None:
+    """What is proven about the lowest frequencies."""
+    words = []
+    if report.rigid_body_modes:
+        words.append(f"{report.rigid_body_modes} rigid-body mode{'s' if report.rigid_body_modes > 1 else ''}")
+    if report.lowest_hz is not None:
+        lower, upper = report.lowest_hz
+        name = "lowest frequency" if not report.rigid_body_modes else "lowest other frequency"
+        sharp = f"{lower:.5g}" == f"{upper:.5g}"
+        value = f"{upper:.5g} Hz" if sharp else f"between {lower:.5g} and {upper:.5g} Hz"
+        words.append(f"{name} {value}, proven" if lower > 0 else f"{name} below {upper:.2g} Hz, not told from zero")
+    if words:
+        console.print("; ".join(words), markup=False)
+
+
+def _print_corrections(console: Console, report: CheckReport) -> None:
+    """One line for every set of corrections: the members that have it, with their ends unless both are clamped."""
+    members: dict[tuple[str, ...], list[str]] = {}
+    for place, names in report.corrections.items():
+        ends = report.ends[place]
+        strip = {"plate", "warping"} & set(names)
+        shown = place if ends == ("clamped", "clamped") or not strip else f"{place} ({', '.join(ends)})"
+        members.setdefault(names, []).append(shown)
+    for names, places in members.items():
+        console.print(f"corrected for {', '.join(names)}: {_shorten(tuple(places))}", markup=False)
+
+
+def _shorten(names: tuple[str, ...]) -> str:
+    shown = ", ".join(names[:4])
+    return shown + (f", ... ({len(names)})" if len(names) > 4 else "")

@@ -1,0 +1,255 @@
+"""The commands `modes` and `buckling`, and what they print."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from flexura.cli.commands import CommandReader
+from flexura.cli.options import (
+    Commands,
+    File,
+    Gravity,
+    Json,
+    Loads,
+    Settings,
+    Strict,
+    gravity_of,
+    loads_of,
+    print_json,
+    read,
+)
+from flexura.cli.tables import console_of_width, print_warnings
+from flexura.errors import OptionError
+
+if TYPE_CHECKING:
+    from flexura.analysis import Mode, Modes
+    from flexura.analysis.evidence import Evidence
+
+RESOLVED = 1e-6
+"""Relative differences below this are lost in the round-off of the full-order solution."""
+
+
+class Order(StrEnum):
+    """Which model to solve."""
+
+    low = "low"
+    full = "full"
+
+
+class Reduction(StrEnum):
+    """How substructures are reduced."""
+
+    craig_bampton = "craig_bampton"
+    rubin = "rubin"
+
+
+def modes_command(
+    file: File,
+    n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
+    order: Annotated[Order, typer.Option(help="Low-order beside full, or the full model alone.")] = Order.low,
+    keep: Annotated[
+        int | None,
+        typer.Option(min=0, help="Normal modes kept in each substructure; 0: constraint modes alone, as in the paper."),
+    ] = None,
+    keep_below: Annotated[
+        float | None, typer.Option(metavar="HZ", min=0.0, help="Keep all normal modes below this frequency.")
+    ] = None,
+    reduction: Annotated[
+        Reduction | None, typer.Option(help="Kept modes: fixed-interface, or free-interface with residual flexibility.")
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(metavar="REL", help="Find the smallest model proven to this relative error. By default 1e-3."),
+    ] = None,
+    up_to: Annotated[
+        float | None, typer.Option(metavar="HZ", help="All modes up to this frequency, whatever -n is.")
+    ] = None,
+    set: Settings = None,
+    strict: Strict = False,
+    as_json: Json = False,
+    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures of the modes here.")] = None,
+) -> None:
+    """Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
+    from flexura.analysis import modes
+
+    mechanism, parameters = read(file, set)
+    how = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
+    if order is Order.full and (reduction is not None or any(value is not None for value in how.values())):
+        raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
+    method = None if reduction is None else reduction.value
+    result = modes(mechanism, parameters, n=n, order=order.value, reduction=method, **how)
+    if strict:
+        result.raise_warnings()
+    pictures: list[Path] = []
+    if plot is not None:
+        from flexura.view import save_modes
+
+        pictures = save_modes(result, plot)
+    if as_json:
+        print_json(result.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
+    else:
+        print_modes(result, pictures)
+
+
+def buckling_command(
+    file: File,
+    gravity: Gravity = None,
+    load: Loads = None,
+    actuator: Commands = None,
+    n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
+    set: Settings = None,
+    strict: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles."""
+    from flexura.analysis import preload
+
+    mechanism, parameters = read(file, set)
+    loads = loads_of(load)
+    commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
+    g = gravity_of(gravity)
+    state = preload(mechanism, parameters, gravity=g, loads=loads, actuators=commands)
+    if strict:
+        state.raise_warnings()
+    data = {
+        "axial_force": state.axial_force,
+        "buckling_factors": state.buckling_factors(n).tolist(),
+        "loaded": None if state.buckled else state.natural_frequencies(n).to_dict(),
+        "unloaded": state.natural_frequencies(n, 0.0).to_dict(),
+        "warnings": [w.to_dict() for w in state.warnings],
+    }
+    if as_json:
+        print_json(data)
+    else:
+        print_preload(data)
+
+
+def print_modes(result: Modes, pictures: list[Path]) -> None:
+    """Print frequencies of both models, what moves, and the evidence."""
+    console = console_of_width()
+    full_only = result.evidence.low_residual is None
+    beside = any(mode.full_frequency_hz is not None for mode in result.modes) and not full_only
+    title = f"{result.name}: {'full model' if full_only else 'low-order model'}, order {result.order}"
+    console.print(title + ("" if full_only else f" (full model {result.full_order})"), style="bold", markup=False)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("mode", justify="right")
+    table.add_column("Hz", justify="right")
+    table.add_column("rad/s", justify="right")
+    if beside:
+        table.add_column("full Hz", justify="right")
+        table.add_column("difference", justify="right")
+    table.add_column("proven", justify="right")
+    meshed = any(mode.mesh_error is not None for mode in result.modes)
+    if meshed:
+        table.add_column("meshes", justify="right")
+    table.add_column("what moves", overflow="fold")
+    for mode in result.modes:
+        row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}"]
+        if beside:
+            row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
+            row += [_difference(mode)]
+        row += [_proven(mode.frequency_hz, mode.interval_hz, mode.is_indexed, mode.is_rigid)]
+        if meshed:
+            row += ["" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %"]
+        table.add_row(*row, mode.motion.summary)
+    console.print(table)
+    for step in result.steps:
+        console.print(step, markup=False)
+    _print_evidence(console, result.evidence)
+    print_warnings(console, result.warnings)
+    for path in pictures:
+        console.print(f"wrote {path}", markup=False)
+
+
+def _difference(mode: Mode) -> str:
+    """Relative difference of the pair, with its MAC where the two shapes differ visibly."""
+    if mode.relative_error is None or mode.mac is None:
+        return ""
+    if abs(mode.relative_error) < RESOLVED:
+        return f"below {100 * RESOLVED:g} %"
+    return f"{100 * mode.relative_error:+.2g} %" + (f" (MAC {mode.mac:.2f})" if mode.mac < 0.98 else "")
+
+
+def _proven(hz: float, interval: tuple[float | None, float | None], is_indexed: bool, is_rigid: bool) -> str:
+    """How far from a full-order frequency of the same number a frequency can be; else the interval that has some."""
+    lower, upper = interval
+    if not is_indexed:
+        return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
+    if is_rigid:
+        return "rigid motion"
+    if lower is None or upper is None or not hz:
+        return ""
+    error = 100 * max(upper / hz - 1, 1 - lower / hz, RESOLVED)
+    digit = 10.0 ** (math.floor(math.log10(error)) - 1)
+    return f"within {math.ceil(error / digit) * digit:.2g} %"
+
+
+def _print_evidence(console: Console, evidence: Evidence) -> None:
+    e = evidence
+    found_in = "found" if e.low_residual is None else "in the low-order model"
+    lines = [
+        f"mass {e.model_mass.mass:.6g} kg, as described to {e.mass_error:.1g}; inertia to {e.inertia_error:.1g}",
+        f"rigid-body motions strain nothing: residual {e.rigid_body_residual:.1g}"
+        + (f"; {e.rigid_body_modes} rigid-body modes" if e.rigid_body_modes else ""),
+        "eigen-residuals: "
+        + ", ".join(
+            f"{name} {value:.1g}"
+            for name, value in (("full", e.full_residual), ("low-order", e.low_residual))
+            if value is not None
+        ),
+        f"Sturm count below {e.sturm_below_hz:.5g} Hz: {'' if e.is_counted else 'at most '}{e.sturm_count} of the full"
+        f" order, {e.reported_below} {found_in}",
+    ]
+    console.print("evidence", style="bold")
+    for line in lines:
+        console.print("  " + line, markup=False)
+    if e.complete:
+        console.print("  no mode is missing in this range", style="green")
+        return
+    count = len(e.missed) + e.more_missed
+    if not e.is_counted:
+        console.print("  round-off hides whether a mode is missing in this range", style="red")
+        return
+    modes = "mode in this range is" if count == 1 else "modes in this range are"
+    console.print(f"  {count} {modes} MISSING from the low-order model:", style="red")
+    for missed in e.missed[:12]:
+        console.print(f"    {missed.frequency_hz:.5g} Hz: {missed.summary}", markup=False)
+    rest = len(e.missed) - 12 + e.more_missed
+    if rest > 0:
+        console.print(f"    and {rest} more", markup=False)
+    console.print(
+        "  keep fixed-interface normal modes to see them: --tolerance 1e-3 --up-to HZ, or --keep 2", markup=False
+    )
+
+
+def print_preload(data: dict[str, Any]) -> None:
+    """Print frequencies with and without load, buckling factors, and the members that carry most."""
+    from flexura.linalg import ranked
+
+    console = console_of_width()
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    states = [own for own in (data["loaded"], data["unloaded"]) if own is not None]  # none beyond buckling
+    headings = ("Hz", "proven", "unloaded Hz", "proven")
+    for heading in ("mode", *headings[-2 * len(states) :]):
+        table.add_column(heading, justify="right")
+    for k in range(min(len(own["frequency_hz"]) for own in states)):
+        cells = []
+        for own in states:
+            hz, lower, upper = own["frequency_hz"][k], own["lower_hz"][k], own["upper_hz"][k]
+            cells += [f"{hz:.5g}", _proven(hz, (lower, upper), own["is_indexed"][k], upper == 0)]
+        table.add_row(str(k + 1), *cells)
+    console.print(table)
+    factors = ", ".join(f"{f:.5g}" for f in data["buckling_factors"]) or "none: no load of this direction buckles it"
+    console.print(f"buckling factors on all loads: {factors}", markup=False)
+    forces = list(data["axial_force"].items())
+    for i in ranked([max(abs(f) for f in own) for _, own in forces])[:10]:
+        name, (least, most) = forces[i]
+        console.print(f"axial force in {name}: {least:.4g} to {most:.4g} N", markup=False)
+    print_warnings(console, (w["text"] for w in data["warnings"]))
