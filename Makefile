@@ -10,7 +10,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo packages compiler test test-all lint format bench verification pictures clean help
+.PHONY: demo packages compiler test test-all fuzz lint format bench verification pictures clean help
 help:
 	@sed -n '2,7s/^# *//p' Makefile
 
@@ -51,6 +51,10 @@ test-all: compiler
 compiler: packages
 	@command -v cc >/dev/null || command -v gcc >/dev/null || \
 	  { echo "FMUs need a C compiler. On Debian: apt-get install gcc libc6-dev"; exit 1; }
+
+# damaged files for as long as asked for: make fuzz ARGS="--seconds 600"
+fuzz: $(STAMP)
+	PYTHONPATH=tests $(BIN)/python -m helpers.fuzzer $(ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

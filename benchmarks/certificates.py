@@ -18,14 +18,14 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 import numpy as np
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / "tests" / "properties"), str(ROOT / "tests" / "reduction")]
+sys.path.insert(0, str(ROOT / "tests"))
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_mechanisms import FEW, mechanisms
-from test_certificates import holds, true_frequencies
 
 import flexura as fx
+from helpers.random_mechanisms import FEW, mechanisms
+from helpers.true_frequencies import holds, true_frequencies
 
 VISIBLE = 1e-7
 """Relative errors below this drown in the round-off of assembled stiffness and are left out of the ratios."""

@@ -25,12 +25,11 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "experiment"))
-
-from modal_systems import System, measured, modal, random_modal
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import flexura as fx
 from flexura.experiment.identification import LEAST_CONFIDENCE
+from helpers.modal_systems import System, measured, modal, random_modal
 
 LINES = np.arange(0.0, 100.0, 0.125)
 BAND = (3.0, 95.0)

@@ -120,8 +120,8 @@ def full_order_steps(low_ms: float) -> None:
 
 def opensees(full: System) -> Callable[[int], float]:
     """Run so many steps of the mesh in OpenSeesPy; gives the motion at the end."""
-    sys.path.insert(0, str(ROOT / "tests" / "opensees"))
-    from opensees_mesh import OpenSeesMesh, ops  # type: ignore[import-not-found]
+    sys.path.insert(0, str(ROOT / "tests"))
+    from helpers.opensees_mesh import OpenSeesMesh, ops  # type: ignore[import-not-found]
 
     model = full.model
     assert isinstance(model, fx.FullOrderModel)

@@ -34,7 +34,7 @@ from flexura.reduction.equal_branches import split
 ROOT = Path(__file__).parents[1]
 RPR = ROOT / "examples" / "rpr" / "rpr.yaml"
 LARGE = os.environ | {"FLEXURA_LIMITS": "nodes=1e6,elements=1e6"}
-sys.path.insert(0, str(ROOT / "tests" / "opensees"))
+sys.path.insert(0, str(ROOT / "tests"))
 
 SIZES = ("r_web", "u_web", "leaf_thickness", "arm_thickness")
 GEOMETRY = ("leaf_length", "arm_length", "leaf_offset", "platform_thickness")
@@ -117,7 +117,7 @@ def certified(plan: flexura.Plan, webs: Iterator[float]) -> None:
 def opensees(plan: flexura.Plan, low_ms: float) -> None:
     """The same mesh in OpenSeesPy with consistent masses."""
     try:
-        from opensees_mesh import OpenSeesMesh
+        from helpers.opensees_mesh import OpenSeesMesh
     except (ImportError, RuntimeError) as error:
         print(f"OpenSeesPy is not available ({error}); on Debian: apt-get install libblas3 liblapack3")
         return

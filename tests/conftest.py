@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import verification_report as page
+
+import helpers.verification_report as page
 
 HERE = Path(__file__).parent
 PAGE = HERE.parent / "docs" / "verification.md"

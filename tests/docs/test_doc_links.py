@@ -4,7 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
-from doc_snippets import PAGES
+
+from helpers.doc_snippets import PAGES
 
 LINK = re.compile(r"\[[^\]\n]*\]\((?P<target>[^)\s]+)\)|<img[^>]*src=\"(?P<image>[^\"]+)\"")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)

@@ -1,7 +1,8 @@
 """Every snippet of the documentation runs and prints what the page says."""
 
 import pytest
-from doc_snippets import PAGES, Block, Page, blocks, mismatch, same_token, workshop
+
+from helpers.doc_snippets import PAGES, Block, Page, blocks, mismatch, same_token, workshop
 
 EXISTING = [page for page in PAGES if page.exists()]
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hits import HAMMER, OUTPUTS, RATE, force, hit, receptance
 
 import flexura as fx
 from flexura.experiment.estimation import estimate_frf
 from flexura.experiment.quality import inspect
+from helpers.hits import HAMMER, OUTPUTS, RATE, force, hit, receptance
 
 WINDOW = {"exponential": 1e-3}
 

@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
-import stands
 from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
 from flexura.experiment.identified import IdentifiedModes
 from flexura.experiment.measurement import MeasuredChannel, MeasuredFRF, Measurement
+from helpers import stands
 
 KX, KY, MASS = 4e3, 9e3, 0.4
 

@@ -1,10 +1,10 @@
 """Channels of a test find what they read in the model, and say why when they do not."""
 
-import correlated as c
 import numpy as np
 import pytest
 
 import flexura as fx
+import helpers.correlated as c
 from flexura.errors import OptionError
 from flexura.experiment.channel_pairing import pair_channels
 

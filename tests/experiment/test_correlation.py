@@ -2,11 +2,11 @@
 
 import json
 
-import correlated as c
 import numpy as np
 import pytest
 
 import flexura as fx
+import helpers.correlated as c
 from flexura.errors import OptionError, SolverError
 from flexura.experiment.correlation import correlate
 from flexura.experiment.expansion import sensor_mass, serep

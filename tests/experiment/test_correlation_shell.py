@@ -4,11 +4,11 @@ import json
 import sys
 from dataclasses import replace
 
-import correlated as c
 import numpy as np
 import pytest
 
 import flexura as fx
+import helpers.correlated as c
 from flexura.cli import main
 from flexura.errors import OptionError
 from flexura.experiment.correlation import correlate

@@ -6,11 +6,11 @@ import json
 from dataclasses import replace
 
 import numpy as np
-from hits import hit, receptance
 from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
+from helpers.hits import hit, receptance
 
 
 def run(*arguments):

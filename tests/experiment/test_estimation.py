@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg as la
-from hits import HAMMER, OUTPUTS, POLES, POLES_HZ, RATE, RATIOS, hit, receptance
 
 import flexura as fx
 from flexura.experiment.estimation import estimate_frf
 from flexura.experiment.spectra import Spectra, coherence, transfer, unrelated
+from helpers.hits import HAMMER, OUTPUTS, POLES, POLES_HZ, RATE, RATIOS, hit, receptance
 
 
 def truth(frf, drive=0):

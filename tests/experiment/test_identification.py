@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from modal_systems import channels, measured, modal, noisy, random_modal
 
 import flexura as fx
 from flexura.experiment.ema import poles_by_ema
 from flexura.experiment.matrices import response_matrices
 from flexura.experiment.residues import fit_modes
+from helpers.modal_systems import channels, measured, modal, noisy, random_modal
 
 HZ = np.arange(0.0, 100.0, 0.125)
 BAND = (3.0, 95.0)

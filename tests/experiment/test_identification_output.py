@@ -5,14 +5,14 @@ import json
 import matplotlib.image
 import numpy as np
 import pytest
-from hits import POLES_HZ, RATIOS, SHAPES, hit
-from modal_systems import channels, measured, modal
 
 import flexura as fx
 from flexura.cli import main
 from flexura.experiment.complexity import collinearity, driving_points, phase, phase_deviation, real_shapes
 from flexura.experiment.indicators import mode_indicators
 from flexura.experiment.matrices import response_matrices
+from helpers.hits import POLES_HZ, RATIOS, SHAPES, hit
+from helpers.modal_systems import channels, measured, modal
 
 HZ = np.arange(0.0, 60.0, 0.125)
 SYSTEM = modal([11.0, 19.0, 32.0], [0.01, 0.01, 0.01], outputs=4, seed=1)

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from modal_systems import System, measured, modal
 
 import flexura as fx
 from flexura.experiment.setups import _between, _weighted
+from helpers.modal_systems import System, measured, modal
 
 HZ = np.arange(0.0, 90.0, 0.125)
 FREQUENCIES, RATIOS = [11.0, 19.0, 32.0, 47.0, 71.0], [0.01, 0.008, 0.012, 0.006, 0.01]

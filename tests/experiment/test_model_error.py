@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 import pytest
-import stands
 from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
+from helpers import stands
 
 SOFT = stands.BEAM.replace(
     "ground: {root: clamped}",

@@ -4,11 +4,11 @@ of other solvers."""
 import mpmath
 import numpy as np
 import pytest
-import stands
 
 import flexura as fx
 from flexura.experiment.variation import FullOrderFamily, LowOrderFamily, changes_of
 from flexura.linalg import lowest
+from helpers import stands
 
 RPR = "examples/rpr/rpr.yaml"
 

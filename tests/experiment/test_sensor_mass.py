@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tested_stage import STAGE, TEST
 
 import flexura as fx
 from flexura.experiment.identified import IdentifiedModes
 from flexura.experiment.measurement import MeasuredChannel
 from flexura.experiment.stand import Stand
+from helpers.tested_stage import STAGE, TEST
 
 HEAVY = TEST.replace("8 g", "40 g").replace("5 g", "25 g")
 FREE = """

@@ -3,11 +3,11 @@
 import itertools
 import json
 
-import correlated as c
 import numpy as np
 import pytest
 
 import flexura as fx
+import helpers.correlated as c
 from flexura.errors import OptionError
 from flexura.experiment.sensor_placement import (
     candidate_names,

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
-from tested_stage import STAGE, TEST
 
 import flexura as fx
 from flexura.experiment.blow import blow, convolved, response_to_blow
 from flexura.experiment.stand import Stand
+from helpers.tested_stage import STAGE, TEST
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "rpr" / "rpr_test.yaml"
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
-from tested_stage import STAGE, TEST
 from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
 from flexura.errors import ModelError
+from helpers.tested_stage import STAGE, TEST
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "rpr"
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse as sp
-from models import EXAMPLES, example_modes, modal_model
 
 import flexura as fx
 from flexura.exports import export
 from flexura.systems import system
 from flexura.systems.state_space import StateSpace
+from helpers.export_models import EXAMPLES, example_modes, modal_model
 
 OUTPUTS = ["carriage.tx", "carriage.ry", "carriage.accelerometer"]
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
-from models import example_modes, modal_model
 
 import flexura as fx
 from flexura.exports import to_control
 from flexura.systems.channel import Channel
 from flexura.systems.state_space import StateSpace
+from helpers.export_models import example_modes, modal_model
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,6 @@ import scipy.linalg as la
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
-from models import EXAMPLES, example_modes, modal_model
 
 import flexura as fx
 from flexura.exports.fmu import write_fmu
@@ -28,6 +27,7 @@ from flexura.exports.linear import blocks_of
 from flexura.systems import state_space, system
 from flexura.systems.channel import Channel
 from flexura.systems.state_space import StateSpace
+from helpers.export_models import EXAMPLES, example_modes, modal_model
 
 FORCE, MOMENT, SHIFT, TURN = (
     "carriage.tx.force",

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from models import EXAMPLES, example_modes, modal_model
 
 import flexura as fx
 from flexura import files
 from flexura.exports import FORMATS, export, format_of
 from flexura.exports.fmu_description import BASE_UNITS
 from flexura.systems.channel import UNITS
+from helpers.export_models import EXAMPLES, example_modes, modal_model
 
 
 @pytest.mark.parametrize(

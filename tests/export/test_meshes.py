@@ -10,12 +10,12 @@ import meshio
 import numpy as np
 import pytest
 import pyuff
-from models import example_modes, modal_model
 
 import flexura as fx
 from flexura.cli import main
 from flexura.exports import export
 from flexura.systems.channel import Channel
+from helpers.export_models import example_modes, modal_model
 
 
 def table_of(path: Path) -> list[dict[str, str]]:

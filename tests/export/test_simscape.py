@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.linalg as la
-from models import EXAMPLES
 
 import flexura as fx
 from flexura.exports import export
+from helpers.export_models import EXAMPLES
 
 LENGTH, WIDTH, THICKNESS = 0.1, 0.01, 0.002
 STEEL = fx.CATALOGUE["spring-steel"]

@@ -6,8 +6,9 @@ from itertools import islice
 from random import Random, SystemRandom
 
 import pytest
-from fuzzer import KINDS, Case, Reader, Tally, cases, corpus, fuzz, kept
-from mutations import mutated
+
+from helpers.fuzzer import KINDS, Case, Reader, Tally, cases, corpus, fuzz, kept
+from helpers.mutations import mutated
 
 SEED = 20261122
 WITHOUT_DATA = {"pyuff_testlab_geometry.uff"}
@@ -68,7 +69,7 @@ def test_what_a_reader_does_wrong_is_seen(tmp_path, how):
     does, said = CULPRITS[how]
     code = f"import os\ndef read(kind, file):\n    if kind == 'model': {does}\n    return 'read'\n"
     (tmp_path / "readers.py").write_text(code)
-    with Reader(seconds=0.1, readers=tmp_path) as reader:
+    with Reader(seconds=0.1, readers=tmp_path / "readers.py") as reader:
         failure = reader.fails(Case("model", "x.yaml", b""))
         assert failure is not None and said in failure.what
         assert reader.outcome(Case("other", "x.yaml", b"")) == "read"

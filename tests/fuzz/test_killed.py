@@ -9,10 +9,10 @@ from pathlib import Path
 from random import Random, SystemRandom
 
 import pytest
-from killer import OLD, Killer, is_whole
 
 from flexura.cli import app
 from flexura.exports.formats import FORMATS
+from helpers.killer import OLD, Killer, is_whole
 
 ROOT = Path(__file__).parents[2]
 GUIDE, PIVOT, FLOATING = (
@@ -52,7 +52,7 @@ QUICK = ("estimate-frf", "export npz", "export matrix-market")
 
 def killed(name: str, kills: int, seed: int) -> None:
     """Kill a command; nothing may be half written, and the run was at work when it was killed."""
-    command = [sys.executable, "tests/fuzz/killer.py", str(seed), str(kills), "--", *COMMANDS[name].split()]
+    command = [sys.executable, "tests/helpers/killer.py", str(seed), str(kills), "--", *COMMANDS[name].split()]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=500)
     assert done.returncode == 0, f"seed {seed}: {done.stderr}"
     found = json.loads(done.stdout)

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shell import GUIDE, flexura, refused
 
 from flexura.cli import guard
 from flexura.errors import OptionError
+from helpers.shell import GUIDE, flexura, refused
 
 
 def raises(error: BaseException):

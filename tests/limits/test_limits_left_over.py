@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_limits_statics import E, cantilever, warned
 from typer.testing import CliRunner
 
 import flexura as fx
@@ -13,6 +12,7 @@ from flexura.analysis import limits
 from flexura.analysis.limits import States, stress_limits
 from flexura.cli.app import app
 from flexura.modelfile import save
+from helpers.warned_statics import E, cantilever, warned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RUN = CliRunner()

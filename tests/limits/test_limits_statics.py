@@ -11,29 +11,9 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
+from helpers.warned_statics import YIELD, E, cantilever, warned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-E, YIELD = 200e9, 500e6
-LEAF = {"material": "steel", "reference": (0, 1, 0)}
-
-
-def cantilever(size=1.0, **more):
-    """A bar of 100 x 10 x 1 times `size`, m/1000, along x, clamped at a."""
-    L, b, t = 0.1 * size, 0.01 * size, 0.001 * size
-    link = fx.Link(nodes=("a", "b"), section=fx.Rectangle(width=b, thickness=t), elements=8, **LEAF)
-    return fx.Mechanism(
-        theory="euler_bernoulli",
-        corrections="none",
-        materials={"steel": fx.Material(E=E, nu=0.3, rho=7800.0, yield_stress=YIELD)},
-        nodes={"a": (0, 0, 0), "b": (L, 0, 0)},
-        links={"bar": link},
-        ground={"a": "clamped"},
-        **more,
-    )
-
-
-def warned(result):
-    return {w.kind: w for w in result.warnings}
 
 
 @pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])

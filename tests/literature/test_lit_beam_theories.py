@@ -11,16 +11,12 @@ Labuschagne et al. Timoshenko elements converge with second order: 400 and 1200 
 
 import numpy as np
 import pytest
-from beam_models import in_plane, last_digit, straight
-from verification_report import Case
 
 from flexura.beam import tube
 from flexura.mechanism import Material, SectionConstants, Tube
-
-HAN_RATIOS = {
-    "rayleigh": (1896, [5.459, 13.046, 21.664]),
-    "timoshenko": (1696, [3.991, 8.412, 12.037, 14.829, 17.224]),
-}
+from helpers.beam_models import in_plane, last_digit, straight
+from helpers.literature_cases import HAN_RATIOS, LABUSCHAGNE
+from helpers.verification_report import Case
 
 
 def han(theory, count):
@@ -54,14 +50,6 @@ def test_han_tube_tells_the_theories_apart():
     assert first["euler_bernoulli"][0] == pytest.approx(euler, rel=1e-6)
     assert first["euler_bernoulli"][0] > 1.02 * first["rayleigh"][0]
     assert first["rayleigh"][0] > 1.1 * first["timoshenko"][0]
-
-
-LABUSCHAGNE = {
-    ("timoshenko", 0.1): [0.0316, 1.14, 7.86, 25.9, 59.9, 113, 188, 284],
-    ("euler_bernoulli", 0.1): [0.0321, 1.26, 9.90, 38.0, 104, 232, 452, 801],
-    ("timoshenko", 0.2): [0.121, 3.51, 19.9, 54.8, 111, 187, 278, 330, 394, 440, 542, 596, 732, 782],
-    ("euler_bernoulli", 0.2): [0.129, 5.05, 39.6, 152, 415, 927, 1810, 3210],
-}
 
 
 @pytest.mark.parametrize(("theory", "h"), LABUSCHAGNE)

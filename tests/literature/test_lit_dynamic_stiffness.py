@@ -7,9 +7,14 @@ steps, with the second-order error of these: 5e-4 for 96 of them.
 
 import numpy as np
 import pytest
-from beam_models import HELD, XY, last_decimal, last_digit, roots, straight
-from test_lit_beam_theories import HAN_RATIOS, LABUSCHAGNE
-from test_lit_nafems import (
+
+from flexura.mechanism import Link, Material, Mechanism, Rectangle, SectionConstants, Tube
+from flexura.mechanism.substructure import DOF_NAMES
+from flexura.methods.dynamic_stiffness import count_below, dynamic_stiffness
+from flexura.structure import assemble
+from helpers.beam_models import HELD, XY, last_decimal, last_digit, roots, straight
+from helpers.literature_cases import HAN_RATIOS, LABUSCHAGNE
+from helpers.nafems import (
     NAFEMS,
     STEEL,
     centre_stiffness,
@@ -18,13 +23,8 @@ from test_lit_nafems import (
     off_centre,
     timoshenko_on_supports,
 )
-from test_lit_vpcs import SDLL09, SDLX01, VPCS, XZ, exponential, frequency_equation, gantry, tapered_cantilever, wedge
-from verification_report import Case
-
-from flexura.mechanism import Link, Material, Mechanism, Rectangle, SectionConstants, Tube
-from flexura.mechanism.substructure import DOF_NAMES
-from flexura.methods.dynamic_stiffness import count_below, dynamic_stiffness
-from flexura.structure import assemble
+from helpers.verification_report import Case
+from helpers.vpcs import SDLL09, SDLX01, VPCS, XZ, exponential, frequency_equation, gantry, tapered_cantilever, wedge
 
 EXACT = "exact dynamic stiffness"
 

@@ -16,10 +16,10 @@ beam integrals here and tapered elements without corrections agree with them.
 
 import numpy as np
 import pytest
-from verification_report import Case
 
 import flexura as fx
 from flexura.beam import contour, wedge
+from helpers.verification_report import Case
 
 SOLID = "quadratic tetrahedra, 192 000 DOFs"
 PLANE = "nine-node quadrilaterals, plane stress, between long straight ends whose share as beams is taken off"

@@ -12,11 +12,11 @@ what midpoint sampling of the same integrals gives.
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from verification_report import Case
 
 from flexura.mechanism import CircularContour, Flexure, Material, Mechanism, Notch
 from flexura.reduction.low_order import low_order, reduce
 from flexura.structure import Plan, assemble
+from helpers.verification_report import Case
 
 CLOSED_FORMS = {  # (R, t): rotation per moment, extension per force, deflection per force
     (4.0, 0.3): (568.113434957, 9.208600189, 9295.623094336),

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from beam_models import last_digit
-from verification_report import Case
 
 import flexura as fx
 from flexura.solid.fem import elastic_matrices
 from flexura.solid.meshing import solid_mesh
 from flexura.solid.solve import lowest_modes
+from helpers.beam_models import last_digit
+from helpers.verification_report import Case
 
 PLANE = {  # height over length
     0.1: [0.0317, 1.14, 7.72, 7.92, 26.2, 60.8, 69.3, 115],

@@ -5,20 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from mechanism_samples import (
-    A_TO_B,
-    BAR,
-    CLAMPED,
-    UNIT_BODY,
-    flexure,
-    inside,
-    link,
-    mechanism,
-    only,
-    t,
-    with_flexure,
-    with_parameter,
-)
 
 from flexura.mechanism import (
     CircularContour,
@@ -39,6 +25,20 @@ from flexura.mechanism import (
     VShapedContour,
 )
 from flexura.mechanism.checks import problems
+from helpers.mechanism_samples import (
+    A_TO_B,
+    BAR,
+    CLAMPED,
+    UNIT_BODY,
+    flexure,
+    inside,
+    link,
+    mechanism,
+    only,
+    t,
+    with_flexure,
+    with_parameter,
+)
 
 CASES = {
     "no length": (mechanism(nodes={"b": (0, 0, 0)}), "links.beam.nodes", "the member has no length", "offsets"),

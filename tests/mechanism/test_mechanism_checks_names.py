@@ -4,18 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanism_samples import (
-    A_TO_B,
-    BAR,
-    CLAMPED,
-    UNIT_BODY,
-    inside,
-    link,
-    mechanism,
-    only,
-    t,
-    with_parameter,
-)
 
 from flexura.mechanism import (
     Box,
@@ -34,6 +22,18 @@ from flexura.mechanism import (
     parameter,
 )
 from flexura.mechanism.checks import problems
+from helpers.mechanism_samples import (
+    A_TO_B,
+    BAR,
+    CLAMPED,
+    UNIT_BODY,
+    inside,
+    link,
+    mechanism,
+    only,
+    t,
+    with_parameter,
+)
 
 CASES = {
     "undefined parameter": (

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from stages import E, G, guide
 
 import flexura as fx
 from flexura.beam.dynamic import dynamic_beam
@@ -24,6 +23,7 @@ from flexura.methods.member_shapes import inside_member
 from flexura.methods.nodal_stiffness import NodalStiffness
 from flexura.structure import assemble
 from flexura.structure.segments import segments
+from helpers.stages import E, G, guide
 
 ROOT = Path(__file__).parents[2]
 RHO, L, B, H = 2700.0, 0.2, 4e-3, 3e-3

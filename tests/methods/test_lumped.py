@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stages import EI, INERTIA, RHO, STAGE_MASS, B, L, T, guide, hertz, leaf, on_leaves, pivot
 
 import flexura as fx
 from flexura.linalg import lowest
 from flexura.mechanism import Link, Material, Mechanism, Rectangle, RigidBody
 from flexura.methods.lumped import GAP, lumped_model, lumped_parameter
 from flexura.structure import assemble
+from helpers.stages import EI, INERTIA, RHO, STAGE_MASS, B, L, T, guide, hertz, leaf, on_leaves, pivot
 
 OWN = RHO * L * B * T
 """Mass of a leaf, kg."""

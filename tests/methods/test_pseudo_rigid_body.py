@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
-from stages import EI, INERTIA, RHO, STAGE_MASS, B, L, T, guide, hertz, leaf, on_leaves, pivot
 
 import flexura as fx
 from flexura.beam import rigid_arm
@@ -13,6 +12,7 @@ from flexura.linalg import lowest
 from flexura.mechanism import Box, Flexure, Leaf, Link, Material, Mechanism, Rectangle, RigidBody, Support
 from flexura.methods.pseudo_rigid_body import pseudo_rigid_body, pseudo_rigid_body_model
 from flexura.structure import assemble
+from helpers.stages import EI, INERTIA, RHO, STAGE_MASS, B, L, T, guide, hertz, leaf, on_leaves, pivot
 
 EXAMPLES = ("guide", "pivot", "xy_stage", "amplifier", "rpr", "tip_tilt")
 

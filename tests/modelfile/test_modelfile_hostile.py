@@ -8,12 +8,12 @@ import time
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from modelfile_samples import AMPLIFIER, BEAM, only_problem_in, problems_in
 from ruamel.yaml import YAML
 
 from flexura.errors import FlexuraError, ModelError
 from flexura.mechanism import Mechanism
 from flexura.modelfile import dumps, load, loads
+from helpers.modelfile_samples import AMPLIFIER, BEAM, only_problem_in, problems_in
 
 
 def reads_or_refuses(text: str) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from modelfile_samples import AMPLIFIER
 
 from flexura.errors import OptionError
 from flexura.mechanism import Link, Mechanism, Parameter, SectionConstants, parameter
 from flexura.modelfile import loads, parse_override
+from helpers.modelfile_samples import AMPLIFIER
 
 MECHANISM = loads(AMPLIFIER)
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from modelfile_samples import AMPLIFIER, BEAM, only_problem_in, problems_in
 
 from flexura.errors import ModelError
 from flexura.modelfile import load, loads
+from helpers.modelfile_samples import AMPLIFIER, BEAM, only_problem_in, problems_in
 
 
 def changed(old: str, new: str, text: str = BEAM) -> str:

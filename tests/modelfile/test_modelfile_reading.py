@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from modelfile_samples import AMPLIFIER, BEAM, only_problem_in
 from scipy.io import mmwrite
 from scipy.sparse import csc_array
 
@@ -14,6 +13,7 @@ from flexura.errors import ModelError
 from flexura.mechanism import CATALOGUE, Circle, Link, Mechanism, Parameter, Superelement, Support, parameter
 from flexura.mechanism.evaluation import parameter_values
 from flexura.modelfile import load, loads
+from helpers.modelfile_samples import AMPLIFIER, BEAM, only_problem_in
 
 
 def test_a_file_means_the_same_as_python_code():

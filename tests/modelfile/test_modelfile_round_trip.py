@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from modelfile_samples import AMPLIFIER, BEAM
 
 from flexura.errors import ModelError, OptionError
 from flexura.mechanism import (
@@ -45,6 +44,7 @@ from flexura.mechanism import (
 from flexura.mechanism.base import CONTROL
 from flexura.mechanism.expression import Call, Number
 from flexura.modelfile import dumps, load, loads, save
+from helpers.modelfile_samples import AMPLIFIER, BEAM
 
 sizes = st.floats(1e-6, 10)
 angles = st.floats(-10, 10).filter(lambda a: abs(a) > 1e-6)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 from jsonschema import Draft202012Validator
-from modelfile_samples import AMPLIFIER, BEAM
 from ruamel.yaml import YAML
 
 from flexura.modelfile import dumps, loads, schema
+from helpers.modelfile_samples import AMPLIFIER, BEAM
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.yaml"))
 VALIDATOR = Draft202012Validator(schema())

@@ -12,16 +12,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from verification_report import Case
 
 import flexura as fx
+from helpers.verification_report import Case
 
 try:
-    from opensees_mesh import OpenSeesMesh, ops
+    from helpers.opensees_mesh import OpenSeesMesh, ops
 except (ImportError, RuntimeError) as error:  # openseespy raises RuntimeError where a system library is missing
     pytest.skip(f"OpenSeesPy cannot be imported ({error})", allow_module_level=True)
 
-from test_opensees_same_mesh import cantilever, frame
+from helpers.frames import cantilever, frame
 
 SOURCE = "OpenSeesPy, elasticBeamColumn with -cMass, on the same mesh"
 CASE = Case("Spatial frame under loads in OpenSees", SOURCE, "Euler-Bernoulli, consistent mass")

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from exact_model import ExactModel
-from nasty import nasty, slender
 from threadpoolctl import threadpool_limits
 
 import flexura as fx
+from helpers.exact_model import ExactModel
+from helpers.nasty import nasty, slender
 
 QUICK = range(24)
 MANY = range(24, 2060)

@@ -6,14 +6,14 @@ of the entries reaches the eighth digit.
 
 import numpy as np
 import scipy.linalg as la
-from flat import about, flatten, renamed, rigid_mass, scaled, split
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from random_mechanisms import FEW, mechanisms, vector
 
 from flexura.linalg import lowest
 from flexura.mechanism import Instance, Mechanism, Rotation, Substructure
 from flexura.structure import assemble
+from helpers.flat_meshes import about, flatten, renamed, rigid_mass, scaled, split
+from helpers.random_mechanisms import FEW, mechanisms, vector
 
 SAME = 1e-7
 angles = st.floats(-3, 3)

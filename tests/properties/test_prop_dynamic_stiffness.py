@@ -3,7 +3,6 @@ elements above them, and the shapes of resonance."""
 
 import numpy as np
 from hypothesis import given
-from random_mechanisms import FEW, mechanisms
 from scipy.sparse.linalg import splu
 
 from flexura.linalg.inertia import scaled
@@ -12,6 +11,7 @@ from flexura.methods.finite_elements import finite_elements
 from flexura.methods.nodal_stiffness import NodalStiffness
 from flexura.structure import assemble
 from flexura.structure.segments import segments
+from helpers.random_mechanisms import FEW, mechanisms
 
 COUNT = 10
 

@@ -10,12 +10,12 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
-from random_mechanisms import FEW, mechanisms
 
 from flexura.linalg import count_below, lowest
 from flexura.linalg.eigen import DENSE_LIMIT
 from flexura.mechanism import Circle, CircularPattern, Instance, Link, Material, Mechanism, RigidBody, Substructure
 from flexura.structure import assemble
+from helpers.random_mechanisms import FEW, mechanisms
 
 
 def dense(model):

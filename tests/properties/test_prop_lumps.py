@@ -3,7 +3,6 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from random_mechanisms import FEW, METALS, across, parts, section, vector
 
 from flexura.linalg import lowest
 from flexura.mechanism import (
@@ -21,6 +20,7 @@ from flexura.mechanism import (
 )
 from flexura.reduction.low_order import reduce
 from flexura.structure import assemble
+from helpers.random_mechanisms import FEW, METALS, across, parts, section, vector
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -3,7 +3,6 @@ of nodal ones, and pseudo-rigid bodies the mass and the rigid motions of the who
 
 import numpy as np
 from hypothesis import assume, given
-from random_mechanisms import FEW, mechanisms
 
 from flexura.beam import element_mass, element_stiffness, rigid_arm
 from flexura.linalg import lowest
@@ -11,6 +10,7 @@ from flexura.methods.finite_elements import chained
 from flexura.methods.pseudo_rigid_body import pseudo_rigid_body_model
 from flexura.structure import assemble
 from flexura.structure.segments import segments
+from helpers.random_mechanisms import FEW, mechanisms
 
 STEPS = 3
 """Uniform segments of a tapered element."""

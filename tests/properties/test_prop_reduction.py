@@ -6,10 +6,8 @@ Rayleigh-Ritz basis gives frequencies that are never below those of the full mod
 
 import numpy as np
 import scipy.linalg as la
-from flat import scaled
 from hypothesis import given
 from hypothesis import strategies as st
-from random_mechanisms import FEW, METALS, mechanisms
 
 from flexura.linalg import lowest
 from flexura.linalg.stacked import lowest_values
@@ -27,6 +25,8 @@ from flexura.mechanism import (
 from flexura.reduction.low_order import low_order, reduce
 from flexura.reduction.unproven import unproven_frequencies
 from flexura.structure import Plan, assemble
+from helpers.flat_meshes import scaled
+from helpers.random_mechanisms import FEW, METALS, mechanisms
 
 EVERY_MODE = 1_000_000
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from hypothesis import given
-from random_mechanisms import FEW, mechanisms
 
 import flexura as fx
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.beam import skew
+from helpers.random_mechanisms import FEW, mechanisms
 
 
 def hat(model, u):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +9,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "properties"))
-sys.path.insert(0, str(Path(__file__).parent))
-from extended import wide_frequencies
-from random_mechanisms import FEW, mechanisms
-
 import flexura as fx
 from flexura.linalg import lowest
+from helpers.extended_eigen import wide_frequencies
+from helpers.random_mechanisms import FEW, mechanisms
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -7,52 +7,22 @@ eight digits of the lowest eigenvalues.
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.linalg as la
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "properties"))
-from random_mechanisms import FEW, mechanisms
 
 import flexura as fx
 from flexura.linalg import Pencil, enclose, lowest
 from flexura.reduction.certificate import certificate, certify, lowest_pairs
 from flexura.reduction.chained import chained
+from helpers.random_mechanisms import FEW, mechanisms
+from helpers.true_frequencies import holds, true_frequencies
 
 MANY = settings(FEW, max_examples=1000)
-ASSEMBLED = 1e-7
-"""Relative error of frequencies from an assembled stiffness (theory, `Certificates`)."""
 EXAMPLES = Path(__file__).parents[2] / "examples"
-
-
-def true_frequencies(model, count=None) -> np.ndarray:
-    """The natural frequencies of a full-order model, Hz, all or the lowest `count`."""
-    K, M = model.K.toarray(), model.M.toarray()
-    d = 1 / np.sqrt(K.diagonal() + 1e-300) if (K.diagonal() > 0).all() else np.ones(len(K))
-    shift = 0.0
-    if np.linalg.eigvalsh(K * d[:, None] * d).min() < 1e-13:
-        shift = float(np.median(K.diagonal() / M.diagonal().clip(1e-12))) * 1e-6
-    mu, y = la.eigh(M * d[:, None] * d, (K + shift * M) * d[:, None] * d)
-    x = (d[:, None] * y).astype(np.longdouble)[:, ::-1][:, : min(int((mu > 1e-14 * mu.max()).sum()), count or len(mu))]
-    wide_K, wide_M = K.astype(np.longdouble), M.astype(np.longdouble)
-    values = np.einsum("ik,ik->k", x, wide_K @ x) / np.einsum("ik,ik->k", x, wide_M @ x)
-    return np.sqrt(np.sort(np.maximum(values, 0).astype(float))) / (2 * np.pi)
-
-
-def holds(proof, true) -> bool:
-    """True when every interval of a certificate contains what it promises, and the count is right."""
-    number = np.arange(len(proof.frequency_hz))
-    own = true[number]
-    # the reference has the digits that the assembled K has; `tests/proofs` counts with 80 digits
-    lower, upper = proof.lower_hz * (1 - ASSEMBLED), proof.upper_hz * (1 + ASSEMBLED)
-    indexed = (lower <= own) & (own <= upper)
-    inside = ((lower[:, None] <= true) & (true <= upper[:, None])).any(axis=1)
-    return bool(np.where(proof.is_indexed, indexed, inside).all()) and proof.count == int((true < proof.below_hz).sum())
 
 
 def _certificates_hold(mechanism, keep, n):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +10,11 @@ import scipy.io
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "properties"))
-from random_mechanisms import FEW, mechanisms
-
 import flexura as fx
 from flexura.analysis.evidence import mass_evidence
 from flexura.linalg import lowest
 from flexura.view.solids import solids
+from helpers.random_mechanisms import FEW, mechanisms
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EVERY_MODE = 10_000

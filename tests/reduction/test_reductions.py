@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +10,9 @@ import scipy.linalg as la
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "properties"))
-from random_mechanisms import FEW, mechanisms
-
 import flexura as fx
 from flexura.linalg import lowest
+from helpers.random_mechanisms import FEW, mechanisms
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EVERY_MODE = 10_000

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from oscillators import (
+
+import flexura as fx
+from helpers.oscillators import (
     AREA,
     DOFS,
     INERTIA,
@@ -26,8 +28,6 @@ from oscillators import (
     tip_receptance,
     tip_transmissibility,
 )
-
-import flexura as fx
 
 HZ = np.array([0.5, 3.0, 11.0, 15.7, 20.0, 27.0, 45.0, 300.0])
 W = 2 * np.pi * HZ

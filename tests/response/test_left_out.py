@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oscillators import beam, oscillator
 from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.analysis.left_out import _spectrum
 from flexura.cli.app import app
+from helpers.oscillators import beam, oscillator
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NODES = {"tip_tilt/tip_tilt": "mirror", "rpr/rpr_piezo": "platform", "amplifier/amplifier": "output"}

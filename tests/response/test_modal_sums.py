@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,20 +9,13 @@ import pytest
 import scipy.linalg as la
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oscillators import beam, dashes, pair
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "properties"))
-from random_mechanisms import FEW, mechanisms
 
 import flexura as fx
+from helpers.oscillators import beam, dashes, dense, pair
+from helpers.random_mechanisms import FEW, mechanisms
 
 RPR = Path(__file__).parents[2] / "examples" / "rpr" / "rpr.yaml"
 SOME = settings(FEW, max_examples=8)
-
-
-def dense(A):
-    """A matrix as an array."""
-    return A.toarray() if hasattr(A, "toarray") else np.asarray(A)
 
 
 def solved(built, hz):

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from extended_steps import stepped
-from oscillators import INERTIA, K2, M1, M2, MASS, K, beam, body, dashes, natural, oscillator, pair, stiffness
 
 import flexura as fx
 from flexura.analysis.integration import generalised_alpha
 from flexura.linalg import Eigenpairs, lowest_modes
 from flexura.systems.modal import modal_system
+from helpers.extended_steps import stepped
+from helpers.oscillators import INERTIA, K2, M1, M2, MASS, K, beam, body, dashes, natural, oscillator, pair, stiffness
 
 RPR = Path(__file__).parents[2] / "examples" / "rpr" / "rpr.yaml"
 DT, COUNT = 2e-3, 400

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
-from oscillators import AREA, LENGTH, RHO, E, beam, dashes, oscillator, pair
-from test_modal_sums import dense
 
 import flexura as fx
 from flexura.exports import export
+from helpers.oscillators import AREA, LENGTH, RHO, E, beam, dashes, dense, oscillator, pair
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from boxes import box
 
 from flexura.errors import OptionError
 from flexura.solid import cache
 from flexura.solid.cache import cache_folder, content_key, remembered
+from helpers.solid_boxes import box
 
 
 class Counter:

@@ -11,8 +11,6 @@ import shutil
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from boxes import box, distorted, mesh_of
-from wholes import set_ties
 
 from flexura.errors import OptionError, SolverError
 from flexura.solid.calculix import (
@@ -26,6 +24,8 @@ from flexura.solid.fem import elastic_matrices
 from flexura.solid.mesh import SolidMaterial, SolidMesh
 from flexura.solid.shapes import quadrature, shape_of
 from flexura.solid.solve import lowest_modes
+from helpers.solid_boxes import box, distorted, mesh_of
+from helpers.solid_wholes import set_ties
 
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed (calculix-ccx)")
 

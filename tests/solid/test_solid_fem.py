@@ -14,8 +14,6 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
-from boxes import ALUMINIUM, KUHN, box, distorted, leaf_and_block, mesh_of
-from wholes import set_ties, with_lumps
 
 import flexura as fx
 from flexura.errors import OptionError, SolverError
@@ -28,6 +26,8 @@ from flexura.solid.fem import elastic_matrices, mesh_mass, rigid_motions, stress
 from flexura.solid.mesh import CELLS, SolidMaterial, SolidMesh
 from flexura.solid.shapes import face_rule, faces_of, quadrature, shape_of
 from flexura.solid.solve import constraint_modes, lowest_modes
+from helpers.solid_boxes import ALUMINIUM, KUHN, box, distorted, leaf_and_block, mesh_of
+from helpers.solid_wholes import set_ties, with_lumps
 
 KINDS = [*CELLS]
 

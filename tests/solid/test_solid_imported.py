@@ -17,7 +17,6 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
-from boxes import ALUMINIUM, box, distorted
 from scipy.io import mmread
 from scipy.sparse.linalg import eigsh
 
@@ -27,6 +26,7 @@ from flexura.solid.calculix import calculix_matrices
 from flexura.solid.constraints import Face, face_ties
 from flexura.solid.deck import read_deck
 from flexura.solid.fem import elastic_matrices
+from helpers.solid_boxes import ALUMINIUM, box, distorted
 
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed (calculix-ccx)")
 

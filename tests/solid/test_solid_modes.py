@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from wholes import whole_frequencies
 
 from flexura.errors import OptionError
 from flexura.mechanism import (
@@ -29,6 +28,7 @@ from flexura.solid import modes
 from flexura.solid.components import components
 from flexura.solid.modes import beam_mass, solid_modes
 from flexura.structure import assemble
+from helpers.solid_wholes import whole_frequencies
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 E, RHO = 70e9, 2700.0

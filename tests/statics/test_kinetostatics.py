@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
-from stages import EI, B, E, L, T, guide, pivot
-
 import flexura as fx
+from helpers.stages import EI, B, E, L, T, guide, pivot
 
 KP, K_TURN, NEAR, FAR = 2e6, 6.0, 0.01, 0.06
 INERTIA = (1e-4, 2e-4, 3e-4)

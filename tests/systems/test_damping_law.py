@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "response"))
-from oscillators import DOFS, body, dashes, natural, oscillator, pair, stiffness
-
 import flexura as fx
+from helpers.oscillators import DOFS, body, dashes, natural, oscillator, pair, stiffness
 
 HZ = sorted(natural(d) / (2 * np.pi) for d in DOFS)
 """Six frequencies from 16 to 60 Hz."""

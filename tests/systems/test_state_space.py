@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +10,8 @@ import pytest
 import scipy.linalg as la
 import scipy.signal as sg
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "response"))
-from oscillators import DOFS, SIZE, STIFFNESS, beam, natural, oscillator, pair, pair_poles, pair_receptance
-
 import flexura as fx
+from helpers.oscillators import DOFS, SIZE, STIFFNESS, beam, natural, oscillator, pair, pair_poles, pair_receptance
 
 RPR = Path(__file__).parents[2] / "examples" / "rpr" / "rpr.yaml"
 NODES = ["one.tx", "two.tx"]

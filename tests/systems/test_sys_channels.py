@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "response"))
-from oscillators import DOFS, INERTIA, MASS, K, beam, body, oscillator, stiffness
-
 import flexura as fx
+from helpers.oscillators import DOFS, INERTIA, MASS, K, beam, body, oscillator, stiffness
 
 KP, REACH = 2e4, 0.05
 HZ = np.array([1.0, 20.0, 40.0, 90.0])

@@ -7,10 +7,9 @@ import sys
 import numpy as np
 import pytest
 from matplotlib.colors import rgb_to_hsv
-from matplotlib.text import Text
 
 from flexura.errors import OptionError
-from flexura.mechanism import Box, CircularContour, Flexure, Leaf, Link, Mechanism, Notch, Rectangle, RigidBody
+from flexura.mechanism import Box, Link, Mechanism, Rectangle, RigidBody
 from flexura.structure import assemble
 from flexura.view import Kind, draw_mechanism, draw_mode, draw_sheet, raster, solids
 from flexura.view.axes import frame, length_unit
@@ -18,38 +17,7 @@ from flexura.view.camera import Camera
 from flexura.view.palette import COLOURS, NAMES
 from flexura.view.pictures import new_figure
 from flexura.view.viewpoint import good_camera, visible_flexures
-
-AL = "Al-7075-T6"
-
-
-def guide():
-    """A block on two leaf springs, one with a stiff middle."""
-    profile = Leaf(width=0.02, thickness=0.0008)
-    notch = Notch(width=0.02, contour=CircularContour(radius=0.003, web=0.0006))
-    bar = Rectangle(width=0.02, thickness=0.0066)
-    return Mechanism(
-        name="Guide",
-        nodes={
-            "a": (0, 0, 0),
-            "b": (0, 0, 0.05),
-            "c": (0.05, 0, 0),
-            "d": (0.05, 0, 0.006),
-            "e": (0.05, 0, 0.044),
-            "f": (0.05, 0, 0.05),
-        },
-        flexures={
-            "leaf": Flexure(nodes=("a", "b"), material=AL, reference="x", profile=profile),
-            "low": Flexure(nodes=("c", "d"), material=AL, reference="x", profile=notch),
-            "high": Flexure(nodes=("e", "f"), material=AL, reference="x", profile=notch),
-        },
-        links={"bar": Link(nodes=("d", "e"), material=AL, reference="x", section=bar)},
-        bodies={
-            "stage": RigidBody(
-                centre=(0.025, 0, 0.055), carries=("b", "f"), solid=Box(size=(0.06, 0.03, 0.01), material=AL)
-            )
-        },
-        ground={"a": "clamped", "c": "clamped"},
-    )
+from helpers.pictures import AL, assert_no_overlap, guide
 
 
 @pytest.fixture(autouse=True)
@@ -79,18 +47,6 @@ def share_like(image, rgb):
     """Share of the pixels with the hue of a colour, and saturated."""
     hsv, own = rgb_to_hsv(image), rgb_to_hsv(np.array(rgb))
     return np.mean((np.abs(hsv[..., 0] - own[0]) < 0.03) & (hsv[..., 1] > 0.3))
-
-
-def assert_no_overlap(figure):
-    figure.canvas.draw()
-    texts = [t for t in figure.findobj(Text) if t.get_text().strip() and t.get_visible()]
-    boxes = [(t.get_text(), t.get_window_extent()) for t in texts]
-    for (one, a), (other, b) in itertools.combinations(boxes, 2):
-        inner = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
-        assert min(inner) < 2, (one, other)
-    for text, b in boxes:
-        assert b.x0 >= 0 and b.y0 >= 0, text
-        assert b.x1 <= figure.bbox.width and b.y1 <= figure.bbox.height, text
 
 
 def test_the_mechanism_shows_its_kinds_by_colour(model):

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import pytest
-from test_view_pictures import assert_no_overlap, guide
 
 from flexura.analysis import modes
 from flexura.errors import Exceeded
 from flexura.view import raster, save_modes
+from helpers.pictures import assert_no_overlap, guide
 
 
 @pytest.fixture(autouse=True)

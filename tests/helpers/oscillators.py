@@ -114,3 +114,8 @@ def tip_transmissibility(w, eta=0.0):
     """Absolute motion of the tip of a cantilever over that of its clamp: (cos x + cosh x)/(1 + cos x cosh x)."""
     x = (RHO * AREA * w**2 / (E * I_FLAT * (1 + 1j * eta))) ** 0.25 * LENGTH
     return (np.cos(x) + np.cosh(x)) / (1 + np.cos(x) * np.cosh(x))
+
+
+def dense(A):
+    """A matrix as an array."""
+    return A.toarray() if hasattr(A, "toarray") else np.asarray(A)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from double_double import Pairs, negative_pivots
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from flexura.beam import rigid_arm
+from helpers.double_double import Pairs, negative_pivots
 
 
 def _relative(arm: np.ndarray) -> Pairs:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-GUIDE = Path(__file__).parents[1] / "examples" / "guide" / "guide.yaml"
+GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "guide.yaml"
 ADDRESS_SPACE = 3 << 30
 SECONDS = 120
 

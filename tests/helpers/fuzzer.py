@@ -1,7 +1,7 @@
 """Reads damaged files in a process that may die: no other error than FlexuraError, within memory and processor time.
 
-    python tests/fuzz/fuzzer.py --seconds 120 [--seed N] [--kinds model,measured] [--out FOLDER]
-    python tests/fuzz/fuzzer.py --again FILE --kinds measured [--smaller]
+    make fuzz ARGS="--seconds 120 [--seed N] [--kinds model,measured] [--out FOLDER]"
+    make fuzz ARGS="--again FILE --kinds measured [--smaller]"
 """  # fmt: skip
 
 from __future__ import annotations
@@ -20,12 +20,16 @@ import time
 import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from random import Random, SystemRandom
 from typing import Any
 
-HERE = Path(__file__).parent
-CORPUS = HERE / "corpus"
+from helpers.mutations import mutated
+
+TESTS = Path(__file__).parents[1]
+CORPUS = TESTS / "fuzz" / "corpus"
+READERS = Path(__file__).with_name("fuzz_readers.py")
 ELSEWHERE = {
     "model": ("examples/*/*.yaml",),
     "matrix": ("examples/*/*.mtx",),
@@ -34,7 +38,7 @@ ELSEWHERE = {
 }
 """Files outside the corpus that belong to it, by kind."""
 
-EXAMPLES = HERE.parents[1] / "examples"
+EXAMPLES = TESTS.parent / "examples"
 BESIDE = (*EXAMPLES.glob("rpr/*.yaml"), *EXAMPLES.glob("imported/*.mtx"))
 """Files that others of the corpus name."""
 
@@ -82,7 +86,7 @@ class Tally:
 class Reader:
     """Reads cases in a process of its own, which is made anew when it dies."""
 
-    def __init__(self, memory: int = MEMORY, seconds: float = SECONDS, readers: Path = HERE) -> None:
+    def __init__(self, memory: int = MEMORY, seconds: float = SECONDS, readers: Path = READERS) -> None:
         self.memory, self.seconds, self.readers = memory, seconds, readers
         self.process: subprocess.Popen[bytes] | None = None
 
@@ -102,8 +106,9 @@ class Reader:
     def outcome(self, case: Case) -> str:
         """`read`, `refused`, or what went wrong."""
         if self.process is None:
-            command = [sys.executable, __file__, "--serve", str(self.memory), "--readers", str(self.readers)]
-            env = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+            command = [sys.executable, "-m", __spec__.name, "--serve", str(self.memory), "--readers", str(self.readers)]
+            paths = os.pathsep.join([str(TESTS), *filter(None, [os.environ.get("PYTHONPATH")])])
+            env = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONPATH": paths}
             self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env)
         try:
             _send(self.process.stdin, (case.kind, case.name, case.content))
@@ -142,9 +147,11 @@ def _receive(stream: Any, seconds: float) -> Any:
 
 
 def serve(memory: int, readers: str) -> None:
-    """Read cases from stdin, with `read` of the module `readers` in a folder, and answer on stdout, until it ends."""
-    sys.path.insert(0, readers)
-    from readers import read
+    """Read cases from stdin, with `read` of the file `readers`, and answer on stdout, until it ends."""
+    spec = spec_from_file_location("readers", readers)
+    assert spec is not None and spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
 
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -161,7 +168,7 @@ def serve(memory: int, readers: str) -> None:
             file.write_bytes(content)
             before = _processor_time()
             try:
-                what = read(kind, file)
+                what = module.read(kind, file)
             except MemoryError:
                 what = f"more memory than {memory} bytes:\n{traceback.format_exc(limit=-6)}"
             except BaseException:
@@ -177,14 +184,12 @@ def _processor_time() -> float:
 def corpus(kind: str) -> list[tuple[str, bytes]]:
     """Names and contents of the files that a kind of case starts from."""
     files = sorted(file for file in (CORPUS / kind).glob("*") if file.is_file())
-    files += sorted(file for pattern in ELSEWHERE.get(kind, ()) for file in HERE.parents[1].glob(pattern))
+    files += sorted(file for pattern in ELSEWHERE.get(kind, ()) for file in TESTS.parent.glob(pattern))
     return [(file.name, file.read_bytes()) for file in files]
 
 
 def cases(kind: str, seed: int) -> Iterator[Case]:
     """The corpus as it is, then what is made of it, without end; the same for the same seed."""
-    from mutations import mutated
-
     rng, own = Random(f"{kind} {seed}"), corpus(kind)
     for name, content in own:
         yield Case(kind, name, content)
@@ -246,7 +251,7 @@ def main() -> None:
     """Run from the shell."""
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--serve", type=int, help=argparse.SUPPRESS)
-    asked.add_argument("--readers", default=str(HERE), help=argparse.SUPPRESS)
+    asked.add_argument("--readers", default=str(READERS), help=argparse.SUPPRESS)
     asked.add_argument("--seconds", type=float, default=120)
     asked.add_argument("--seed", type=int, default=SystemRandom().randrange(10**6))
     asked.add_argument("--kinds", default=",".join(KINDS))

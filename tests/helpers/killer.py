@@ -1,6 +1,6 @@
 """Kills a command at the steps of its writing, in the midst of a file, and at random times, and looks at what is left.
 
-    python tests/fuzz/killer.py SEED KILLS -- COMMAND ARGUMENTS   (OUT stands for a folder of results)
+    python tests/helpers/killer.py SEED KILLS -- COMMAND ARGUMENTS   (OUT stands for a folder of results)
 
 A result is there as it was before, or complete; beside results there are only folders that say that they are temporary,
 and the next run removes them.
