@@ -26,7 +26,7 @@ from flexura.mechanism import (
 )
 from flexura.mechanism.evaluation import evaluated, parameter_dimensions, parameter_order, parameter_values, scalars
 from flexura.mechanism.layout import Layout
-from flexura.mechanism.placement import node_positions
+from flexura.mechanism.positions import node_positions
 
 t, w = parameter("t"), parameter("w")
 

@@ -185,7 +185,7 @@ def test_damping_ratios_in_step_by_step_integration():
 
 def test_too_many_modes_for_a_matrix(monkeypatch):
     """Refused with what to do instead."""
-    monkeypatch.setattr(sys.modules["flexura.systems.system"], "MOST_MODES", 10)
+    monkeypatch.setattr(sys.modules["flexura.systems.second_order"], "MOST_MODES", 10)
     with pytest.raises(fx.OptionError, match="reduce the mechanism"):
         fx.system(frame(), order="full", damping=0.01).damping_matrix()
 

@@ -22,7 +22,7 @@ from flexura.methods.exact_response import ExactResponse
 from flexura.reduction import LowOrderModel
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
-from flexura.systems import Channel, ModalSystem, StateSpace, System, system
+from flexura.systems import Channel, ModalSystem, SecondOrder, StateSpace, System, system
 from flexura.systems.band import (
     NEAR,
     band_limits,
@@ -81,7 +81,7 @@ class FrequencyResponse(Warned):
     order: int
     notes: tuple[str, ...] = ()
     known: tuple[Exceeded, ...] = ()
-    unproven: System | None = None
+    unproven: SecondOrder | None = None
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
@@ -272,7 +272,7 @@ def proven_reduction(
     return {}
 
 
-def _unproven(mechanism: Any, built: System, how: dict[str, Any]) -> System | None:
+def _unproven(mechanism: Any, built: SecondOrder, how: dict[str, Any]) -> SecondOrder | None:
     """The system, unless it is of a mechanism that was reduced as need be."""
     return None if isinstance(mechanism, Mechanism | Plan) and not how else built
 

@@ -14,7 +14,7 @@ from flexura.errors import Exceeded
 from flexura.mechanism.body import Superelement
 from flexura.mechanism.layout import TOP
 from flexura.structure import FullOrderModel
-from flexura.systems import ModalSystem, System
+from flexura.systems import ModalSystem, SecondOrder
 from flexura.systems.system import input_loads
 
 Array = NDArray[np.float64]
@@ -108,7 +108,9 @@ def motion_meshes(model: FullOrderModel, columns: Array, names: Sequence[str]) -
     return () if warning is None else (warning,)
 
 
-def response_meshes(system: System, modes: ModalSystem | None = None, up_to_hz: float = np.inf) -> tuple[Exceeded, ...]:
+def response_meshes(
+    system: SecondOrder, modes: ModalSystem | None = None, up_to_hz: float = np.inf
+) -> tuple[Exceeded, ...]:
     """Warnings of what meshes leave uncertain of the static deflection by inputs, and of the `modes` up to a frequency:
     the worst of each."""
     full = system.full_order

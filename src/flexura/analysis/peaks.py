@@ -13,7 +13,7 @@ from flexura.analysis.mesh_errors import response_meshes
 from flexura.errors import Exceeded
 from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
-from flexura.systems import ModalSystem, System
+from flexura.systems import ModalSystem, SecondOrder
 from flexura.systems.band import UNDAMPED
 from flexura.systems.placed import Placement
 from flexura.systems.recurrences import Hold, motion
@@ -104,7 +104,7 @@ def driven_limits(modes: ModalSystem, time: Array, u: Array) -> tuple[Exceeded, 
     return (Exceeded("resonance", name, gain, DRIVEN, "1", text),)
 
 
-def integrated_warnings(system: System, q: Array, time: Array, u: Array) -> tuple[Exceeded, ...]:
+def integrated_warnings(system: SecondOrder, q: Array, time: Array, u: Array) -> tuple[Exceeded, ...]:
     """Limits that coordinates q (n, N) of a system exceed at some time (N,) under inputs u (m, N)."""
     if not isinstance(system.model, FullOrderModel):
         shapes = system.model.recover(np.eye(system.order))
@@ -115,7 +115,7 @@ def integrated_warnings(system: System, q: Array, time: Array, u: Array) -> tupl
     return (*_merged(system, None, blocks, time, u), *response_meshes(system))
 
 
-def _left_out(system: System, shapes: Array, gain: Array) -> Array:
+def _left_out(system: SecondOrder, shapes: Array, gain: Array) -> Array:
     """Static displacement (n, m) per input that shapes (n, r), of static gain (r, m), lack."""
     full = system.full_order
     if not system.inputs:
@@ -123,7 +123,7 @@ def _left_out(system: System, shapes: Array, gain: Array) -> Array:
     return system.full_flexibility(input_loads(system)) - shapes @ gain
 
 
-def _merged(system: System, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
+def _merged(system: SecondOrder, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
     full, names = system.full_order, [c.name for c in system.inputs]
     place = Placement(full.plan, full.values, full.geometry)
     at_rest = np.zeros((full.order, 1 if columns is None else 0))

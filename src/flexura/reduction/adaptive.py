@@ -16,8 +16,7 @@ from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.condensation import condense
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.reduction.full_modes import reduce_by_modes, wide_parts
-from flexura.reduction.goal import Goal, proven, smallest
-from flexura.reduction.low_order import Coordinates
+from flexura.reduction.goal import Coordinates, Goal, proven, smallest
 from flexura.reduction.model import LowOrderModel, assembled
 from flexura.structure.full_order import FullOrderModel
 

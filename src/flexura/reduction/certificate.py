@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +20,7 @@ from flexura.linalg import (
     ritz_pairs,
 )
 from flexura.reduction.chained import ChainedModel, chained
+from flexura.reduction.intervals import HERTZ, Certificate
 from flexura.reduction.model import LowOrderModel
 from flexura.structure import FullOrderModel
 
@@ -50,52 +48,6 @@ LOST = 1e-6
 
 WHOLE = 400
 """Up to this order a model whose K has lost its digits is solved in energies."""
-
-HERTZ = 2 * np.pi
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """What is proven about the frequencies of a low-order model against its full-order model.
-
-    `lower_hz` and `upper_hz` (k,) enclose a frequency of the full-order model for each of `frequency_hz` (k,): where
-    `is_indexed`, the frequency of the same number, counted from the lowest; elsewhere some frequency. `count`
-    frequencies of the full-order model lie below `below_hz`, and `found` of the low-order model; where not
-    `is_counted`, round-off hides how many, and `count` is the most there can be.
-    """
-
-    frequency_hz: Array
-    lower_hz: Array
-    upper_hz: Array
-    is_indexed: NDArray[np.bool_]
-    below_hz: float
-    count: int
-    found: int
-    is_counted: bool = True
-
-    @property
-    def missing(self) -> int:
-        """How many frequencies below `below_hz` the low-order model lacks."""
-        return self.count - self.found
-
-    @property
-    def is_complete(self) -> bool:
-        """True when it is proven that no frequency below `below_hz` is missing."""
-        return self.is_counted and self.missing == 0
-
-    @property
-    def error_bound(self) -> Array:
-        """Proven bound (k,) on the relative distance of each frequency from the full-order one in its interval."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.maximum(self.upper_hz - self.frequency_hz, self.frequency_hz - self.lower_hz) / self.lower_hz
-        return np.where(self.upper_hz == self.lower_hz, 0.0, np.where(self.lower_hz > 0, off, np.inf))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON; an unproven end of an interval is None."""
-        data = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in asdict(self).items()}
-        for key in ("lower_hz", "upper_hz"):
-            data[key] = [value if np.isfinite(value) else None for value in data[key]]
-        return data | {"missing": self.missing, "is_complete": self.is_complete}
 
 
 @verb

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from flexura.reduction.certificate import HERTZ, Certificate
 from flexura.reduction.chained import ChainedModel
 
 Array = NDArray[np.float64]
+Coordinates = Literal["modal", "physical", "substructures"]
 
 
 @dataclass(frozen=True)

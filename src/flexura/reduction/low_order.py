@@ -13,15 +13,16 @@ from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
+from flexura.reduction.adaptive import reduce_to_tolerance
 from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
+from flexura.reduction.goal import Coordinates, Goal
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
 from flexura.structure.full_order import FullOrderModel, assemble, design
 from flexura.structure.plan import Plan, plan_of
 
 Array = NDArray[np.float64]
 
-Coordinates = Literal["modal", "physical", "substructures"]
 Method = Literal["craig_bampton", "rubin"]
 
 
@@ -84,9 +85,6 @@ def reduce(
     _, single, values, geometry = design(mechanism if isinstance(mechanism, FullOrderModel) else plan, parameters)
     exact_at = static_nodes(assembler, static_at)
     if tolerance is not None:
-        from flexura.reduction.adaptive import reduce_to_tolerance
-        from flexura.reduction.goal import Goal
-
         goal = Goal(tolerance, up_to, modes, best_effort)
         stage("assembling the full order")
         model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(plan, single)

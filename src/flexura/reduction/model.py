@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.linalg as la
@@ -18,14 +18,11 @@ from flexura.mechanism.layout import TOP
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.reduction.assembler import LowOrderAssembler, with_modes
 from flexura.reduction.craig_bampton import ReducedPart
+from flexura.reduction.intervals import Certificate
 from flexura.sizes import within
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.prestress import solve_definite
 from flexura.structure.slots import Index
-
-if TYPE_CHECKING:
-    from flexura.mechanism.body import Superelement
-    from flexura.reduction.certificate import Certificate
 
 Array = NDArray[np.float64]
 
@@ -266,12 +263,6 @@ class LowOrderModel:
             return B @ factorise(self.K.tocsc()).solve(np.ascontiguousarray(B.T))
         d = 1 / np.sqrt(np.diagonal(self.K))
         return (B * d) @ la.cho_solve(la.cho_factor(self.K * d[:, None] * d), d[:, None] * B.T)
-
-    def superelement(self, nodes: Sequence[str] | Mapping[str, str] | None = None) -> Superelement:
-        """The model as a part for other mechanisms, over some of its nodes; see `nested`, which also recovers."""
-        from flexura.reduction.nesting import nested
-
-        return nested(self, nodes).superelement
 
     def projected(self, T: Any, names: list[str], step: str) -> LowOrderModel:
         """The model in fewer coordinates q with this one's = T q, T (n, r); static response at the static nodes stays

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from flexura.errors import Exceeded, FlexuraError, SolverError
 from flexura.reduction import LowOrderModel, certify
+from flexura.systems.bounds import channel_scale, neglected_bound
 from flexura.systems.modal import ModalSystem
-from flexura.systems.neglected import WORTH, channel_scale, rounded_up
-from flexura.systems.remainder import neglected_bound
+from flexura.systems.neglected import WORTH, rounded_up
+from flexura.systems.second_order import SecondOrder
 from flexura.systems.state_space import StateSpace
-from flexura.systems.system import System
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -49,7 +49,7 @@ def resonance_limits(hz: Array, resonances: Array, ratios: Array) -> tuple[Excee
     return (Exceeded("resonance", "", float(distance.min()), NEAR, "1", text),)
 
 
-def proof_limits(system: System, top: float) -> tuple[Exceeded, ...]:
+def proof_limits(system: SecondOrder, top: float) -> tuple[Exceeded, ...]:
     """What a low-order model is not proven to contain up to the frequency `top`, Hz."""
     model = system.model
     if not isinstance(model, LowOrderModel):

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.systems.channel import Channel, positions
-from flexura.systems.remainder import Remainder, coupled_response, remainder_of, stiffening
-from flexura.systems.system import System
+from flexura.systems.complex_modes import ComplexModes, complex_modes
+from flexura.systems.remainder import Remainder, remainder_of, stiffening
+from flexura.systems.second_order import SecondOrder
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -31,6 +32,9 @@ IN_CACHE = 512
 NEGLIGIBLE = 1e-14
 """Size of a damping ratio or loss factor, or of an entry of a matrix in modes beside its terms, that is round-off."""
 
+CHUNK = 64
+"""Frequencies whose matrices are formed at a time."""
+
 SPARE = 6
 """Modes sought beyond the number asked for, to see how far the next one is."""
 
@@ -45,7 +49,7 @@ class ModalSystem:
     the first frequency left out, infinite when none is. `remainder` says what those modes do beyond their static gain.
     """
 
-    system: System
+    system: SecondOrder
     omega: Array
     damping: Array
     loss: Array | None
@@ -230,56 +234,7 @@ class ModalSystem:
         return complex_modes(self.omega, self.viscous().damping)
 
 
-@dataclass(frozen=True)
-class ComplexModes:
-    """Poles (2r,), rad/s, in conjugate pairs or real, the lowest first; states (eta, eta') = right z, where
-    z' = poles z + left f for modal forces f. right (2r, 2r), left (2r, r)."""
-
-    poles: Complex
-    right: Complex
-    left: Complex
-
-    @property
-    def frequency_hz(self) -> Array:
-        """|pole| / 2 pi (2r,), Hz."""
-        return np.abs(self.poles) / (2 * np.pi)
-
-    @property
-    def ratios(self) -> Array:
-        """Damping ratios (2r,): -Re(pole)/|pole|; 1 for real poles."""
-        size = np.abs(self.poles)
-        return -self.poles.real / np.where(size > 0, size, np.inf)
-
-
-DEFECTIVE = 1e10
-"""Condition number of the complex modes from which they are taken as defective."""
-
-
-def complex_modes(omega: Array, damping: Array) -> ComplexModes:
-    """Complex modes of eta'' + damping eta' + omega^2 eta = f (Foss 1958, Trans. ASME J. Appl. Mech. 25, 361).
-
-    omega (r,), rad/s; damping (r, r), 1/s. Raises SolverError where poles coincide so that there are no such modes
-    (critical damping); generalised-alpha time integration and direct frequency response need none.
-    """
-    r = len(omega)
-    scale = np.where(omega > 0, omega, 1.0)
-    A = np.zeros((2 * r, 2 * r))
-    A[:r, r:] = np.diag(scale)
-    A[r:, :r], A[r:, r:] = np.diag(-(omega**2) / scale), -damping
-    found = np.linalg.eig(A)
-    poles: Complex = found[0].astype(complex)
-    vectors: Complex = found[1].astype(complex)
-    order = np.lexsort((poles.imag < 0, np.abs(poles.imag), np.abs(poles)))
-    poles, vectors = poles[order], vectors[:, order]
-    if np.linalg.cond(vectors) > DEFECTIVE:
-        raise SolverError("some poles coincide (critical damping, or a free rigid motion): there are no complex modes")
-    left: Complex = np.asarray(np.linalg.inv(vectors)[:, r:], dtype=complex)
-    right = vectors.copy()
-    right[:r] /= scale[:, None]
-    return ComplexModes(poles, right, left)
-
-
-def modal_system(system: System, n: int | None = None, up_to: float | None = None) -> ModalSystem:
+def modal_system(system: SecondOrder, n: int | None = None, up_to: float | None = None) -> ModalSystem:
     """A system in coordinates of its `n` lowest modes, of those up to `up_to` Hz, or of all (theory eq. T8).
 
     What the modes left out add at frequency zero is kept as `residual`, so that static gains are those of the whole.
@@ -304,7 +259,7 @@ def modal_system(system: System, n: int | None = None, up_to: float | None = Non
     return in_modes(system, Eigenpairs(values[:count], pairs.vectors[:, finite][:, :count]), following)
 
 
-def in_modes(system: System, pairs: Eigenpairs, following: float) -> ModalSystem:
+def in_modes(system: SecondOrder, pairs: Eigenpairs, following: float) -> ModalSystem:
     """A system in coordinates of mass-normalised modes, `following` being the first frequency left out, rad/s."""
     V, omega = pairs.vectors, np.sqrt(pairs.values)
     law = system.law
@@ -342,3 +297,38 @@ def _couples(A: Array, scale: Array) -> NDArray[np.bool_]:
     least = np.maximum(COUPLED * np.sqrt(np.outer(d, d)), UNCERTAIN * np.maximum(d[:, None], d))
     least = np.maximum(least, UNCERTAIN**2 * d.max(initial=0.0))  # two modes that damping reaches by round-off alone
     return np.asarray((off > np.maximum(least, NEGLIGIBLE * np.outer(scale, scale))).any(axis=1))
+
+
+def coupled_response(modes: ModalSystem, w: Array, remainder: Remainder) -> tuple[Complex, Complex, Complex]:
+    """Displacements (f, p, m) where damping couples kept modes with those left out, and what loads (f, k, m) and
+    readings (f, k, p) the latter get, in multiples of the columns of W (theory eq. T26).
+
+    With Q the damping forces of kept modes on the others and N their flexibility to first order,
+    eta = (Z - Q' N Q)^-1 (Phi' B - Q' N B) and y = C eta + N_rows (B - Q eta).
+    """
+    system, (B, rows, *others) = modes.system, remainder.places
+    damped = np.concatenate(others)
+    every = np.concatenate([B, rows, damped])
+    m, p, r, c, k = len(B), len(rows), modes.order, len(damped), len(every)
+    gather = np.tile(np.eye(r), c // r) if r else np.zeros((0, c))
+    loss = np.zeros((r, r)) if modes.loss is None else modes.loss
+    y: Complex = np.empty((len(w), p, m), dtype=complex)
+    load: Complex = np.zeros((len(w), k, m), dtype=complex)
+    reading: Complex = np.zeros((len(w), k, p), dtype=complex)
+    for start in range(0, len(w), CHUNK):
+        own = slice(start, start + CHUNK)
+        v = w[own]
+        N = remainder.flexibility(system, v, (every, every))
+        Z = np.diag(modes.omega**2) - v[:, None, None] ** 2 * np.eye(r)
+        Z = Z + 1j * (v[:, None, None] * modes.damping + np.sign(v)[:, None, None] * loss)
+        Q = remainder.forces(v)[:, :, None] * gather.T
+        QN = np.swapaxes(Q, 1, 2) @ N[:, m + p :]
+        Z = Z - QN[:, :, m + p :] @ Q
+        sides = np.concatenate(
+            [np.broadcast_to(modes.B, (len(v), r, m)), np.broadcast_to(modes.C.T, (len(v), r, p))], 2
+        )
+        eta = np.linalg.solve(Z, sides - QN[:, :, : m + p])
+        left = np.concatenate([np.broadcast_to(np.eye(m + p), (len(v), m + p, m + p)), -Q @ eta], 1)
+        load[own], reading[own] = left[:, :, :m], left[:, :, m:]
+        y[own] = modes.C @ eta[:, :, :m] + N[:, m : m + p] @ left[:, :, :m]
+    return y, load, reading

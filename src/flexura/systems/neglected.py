@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.systems.channel import Channel
-from flexura.systems.modal import ModalSystem
-from flexura.systems.remainder import neglected_bound
 
 if TYPE_CHECKING:
-    from flexura.systems.state_space import StateSpace
+    pass
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -26,24 +24,6 @@ WORTH = 0.01
 FAINT = 0.01
 """Least size of a channel beside what it would reach if all modes added up: one that responds with less, as across a
 symmetry, is held against so much."""
-
-POINTS = 60
-"""Frequencies at which a band is looked at, beside those at resonances."""
-
-DECADES = 2.0
-"""Decades of frequency below the highest of a band that are looked at where it has no lowest."""
-
-BESIDE = np.array([-0.3, -0.1, -0.03, -0.01, 0.01, 0.03, 0.1, 0.3])
-"""Relative distances from resonances without damping that are looked at."""
-
-WIDTHS = np.array([-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0])
-"""Distances from damped resonances that are looked at, in half-power widths."""
-
-BARE = 1e-9
-"""Damping ratio below which there is none."""
-
-PRECISION = 1e-7
-"""Relative round-off of natural frequencies, which moves a response by so much over the damping ratio."""
 
 
 @dataclass(frozen=True)
@@ -124,67 +104,9 @@ class Neglected:
         return {"band_hz": list(self.band), "shares": shares, "holds_up_to_hz": self.holds_up_to, "text": self.text}
 
 
-def channel_scale(modes: ModalSystem, hz: Array, H: Complex) -> Array:
-    """Sizes (p, m) of channels with responses H (f, p, m) at frequencies hz (f,): their largest response, and at least
-    1 % of what input and output would reach if all modes added up (theory eq. T28); infinite where nothing responds."""
-    w, rest = 2 * np.pi * hz, modes.remainder
-    Z = modes.omega**2 - w[:, None] ** 2 + 2j * modes.total_ratios * modes.omega * w[:, None]
-    ends = []
-    for k, shares in enumerate((modes.B, modes.C.T)):
-        with np.errstate(divide="ignore"):
-            own = (1 / np.abs(Z)) @ shares**2
-        ends.append(own if rest is None else own + rest.stiff.diagonal()[rest.places[k]])
-    coherent = np.sqrt(ends[1][:, :, None] * ends[0][:, None, :]) * w[:, None, None] ** modes.derivative[:, None]
-    coherent = np.where(np.isfinite(coherent), coherent, 0.0)
-    scale = np.maximum(np.abs(H).max(axis=0), FAINT * coherent.max(axis=0))
-    return np.where(scale > 0, scale, np.inf)
-
-
 def rounded_up(bound: float, digits: int = 3) -> str:
     """A bound to a few digits that are not below it."""
     if not (np.isfinite(bound) and bound > 0):
         return f"{bound:g}"
     digit = 10.0 ** (np.floor(np.log10(bound)) - digits + 1)
     return f"{np.ceil(bound / digit * (1 - 1e-12)) * digit:.{digits}g}"
-
-
-def neglected(modes: ModalSystem, model: StateSpace, band: tuple[float, float] | None) -> Neglected | None:
-    """What a continuous `model` lacks of `modes`, of which it was made, over a band (from, to), Hz.
-
-    By default up to the highest mode kept; None without a band where no mode is left out, and where there is no mode or
-    no channel. Infinite for what floats. Raises OptionError for impossible bands.
-    """
-    if band is not None and not (np.isfinite(band[1]) and 0 <= band[0] < band[1]):
-        raise OptionError(f"a band is two frequencies in Hz, 0 <= from < to, not {band[0]:g}, {band[1]:g}")
-    if not modes.order or not model.D.size or (band is None and not np.isfinite(modes.next_omega)):
-        return None
-    hz = _frequencies(modes, band or (0.0, float(modes.frequency_hz[-1])))
-    H = modes.response(hz)
-    plain = replace(model, delay=0.0).frequency_response(hz)
-    try:
-        bound = neglected_bound(modes, hz) * (2 * np.pi * hz)[:, None, None] ** modes.derivative[:, None]
-    except SolverError:
-        bound = np.full(H.shape, np.inf)
-    scale = channel_scale(modes, hz, H)
-    sharpest = np.where(modes.total_ratios < BARE, np.abs(BESIDE).min(), modes.total_ratios).min()
-    moved = PRECISION / float(sharpest) * np.where(scale < np.inf, scale, 0.0)
-    return Neglected(hz, bound + np.abs(H - plain) + moved, scale, modes.inputs, modes.outputs)
-
-
-def _frequencies(modes: ModalSystem, band: tuple[float, float]) -> Array:
-    """Frequencies over a band, Hz, more of them around resonances, and none at those that nothing damps."""
-    low, high = band
-    found = [np.geomspace(low or high / 10**DECADES, high, POINTS)]
-    bare = np.zeros(0)
-    own = (modes.frequency_hz > 0) & (modes.frequency_hz < 1.5 * high)
-    for f, zeta in zip(modes.frequency_hz[own], modes.total_ratios[own], strict=True):
-        if zeta < BARE:
-            bare = np.append(bare, f)
-            found.append(f * (1 + BESIDE))
-        else:
-            found.append(f * (1 + zeta * WIDTHS))
-    hz = np.unique(np.concatenate(found))
-    hz = hz[(hz >= found[0][0]) & (hz <= high)]
-    near = np.abs(hz[:, None] / bare - 1).min(axis=1, initial=np.inf) < 0.99 * np.abs(BESIDE).min()
-    kept = hz[~near]
-    return kept if len(kept) else high * np.array([1 - 1e-3])

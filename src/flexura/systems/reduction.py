@@ -12,8 +12,8 @@ from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.systems.balancing import balance
 from flexura.systems.band import UNDAMPED, proof_limits
+from flexura.systems.bounds import neglected
 from flexura.systems.modal import ModalSystem, modal_system
-from flexura.systems.neglected import neglected
 from flexura.systems.residual_modes import with_residual_modes
 from flexura.systems.state_space import StateSpace
 from flexura.systems.system import System

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,26 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel, reduce
 from flexura.reduction.assembler import low_order
-from flexura.reduction.chained import chained
-from flexura.reduction.flexibility import WELL, Flexibility, flexibility, stored_flexibility
+from flexura.reduction.flexibility import flexibility, stored_flexibility
 from flexura.reduction.low_order import reduction_of
 from flexura.reduction.model import static_nodes
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design, plan_of
-from flexura.systems.channel import Channel, positions
-from flexura.systems.damping import DampingLaw, damping_law
+from flexura.systems.damping import damping_law
+from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.placed import DERIVATIVE, PlacedInput, PlacedOutput, Placement, default_dofs
-
-if TYPE_CHECKING:
-    from flexura.systems.modal import ModalSystem
+from flexura.systems.second_order import Model, SecondOrder, full_order_of
 
 Array = NDArray[np.float64]
-Model = FullOrderModel | LowOrderModel
 
 MODES = 6
 """A system is reduced until so many of its lowest frequencies are proven, unless something else is asked for."""
@@ -43,143 +37,14 @@ UNIFORM = 1e-12
 ROUNDING = 1e-9
 """Relative size of a static correction that is round-off."""
 
-MOST_MODES = 3000
-"""Coordinates up to which all modes are found for a matrix of modal damping ratios."""
-
-MOST_BY_ENERGIES = 400
-"""Modes up to which those of a stiffness that loses digits are found by energies."""
-
 
 @dataclass(frozen=True)
-class System:
-    """M q'' + C q' + (K + i H) q = B u, and outputs y = (d/dt)^k (rows q + residual u) + D u.
-
-    M, C, K (n, n) dense or sparse, SI; H (n, n) is structural damping, None without; B (n, m); rows (p, n) and the
-    order k of differentiation, `derivative` (p,), of every output; D (p, m) reaches the outputs directly; `residual`
-    (p, m) is the static gain that the coordinates q lack. `law` holds the modal damping ratios, which C does not
-    contain and `damping_matrix` does. C is that of `dashpots` and Rayleigh damping, and H is `uniform_loss` times K
-    unless that is None. `model` recovers physical displacements from q.
-    """
-
-    model: Model
-    M: Any
-    C: Any
-    K: Any
-    H: Any | None
-    dashpots: Any
-    uniform_loss: float | None
-    B: Array
-    rows: Array
-    derivative: NDArray[np.intp]
-    D: Array
-    residual: Array
-    law: DampingLaw
-    inputs: tuple[Channel, ...]
-    outputs: tuple[Channel, ...]
-    limits: tuple[tuple[float, float], ...]
-    placed_inputs: tuple[PlacedInput, ...]
-    placed_outputs: tuple[PlacedOutput, ...]
-
-    @property
-    def order(self) -> int:
-        """Number of coordinates."""
-        return self.K.shape[0]
-
-    @property
-    def name(self) -> str:
-        """Name of the mechanism."""
-        return self.model.plan.mechanism.name
-
-    @cached_property
-    def is_damped(self) -> bool:
-        """True when anything dissipates."""
-        has_C = bool(abs(self.C).max() > 0) if self.order else False
-        return has_C or self.H is not None or self.law.is_modal
-
-    @cached_property
-    def full_order(self) -> FullOrderModel:
-        """The full-order model behind `model`."""
-        return _Full(self.model).model
-
-    def damping_matrix(self) -> Any:
-        """C (n, n), N s/m, with modal damping ratios in it: C + M Phi diag(2 zeta omega) Phi' M (theory eq. T27).
-
-        Over all modes of the system (Wilson and Penzien 1972, Earthquake Eng. Struct. Dyn. 1, 5): each gets the ratio
-        that the law gives it, and none is left undamped but rigid motions and directions without mass. Dense where
-        there are such ratios. Raises OptionError where there are too many modes for that.
-        """
-        if not self.law.is_modal:
-            return self.C
-        if self.order > MOST_MODES:
-            raise OptionError(
-                f"modal damping ratios as a matrix need all modes, of {self.order} coordinates; at most {MOST_MODES}:"
-                " reduce the mechanism, or give Rayleigh damping, loss factors or dashpots"
-            )
-        pairs = self.lowest(self.order)
-        own = np.isfinite(pairs.values)
-        omega = np.sqrt(np.maximum(pairs.values[own], 0.0))
-        forces = self.M @ pairs.vectors[:, own]
-        modal = (forces * (2 * self.law.modal_ratios(omega / (2 * np.pi)) * omega)) @ forces.T
-        C = self.C if isinstance(self.C, np.ndarray) else self.C.toarray()
-        return C + (modal + modal.T) / 2
-
-    @cached_property
-    def flexibility(self) -> Flexibility:
-        """Static responses in the coordinates of the system."""
-        return flexibility(self.full_order) if self._is_full else stored_flexibility(self.K, self.M)
-
-    @cached_property
-    def full_flexibility(self) -> Flexibility:
-        """Static responses of the full-order model."""
-        return self.flexibility if self._is_full else flexibility(self.full_order)
-
-    @property
-    def _is_full(self) -> bool:
-        return isinstance(self.model, FullOrderModel) and self.order == self.model.order
-
-    def lowest(self, count: int) -> Eigenpairs:
-        """The `count` lowest eigenpairs of K and M; those of a full-order model by energies, which keep the digits of
-        soft modes beside stiff ones.
-
-        With a mass or a stiffness that the model does not have, as that of sensors, they are those of K and M.
-        """
-        is_own = self._is_full and self.K is self.full_order.K and self.M is self.full_order.M
-        if not is_own or count > MOST_BY_ENERGIES or least_pivot(self.K) > WELL:
-            return lowest(self.K, self.M, count)
-        own = chained(self.full_order)
-        pairs = lowest_modes(own.pencil, count, own.rigid_motions)
-        return Eigenpairs(pairs.values, own.recover(pairs.vectors))
-
-    def matrices(self) -> tuple[Any, Any, Any, Any]:
-        """M, C, K and H (None without) with the modal damping ratios in C; all dense, or all sparse."""
-        C, others = self.damping_matrix(), (self.M, self.K, self.H)
-        if isinstance(C, np.ndarray):
-            others = tuple(A if A is None or isinstance(A, np.ndarray) else A.toarray() for A in others)
-        M, K, H = others
-        return M, C, K, H
+class System(SecondOrder):
+    __doc__ = SecondOrder.__doc__
 
     def modal(self, n: int | None = None, up_to: float | None = None) -> ModalSystem:
         """The system in modal coordinates; see `modal_system`."""
-        from flexura.systems.modal import modal_system
-
         return modal_system(self, n, up_to)
-
-    def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> System:
-        """The system with some of its inputs and outputs, by name. Raises OptionError for others."""
-        i, o = positions(self.inputs, inputs), positions(self.outputs, outputs)
-        return replace(
-            self,
-            B=self.B[:, i],
-            rows=self.rows[o],
-            derivative=self.derivative[o],
-            D=self.D[np.ix_(o, i)],
-            residual=self.residual[np.ix_(o, i)],
-            inputs=tuple(self.inputs[k] for k in i),
-            outputs=tuple(self.outputs[k] for k in o),
-            limits=tuple(self.limits[k] for k in i),
-            placed_inputs=tuple(self.placed_inputs[k] for k in i),
-            placed_outputs=tuple(self.placed_outputs[k] for k in o),
-        )
 
 
 @verb
@@ -210,12 +75,12 @@ def system(
     plan, values, geometry = model.plan, model.values, model.geometry
     place = Placement(plan, values, geometry)
     ins, outs = _channels(place, inputs, outputs)
-    full = _Full(model)
+    full = full_order_of(model)
     law = damping_law(plan.mechanism.damping, plan.parameter_values(model.parameters), damping)
     C_full, H_full = plan.full_order.dissipation(values, geometry, law.loss_factor)
     recover = None if isinstance(model, FullOrderModel) else model.recovery
     C, H = (_projected(A, recover, model.K) for A in (C_full, H_full))
-    loss = uniform_loss(H_full, full.model.K)
+    loss = uniform_loss(H_full, full.K)
     loads = _loads(ins, full)
     all_rows = np.stack([o.row for o in outs]) if outs else np.zeros((0, plan.topology.n_dof))
     B = loads if recover is None else np.asarray(recover.T @ loads)
@@ -295,20 +160,6 @@ def _model(mechanism: Any, parameters: Mapping[str, ArrayLike] | None, order: st
     return reduce(plan, one_design(parameters), **asked)
 
 
-class _Full:
-    """The full-order model behind a model, assembled when first needed."""
-
-    def __init__(self, model: Model) -> None:
-        self._model = model
-
-    @cached_property
-    def model(self) -> FullOrderModel:
-        if isinstance(self._model, FullOrderModel):
-            return self._model
-        m = self._model
-        return FullOrderModel(m.plan, m.parameters, m.values, m.geometry, *m.plan.full_order(m.values, m.geometry))
-
-
 def _channels(
     place: Placement, inputs: Sequence[str] | None, outputs: Sequence[str] | None
 ) -> tuple[list[PlacedInput], list[PlacedOutput]]:
@@ -319,20 +170,20 @@ def _channels(
     return place.inputs(inputs), place.outputs(outputs)
 
 
-def input_loads(system: System) -> Array:
+def input_loads(system: SecondOrder) -> Array:
     """Loads (n, m) of one unit of each input on the DOFs of the full-order model."""
-    return _loads(list(system.placed_inputs), _Full(system.full_order))
+    return _loads(list(system.placed_inputs), system.full_order)
 
 
-def _loads(ins: list[PlacedInput], full: _Full) -> Array:
-    return np.stack([_load(i, full) for i in ins], axis=1) if ins else np.zeros((full.model.order, 0))
+def _loads(ins: list[PlacedInput], full: FullOrderModel) -> Array:
+    return np.stack([_load(i, full) for i in ins], axis=1) if ins else np.zeros((full.order, 0))
 
 
-def _load(placed: PlacedInput, full: _Full) -> Array:
+def _load(placed: PlacedInput, full: FullOrderModel) -> Array:
     """Load (n,) of one unit of an input; that of an accelerated base is the inertia of everything (theory eq. T3)."""
     if placed.base is None:
         return placed.load
-    return -(full.model.carried @ placed.base)
+    return -(full.carried @ placed.base)
 
 
 def _direct(ins: list[PlacedInput], outs: list[PlacedOutput]) -> Array:
@@ -366,9 +217,9 @@ def _projected(A: sp.csc_matrix, recover: Any, K: Any) -> Any:
     return (dense + dense.T) / 2 if isinstance(K, np.ndarray) else sp.csc_matrix(found)
 
 
-def _lacking(full: _Full, all_rows: Array, loads: Array, low: Any, rows: Array, B: Array) -> Array:
+def _lacking(full: FullOrderModel, all_rows: Array, loads: Array, low: Any, rows: Array, B: Array) -> Array:
     """Static gain (p, m) of the full-order model less that of the coordinates; zero where it is round-off."""
-    flexible = flexibility(full.model)
+    flexible = flexibility(full)
     whole = all_rows @ flexible(loads)
     lost = whole - rows @ stored_flexibility(low.K, low.M, flexible.shift)(B)
     scale = np.abs(whole).max(axis=1, keepdims=True, initial=0.0)

@@ -16,7 +16,7 @@ from flexura.mechanism.checks.references import check_not_empty, check_reference
 from flexura.mechanism.checks.survey import Survey
 from flexura.mechanism.checks.values import check_values
 from flexura.mechanism.evaluation import evaluated
-from flexura.mechanism.placement import Point, node_positions
+from flexura.mechanism.positions import Point, node_positions
 from flexura.mechanism.substructure import Mechanism
 
 __all__ = ["problems"]

@@ -9,7 +9,7 @@ from flexura.mechanism.checks.survey import Survey, prefix, shown
 from flexura.mechanism.corrections import CORRECTIONS
 from flexura.mechanism.layout import TOP
 from flexura.mechanism.member import Flexure, Link, possible_corrections
-from flexura.mechanism.placement import Point
+from flexura.mechanism.positions import Point
 from flexura.mechanism.profile import (
     CircularContour,
     Contour,

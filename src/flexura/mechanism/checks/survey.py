@@ -9,7 +9,7 @@ from typing import Any
 
 from flexura.errors import Path, Problem
 from flexura.mechanism.layout import TOP, Layout
-from flexura.mechanism.placement import Point
+from flexura.mechanism.positions import Point
 
 MAX_SUGGESTIONS_FROM = 2000
 """Names among which a close match is sought: a mechanism may have tens of thousands."""

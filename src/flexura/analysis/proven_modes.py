@@ -1,0 +1,195 @@
+"""Modes as results: each with its proven interval, and what is missing, not proven, or beyond the tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.evidence import Evidence
+from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
+from flexura.analysis.motion import Motion
+from flexura.errors import Exceeded, Warned
+from flexura.reduction import Certificate
+from flexura.reduction.intervals import HERTZ
+from flexura.reduction.low_order import TOLERANCE
+from flexura.structure import FullOrderModel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode.
+
+    `relative_error` is the low-order frequency over the full-order one, less one; `mac` the mass-weighted modal
+    assurance criterion of the pair. All three are None when the low-order mode has no counterpart, or the full-order
+    model was too large to be solved beside it. `interval_hz` is proven to contain a full-order frequency, that of the
+    same number where `is_indexed` (see `Certificate`); an end that is not proven is None. `is_rigid` says that the
+    frequency is zero: its interval holds zero, and a rigid motion that strains nothing stands for it. `missed` says
+    that the interval is wider than the tolerance that was asked for. `mesh_error` estimates how far off, relative, the
+    frequency may be for the meshes of solid parts, which no interval knows of; None where no part tells.
+    """
+
+    number: int
+    frequency_hz: float
+    angular_frequency: float
+    full_frequency_hz: float | None
+    relative_error: float | None
+    mac: float | None
+    interval_hz: tuple[float | None, float | None]
+    is_indexed: bool
+    motion: Motion
+    is_rigid: bool = False
+    missed: bool = False
+    mesh_error: float | None = None
+
+    @property
+    def frequency_text(self) -> str:
+        """The frequency in words: five digits, `0`, or a bound where round-off hides whether it is zero."""
+        if self.frequency_hz > 0 or self.is_rigid:
+            return f"{self.frequency_hz:.5g}"
+        upper = self.interval_hz[1]
+        return "unknown" if upper is None else f"below {upper:.2g}"
+
+    @property
+    def flag(self) -> str:
+        """What is wrong with the frequency, in a few words; empty where it is within its limits."""
+        if self.frequency_hz == 0 and not self.is_rigid:
+            return "cannot be told from zero"
+        if not self.missed:
+            off = self.mesh_error or 0.0
+            return f"meshes leave {_percent(off)} open" if off > LIMIT else ""
+        lower, upper = self.interval_hz
+        if not (self.is_indexed and lower and upper is not None):
+            return "not proven"
+        return f"proven only within {_percent(max(upper - self.frequency_hz, self.frequency_hz - lower) / lower)}"
+
+
+@dataclass(frozen=True)
+class Modes(Warned):
+    """The lowest natural modes of a mechanism.
+
+    `order` is that of the model solved, `full_order` that of the full model. `shapes` (n_nodes, 6, n), M-orthonormal,
+    are displacements of all nodes, global frame, m and rad; nodes follow `node_names`.
+    """
+
+    name: str
+    order: int
+    full_order: int
+    modes: tuple[Mode, ...]
+    evidence: Evidence
+    shapes: Array
+    node_names: tuple[str, ...]
+    parameters: dict[str, float]
+    model: FullOrderModel
+    certificate: Certificate
+    steps: tuple[str, ...] = ()
+    """What the reduction kept and why."""
+    tolerance: float = TOLERANCE
+    """Relative error that every frequency is held against."""
+    warnings: tuple[Exceeded, ...] = ()
+    """What is missing, not proven, or beyond the tolerance."""
+
+    def __repr__(self) -> str:
+        hz = ", ".join(f"{mode.frequency_hz:.5g}" for mode in self.modes)
+        missing = "" if self.evidence.complete else ", modes missing"
+        return f"Modes({self.name!r}, order {self.order} of {self.full_order}, {hz} Hz{missing})"
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Natural frequencies (n,), Hz."""
+        return np.array([mode.frequency_hz for mode in self.modes])
+
+    @property
+    def angular_frequency(self) -> Array:
+        """Natural frequencies (n,), rad/s."""
+        return np.array([mode.angular_frequency for mode in self.modes])
+
+    @property
+    def full_frequency_hz(self) -> Array:
+        """Full-order frequencies (n,) of the counterparts, Hz; nan where there is none."""
+        return np.array([np.nan if m.full_frequency_hz is None else m.full_frequency_hz for m in self.modes])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the shapes, as plain data for JSON."""
+        return {
+            "mechanism": self.name,
+            "order": self.order,
+            "full_order": self.full_order,
+            "parameters": self.parameters,
+            "steps": list(self.steps),
+            "tolerance": self.tolerance,
+            "modes": [asdict(mode) for mode in self.modes],
+            "certificate": self.certificate.to_dict(),
+            "evidence": {**asdict(self.evidence), "complete": self.evidence.complete},
+            "warnings": [w.to_dict() for w in self.warnings],
+        }
+
+
+def certified_mode(
+    k: int,
+    proof: tuple[Certificate, int, float],
+    beside: tuple[float | None, float | None, float | None],
+    motion: Motion,
+) -> Mode:
+    """Mode k from the certificate, how many rigid motions are free, and the tolerance."""
+    certified, free, tolerance = proof
+    hz, indexed = float(certified.frequency_hz[k]), bool(certified.is_indexed[k])
+    lower, upper = (float(b[k]) if np.isfinite(b[k]) else None for b in (certified.lower_hz, certified.upper_hz))
+    is_rigid = hz == 0.0 and k < free and lower == 0.0
+    missed = not is_rigid and not (indexed and certified.error_bound[k] <= tolerance)
+    return Mode(
+        k + 1, hz, HERTZ * hz, *beside, (lower, upper), indexed, motion, is_rigid, missed and tolerance < np.inf
+    )
+
+
+def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) -> tuple[Exceeded, ...]:
+    """What is beyond the tolerance, missing or not proven."""
+    found = []
+    for mode in modes:
+        if mode.missed:
+            bound = float(certified.error_bound[mode.number - 1]) if mode.is_indexed else np.inf
+            how = f"only within {_percent(bound)}" if np.isfinite(bound) else "not"
+            text = (
+                f"mode {mode.number}: {mode.frequency_text} Hz is {how} proven, not within the {tolerance:g} asked for;"
+                " reduce to a tolerance, or keep more modes"
+            )
+            found.append(Exceeded("tolerance", f"mode {mode.number}", bound, tolerance, "1", text))
+        if mode.frequency_hz == 0 and not mode.is_rigid:
+            text = (
+                f"mode {mode.number}: {mode.frequency_text} Hz cannot be told from zero, and is no rigid motion of the"
+                " mechanism; look for a spring or a member softer than round-off of what is beside it"
+            )
+            found.append(Exceeded("proof", f"mode {mode.number}", mode.interval_hz[1] or np.inf, 0.0, "Hz", text))
+    below, count = certified.below_hz, float(certified.count)
+    if not certified.is_counted:
+        text = f"round-off hides how many modes lie below {below:.5g} Hz: {certified.count} at most"
+        found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
+    elif certified.missing > 0:
+        text = f"the model lacks {certified.missing} of the {certified.count} modes below {below:.5g} Hz"
+        found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
+    return tuple(found)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
+
+
+def with_mesh_errors(
+    model: FullOrderModel, found: tuple[Mode, ...], u: Array
+) -> tuple[tuple[Mode, ...], tuple[Exceeded, ...]]:
+    """The modes of shapes u (n_nodes, 6, n) with what the meshes of solid parts leave uncertain, and warnings of it."""
+    errors = frequency_errors(model, u, np.array([mode.frequency_hz for mode in found]))
+    if errors is None:
+        return found, ()
+    off = (errors.share / 2).tolist()
+    told = tuple(replace(mode, mesh_error=error) for mode, error in zip(found, off, strict=True))
+    places = [f"mode {mode.number}" for mode in found]
+    said = [
+        mesh_warning(place, f"{place}: {mode.frequency_text} Hz", error, part)
+        for place, mode, error, part in zip(places, found, off, errors.part, strict=True)
+    ]
+    return told, tuple(w for w in said if w is not None)
