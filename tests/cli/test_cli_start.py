@@ -2,11 +2,14 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from flexura.cli.app import COMMANDS, app, loaded
+
+HOME = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -36,7 +39,7 @@ def imported(*arguments: str) -> set[str]:
         "    assert not end.code, end.code\n"
         "print('\\n'.join(sys.modules), file=sys.__stdout__)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=HOME)
     return set(done.stdout.split("\n"))
 
 
@@ -47,3 +50,17 @@ def test_help_imports_no_numbers_and_no_room():
     assert {name for name in found if name.startswith("flexura.") and name.count(".") == 1} <= {
         *("flexura.__main__", "flexura._version", "flexura.cli", "flexura.lazy")
     }
+
+
+def test_modes_imports_what_it_uses():
+    found = imported("modes", "examples/guide/guide.yaml")
+    assert {"flexura.analysis.modes", "scipy.sparse.linalg", "pydantic"} <= found
+    rooms = {"flexura.experiment", "flexura.exports", "flexura.methods", "flexura.solid", "flexura.view"}
+    of_others = {
+        "flexura.systems.system",
+        "flexura.analysis.check",
+        "flexura.analysis.statics",
+        "flexura.analysis.signals",
+    }
+    libraries = {"pint", "matplotlib", "h5py", "scipy.signal", "scipy.optimize", "scipy.spatial", "scipy.interpolate"}
+    assert not found & (rooms | of_others | libraries)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexura.errors import ExpressionError
-from flexura.units import format_number, format_quantity, parse_quantity, parse_unit
+from flexura.units import format_number, format_quantity, parse, parse_quantity, parse_unit
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -182,3 +182,8 @@ def test_what_is_written_reads_back_exactly(value, unit, angle):
 @given(FLOATS)
 def test_numbers_read_back_exactly(value):
     assert float(format_number(value)) == value
+
+
+@pytest.mark.parametrize("name", parse._SI)
+def test_units_known_without_the_unit_library_are_those_of_the_library(name):
+    assert parse._SI[name] == parse._of_library(name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg as la
@@ -14,8 +15,9 @@ from flexura.errors import Exceeded
 from flexura.mechanism.body import Superelement
 from flexura.mechanism.layout import TOP
 from flexura.structure import FullOrderModel
-from flexura.systems import ModalSystem, SecondOrder
-from flexura.systems.system import input_loads
+
+if TYPE_CHECKING:
+    from flexura.systems import ModalSystem, SecondOrder
 
 Array = NDArray[np.float64]
 
@@ -118,6 +120,8 @@ def response_meshes(
         return ()
     static = np.zeros((full.order, 0))
     if system.inputs:
+        from flexura.systems.system import input_loads
+
         static = system.full_flexibility(input_loads(system))
     said = motion_meshes(full, static, [f"by {c.name}" for c in system.inputs])
     own = np.flatnonzero(modes.frequency_hz <= up_to_hz) if modes is not None else np.empty(0, dtype=np.intp)

@@ -15,7 +15,7 @@ from flexura.analysis.split_modes import split_modes
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
-from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
+from flexura.linalg import Eigenpairs, Pencil, assignment, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import Certificate, LowOrderModel, reduce
 from flexura.reduction.certificate import HERTZ, certificate, design_of, lowest_pairs, model_pairs
@@ -174,15 +174,13 @@ def _pair(M: Any, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[
 
     Modes of a repeated frequency are compared as a space: any rotation within it is the same motion.
     """
-    from scipy.optimize import linear_sum_assignment
-
     overlap = (reference.vectors.T @ (M @ shapes)) ** 2 / np.einsum("ik,ik->k", shapes, M @ shapes)
     close = np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values)
     close &= np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values[:, None])
     space = np.minimum(close @ overlap, 1.0)
     distance = np.abs(np.sqrt(np.abs(reference.values))[:, None] - np.sqrt(np.abs(values)))
     cost = -space + 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
-    rows, columns = linear_sum_assignment(cost)
+    rows, columns = assignment(cost)
     partner = np.full(len(values), -1)
     for row, column in zip(rows, columns, strict=True):
         if space[row, column] >= SAME_MODE:

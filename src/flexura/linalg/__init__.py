@@ -1,5 +1,6 @@
 """Factorisations, eigenvalue solvers, inertia counts and proven bounds; no physics."""
 
+from flexura.linalg.assignment import assignment
 from flexura.linalg.buckling import critical_factors
 from flexura.linalg.eigen import (
     Eigenpairs,
@@ -23,6 +24,7 @@ __all__ = [
     "Eigenpairs",
     "Enclosures",
     "Pencil",
+    "assignment",
     "bracket",
     "count_below",
     "critical_factors",

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
 import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from difflib import get_close_matches
+from itertools import pairwise
+from textwrap import dedent
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, ValidationError
 from pydantic_core import PydanticCustomError
 
 from flexura.errors import ModelError, Path, Problem
@@ -18,7 +22,7 @@ from flexura.mechanism.expression import Expression
 from flexura.mechanism.quantity import Length, Number, Scalar
 
 if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
+    from pydantic_core import CoreSchema, ErrorDetails
 
 if TYPE_CHECKING:
     _Meta = type(BaseModel)
@@ -43,7 +47,8 @@ AnyPart = TypeVar("AnyPart", bound="Part")
 class Part(BaseModel, metaclass=_Meta):
     """Base of every part of a description."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, use_attribute_docstrings=True)
+    # built when first used, and all at once: what a mechanism needs is built with it
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, defer_build=True)
 
     @classmethod
     def model_validate(cls, obj: Any, **how: Any) -> Self:
@@ -60,6 +65,16 @@ class Part(BaseModel, metaclass=_Meta):
             return super().model_validate_json(json_data, **how)
         except ValidationError as error:
             raise ModelError(_of_part(cls, error, _plain(json_data))) from None
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler, /) -> dict[str, Any]:
+        """The schema with what stands below the fields in the source as their descriptions."""
+        found = handler(schema)
+        properties = handler.resolve_ref_schema(found).get("properties", {})
+        for name, text in _described(cls).items():
+            if name in properties:
+                properties[name]["description"] = text
+        return found
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """The same part with some values replaced, which are validated as those of a new one are.
@@ -83,6 +98,20 @@ class Part(BaseModel, metaclass=_Meta):
     def _refuse_change(self, name: str) -> NoReturn:
         hint = f"a changed copy: part.model_copy(update={{{name!r}: ...}})"
         raise ModelError([Problem((type(self).__name__, name), "", "a description does not change", hint)])
+
+
+def _described(kind: type[Part]) -> dict[str, str]:
+    """The strings below the fields of a part and of what it is made from, by name of the field."""
+    found: dict[str, str] = {}
+    for base in reversed([own for own in kind.__mro__ if issubclass(own, Part)]):
+        (tree,) = ast.parse(dedent(inspect.getsource(base))).body
+        body = tree.body if isinstance(tree, ast.ClassDef) else []
+        for field, after in pairwise(body):
+            if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(after, ast.Expr):
+                text = after.value.value if isinstance(after.value, ast.Constant) else None
+                if isinstance(text, str):
+                    found[field.target.id] = inspect.cleandoc(text)
+    return found
 
 
 def validated(kind: type[AnyPart], data: Any, context: Any = None) -> AnyPart:

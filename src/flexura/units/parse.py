@@ -1,6 +1,6 @@
 """Reading the text of units.
 
-Only the plain name of a unit goes to the unit library, each distinct one once; it never sees a number.
+Names that are not of the SI go to the unit library, each distinct one once; it never sees a number.
 Dimensions are exponents of (length, mass, time, current, temperature).
 """
 
@@ -165,9 +165,39 @@ class _Reader:
         return Fraction(raised), _sum(NO_DIMENSION, exponents, power)
 
 
-def _sum(a: Exponents, b: Exponents, times: Fraction) -> Exponents:
+def _sum(a: Exponents, b: tuple[int, ...] | Exponents, times: Fraction) -> Exponents:
     length, mass, time, current, temperature = (x + times * y for x, y in zip(a, b, strict=True))
     return length, mass, time, current, temperature
+
+
+def _si_units() -> dict[str, tuple[Fraction, Exponents]]:
+    """Exact factors and dimensions of the SI units of mechanics with their prefixes, and of a few others."""
+    powers = {"n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+    bases = {
+        "m": (1, 0, 0, 0, 0),
+        "s": (0, 0, 1, 0, 0),
+        "A": (0, 0, 0, 1, 0),
+        "K": (0, 0, 0, 0, 1),
+        "N": (1, 1, -2, 0, 0),
+        "Pa": (-1, 1, -2, 0, 0),
+        "J": (2, 1, -2, 0, 0),
+        "W": (2, 1, -3, 0, 0),
+        "V": (2, 1, -3, -1, 0),
+        "Hz": (0, 0, -1, 0, 0),
+        "rad": (0, 0, 0, 0, 0),
+    }
+    ten = Fraction(10)
+    found = {f"{p}{name}": (ten**power, own) for p, power in powers.items() for name, own in bases.items()}
+    mass, length, angle = (0, 1, 0, 0, 0), (1, 0, 0, 0, 0), (0, 0, 0, 0, 0)
+    found |= {f"{p}g": (ten ** (power - 3), mass) for p, power in powers.items()}
+    found |= {"t": (ten**3, mass), "cm": (ten**-2, length), "in": (Fraction("0.0254"), length)}
+    found |= {"deg": (Fraction(math.pi / 180), angle), "°": (Fraction(math.pi / 180), angle)}
+    found |= {"min": (Fraction(60), (0, 0, 1, 0, 0))}
+    return {name: (factor, _sum(NO_DIMENSION, own, Fraction(1))) for name, (factor, own) in found.items()}
+
+
+_SI = _si_units()
+"""Units that are known without the unit library, which takes longer to start than most models to solve."""
 
 
 @cache
@@ -178,9 +208,14 @@ def _registry() -> UnitRegistry:
     return UnitRegistry(non_int_type=exact, cache_folder=None)
 
 
-@lru_cache(maxsize=1024)
 def _unit(name: str) -> tuple[Fraction, Exponents]:
     """Exact factor and dimension of one unit, prefix included."""
+    return _SI[name] if name in _SI else _of_library(name)
+
+
+@lru_cache(maxsize=1024)
+def _of_library(name: str) -> tuple[Fraction, Exponents]:
+    """The same from the unit library."""
     registry: Any = _registry()
     try:
         unit = registry.parse_units(name)

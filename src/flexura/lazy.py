@@ -1,0 +1,51 @@
+"""Faces of packages: their public names, listed once in the stub `__init__.pyi`, imported on first use.
+
+The stub has a line `from MODULE import NAME as NAME` for each name, which type checkers read too.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+_LINE = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)
+
+
+class _Face(ModuleType):
+    """A package with names of its modules; a module of the same name as one of them stays hidden behind it."""
+
+    _module_of: dict[str, str]
+
+    def __getattr__(self, name: str) -> Any:
+        module = self.__dict__["_module_of"].get(name)
+        if module is None:
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        value = import_module(f"{module}.{name}") if module == self.__name__ else getattr(import_module(module), name)
+        self.__dict__[name] = value
+        return value
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # what imports a module sets it in its package, where `modes` is a function and not the module of that name
+        if not isinstance(value, ModuleType) or self.__dict__["_module_of"].get(name, self.__name__) == self.__name__:
+            super().__setattr__(name, value)
+
+    def __dir__(self) -> list[str]:
+        return sorted(self.__all__)
+
+
+def listed(stub: str) -> dict[str, str]:
+    """Modules by public name, of the text of a stub."""
+    return {name: module for module, name in _LINE.findall(stub)}
+
+
+def face(package: str, *others: str) -> None:
+    """Let a package, while it is imported, give the names that its stub lists; `others` are its own."""
+    module = sys.modules[package]
+    stub = Path(str(module.__file__)).with_suffix(".pyi").read_text(encoding="utf-8")
+    vars(module)["_module_of"] = listed(stub)
+    vars(module)["__all__"] = [*others, *vars(module)["_module_of"]]
+    module.__class__ = _Face

@@ -1,0 +1,13 @@
+from flexura.reduction.batch import NaturalFrequencies as NaturalFrequencies
+from flexura.reduction.batch import natural_frequencies as natural_frequencies
+from flexura.reduction.certificate import Certificate as Certificate
+from flexura.reduction.certificate import certify as certify
+from flexura.reduction.condensation import condense as condense
+from flexura.reduction.craig_bampton import CraigBampton as CraigBampton
+from flexura.reduction.craig_bampton import ReducedPart as ReducedPart
+from flexura.reduction.interface import interface_reduction as interface_reduction
+from flexura.reduction.low_order import reduce as reduce
+from flexura.reduction.model import LowOrderModel as LowOrderModel
+from flexura.reduction.nesting import NestedModel as NestedModel
+from flexura.reduction.nesting import nested as nested
+from flexura.reduction.unproven import unproven_frequencies as unproven_frequencies

@@ -1,0 +1,10 @@
+from flexura.systems.bounds import neglected_bound as neglected_bound
+from flexura.systems.channel import Channel as Channel
+from flexura.systems.complex_modes import ComplexModes as ComplexModes
+from flexura.systems.modal import ModalSystem as ModalSystem
+from flexura.systems.neglected import Neglected as Neglected
+from flexura.systems.reduction import state_space as state_space
+from flexura.systems.second_order import SecondOrder as SecondOrder
+from flexura.systems.state_space import StateSpace as StateSpace
+from flexura.systems.system import System as System
+from flexura.systems.system import system as system

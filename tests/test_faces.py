@@ -1,0 +1,45 @@
+"""Faces of packages: one list of names, in the stub, which type checkers and the package itself read."""
+
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import flexura
+from flexura.lazy import listed
+
+STUBS = sorted(Path(flexura.__file__).parent.rglob("__init__.pyi"))
+FACES = [".".join(stub.parent.relative_to(Path(flexura.__file__).parents[1]).parts) for stub in STUBS]
+
+
+@pytest.mark.parametrize("stub", STUBS, ids=FACES)
+def test_every_line_of_a_stub_lists_one_name(stub):
+    lines = stub.read_text(encoding="utf-8").splitlines()
+    assert len(lines) == len(listed("\n".join(lines)))
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_a_face_gives_every_name_and_no_module_in_the_place_of_a_function(name):
+    package = import_module(name)
+    for public in package.__all__:
+        value = getattr(package, public)
+        assert not isinstance(value, ModuleType) or public == "signals"
+    assert dir(package) == sorted(package.__all__)
+
+
+@pytest.mark.parametrize("module", ["flexura.analysis.modes", "flexura.systems.state_space"])
+def test_a_module_does_not_hide_the_function_of_its_name(module):
+    """In a process of its own, where the module is imported before its package is asked for the name."""
+    package, _, name = module.rpartition(".")
+    code = f"import sys, {module}\nassert '{module}' in sys.modules\nprint(type({package}.{name}).__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "function"
+
+
+def test_a_name_that_a_face_lacks_is_an_attribute_error():
+    with pytest.raises(AttributeError, match=re.escape("module 'flexura.analysis' has no attribute 'mode'")):
+        import_module("flexura.analysis").mode  # noqa: B018
