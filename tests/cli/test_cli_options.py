@@ -6,8 +6,9 @@ import sys
 
 import pytest
 
-from flexura.cli.app import main
+from flexura.cli.app import COMMANDS, loaded, main
 from flexura.cli.naming import with_option
+from flexura.cli.options import band_of, limit_of, picked
 
 GUIDE = "examples/guide/guide.yaml"
 
@@ -47,9 +48,11 @@ CASES = [
     (("time-response", GUIDE, "--dt", "1ms", "--duration", "2"), "--duration '2'", "a time with its unit"),
     (("compare", GUIDE, "--budget", "3 deg"), "--budget '3 deg'", "10 s or 5 min"),
     (("compare", GUIDE, "--methods", "magic"), "--methods 'magic'", "there is no method"),
-    (("export", GUIDE, "o.mat", "--delay", "3"), "--delay '3'", "a time with its unit"),
-    (("export", GUIDE, "o.mat", "--to", "foo"), "--to 'foo'", "there is no format"),
+    (("export", GUIDE, "--out", "o.mat", "--delay", "3"), "--delay '3'", "a time with its unit"),
+    (("export", GUIDE, "--out", "o.mat", "--format", "foo"), "--format 'foo'", "there is no format"),
     (("modes", GUIDE, "--tolerance", "7"), "--tolerance '7'", "between 0 and 1"),
+    (("modes", GUIDE, "--up-to", "3 rad/s"), "--up-to '3 rad/s'", "no frequency"),
+    (("modes", GUIDE, "--keep-below", "-3 Hz"), "--keep-below '-3 Hz'", "positive frequency"),
     (("modes", GUIDE, "--up-to", "nan"), "--up-to 'nan'", "positive frequency"),
     (("calibrate", GUIDE, "examples/rpr/table5.csv", "--free", "width,x"), "--free 'width,x'", "not a parameter"),
 ]
@@ -70,3 +73,20 @@ def test_an_error_that_two_options_may_have_caused_stays_as_it_is() -> None:
     text = "there is no node 'a'"
     assert with_option(text, ["--load", "a=1,2,3", "--node", "a"]) == text
     assert with_option(text, ["--load", "a=1,2,3", "--node", "b"]) == f"--load 'a=1,2,3': {text}"
+
+
+def test_frequencies_may_carry_their_unit() -> None:
+    assert band_of("20,0.4 kHz") == band_of("20 Hz,400") == (20.0, 400.0)
+    assert picked("12,0.3kHz") == [12.0, 300.0]
+    assert limit_of("--up-to", "1.5 kHz") == 1500.0 and limit_of("--up-to", None) is None
+
+
+def test_what_a_command_makes_goes_to_one_option() -> None:
+    """Files go to --out, pictures to --plot: no other option says that it writes."""
+    writing = {
+        option.opts[-1]
+        for name in COMMANDS
+        for option in loaded(name).params
+        if (getattr(option, "help", None) or "").startswith("Write ")
+    }
+    assert writing == {"--out", "--plot"}

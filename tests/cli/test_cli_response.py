@@ -82,7 +82,7 @@ def test_kinetostatics_of_a_cantilever(beam, flexura):
 
 def test_frequency_response_and_its_files(beam, flexura, tmp_path):
     table = tmp_path / "h.csv"
-    words = ("frequency-response", beam, "--band", "20,400", "--csv", table, "--plot", tmp_path / "out")
+    words = ("frequency-response", beam, "--band", "20,400", "--out", table, "--plot", tmp_path / "out")
     status, out, _ = flexura(*words, "--json")
     data = json.loads(out)
     assert status == 0
@@ -99,7 +99,7 @@ def test_frequency_response_and_its_files(beam, flexura, tmp_path):
 def test_time_response_and_its_file(beam, flexura, tmp_path):
     table = tmp_path / "y.csv"
     words = ("time-response", beam, "--dt", "50 us", "--step", "coil=1", "--duration", "2 s", "-o", "gap")
-    status, out, _ = flexura(*words, "--csv", table, "--json")
+    status, out, _ = flexura(*words, "--out", table, "--json")
     data = json.loads(out)
     assert status == 0
     assert data["outputs"]["gap [m]"][-1] == pytest.approx(L**3 / (3 * E * I_Y), rel=1e-3)
@@ -122,7 +122,7 @@ def test_a_signal_file_drives_the_mechanism(beam, flexura, tmp_path):
 
 @pytest.mark.parametrize("name", ["b.npz", "b.mat", "b.h5", "b.mtx", "b.vtu", "b.uff"])
 def test_every_format_is_written(beam, flexura, tmp_path, name):
-    status, out, err = flexura("export", beam, tmp_path / name, "-n", "2", "-i", "coil", "-o", "gap")
+    status, out, err = flexura("export", beam, "--out", tmp_path / name, "-n", "2", "-i", "coil", "-o", "gap")
     assert (status, err) == (0, "")
     assert out.count("wrote ") >= 1
 
@@ -131,6 +131,7 @@ def test_a_discrete_state_space_is_written(beam, flexura, tmp_path):
     words = (
         "export",
         beam,
+        "--out",
         tmp_path / "d.npz",
         "-n",
         "2",
@@ -166,8 +167,10 @@ def test_a_discrete_state_space_is_written(beam, flexura, tmp_path):
         (("statics", "--actuator", "coil"), "NAME=VALUE"),
         (("statics", "--actuator", "coil=nan"), "finite"),
         (("kinetostatics", "root"), "held"),
-        (("export", "x.xyz"), "no format"),
-        (("export", "x.uff", "--what", "response"), "--band"),
+        (("frequency-response", "--band", "1,100", "--out", "h.uff"), "must be named .csv"),
+        (("frequency-response", "--band", "1 Hz,2 s"), "no frequency"),
+        (("export", "--out", "x.xyz"), "no format"),
+        (("export", "--out", "x.uff", "--what", "response"), "--band"),
     ],
 )
 def test_bad_input_is_refused_in_words(beam, flexura, tmp_path, monkeypatch, words, said):

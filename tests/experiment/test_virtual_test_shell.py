@@ -32,7 +32,7 @@ def file(tmp_path) -> Path:
 def test_table_files_and_pictures(file, tmp_path):
     listed = tmp_path / "measured.csv"
     listed.write_text("frequency,unit\n97.5,rad/s\n120,rad/s\n", encoding="utf-8")
-    done = run("test", file, "--to", tmp_path / "t.uff", "--plot", tmp_path / "p", "--measured", listed)
+    done = run("test", file, "--out", tmp_path / "t.uff", "--plot", tmp_path / "p", "--measured", listed)
     assert done.exit_code == 0, done.output
     text = done.stdout
     assert "mechanism: 30 hits, 2 placements" in text

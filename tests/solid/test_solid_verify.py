@@ -316,7 +316,7 @@ def test_solid_members_of_a_description_are_nearest(tmp_path):
 def test_pictures_and_step_file(command, tmp_path):
     pytest.importorskip("gmsh")
     status, out, _ = command(
-        "-n", 2, "--size", 2, "--json", "--plot", tmp_path / "out", "--step", tmp_path / "guide.step"
+        "-n", 2, "--size", 2, "--json", "--plot", tmp_path / "out", "--out", tmp_path / "guide.step"
     )
     assert status == 0
     names = ["guide.step", "solid_mode_01.png", "solid_mode_02.png", "errors.png"]
@@ -356,7 +356,7 @@ def test_surfaces_move_with_their_nodes(guide):
     [
         (["--size", "0"], "from 0.05 to 2.5"),
         (["--set", "nothing=1 mm"], "nothing"),
-        (["--step", "guide.txt"], "named .step"),
+        (["--out", "guide.txt"], "named .step"),
         (["--size", "1e-4"], "size"),
     ],
 )

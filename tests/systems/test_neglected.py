@@ -139,6 +139,7 @@ def test_shell(tmp_path):
     words = [
         "export",
         str(EXAMPLES / "tip_tilt/tip_tilt.yaml"),
+        "--out",
         str(tmp_path / "t.npz"),
         "-n",
         "3",

@@ -16,7 +16,6 @@ Reader = Callable[[str], float]
 # N*m/deg has the dimension of N*m and 1 Hz^2 that of 1 rad/s^2, and neither is the same number: what has no dimension,
 # or only that of a rate, counts where angles do and by these names alone
 _ANGLES = re.compile(r"[munµμ]?rad|deg|°|rev|turn|arcmin|arcsec|rpm")
-_HERTZ = re.compile(r"[mkMG]?Hz")
 _NAMES = re.compile(r"[A-Za-zµμ°%]+")
 
 
@@ -97,15 +96,6 @@ class CommandReader:
         plan.verify(self._parameters)
         values = plan.values(self._parameters)
         return Placement(plan, values, plan.geometry(values))
-
-
-def hertz_of(text: str) -> float:
-    """A frequency such as `20 Hz`, Hz; a bare number is in Hz. Raises OptionError for anything else, rad/s among it."""
-    value, _ = parse_quantity(text)
-    unit = split_quantity(text)[1]
-    if unit and not _HERTZ.fullmatch(unit):
-        raise OptionError(f"{text.strip()!r} is no frequency; it is written in Hz or kHz, or bare in Hz")
-    return value
 
 
 def _times_second(unit: str) -> str:

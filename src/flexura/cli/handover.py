@@ -17,6 +17,7 @@ from flexura.cli.options import (
     Settings,
     Strict,
     band_of,
+    limit_of,
     print_json,
     quantity_of,
     read,
@@ -41,15 +42,17 @@ DEFAULTS = {"simscape": What.low, "matrix-market": What.full, "vtu": What.modes,
 
 def export_command(
     file: File,
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write; its suffix says the format.")],
-    to: Annotated[str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix does not say it.")] = None,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Write this file; its suffix says the format.")],
+    format: Annotated[
+        str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix does not say it.")
+    ] = None,
     what: Annotated[
         What | None, typer.Option(help="State space, low- or full-order matrices, modes, response.")
     ] = None,
     input: Inputs = None,
     output: Outputs = None,
     n: Annotated[int | None, typer.Option("-n", min=1, help="Modes that are kept (6).")] = None,
-    up_to: Annotated[float | None, typer.Option(metavar="HZ", help="Keep modes up to this frequency instead.")] = None,
+    up_to: Annotated[str | None, typer.Option(metavar="HZ", help="Keep modes up to this frequency instead.")] = None,
     residual_modes: Annotated[
         bool, typer.Option("--residual-modes", help="Add a mode for each input, of the static part of those left out.")
     ] = False,
@@ -75,8 +78,9 @@ def export_command(
     from flexura.exports import export, format_of
     from flexura.exports.uff import scalar_notes
 
-    own = what or DEFAULTS.get(format_of(out, to), What.state_space)
+    own = what or DEFAULTS.get(format_of(out, format), What.state_space)
     mechanism, parameters = read(file, set)
+    limit = limit_of("--up-to", up_to)
     thing: Any
     if own is What.state_space:
         how = {
@@ -85,7 +89,7 @@ def export_command(
             "band": None if band is None else band_of(band),
             "delay": quantity_of("--delay", delay, "s", "0.1ms"),
         }
-        thing = _state_space(mechanism, parameters, (input, output), n, up_to, damping, how)
+        thing = _state_space(mechanism, parameters, (input, output), n, limit, damping, how)
         if dt is not None:
             thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold.value)
     elif own is What.modes:
@@ -101,13 +105,13 @@ def export_command(
             mechanism, None, input, output, band=band_of(band), damping=damping, parameters=parameters
         )
     else:
-        thing = _matrices(mechanism, parameters, own is What.full, keep, n, up_to)
+        thing = _matrices(mechanism, parameters, own is What.full, keep, n, limit)
     warnings = getattr(thing, "warnings", ())
     if strict and warnings:
         raise LimitError(warnings)
-    written = [str(path) for path in export(thing, out, to)]
+    written = [str(path) for path in export(thing, out, format)]
     notes = list(getattr(thing, "notes", ()))
-    if format_of(out, to) == "uff":
+    if format_of(out, format) == "uff":
         notes += scalar_notes(thing)
     if as_json:
         lost = getattr(thing, "neglected", None)

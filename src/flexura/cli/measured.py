@@ -24,7 +24,7 @@ class EstimatorName(StrEnum):
 
 def estimate_frf_command(
     data: Annotated[Path, typer.Argument(metavar="DATA", help="Time records (UFF, CSV, npz, HDF5), or a folder.")],
-    to: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the responses here, by suffix.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the responses here, by suffix.")] = None,
     estimator: Annotated[EstimatorName, typer.Option(help="H1, H2 or Hv.")] = EstimatorName.H1,
     exponential: Annotated[
         float | None, typer.Option(metavar="VALUE", help="Exponential window: its value at the end of the record.")
@@ -55,7 +55,7 @@ def estimate_frf_command(
         duration=None if duration is None else quantity_of("--duration", duration, "s", "4s"),
         accept=accept or (),
     )
-    written = [] if to is None else [write_measurement(Measurement(measurement.name, (), frfs), to)]
+    written = [] if out is None else [write_measurement(Measurement(measurement.name, (), frfs), out)]
     rows = [
         {
             "setup": f.setup,

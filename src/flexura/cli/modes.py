@@ -21,6 +21,7 @@ from flexura.cli.options import (
     Settings,
     Strict,
     gravity_of,
+    limit_of,
     loads_of,
     print_json,
     read,
@@ -59,7 +60,7 @@ def modes_command(
         typer.Option(min=0, help="Normal modes kept in each substructure; 0: constraint modes alone, as in the paper."),
     ] = None,
     keep_below: Annotated[
-        float | None, typer.Option(metavar="HZ", min=0.0, help="Keep all normal modes below this frequency.")
+        str | None, typer.Option(metavar="HZ", help="Keep all normal modes below this frequency.")
     ] = None,
     reduction: Annotated[
         Reduction | None, typer.Option(help="Kept modes: fixed-interface, or free-interface with residual flexibility.")
@@ -69,7 +70,7 @@ def modes_command(
         typer.Option(metavar="REL", help="Find the smallest model proven to this relative error. By default 1e-3."),
     ] = None,
     up_to: Annotated[
-        float | None, typer.Option(metavar="HZ", help="All modes up to this frequency, whatever -n is.")
+        str | None, typer.Option(metavar="HZ", help="All modes up to this frequency, whatever -n is.")
     ] = None,
     set: Settings = None,
     strict: Strict = False,
@@ -80,7 +81,8 @@ def modes_command(
     from flexura.analysis import modes
 
     mechanism, parameters = read(file, set)
-    how = {"keep": keep, "keep_below": keep_below, "tolerance": tolerance, "up_to": up_to}
+    below, limit = limit_of("--keep-below", keep_below), limit_of("--up-to", up_to)
+    how = {"keep": keep, "keep_below": below, "tolerance": tolerance, "up_to": limit}
     if order is Order.full and (reduction is not None or any(value is not None for value in how.values())):
         raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
     method = None if reduction is None else reduction.value

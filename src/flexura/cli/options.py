@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 import time
 from collections.abc import Iterator
@@ -175,10 +176,40 @@ def loads_of(texts: list[str] | None) -> dict[str, list[float]]:
     return found
 
 
+def hertz_of(text: str) -> float:
+    """A frequency such as `20 Hz`, Hz; a bare number is in Hz. Raises OptionError for anything else, rad/s among it."""
+    from flexura.units import parse_quantity, split_quantity
+
+    try:
+        value, unit = parse_quantity(text)[0], split_quantity(text)[1]
+    except ExpressionError as error:
+        raise OptionError(f"{error.rule}; {_FREQUENCY}") from None
+    if unit and not re.fullmatch(r"[mkMG]?Hz", unit):
+        raise OptionError(f"{text.strip()!r} is no frequency; it is written in Hz or kHz, or bare in Hz")
+    return value
+
+
+_FREQUENCY = "a positive frequency is expected, in Hz or kHz, or bare in Hz"
+
+
+def limit_of(option: str, text: str | None) -> float | None:
+    """A frequency up to which something holds, Hz; None where it is not given. Raises OptionError when it is none."""
+    if text is None:
+        return None
+    with named(option, text):
+        value = hertz_of(text)
+        if value < 0:
+            raise OptionError(_FREQUENCY)
+    return value
+
+
 def band_of(text: str) -> tuple[float, float]:
     """A band of frequencies, Hz. Raises OptionError when it is none."""
-    low, high = vector("--band", text, "FROM,TO in Hz, e.g. 5,200,", 2)
+    parts = text.split(",")
     with named("--band", text):
+        if len(parts) != 2:
+            raise OptionError("FROM,TO in Hz is expected, e.g. 5,200")
+        low, high = map(hertz_of, parts)
         if not 0 <= low < high:
             raise OptionError("a band goes from a lower frequency, at least 0, to a higher one")
     return low, high
@@ -186,7 +217,10 @@ def band_of(text: str) -> tuple[float, float]:
 
 def picked(text: str | None) -> list[float] | None:
     """Frequencies, Hz; None where they are not given. Raises OptionError for anything else."""
-    return None if text is None else vector("--pick", text, "F1,F2,... in Hz")
+    if text is None:
+        return None
+    with named("--pick", text):
+        return [hertz_of(part) for part in text.split(",")]
 
 
 def quantity_of(option: str, text: str, unit: str, example: str) -> float:

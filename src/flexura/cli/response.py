@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from flexura.cli.commands import CommandReader, hertz_of
+from flexura.cli.commands import CommandReader
 from flexura.cli.options import (
     Commands,
     File,
@@ -23,6 +23,7 @@ from flexura.cli.options import (
     Strict,
     band_of,
     gravity_of,
+    hertz_of,
     loads_of,
     print_json,
     quantity_of,
@@ -128,7 +129,7 @@ def frequency_response_command(
     order: Annotated[Order, typer.Option(help="Proven low-order, full-order, or exact beams.")] = Order.low,
     method: Annotated[Method, typer.Option(help="Modal sum, or solved at every frequency.")] = Method.modal,
     damping: Ratio = None,
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write magnitudes and phases here.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write magnitudes and phases here, as .csv.")] = None,
     plot: Plot = None,
     set: Settings = None,
     strict: Strict = False,
@@ -154,7 +155,7 @@ def frequency_response_command(
     )
     if strict:
         result.raise_warnings()
-    written = [] if csv is None else [write_frequency_csv(result, csv)]
+    written = [] if out is None else [write_frequency_csv(result, out)]
     if plot is not None:
         from flexura.view import draw_bode, draw_nyquist, draw_response_matrix
         from flexura.view.curves import MOST_PANELS
@@ -200,7 +201,9 @@ def time_response_command(
     output: Outputs = None,
     hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = Hold.foh,
     damping: Ratio = None,
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write time, inputs and outputs here.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write time, inputs and outputs here, as .csv.")
+    ] = None,
     plot: Plot = None,
     set: Settings = None,
     strict: Strict = False,
@@ -236,7 +239,7 @@ def time_response_command(
     )
     if strict:
         result.raise_warnings()
-    written = [] if csv is None else [write_time_csv(result, csv)]
+    written = [] if out is None else [write_time_csv(result, out)]
     if plot is not None:
         from flexura.view import draw_time
 

@@ -146,7 +146,7 @@ def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> 
         table.add_row(f"{out} / {into}", f"{own[0]:.5g}", f"{own.max():.5g}", f"{at:.5g}", result.unit(out, into))
     console.print(table)
     if len(shown) > MOST_ROWS:
-        console.print(f"and {len(shown) - MOST_ROWS} more pairs; --json or --csv has all")
+        console.print(f"and {len(shown) - MOST_ROWS} more pairs; --json or --out has all")
     _end(console, result.notes, result.warnings, written)
 
 
@@ -193,6 +193,8 @@ def write_time_csv(result: TimeResponse, path: Path) -> Path:
 def _write_csv(heading: list[str], columns: list[Any], path: Path) -> Path:
     from flexura.view.files import write_files
 
+    if path.suffix.lower() != ".csv":
+        raise OptionError(f"{path} must be named .csv; `flexura export --what response` writes other formats")
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heading)

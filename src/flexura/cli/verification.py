@@ -49,7 +49,7 @@ def verify_command(
     solver: Annotated[
         SolidSolver, typer.Option(help="Finite elements of the solid: flexura's own, or CalculiX.")
     ] = SolidSolver.flexura,
-    step: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the solids to this STEP file.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the solids here, as .step.")] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write pictures of beams and solid side by side here.")
     ] = None,
@@ -62,7 +62,7 @@ def verify_command(
 
     mechanism = load(file)
     parameters = settings_of(mechanism, set)
-    written = [] if step is None else [_write_step(mechanism, parameters, step)]
+    written = [] if out is None else [_write_step(mechanism, parameters, out)]
     done, interrupted = None, False
     try:
         for so_far in progressively(mechanism, n, size, parameters, solver.value, announce=_announce):

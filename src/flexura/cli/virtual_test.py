@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def virtual_test_command(
     file: File,
-    to: Annotated[
+    out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write records and responses here, e.g. test.uff.")
     ] = None,
     measured: Annotated[
@@ -56,7 +56,7 @@ def virtual_test_command(
         double_hits=double_hits,
         announce=_announce,
     )
-    written = [] if to is None else [write_measurement(result.measurement, to)]
+    written = [] if out is None else [write_measurement(result.measurement, out)]
     if plot is not None:
         from flexura.view.virtual_test import save_virtual_test
 

@@ -66,15 +66,15 @@ FORMATS = {
 
 
 @verb
-def export(what: Any, path: str | Path, to: str | None = None, **options: Any) -> list[Path]:
-    """Write a model or a result for another program; the format `to` is that of the suffix by default.
+def export(what: Any, path: str | Path, format: str | None = None, **options: Any) -> list[Path]:
+    """Write a model or a result for another program; the `format` is that of the suffix by default.
 
     `what` is a state space, a frequency response, modes, or a low-order or full-order model; `FORMATS` says which
     format takes which, and `options` are those of the format's own function. Every file appears complete or not at all.
     Returns the paths. Raises OptionError for unknown formats, objects that the format does not take, unknown options
     and files that cannot be written.
     """
-    name = format_of(path, to)
+    name = format_of(path, format)
     own = FORMATS[name]
     if isinstance(what, list | tuple) and name != "uff":
         raise OptionError(f"{name} takes one thing, not several; several go into a universal file (uff)")
@@ -91,18 +91,18 @@ def export(what: Any, path: str | Path, to: str | None = None, **options: Any) -
     return written if isinstance(written, list) else [written]
 
 
-def format_of(path: str | Path, to: str | None = None) -> str:
+def format_of(path: str | Path, format: str | None = None) -> str:
     """The name of the format. Raises OptionError for names and suffixes that are none."""
-    if to is not None:
-        if to not in FORMATS:
-            raise OptionError(f"there is no format {to!r}; formats: {', '.join(FORMATS)}")
-        return to
+    if format is not None:
+        if format not in FORMATS:
+            raise OptionError(f"there is no format {format!r}; formats: {', '.join(FORMATS)}")
+        return format
     suffix = Path(path).suffix.lower()
     for name, own in FORMATS.items():
         if suffix in own.suffixes:
             return name
     known = ", ".join(f"{suffix} ({name})" for name, own in FORMATS.items() for suffix in own.suffixes)
-    raise OptionError(f"{suffix or 'no suffix'} says no format; name one with `to`, or take one of {known}")
+    raise OptionError(f"{suffix or 'no suffix'} says no format; name one with `format`, or take one of {known}")
 
 
 def kind_of(what: Any) -> str:
