@@ -30,7 +30,7 @@ import numpy as np
 import scipy.linalg as la
 
 import flexura as fx
-from flexura.exports.fmu_code import FLAGS, SOURCES, c_sources, shared_library
+from flexura.io.fmu.code import FLAGS, SOURCES, c_sources, shared_library
 from flexura.systems.channel import Channel
 from flexura.systems.state_space import StateSpace
 

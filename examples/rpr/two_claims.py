@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Claims:
-    """Six frequencies each, Hz: measured for the paper, of order 54, of the solid (+-), and found by a simulated test."""
+    """Six frequencies each, Hz: measured for the paper, of order 54, of the solid (+-), found by a simulated test."""
 
     measured_hz: Array
     beams_hz: Array

@@ -36,7 +36,7 @@ def verb(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **kwargs)
         except FlexuraError:
             raise
-        except (ArithmeticError, np.linalg.LinAlgError) as error:
+        except (FloatingPointError, OverflowError, np.linalg.LinAlgError) as error:
             raise SolverError(f"{function.__name__}: numbers too far apart for double precision: {error}") from error
         except _OF_PROGRAMS as error:
             wrong = _wrong(function, args, kwargs)

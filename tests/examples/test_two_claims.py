@@ -101,6 +101,7 @@ def how_wide() -> ModuleType:
     return script("how_wide")
 
 
+@pytest.mark.slow
 def test_walk_stays_where_both_claims_hold(how_wide, capsys):
     path = how_wide.main(6)
     printed = capsys.readouterr().out

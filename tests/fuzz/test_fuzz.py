@@ -21,6 +21,7 @@ def nothing_fails(found: Tally, folder, seed: int) -> None:
     assert found.read and found.refused
 
 
+@pytest.mark.slow
 def test_the_corpus_is_read_but_for_what_has_crashed_a_reader():
     with Reader() as reader:
         found = {(k, name): reader.outcome(Case(k, name, content)) for k in KINDS for name, content in corpus(k)}

@@ -11,7 +11,7 @@ from random import Random, SystemRandom
 import pytest
 
 from flexura.cli import app
-from flexura.exports.formats import FORMATS
+from flexura.io.formats import FORMATS
 from helpers.killer import OLD, Killer, is_whole
 
 ROOT = Path(__file__).parents[2]

@@ -3,9 +3,9 @@
 import numpy as np
 
 import flexura as fx
-from flexura.experiment.identified import IdentifiedModes, ModeEvidence
-from flexura.experiment.measurement import MeasuredChannel
 from flexura.linalg import lowest
+from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement.identified import IdentifiedModes, ModeEvidence
 
 X, Y, Z = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 EXAMPLES = "examples"

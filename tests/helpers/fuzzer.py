@@ -33,7 +33,7 @@ READERS = Path(__file__).with_name("fuzz_readers.py")
 ELSEWHERE = {
     "model": ("examples/*/*.yaml",),
     "matrix": ("examples/*/*.mtx",),
-    "measured": ("tests/experiment/data/*.uff",),
+    "measured": ("tests/testing/data/*.uff",),
     "frequencies": ("examples/*/*.csv",),
 }
 """Files outside the corpus that belong to it, by kind."""

@@ -118,7 +118,6 @@ def test_a_closed_pipe_is_silent():
     assert result.stderr == ""
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("env", [{"PYTHONIOENCODING": "ascii"}, {"LANG": "C", "LC_ALL": "C", "PYTHONUTF8": "0"}])
 def test_a_terminal_without_our_characters(tmp_path, env):
     file = tmp_path / "m.yaml"
@@ -131,6 +130,7 @@ def test_a_terminal_without_our_characters(tmp_path, env):
         assert "Fuhrung ... +- \\u4e2d" in result.stdout
 
 
+@pytest.mark.slow
 def test_common_options_stand_anywhere():
     for args in (("--limit", "nodes=3", "check", GUIDE), ("check", GUIDE, "--limit=nodes=3")):
         refused(flexura(*args), "at most 3 nodes", "--limit nodes=")

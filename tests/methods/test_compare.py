@@ -13,7 +13,8 @@ from flexura.deadline import checkpoint
 from flexura.linalg import lowest
 from flexura.methods import Comparison, Solution, compare
 from flexura.methods.finite_elements import finite_elements
-from flexura.methods.pairing import in_order, pair
+from flexura.methods.pairing import pair
+from flexura.modal.assignment import in_order
 from flexura.structure import Plan, assemble
 
 ROOT = Path(__file__).parents[2]

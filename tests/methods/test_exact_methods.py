@@ -161,7 +161,6 @@ def test_an_ungrounded_mechanism_has_six_zero_frequencies():
     assert (hz[:6] == 0).all() and hz[6] > 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["guide", "xy_stage", "rpr"])
 def test_shapes_are_those_of_the_full_model(name):
     model = fx.assemble(fx.load(EXAMPLES / name / f"{name}.yaml"))
@@ -177,6 +176,7 @@ def test_shapes_are_those_of_the_full_model(name):
     assert np.linalg.cond(gram / size / size[:, None]) < 1e3
 
 
+@pytest.mark.slow
 def test_response_to_a_step_is_that_of_the_modes():
     """A force (1 - cos)/2 that ends in a constant, on a cantilever's tip, against the sum over exact modes."""
     rise, L, E, rho, b, t = 2e-3, 0.2, 200e9, 7800.0, 0.01, 0.006

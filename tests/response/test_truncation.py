@@ -11,7 +11,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 import flexura as fx
-from flexura.exports import export
+from flexura.io import export
 from helpers.oscillators import AREA, LENGTH, RHO, E, beam, dashes, dense, oscillator, pair
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

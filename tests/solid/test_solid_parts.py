@@ -186,6 +186,7 @@ def test_fixed_interface_modes_of_a_slender_leaf():
     assert part.K[-1, -1] / part.M[-1, -1] == pytest.approx(beam, rel=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", [True, False], ids=["rigid block", "solid block"])
 def test_leaf_with_a_block(body):
     hz = fx.modes(with_solid_parts(leaf_with_block(body=body)), n=4).frequency_hz

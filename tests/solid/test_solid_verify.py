@@ -78,13 +78,13 @@ def test_extrapolation_never_leads_further_from_the_limit(order, coefficient, no
     assert order < 1.5 or abs(two[0] - 100) / 100 <= 1.01 * off[0] + 4 * abs(noise)
 
 
-@pytest.mark.slow
 def test_singular_solids_are_extrapolated():
     meshes = [np.array([100 * (1 + 0.1 * x**1.5)]) for x in (1.0, 0.5, 0.25)]
     limit, _ = module.extrapolated(meshes)
     assert limit[0] == pytest.approx(100, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_many_high_modes_end_with_a_word():
     """A block on one notch has six modes below those within the notch, at hundreds of kHz."""
     mechanism = Mechanism(

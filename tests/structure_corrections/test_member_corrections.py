@@ -325,7 +325,11 @@ def test_check_tells_what_is_corrected_and_doubts_the_rest():
     assert {d.kind for d in fx.check(m.model_copy(update={"corrections": "none"})).doubts} == {"steep"}
     assert {d.kind for d in fx.check(m).doubts} == {"measured"}
     steeper = fx.Notch(width=8e-3, contour=fx.CircularContour(radius=5e-3, web=6e-3))
-    assert [d.kind for d in fx.check(chain({"notch": flexure(profile=steeper)})).doubts] == ["steep", "measured"]
+    assert [d.kind for d in fx.check(chain({"notch": flexure(profile=steeper)})).doubts] == [
+        "steep",
+        "measured",
+        "evidence",
+    ]
     short = fx.Leaf(width=40e-3, thickness=0.5e-3)
     doubts = fx.check(chain({"leaf": flexure(profile=short)}, ground=("a", "b"), bodies={})).doubts
     assert "short" in {d.kind for d in doubts}

@@ -94,7 +94,6 @@ def test_the_drawn_motion_goes_with_the_scale(model, sideways):
     np.testing.assert_allclose(flipped, large)
 
 
-@pytest.mark.slow
 def test_a_still_mode_and_long_words_do_no_harm(model):
     u = np.zeros((model.plan.topology.n_nodes, 6))
     figure = draw_mode(model, u, title="mode 12: 1234.5 Hz, " + "long " * 12, subtitle="word " * 60)
@@ -102,6 +101,7 @@ def test_a_still_mode_and_long_words_do_no_harm(model):
     assert_no_overlap(figure)
 
 
+@pytest.mark.slow
 def test_the_sheet_shows_every_mode(model, sideways):
     shapes = np.stack([sideways * k for k in (1, -1, 2, 3)], axis=-1)
     titles, subtitles = [f"mode {k}" for k in range(4)], ["stage tx 84 %, ry 16 %, and more words " * 2] * 4

@@ -50,12 +50,12 @@ def test_pictures_of_modes_say_what_is_not_proven(tmp_path, monkeypatch):
     assert "proven only within 100 %" in said["modes.png"] and "cannot be told from zero" in said["modes.png"]
 
 
-@pytest.mark.slow
 def test_pictures_of_proven_modes_are_plain(tmp_path, monkeypatch):
     said = texts_of(modes(guide(), n=2, order="full"), tmp_path, monkeypatch)
     assert not any("warning" in text or "proven" in text for text in said.values())
 
 
+@pytest.mark.slow
 def test_pictures_of_rigid_motions_say_so(tmp_path, monkeypatch):
     said = texts_of(modes(guide().model_copy(update={"ground": {}}), n=7, order="full"), tmp_path, monkeypatch)
     assert "mode 6: 0 Hz, rigid motion" in said["mode_06.png"]

@@ -27,8 +27,8 @@ from flexura.cli.options import (
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
-    from flexura.experiment.correlation import Correlation, ModePair
-    from flexura.experiment.sensor_placement import SensorPlacement
+    from flexura.testing.correlation.correlation import Correlation, ModePair
+    from flexura.testing.virtual.sensor_placement import SensorPlacement
 
 MOST_CHANNELS = 40
 """Channels that are listed."""
@@ -65,9 +65,9 @@ def correlate_command(
     as_json: Json = False,
 ) -> None:
     """Test against model: pairs of modes with MAC and frequency error, channels that disagree, FRFs, pictures."""
-    from flexura.experiment.correlation import correlate
-    from flexura.experiment.data_files import read_measurement
-    from flexura.experiment.shapes_of_test import identified_modes
+    from flexura.io.measurements import read_measurement
+    from flexura.testing.correlation.correlation import correlate
+    from flexura.testing.correlation.test_shapes import identified_modes
 
     mechanism, parameters = read(file, set)
     measurement = read_measurement(data, channels=channels, repeated=None if repeated is None else repeated.value)
@@ -110,7 +110,7 @@ def place_sensors_command(
     as_json: Json = False,
 ) -> None:
     """The best places for k sensors among the candidates, by effective independence."""
-    from flexura.experiment.sensor_placement import place_sensors
+    from flexura.testing.virtual.sensor_placement import place_sensors
 
     mechanism, parameters = read(file, set)
     result = place_sensors(mechanism, k, n, candidate, parameters=parameters)

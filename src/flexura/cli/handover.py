@@ -75,8 +75,8 @@ def export_command(
     as_json: Json = False,
 ) -> None:
     """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
-    from flexura.exports import export, format_of
-    from flexura.exports.uff import scalar_notes
+    from flexura.io import export, format_of
+    from flexura.io.uff.models import scalar_notes
 
     own = what or DEFAULTS.get(format_of(out, format), What.state_space)
     mechanism, parameters = read(file, set)

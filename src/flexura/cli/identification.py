@@ -14,7 +14,7 @@ from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, picked,
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
-    from flexura.experiment.identified import IdentifiedModes
+    from flexura.testing.measurement.identified import IdentifiedModes
 
 
 class Setups(StrEnum):
@@ -47,8 +47,8 @@ def identify_command(
     as_json: Json = False,
 ) -> None:
     """Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted."""
-    from flexura.experiment.data_files import read_measurement
-    from flexura.experiment.identification import identify
+    from flexura.io.measurements import read_measurement
+    from flexura.testing.identification.identification import identify
 
     measurement = read_measurement(data, channels=channels, repeated=None if repeated is None else repeated.value)
     result = identify(

@@ -41,9 +41,9 @@ def estimate_frf_command(
     as_json: Json = False,
 ) -> None:
     """Frequency responses from hits: windows, averages, coherence; bad records are named and left out."""
-    from flexura.experiment.data_files import read_measurement, write_measurement
-    from flexura.experiment.estimation import estimate_frf
-    from flexura.experiment.measurement import Measurement
+    from flexura.io.measurements import read_measurement, write_measurement
+    from flexura.testing.measurement.estimation import estimate_frf
+    from flexura.testing.measurement.measurement import Measurement
 
     measurement = read_measurement(data, channels)
     frfs = estimate_frf(

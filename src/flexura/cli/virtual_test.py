@@ -14,8 +14,8 @@ from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, prin
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
-    from flexura.experiment.frequency_list import MeasuredFrequencies
-    from flexura.experiment.virtual_test import FoundMode, VirtualTest
+    from flexura.testing.updating.frequency_list import MeasuredFrequencies
+    from flexura.testing.virtual.virtual_test import FoundMode, VirtualTest
 
 
 def virtual_test_command(
@@ -36,9 +36,9 @@ def virtual_test_command(
 ) -> None:
     """Simulate the hammer test that a file describes, identify its modes, and compare them with the truth."""
     from flexura.errors import OptionError
-    from flexura.experiment.data_files import write_measurement
-    from flexura.experiment.frequency_list import read_frequencies
-    from flexura.experiment.virtual_test import virtual_test
+    from flexura.io.measurements import write_measurement
+    from flexura.testing.updating.frequency_list import read_frequencies
+    from flexura.testing.virtual.virtual_test import virtual_test
 
     mechanism, parameters = read(file, set)
     beside = None if measured is None else read_frequencies(measured)

@@ -17,8 +17,9 @@ from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.catalogue import EXACT, FINEST, MESHES, METHODS, Method, Task
 from flexura.methods.finite_elements import convergence, finite_elements
-from flexura.methods.pairing import agree, in_order, pair
+from flexura.methods.pairing import agree, pair
 from flexura.methods.solution import Solution
+from flexura.modal.assignment import in_order
 from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 

@@ -7,25 +7,17 @@ from numpy.typing import NDArray
 
 from flexura.linalg import assignment
 from flexura.methods.solution import Solution
+from flexura.modal.assignment import assigned, in_order
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
-
-SAME_MODE = 0.5
-"""Least modal assurance criterion of a pair."""
 
 SAME_FREQUENCY = 1e-3
 """Frequencies that all agree so well, relative, need no shapes to be paired."""
 
 REPEATED = 1e-5
 """Frequencies closer than this, relative, are taken as repeated: their shapes are compared as a space."""
-
-SKIP = 0.02
-"""Price of a reference mode without a partner, as a logarithm of frequency."""
-
-STRAY = 0.2
-"""Price of a frequency without a partner."""
 
 
 def pair(model: FullOrderModel, reference: Solution, solution: Solution) -> list[int]:
@@ -50,34 +42,6 @@ def agree(reference: Solution, solution: Solution, partner: list[int]) -> bool:
     """Whether every frequency has a counterpart that it equals within `SAME_FREQUENCY`."""
     base = reference.frequency_hz[partner]
     return -1 not in partner and bool((np.abs(solution.frequency_hz - base) <= SAME_FREQUENCY * base).all())
-
-
-def in_order(reference: Array, frequencies: Array) -> list[int]:
-    """Pair ascending frequencies without crossing, so that the sum of |ln f/f_ref| is least.
-
-    Modes on either side may be left out at a price, which is low for the reference's: a method is more likely to miss a
-    mode than to invent one. Reference frequencies beyond the last pair cost nothing.
-    """
-    floor = 1e-6 * float(max(np.max(reference, initial=0.0), np.max(frequencies, initial=0.0), 1e-300))
-    far = np.abs(np.log(np.asarray(frequencies) + floor)[:, None] - np.log(np.asarray(reference) + floor))
-    k, n = far.shape
-    cost = np.full((k + 1, n + 1), np.inf)
-    step = np.zeros((k + 1, n + 1), dtype=int)  # 0 a pair, 1 a reference skipped, 2 a frequency skipped
-    cost[0], step[0] = SKIP * np.arange(n + 1), 1
-    cost[:, 0], step[:, 0] = STRAY * np.arange(k + 1), 2
-    for i in range(1, k + 1):
-        for j in range(1, n + 1):
-            choices = (cost[i - 1, j - 1] + far[i - 1, j - 1], cost[i, j - 1] + SKIP, cost[i - 1, j] + STRAY)
-            step[i, j] = int(np.argmin(choices))
-            cost[i, j] = choices[step[i, j]]
-    partner = [-1] * k
-    i, j = k, int(np.argmin(cost[k]))
-    while i > 0:
-        taken = step[i, j]
-        if taken == 0:
-            partner[i - 1] = j - 1
-        i, j = i - int(taken != 1), j - int(taken != 2)
-    return partner
 
 
 def mac_matrix(model: FullOrderModel, reference: Solution, solution: Solution) -> Array:

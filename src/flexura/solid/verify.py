@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
-from flexura.methods.pairing import assigned, mac_matrix
+from flexura.methods.pairing import mac_matrix
 from flexura.methods.solution import Solution
+from flexura.modal.assignment import assigned
 from flexura.solid.beams import BeamModel, Described, beam_models
 from flexura.solid.mesh import SolidMesh
 from flexura.solid.modes import SURE, Announce, SolidModes, beam_mass, solid_modes

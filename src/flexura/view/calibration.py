@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexura.arguments import verb
-from flexura.experiment.calibrated import Calibration
 from flexura.files import complete_files
+from flexura.testing.updating.calibrated import Calibration
 from flexura.view.furniture import foot
 from flexura.view.palette import INK
 

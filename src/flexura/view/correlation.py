@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from flexura.experiment.correlation import Correlation
-    from flexura.experiment.overlay import FRFOverlay
-    from flexura.experiment.sensor_placement import SensorPlacement
+    from flexura.testing.correlation.correlation import Correlation
+    from flexura.testing.correlation.overlay import FRFOverlay
+    from flexura.testing.virtual.sensor_placement import SensorPlacement
 
 Array = NDArray[np.float64]
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.experiment.identification import Data, frfs_of
-from flexura.experiment.identified import IdentifiedModes, Poles
-from flexura.experiment.indicators import mode_indicators
-from flexura.experiment.matrices import ResponseMatrix, response_matrices
-from flexura.experiment.setups import modes_of_setup
 from flexura.linalg import ranked
+from flexura.testing.identification.identification import Data, frfs_of
+from flexura.testing.identification.indicators import mode_indicators
+from flexura.testing.identification.multi_setup import modes_of_setup
+from flexura.testing.measurement.identified import IdentifiedModes, Poles
+from flexura.testing.measurement.response_matrices import ResponseMatrix, response_matrices
 from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures
 from flexura.view.furniture import foot

@@ -9,9 +9,9 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.experiment.frequency_list import MeasuredFrequencies
-from flexura.experiment.virtual_test import VirtualTest
 from flexura.linalg import leading
+from flexura.testing.updating.frequency_list import MeasuredFrequencies
+from flexura.testing.virtual.virtual_test import VirtualTest
 from flexura.view.curves import COLOURS
 from flexura.view.files import save_figures
 from flexura.view.furniture import foot

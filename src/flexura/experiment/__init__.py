@@ -1,1 +1,0 @@
-"""Tests on the real thing: measured data, identified modes, correlation with the model, calibration."""

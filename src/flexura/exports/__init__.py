@@ -1,6 +1,0 @@
-"""Hand-over of models and results to other programs: one module per format."""
-
-from flexura.exports.formats import FORMATS, Format, export, format_of
-from flexura.exports.python_control import to_control
-
-__all__ = ["FORMATS", "Format", "export", "format_of", "to_control"]

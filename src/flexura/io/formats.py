@@ -1,0 +1,123 @@
+"""`export`: one call for all formats, chosen by the suffix of the file or by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from inspect import signature
+from pathlib import Path
+from typing import Any
+
+from flexura.analysis.modes import Modes
+from flexura.arguments import verb
+from flexura.errors import OptionError
+from flexura.io.arrays import write_hdf5, write_npz
+from flexura.io.contents import Response
+from flexura.io.fmu.package import write_fmu
+from flexura.io.matlab import write_mat
+from flexura.io.matrix_market import write_matrix_market
+from flexura.io.simscape import write_simscape
+from flexura.io.uff.models import write_uff
+from flexura.io.vtk import write_vtu
+from flexura.reduction import LowOrderModel, NestedModel
+from flexura.structure import FullOrderModel
+from flexura.systems.state_space import StateSpace
+
+STATE_SPACE, RESPONSE, MODES, LOW, FULL = (
+    "state space",
+    "frequency response",
+    "modes",
+    "low-order model",
+    "full-order model",
+)
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: its suffixes, what it takes (`state space`, `frequency response`, `modes`, `low-order model`,
+    `full-order model`), and what a file in it is."""
+
+    suffixes: tuple[str, ...]
+    takes: tuple[str, ...]
+    text: str
+    write: Callable[..., Path | list[Path]]
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of its options."""
+        return tuple(signature(self.write).parameters)[2:]
+
+
+_ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL)
+
+FORMATS = {
+    "fmu": Format((".fmu",), (STATE_SPACE,), "FMI 2.0 co-simulation and model exchange", write_fmu),
+    "mat": Format((".mat",), _ARRAYS, "MATLAB", write_mat),
+    "simscape": Format(
+        (), (LOW,), "MATLAB file for Reduced Order Flexible Solid of Simscape Multibody", write_simscape
+    ),
+    "npz": Format((".npz",), _ARRAYS, "NumPy archive", write_npz),
+    "hdf5": Format((".h5", ".hdf5"), _ARRAYS, "HDF5", write_hdf5),
+    "matrix-market": Format((".mtx",), (LOW, FULL), "Matrix Market files and a table of DOFs", write_matrix_market),
+    "vtu": Format((".vtu",), (MODES, FULL), "VTK mesh of lines with mode shapes", write_vtu),
+    "uff": Format((".uff", ".unv"), (MODES, RESPONSE), "universal file, datasets 15, 55, 58, 82, 151, 164", write_uff),
+}
+"""All formats by name."""
+
+
+@verb
+def export(what: Any, path: str | Path, format: str | None = None, **options: Any) -> list[Path]:
+    """Write a model or a result for another program; the `format` is that of the suffix by default.
+
+    `what` is a state space, a frequency response, modes, or a low-order or full-order model; `FORMATS` says which
+    format takes which, and `options` are those of the format's own function. Every file appears complete or not at all.
+    Returns the paths. Raises OptionError for unknown formats, objects that the format does not take, unknown options
+    and files that cannot be written.
+    """
+    name = format_of(path, format)
+    own = FORMATS[name]
+    if isinstance(what, list | tuple) and name != "uff":
+        raise OptionError(f"{name} takes one thing, not several; several go into a universal file (uff)")
+    kind = kind_of(what)
+    if kind not in own.takes:
+        others = [other for other, one in FORMATS.items() if kind in one.takes]
+        hint = f"; formats that do: {', '.join(others)}" if others else ""
+        raise OptionError(f"{name} takes a {' or a '.join(own.takes)}, not a {kind}{hint}")
+    unknown = sorted(set(options) - set(own.options))
+    if unknown:
+        known = ", ".join(own.options) or "none"
+        raise OptionError(f"{name} has no option {unknown[0]!r}; its options: {known}")
+    written = own.write(what, path, **options)
+    return written if isinstance(written, list) else [written]
+
+
+def format_of(path: str | Path, format: str | None = None) -> str:
+    """The name of the format. Raises OptionError for names and suffixes that are none."""
+    if format is not None:
+        if format not in FORMATS:
+            raise OptionError(f"there is no format {format!r}; formats: {', '.join(FORMATS)}")
+        return format
+    suffix = Path(path).suffix.lower()
+    for name, own in FORMATS.items():
+        if suffix in own.suffixes:
+            return name
+    known = ", ".join(f"{suffix} ({name})" for name, own in FORMATS.items() for suffix in own.suffixes)
+    raise OptionError(f"{suffix or 'no suffix'} says no format; name one with `format`, or take one of {known}")
+
+
+def kind_of(what: Any) -> str:
+    """What a thing is, in the words of `Format.takes`; a list is what its first entry is."""
+    if isinstance(what, list | tuple) and what:
+        return kind_of(what[0])
+    if isinstance(what, StateSpace):
+        return STATE_SPACE
+    if isinstance(what, Modes):
+        return MODES
+    if isinstance(what, FullOrderModel):
+        return FULL
+    if isinstance(what, LowOrderModel | NestedModel):
+        return LOW
+    model = getattr(what, "model", None)
+    if isinstance(model, FullOrderModel | LowOrderModel) and hasattr(what, "C"):
+        return kind_of(model)
+    return RESPONSE if isinstance(what, Response) else type(what).__name__

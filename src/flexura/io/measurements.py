@@ -1,0 +1,212 @@
+"""Measured data from and to files, by suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexura.arguments import verb
+from flexura.errors import FlexuraError, OptionError
+from flexura.files import write_file
+from flexura.mechanism import Mechanism
+from flexura.structure.plan import Plan
+from flexura.testing.measurement.channel_positions import FORCES, Place, Places, placed, places_of, read_places
+from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
+from flexura.testing.measurement.plausible import refuse_implausible
+from flexura.testing.measurement.repeated import Repeated, checked
+
+UFF = (".uff", ".unv", ".uf", ".58", ".bunv")
+HDF5 = (".h5", ".hdf5", ".hdf")
+SUFFIXES = (*UFF, ".csv", ".txt", ".npz", *HDF5)
+SIDECAR = ".channels.yaml"
+
+
+@verb
+def read_measurement(
+    path: str | Path | Sequence[str | Path],
+    channels: str | Path | Mechanism | Plan | None = None,
+    *,
+    setup: str | None = None,
+    repeated: Repeated | None = None,
+) -> Measurement:
+    """Read measured data: universal files (58, 58b, 55), CSV, NumPy archives or HDF5; everything becomes SI.
+
+    `path`: a file, several that belong together, or a folder of them. Where channels are, and in which direction, comes
+    from the file; from `channels`: a file of channels (YAML), or a mechanism with sensors, actuators or nodes of the
+    same names; and else from `NAME.channels.yaml` or `channels.yaml` beside the data. `setup` names the placement of
+    the sensors where the files do not. Responses between the same channels that a universal file gives more than once
+    are refused, or with `repeated` averaged, or the first or the last of them is used; notes say which.
+
+    Raises OptionError for files, units and sampling that cannot be used, and for channels of `channels` that are not
+    there; ModelError for a file of channels that is no YAML.
+    """
+    checked(repeated)
+    files = _files(path)
+    parts = [_read(file, channels, repeated) for file in files]
+    if setup is not None:
+        parts = [_in_setup(part, setup) for part in parts]
+    if len(parts) == 1:
+        found = parts[0]
+    else:
+        modes = [p.modes for p in parts if p.modes is not None]
+        if len(modes) > 1:
+            raise OptionError("several of the files hold modes: read them one by one")
+        found = Measurement(
+            files[0].parent.name or files[0].stem,
+            tuple(r for p in parts for r in p.recordings),
+            tuple(f for p in parts for f in p.frfs),
+            tuple(dict.fromkeys(n for p in parts for n in p.notes)),
+            modes[0] if modes else None,
+        )
+    if isinstance(channels, str | Path):
+        _refuse_missing(found, read_places(channels), str(channels))
+    return found
+
+
+def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
+    listed = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
+    if not listed:
+        raise OptionError("no files to read measured data from")
+    found: list[Path] = []
+    for file in listed:
+        if file.is_dir():
+            own = sorted(f for f in file.iterdir() if f.suffix.lower() in SUFFIXES)
+            if not own:
+                raise OptionError(f"{file}: no measured data in the folder; suffixes: {', '.join(SUFFIXES)}")
+            found += own
+        elif not file.exists():
+            raise OptionError(f"{file}: the file does not exist")
+        else:
+            found.append(file)
+    return found
+
+
+def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: Repeated | None) -> Measurement:
+    suffix = file.suffix.lower()
+    beside = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
+    places: Places = {}
+    if isinstance(channels, str | Path):
+        places = read_places(channels)
+    elif channels is None:
+        places = next((read_places(p) for p in beside if p.is_file()), {})
+    elif not isinstance(channels, Mechanism | Plan):
+        raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
+    if suffix not in SUFFIXES:
+        raise OptionError(f"{file}: {suffix or 'no suffix'} says no format of measured data: {', '.join(SUFFIXES)}")
+    try:
+        with np.errstate(all="ignore"):
+            found = _of_suffix(file, suffix, places, repeated)
+            refuse_implausible(found, str(file))
+    except FlexuraError:
+        raise
+    except Exception as error:  # what is wrong in a file from anywhere shows in any way
+        raise OptionError(f"{file}: not as its format has it: {error or type(error).__name__}") from None
+    if isinstance(channels, Mechanism | Plan):
+        found = _placed(found, places_of(channels, [c.name for c in _channels(found)]))
+    return found
+
+
+def _of_suffix(file: Path, suffix: str, places: Places, repeated: Repeated | None) -> Measurement:
+    if suffix in UFF:
+        from flexura.io.uff.reader import read_uff
+
+        return _placed(read_uff(file, places, repeated), places)
+    if suffix in (".csv", ".txt"):
+        from flexura.io.tables import read_csv
+
+        return read_csv(file, places)
+    from flexura.io.archives import read_hdf5, read_npz
+
+    return (read_npz if suffix == ".npz" else read_hdf5)(file, places)
+
+
+def _channels(measurement: Measurement) -> list[MeasuredChannel]:
+    own = [c for r in measurement.recordings for c in r.channels]
+    own += [c for f in measurement.frfs for c in (*f.inputs, *f.outputs)]
+    own += list(measurement.modes.outputs) if measurement.modes else []
+    return list(dict.fromkeys(own))
+
+
+def _placed(measurement: Measurement, places: Places) -> Measurement:
+    """Channels with the places that are known of them, checked for what they measure."""
+
+    def of(channels: tuple[MeasuredChannel, ...]) -> tuple[MeasuredChannel, ...]:
+        return tuple(placed(c, _checked(c, places.get(c.name))) for c in channels)
+
+    def record(r: Recording) -> Recording:
+        said = {k: places[c.name].is_input for k, c in enumerate(r.channels) if c.name in places}
+        inputs = [k for k in range(len(r.channels)) if said.get(k) or (said.get(k) is None and k in r.inputs)]
+        return replace(r, channels=of(r.channels), inputs=tuple(inputs))
+
+    def response(f: MeasuredFRF) -> MeasuredFRF:
+        return replace(f, inputs=of(f.inputs), outputs=of(f.outputs))
+
+    if not places:
+        return measurement
+    modes: Any = measurement.modes
+    return replace(
+        measurement,
+        recordings=tuple(record(r) for r in measurement.recordings),
+        frfs=tuple(response(f) for f in measurement.frfs),
+        modes=None if modes is None else replace(modes, outputs=of(modes.outputs)),
+    )
+
+
+def _checked(channel: MeasuredChannel, place: Place | None) -> Place | None:
+    is_other_end = place is not None and place.force is not None and channel.quantity in FORCES
+    if place is not None and place.quantity not in (None, channel.quantity) and not is_other_end:
+        raise OptionError(
+            f"{channel.name} is {channel.quantity} in the data, and {place.quantity} where it is described"
+        )
+    return place
+
+
+def _in_setup(measurement: Measurement, setup: str) -> Measurement:
+    recordings = tuple(r if r.setup else replace(r, setup=setup) for r in measurement.recordings)
+    return replace(
+        measurement,
+        recordings=recordings,
+        frfs=tuple(f if f.setup else replace(f, setup=setup) for f in measurement.frfs),
+    )
+
+
+def _refuse_missing(measurement: Measurement, places: Places, where: str) -> None:
+    known = [c.name for c in _channels(measurement)]
+    missing = [name for name in places if name not in known]
+    if missing:
+        raise OptionError(f"{where}: channel {missing[0]!r} is not in the data; there: {', '.join(known)}")
+
+
+@verb
+def write_measurement(measurement: Measurement, path: str | Path, **options: Any) -> Path:
+    """Write measured data in the format of the suffix, SI; the file appears complete or not at all.
+
+    Universal files have the option `binary`, True by default (58b). Only they hold modes; a CSV file holds one record
+    or one set of responses, with names and units of its channels only. Raises OptionError for other suffixes and
+    options, and when the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    unknown = set(options) - ({"binary"} if suffix in UFF else set())
+    if unknown:
+        raise OptionError(f"{suffix} has no option {sorted(unknown)[0]!r}")
+    if not isinstance(measurement, Measurement):
+        raise OptionError(f"a measurement is written, not a {type(measurement).__name__}")
+    if suffix in UFF:
+        from flexura.io.uff.writer import write_uff
+
+        return write_file(path, lambda file: write_uff(measurement, file, **options))
+    if suffix == ".csv":
+        from flexura.io.tables import write_csv
+
+        return write_file(path, lambda file: write_csv(measurement, file))
+    if suffix == ".npz" or suffix in HDF5:
+        from flexura.io.archives import write_hdf5, write_npz
+
+        write = write_npz if suffix == ".npz" else write_hdf5
+        return write_file(path, lambda file: write(measurement, file))
+    raise OptionError(f"{suffix or 'no suffix'} says no format of measured data: {', '.join(SUFFIXES)}")

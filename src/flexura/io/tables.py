@@ -1,0 +1,215 @@
+"""Time records and frequency responses as CSV: one table per file, with a unit in every heading."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import ExpressionError, OptionError
+from flexura.files import read_text
+from flexura.testing.measurement.channel_positions import Place, Places, placed
+from flexura.testing.measurement.channel_units import frequency_factor, quantity_of, split_heading
+from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
+
+Array = NDArray[np.float64]
+
+UNEVEN = 1e-3
+"""Largest difference of steps of time, of their mean, in an evenly sampled record: times may be rounded."""
+
+_PARTS = ("real", "imag", "coherence")
+
+
+def read_csv(path: Path, places: Places) -> Measurement:
+    """Read `time [s], NAME [UNIT], ...` as a record, or `frequency [Hz], OUT / IN [UNIT] real, ... imag` as responses.
+
+    Lines `# setup: NAME` and `# decay: RATE` (1/s) may stand above. Forces are inputs where `places` says nothing else.
+    Raises OptionError, with the line, for anything else, empty cells, numbers that are not finite and uneven times.
+    """
+    text = read_text(path)
+    said = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if len(lines) < 3:
+        raise OptionError(f"{path}: a header and at least two rows are expected")
+    separator = max(",;\t", key=lines[0][1].count)
+    rows = [(n, next(csv.reader([line], delimiter=separator))) for n, line in lines]
+    headings = [cell.strip() for cell in rows[0][1]]
+    numbers = [n for n, _ in rows[1:]]
+    values = _numbers(path, headings, rows[1:])
+    first, unit = split_heading(headings[0], f"{path}:{rows[0][0]}")
+    if len(set(headings)) < len(headings) or len(headings) < 2:
+        raise OptionError(f"{path}:{rows[0][0]}: every column has a heading of its own, at least one beside {first}")
+    if first.lower() in ("time", "t"):
+        factor = _seconds(unit, path)
+        return _record(path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, places, said.get("setup", ""))
+    if first.lower() in ("frequency", "f"):
+        hz = frequency_factor(unit, f"{path}: {headings[0]}") * values[:, 0]
+        return _responses(path, headings[1:], hz, values[:, 1:], places, said)
+    raise OptionError(f"{path}:{rows[0][0]}: the first column is time [s] or frequency [Hz], not {headings[0]}")
+
+
+def _numbers(path: Path, headings: list[str], rows: Sequence[tuple[int, list[str]]]) -> Array:
+    for n, cells in rows:
+        if len(cells) != len(headings):
+            raise OptionError(f"{path}:{n}: {len(headings)} columns are expected, here are {len(cells)}")
+    try:
+        values = np.array([cells for _, cells in rows]).astype(float)
+        bad = np.argwhere(~np.isfinite(values))
+    except ValueError:
+        bad = np.array([(i, j) for i, (_, cells) in enumerate(rows) for j, c in enumerate(cells) if not _is_number(c)])
+    if len(bad):
+        i, j = (int(k) for k in bad[0])
+        raise OptionError(
+            f"{path}:{rows[i][0]}: {headings[j]}: {rows[i][1][j].strip() or 'nothing'!r} is no finite number"
+        )
+    return values
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False
+
+
+def _seconds(unit: str, path: Path) -> float:
+    from flexura.units import parse_unit
+
+    try:
+        factor, exponents = parse_unit(unit)
+    except ExpressionError as error:
+        raise OptionError(f"{path}: {error}") from None
+    if exponents != parse_unit("s")[1]:
+        raise OptionError(f"{path}: the first column is in s, not in {unit}")
+    return float(factor)
+
+
+def _channel(path: Path, name: str, unit: str, places: Places) -> tuple[MeasuredChannel, float]:
+    place = places.get(name, Place())
+    quantity, factor = quantity_of(place.unit or unit, place.quantity, f"{path}: {name}")
+    return placed(MeasuredChannel(name, quantity), place), factor
+
+
+def _record(
+    path: Path, headings: list[str], time: Array, values: Array, lines: list[int], places: Places, setup: str
+) -> Measurement:
+    steps = np.diff(time)
+    step = float(steps.mean())
+    if step <= 0:
+        raise OptionError(f"{path}: time does not increase")
+    # times are often written with few digits: judge against the straight line, and steps against gaps
+    drift = np.abs(time - time[0] - step * np.arange(len(time)))
+    if (
+        np.any(steps <= 0.5 * step)
+        or np.any(steps >= 1.5 * step)
+        or drift.max() > max(UNEVEN * step * len(time), 0.5 * step)
+    ):
+        at = int(np.argmax(np.abs(steps - np.median(steps))))
+        raise OptionError(
+            f"{path}:{lines[at + 1]}: sampling is not even: a step of {steps[at]:.4g} s among steps of "
+            f"{np.median(steps):.4g} s: resample the record"
+        )
+    named = [split_heading(heading, str(path)) for heading in headings]
+    missing = [name for name, place in places.items() if place.is_input and name not in dict(named)]
+    if missing:
+        raise OptionError(f"{path}: there is no column {missing[0]!r}; columns: {', '.join(n for n, _ in named)}")
+    channels, factors = zip(*(_channel(path, name, unit, places) for name, unit in named), strict=True)
+    inputs = tuple(
+        k
+        for k, c in enumerate(channels)
+        if (places.get(c.name, Place()).is_input if places.get(c.name, Place()).is_input is not None else
+            c.quantity in ("force", "moment"))
+    )  # fmt: skip
+    rate = float(f"{1 / step:.6g}") if abs(float(f"{1 / step:.6g}") * step - 1) < 1e-6 else 1 / step
+    samples = (values * np.array(factors)).T
+    return Measurement(path.stem, (Recording(rate, samples, tuple(channels), inputs, setup, path.stem),))
+
+
+def _responses(
+    path: Path, headings: list[str], hz: Array, values: Array, places: Places, said: dict[str, str]
+) -> Measurement:
+    if np.any(np.diff(hz) <= 0):
+        raise OptionError(f"{path}: frequencies do not increase")
+    columns: dict[tuple[str, str], dict[str, tuple[str, Array]]] = {}
+    for heading, column in zip(headings, values.T, strict=True):
+        match = re.fullmatch(r"(.+?) / (.+?)\s*(?:\[(.+)\])?\s+(real|imag|coherence)", heading)
+        if match is None:
+            raise OptionError(
+                f"{path}: {heading!r}: a column is headed `OUT / IN [UNIT] real`, imag or `OUT / IN coherence`"
+            )
+        columns.setdefault((match[1], match[2]), {})[match[4]] = match[3] or "", column
+    outs, ins = (list(dict.fromkeys(pair[k] for pair in columns)) for k in (0, 1))
+    lacking = [
+        f"{o} / {i} {part}" for o in outs for i in ins for part in _PARTS[:2] if part not in columns.get((o, i), {})
+    ]
+    if lacking:
+        raise OptionError(f"{path}: there is no column {lacking[0]}")
+    known: dict[str, tuple[MeasuredChannel, float]] = {}
+    for out, into in columns:
+        above, below = _units_of(columns[out, into]["real"][0], f"{path}: {out} / {into}")
+        known.setdefault(out, _channel(path, out, above, places))
+        known.setdefault(into, _channel(path, into, below, places))
+    H = np.empty((len(hz), len(outs), len(ins)), dtype=complex)
+    has_coherence = all("coherence" in parts for parts in columns.values())
+    gamma = np.empty(H.shape) if has_coherence else None
+    for (out, into), parts in columns.items():
+        at = (slice(None), outs.index(out), ins.index(into))
+        H[at] = (parts["real"][1] + 1j * parts["imag"][1]) * (known[out][1] / known[into][1])
+        if gamma is not None:
+            gamma[at] = parts["coherence"][1]
+    channels = ([known[n][0] for n in names] for names in (ins, outs))
+    inputs, outputs = (tuple(c) for c in channels)
+    averages = int(said["averages"]) if said.get("averages", "").isdigit() else None
+    try:
+        decay = float(said.get("decay", 0.0))
+    except ValueError:
+        raise OptionError(f"{path}: decay is a rate in 1/s, not {said['decay']!r}") from None
+    frf = MeasuredFRF(hz, H, inputs, outputs, gamma, averages, said.get("estimator", ""), decay, said.get("setup", ""))
+    return Measurement(path.stem, frfs=(frf,))
+
+
+def _units_of(text: str, what: str) -> tuple[str, str]:
+    """Units of output and input in `(m/s^2)/N`, `m/N` or `m/s^2/N`."""
+    above, slash, below = text.rpartition("/")
+    if not slash:
+        raise OptionError(f"{what}: a response has a unit such as (m/s^2)/N, not {text!r}")
+    return above.strip().removeprefix("(").removesuffix(")"), below.strip().removeprefix("(").removesuffix(")")
+
+
+def write_csv(measurement: Measurement, path: Path) -> None:
+    """Write the one record, or the one set of frequency responses, of a measurement.
+
+    Raises OptionError for more, which the other formats hold.
+    """
+    if len(measurement.recordings) + len(measurement.frfs) != 1:
+        raise OptionError("a CSV file holds one time record or one set of responses: write npz, HDF5 or UFF")
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    if measurement.recordings:
+        record = measurement.recordings[0]
+        text.write(f"# setup: {record.setup}\n" if record.setup else "")
+        writer.writerow(["time [s]", *map(str, record.channels)])
+        time = np.arange(record.samples.shape[1]) / record.sample_rate
+        writer.writerows(np.vstack([time, record.samples]).T.tolist())
+    else:
+        frf = measurement.frfs[0]
+        for key in ("setup", "decay", "estimator", "averages"):
+            text.write(f"# {key}: {getattr(frf, key)}\n" if getattr(frf, key) else "")
+        headings, columns = ["frequency [Hz]"], [np.asarray(frf.frequency_hz, dtype=float)]
+        for i, out in enumerate(frf.outputs):
+            for j, into in enumerate(frf.inputs):
+                pair = f"{out.name} / {into.name}"
+                headings += [f"{pair} [({out.unit})/({into.unit})] {part}" for part in _PARTS[:2]]
+                columns += [frf.response[:, i, j].real, frf.response[:, i, j].imag]
+                if frf.coherence is not None:
+                    headings.append(f"{pair} coherence")
+                    columns.append(frf.coherence[:, i, j])
+        writer.writerow(headings)
+        writer.writerows(np.stack(columns, axis=1).tolist())
+    path.write_text(text.getvalue(), encoding="utf-8")

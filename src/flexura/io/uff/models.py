@@ -1,0 +1,221 @@
+"""Universal files: geometry (15, 18, 82), mode shapes (55), frequency responses (58), with headers (151, 164)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexura._version import __version__
+from flexura.analysis.modes import Modes
+from flexura.errors import OptionError
+from flexura.extras import need
+from flexura.files import write_file
+from flexura.io.contents import Array, Response
+from flexura.io.lines import lines_of
+from flexura.io.uff.channel_numbers import ChannelNumbers, entity
+from flexura.structure import FullOrderModel
+from flexura.systems.channel import Channel
+
+# specific data type, exponents of length and force (universal file dataset 58, record 9)
+_DATA_TYPES = {
+    "displacement": (8, 1, 0),
+    "rotation": (8, 0, 0),
+    "velocity": (11, 1, 0),
+    "angular_velocity": (11, 0, 0),
+    "acceleration": (12, 1, 0),
+    "angular_acceleration": (12, 0, 0),
+    "force": (13, 0, 1),
+    "moment": (13, 1, 1),
+    "expansion": (8, 1, 0),
+    "stress": (2, -2, 1),
+}
+_GENERAL = (1, 0, 0)
+_LINE = 80
+_LONGEST_TRACE = 250
+_SMALLEST = 1e-90
+
+
+def write_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | None = None) -> Path:
+    """Write modes, a frequency response, or several of them as an ASCII universal file in SI units.
+
+    Nodes are numbered from 1 in the order of `Modes.node_names`, when modes or `geometry` say it. A channel is at its
+    node, in direction +-1 to +-3 along and +-4 to +-6 about x, y, z; one in an oblique direction is at a further node
+    in the same place, along or about x of axes of its own. Between two nodes it is a scalar, direction 0, at the
+    second, and ID lines 4 and 5 say between which; where nothing says where it is, it is a scalar at a node of its
+    own. Modes have unit modal mass; responses are complex, in double precision. Coordinates, shapes and unevenly spaced
+    frequencies have 6 digits, as the format has them. Raises OptionError without pyuff, for other objects, for numbers
+    that are not finite and when the file cannot be written.
+    """
+    pyuff = need("pyuff", "export")
+    things = list(what) if isinstance(what, Sequence) else [what]
+    for thing in things:
+        if not isinstance(thing, Modes | Response):
+            raise OptionError(f"a universal file is of modes and frequency responses, not of a {type(thing).__name__}")
+    if not things:
+        raise OptionError("a universal file needs modes or a frequency response")
+    model = _model(geometry, things)
+    responses = [thing for thing in things if not isinstance(thing, Modes)]
+    numbers = ChannelNumbers(model, [c for r in responses for c in (*r.outputs, *r.inputs)])
+    sets = _headers(things[0].name) + numbers.sets()
+    if model is not None:
+        sets += _traces(model)
+    for thing in things:
+        sets += _modes(thing) if isinstance(thing, Modes) else _response(thing, numbers)
+
+    def write(file: Path) -> None:
+        pyuff.UFF(str(file)).write_sets(sets, mode="overwrite")
+
+    return write_file(path, write)
+
+
+def _model(geometry: Any, things: list[Any]) -> FullOrderModel | None:
+    """The one model that numbers the nodes. Raises OptionError for several."""
+    models = [m for m in (geometry, *things) if isinstance(m, Modes | FullOrderModel)]
+    found = [m.model if isinstance(m, Modes) else m for m in models]
+    if geometry is not None and not isinstance(geometry, Modes | FullOrderModel):
+        raise OptionError(f"geometry is that of modes or of a full-order model, not of a {type(geometry).__name__}")
+    if any(m.plan.topology.node_names != found[0].plan.topology.node_names for m in found[1:]):
+        raise OptionError("modes in one universal file are of one mechanism; write a file for each")
+    return found[0] if found else None
+
+
+def _headers(name: str) -> list[dict[str, Any]]:
+    about = {"type": 151, "model_name": _text(name), "description": "low-order model of a compliant mechanism"}
+    program = f"flexura {__version__}"
+    units = {"type": 164, "units_code": 1, "units_description": "SI: m, N, kg, s", "temp_mode": 1}
+    return [
+        {**about, "db_app": program, "program": program},
+        {**units, "length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 273.15},
+    ]
+
+
+def _traces(model: FullOrderModel) -> list[dict[str, Any]]:
+    """A trace along every member and to every node that a body carries."""
+    mesh = lines_of(model)
+    sets: list[dict[str, Any]] = []
+    ends = mesh.node[mesh.lines] + 1
+    for k, name in enumerate(mesh.names):
+        trace = _trace(ends[mesh.part == k])
+        for start in range(0, max(len(trace) - 1, 0), _LONGEST_TRACE - 1):
+            piece = trace[start : start + _LONGEST_TRACE]
+            if len(piece) > 1:
+                sets.append({"type": 82, "trace_num": len(sets) + 1, "color": 0, "id": _text(name), "nodes": piece})
+    return sets
+
+
+def _trace(ends: np.ndarray) -> np.ndarray:
+    """Nodes along lines (e, 2); 0 lifts the pen."""
+    found: list[int] = []
+    for a, b in ends.tolist():
+        found += [b] if found and found[-1] == a else [*([0] if found else []), a, b]
+    return np.array(found, dtype=int)
+
+
+def _modes(modes: Modes) -> list[dict[str, Any]]:
+    has_place = modes.model.plan.topology.has_place
+    shapes = modes.shapes[has_place]
+    _refuse_infinite(shapes)
+    shapes = np.where(np.abs(shapes) < _SMALLEST, 0.0, shapes)
+    common = {"type": 55, "model_type": 1, "analysis_type": 2, "data_ch": 3, "spec_data_type": 8, "load_case": 0}
+    ids = {"id1": _text(modes.name), "id2": "mode shape, displacement m, rotation rad, modal mass 1 kg"}
+    return [
+        {
+            **common,
+            **ids,
+            "id3": _text(f"order {modes.order} of {modes.full_order}"),
+            "id4": f"mode {mode.number}, {mode.frequency_hz:.6g} Hz",
+            "node_nums": (np.flatnonzero(has_place) + 1).tolist(),
+            **{f"r{i + 1}": shapes[:, i, k] for i in range(6)},
+            "mode_n": k + 1,
+            "freq": float(mode.frequency_hz),
+            "modal_m": 1.0,
+            "modal_damp_vis": 0.0,
+            "modal_damp_his": 0.0,
+        }
+        for k, mode in enumerate(modes.modes)
+    ]
+
+
+def _response(response: Response, numbers: ChannelNumbers) -> list[dict[str, Any]]:
+    hz, H = np.asarray(response.frequency_hz, dtype=float), np.asarray(response.response, dtype=complex)
+    _refuse_infinite(H)
+    if len(hz) < 2:
+        raise OptionError("a frequency response in a universal file has at least two frequencies")
+    outs = [numbers.of(channel) for channel in response.outputs]
+    ins = [numbers.of(channel) for channel in response.inputs]
+    sets = []
+    for i, (out, (node, direction)) in enumerate(zip(response.outputs, outs, strict=True)):
+        for j, (inp, (at, along)) in enumerate(zip(response.inputs, ins, strict=True)):
+            sets.append(
+                {
+                    "type": 58,
+                    "binary": 0,
+                    "func_type": 4,
+                    "id1": _text(response.name),
+                    "id2": _text(f"response {out}"),
+                    "id3": _text(f"reference {inp}"),
+                    "id4": _text(_between("response", out)),
+                    "id5": _text(_between("reference", inp)),
+                    "rsp_ent_name": _text(entity(out), 10),
+                    "rsp_node": node,
+                    "rsp_dir": direction,
+                    "ref_ent_name": _text(entity(inp), 10),
+                    "ref_node": at,
+                    "ref_dir": along,
+                    "abscissa_spacing": int(_evenly_spaced(hz)),
+                    "abscissa_spec_data_type": 18,
+                    "abscissa_axis_lab": "frequency",
+                    "abscissa_axis_units_lab": "Hz",
+                    **_axis("ordinate", out),
+                    **_axis("orddenom", inp),
+                    "x": hz,
+                    "data": H[:, i, j],
+                }
+            )
+    return sets
+
+
+def _axis(which: str, channel: Channel) -> dict[str, Any]:
+    kind, length, force = _DATA_TYPES.get(channel.quantity, _GENERAL)
+    return {
+        f"{which}_spec_data_type": kind,
+        f"{which}_len_unit_exp": length,
+        f"{which}_force_unit_exp": force,
+        f"{which}_axis_lab": channel.quantity[:20],
+        f"{which}_axis_units_lab": channel.unit,
+    }
+
+
+def scalar_notes(what: Any) -> list[str]:
+    """What a universal file cannot say of the channels of a response: that they act between two nodes."""
+    things = [what] if isinstance(what, Response) else []
+    found = [c for thing in things for c in dict.fromkeys((*thing.outputs, *thing.inputs)) if c.against is not None]
+    return [
+        f"{c.name} acts between {c.against} and {c.node}: a universal file has one node for it, so it is written at "
+        f"{c.node} as a scalar, direction 0, and its ID lines say between which"
+        for c in found
+    ]
+
+
+def _between(word: str, channel: Channel) -> str:
+    """What a response or a reference is measured between, where that is two nodes."""
+    return "" if channel.against is None else f"{word} from {channel.against} to {channel.node}"
+
+
+def _evenly_spaced(hz: Array) -> bool:
+    """True when first frequency and step with 6 digits, as the format has them, give all frequencies."""
+    first, step = (float(f"{v:.5e}") for v in (hz[0], hz[1] - hz[0]))
+    return step > 0 and bool(np.allclose(first + step * np.arange(len(hz)), hz, rtol=1e-9, atol=1e-9 * step))
+
+
+def _refuse_infinite(values: np.ndarray) -> None:
+    if not np.isfinite(values).all():
+        raise OptionError("there are numbers that are not finite, which universal files cannot hold")
+
+
+def _text(text: str, length: int = _LINE) -> str:
+    """One line of ASCII of at most so many characters."""
+    return " ".join(text.encode("ascii", "replace").decode().split())[:length] or "NONE"

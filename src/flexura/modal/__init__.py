@@ -1,0 +1,1 @@
+"""How alike modes are, and which is which: pure functions of arrays."""

@@ -1,0 +1,1 @@
+"""Derivatives of eigenpairs and responses with respect to the parameters of a mechanism."""

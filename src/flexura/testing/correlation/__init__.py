@@ -1,0 +1,1 @@
+"""Test and model side by side."""

@@ -1,0 +1,405 @@
+"""Test and model side by side: which modes are which, how alike they are, and where they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.arguments import verb
+from flexura.errors import OptionError
+from flexura.linalg import count_below, lowest
+from flexura.mechanism.substructure import Mechanism
+from flexura.modal.criteria import largest_motion, mac, orthogonality, space_mac
+from flexura.modal.mode_pairing import CLOSE, ModePairing
+from flexura.reduction import LowOrderModel
+from flexura.reduction.certificate import full_order_modes, low_order_modes
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.testing.correlation.expansion import Expansion, ReducedMass, sensor_mass, serep
+from flexura.testing.correlation.faulty_channels import checked_pairing
+from flexura.testing.correlation.overlay import FRFOverlay, overlays
+from flexura.testing.correlation.test_shapes import ShapesOfTest, identified_modes, measured_frfs, shapes_of
+from flexura.testing.measurement.identified import IdentifiedModes, setups_of
+from flexura.testing.measurement.measurement import Measurement
+from flexura.testing.rig.channel_pairing import (
+    ChannelMatch,
+    ChannelPairing,
+    UnmatchedChannel,
+    nothing_matched,
+    pair_channels,
+)
+from flexura.testing.rig.test_points import (
+    added_mass,
+    frequency_ratios,
+    placement_frequencies,
+    placements_of,
+    sensors_note,
+    with_sensors,
+)
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+BEYOND = 1.5
+"""Modes of the model up to so many times the highest test frequency are compared."""
+
+MOST_MODES = 200
+"""At most so many modes of the model are compared."""
+
+ALIASED = 0.5
+"""MAC of two modes of the model from which the sensors hardly tell them apart."""
+
+UNSEEN = 1e-6
+"""Readings of a mode below this, relative to its largest displacement, are round-off of a symmetry."""
+
+
+@dataclass(frozen=True)
+class ModePair:
+    """A mode of the test and its counterpart in the model, both numbered from 1.
+
+    `error` is the model's frequency over that of the test, less one. `mac` compares the two shapes; `space_mac` is the
+    share of the one within the space of the other's close modes `test_space` and `model_space`, equal to `mac` where
+    there are none. `expansion_error` is what the model's shapes cannot represent of the test shape, relative.
+    """
+
+    test: int
+    model: int
+    test_hz: float
+    model_hz: float
+    error: float
+    damping_ratio: float
+    mac: float
+    space_mac: float
+    test_space: tuple[int, ...]
+    model_space: tuple[int, ...]
+    expansion_error: float
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """A test against a model of the mechanism.
+
+    Shapes at the q matched sensors: `test_shapes` (q, n) complex, `model_shapes` (q, k), rotations times `reach`, m.
+    A channel that is not `used` (q,) is faulty, see `notes`, and takes no part in what follows but `comac` and `gain`.
+    `mac` (n, k), `auto_mac_test` (n, n), `auto_mac_model` (k, k). Over the pairs: `comac` and `gain` (q,) of the
+    channels, `self_orthogonality` (r, r) of the r paired test shapes and `cross_orthogonality` (r, r) with those of the
+    model. `expanded` (n_nodes, 6, n) are the test shapes on the whole mechanism and `counterparts` (n_nodes, 6, r) the
+    model's, in m and rad and of the same size; close modes are turned within their space to be nearest to the test's.
+    `modes` (n_nodes, 6, k) are the model's own.
+    """
+
+    name: str
+    test_name: str
+    pairs: tuple[ModePair, ...]
+    matched: tuple[ChannelMatch, ...]
+    unmatched: tuple[UnmatchedChannel, ...]
+    test_hz: Array
+    test_damping: Array
+    model_hz: Array
+    test_shapes: Complex
+    model_shapes: Array
+    used: NDArray[np.bool_]
+    reach: float
+    mac: Array
+    auto_mac_test: Array
+    auto_mac_model: Array
+    comac: Array
+    gain: Array
+    reduced_mass: str
+    self_orthogonality: Array
+    cross_orthogonality: Array
+    expanded: Array
+    counterparts: Array
+    modes: Array
+    expansion: Expansion
+    frfs: tuple[FRFOverlay, ...]
+    model: FullOrderModel
+    sensors: ChannelPairing
+    notes: tuple[str, ...] = ()
+
+    @property
+    def unpaired_test(self) -> tuple[int, ...]:
+        """Numbers of test modes without a counterpart."""
+        return tuple(sorted(set(range(1, len(self.test_hz) + 1)) - {p.test for p in self.pairs}))
+
+    @property
+    def unpaired_model(self) -> tuple[int, ...]:
+        """Numbers of the model's modes below the highest test frequency that the test has not."""
+        own = {int(k) + 1 for k in np.flatnonzero(self.model_hz <= self.test_hz.max(initial=0.0))}
+        return tuple(sorted(own - {p.model for p in self.pairs}))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the shapes over the mechanism, as plain data for JSON."""
+        numbers = ("test_hz", "test_damping", "model_hz", "mac", "auto_mac_test", "auto_mac_model")
+        tables = ("self_orthogonality", "cross_orthogonality")
+        return {
+            "mechanism": self.name,
+            "test": self.test_name,
+            "pairs": [asdict(pair) for pair in self.pairs],
+            "unpaired_test": list(self.unpaired_test),
+            "unpaired_model": list(self.unpaired_model),
+            "channels": [
+                {
+                    "name": m.channel.name,
+                    "node": m.node,
+                    "how": m.how,
+                    "distance": m.distance,
+                    "gain": _finite(g),
+                    "used": u,
+                }
+                for m, g, u in zip(self.matched, self.gain, self.used.tolist(), strict=True)
+            ],
+            "unmatched": [
+                {"name": u.channel.name, "reason": u.reason, "nearest": u.nearest, "distance": u.distance}
+                for u in self.unmatched
+            ],
+            **{name: getattr(self, name).tolist() for name in (*numbers, *tables)},
+            "comac": [_finite(c) for c in self.comac],
+            "reduced_mass": self.reduced_mass,
+            "frac": [{"setup": o.measured.setup, "frac": o.frac.tolist()} for o in self.frfs],
+            "notes": list(self.notes),
+        }
+
+
+@verb
+def correlate(
+    mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel,
+    test: IdentifiedModes | Measurement,
+    *,
+    measurement: Measurement | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    n: int | None = None,
+    tolerance: float | None = None,
+    close: float = CLOSE,
+    reduced_mass: ReducedMass = "serep",
+) -> Correlation:
+    """Hold a test against the model of a mechanism: channels paired with DOFs, modes with modes, and compared.
+
+    A measurement is identified first; its frequency responses, or those of `measurement`, are laid over the model's.
+    `n` modes of the model are compared, by default all up to 1.5 times the highest test frequency. `tolerance`, m, is
+    that of sensor positions (see `pair_channels`), `close` the relative difference of frequencies below which modes
+    may have mixed (see `pair_modes`), and `reduced_mass` serep or guyan (see `sensor_mass`).
+
+    Where the mechanism describes a test, the model carries the mass of the accelerometers of the test's setups: shapes
+    are those with their mean mass, frequencies means over the placements, responses each of its own placement.
+    Raises ModelError, and OptionError when no channel of the test is found in the model and for impossible arguments.
+    """
+    identified = identified_modes(test)
+    measurement = test if isinstance(test, Measurement) else measurement
+    if not len(identified.poles):
+        raise OptionError(f"{identified.name}: the test has no modes to correlate")
+    read = shapes_of(identified)
+    bare = _full(mechanism, parameters)
+    full = with_sensors(bare, placements := placements_of(bare.plan, setups_of(identified)))
+    sensors = pair_channels(full, read.channels, tolerance)
+    if not sensors.matched:
+        raise OptionError(nothing_matched(identified.name, sensors))
+    hz, vectors = _model_modes(mechanism, full, identified.frequency_hz, n, placements)
+    each = placement_frequencies(full, placements, hz, vectors)
+    hz = each.mean(axis=0) if placements else hz
+    found, pairing = _compared(full, identified, read, sensors, (hz, vectors), close, reduced_mass)
+    found = replace(found, pairs=_by_setup(found.pairs, identified, placements, each))
+    notes = (*found.notes, *sensors_note(bare, placements, each[:, [p.model - 1 for p in found.pairs]]))
+    loaded = [
+        (frf, with_sensors(bare, placements_of(bare.plan, [(frf.setup, frf.outputs)])))
+        for frf in measured_frfs(measurement)
+    ]
+    own = [o for frf, model in loaded for o in overlays(model, [frf], identified, pairing, hz, tolerance)]
+    return replace(found, frfs=tuple(own), notes=notes)
+
+
+def _compared(
+    full: FullOrderModel,
+    identified: IdentifiedModes,
+    read: ShapesOfTest,
+    sensors: ChannelPairing,
+    solved: tuple[Array, Array],
+    close: float,
+    reduced_mass: ReducedMass,
+) -> tuple[Correlation, ModePairing]:
+    """Everything but the frequency responses; `solved` are frequencies and vectors of the model."""
+    hz, vectors = solved
+    modes = full.node_displacements(vectors)
+    reach = 0.5 * float(np.ptp(full.geometry.positions, axis=0).max())
+    scale = np.where(sensors.turns, reach, 1.0)[:, None]
+    x, y = scale * read.shapes[sensors.at], scale * (sensors.rows @ vectors)
+    y[:, np.linalg.norm(y, axis=0) < UNSEEN * largest_motion(modes, reach)] = 0.0
+    checked = checked_pairing(identified.frequency_hz, x, hz, y, close)
+    pairing, used, every = checked.pairing, checked.used, (np.asarray(x, dtype=complex), y)
+    real, rows = (s[used] for s in (scale * read.real_shapes[sensors.at], scale * sensors.rows))
+    x, y = x[used], y[used]
+    basis = _basis(pairing, len(x))
+    expansion = serep(real, y[:, basis])
+    paired = np.flatnonzero(pairing.partner >= 0)
+    turn = _turn(pairing, basis, expansion, len(hz))
+    whole = vectors[:, basis] @ expansion.coefficients
+    mass = sensor_mass(full, rows, vectors[:, basis], reduced_mass)
+    sizes = np.ones(len(identified.poles))
+    sizes[paired] = _to_size_of(y @ turn, real[:, paired])
+    expanded = full.node_displacements(whole) * sizes
+    pairs = tuple(_pair(int(k), identified, hz, pairing, (x, y), expansion) for k in paired)
+    notes = _notes(sensors, pairing, hz, y, expansion, pairs, reach)
+    notes = (*read.notes, *notes, *checked.notes(sensors.matched), *identified.notes)
+    found = Correlation(
+        name=full.plan.mechanism.name,
+        test_name=identified.name,
+        pairs=pairs,
+        matched=sensors.matched,
+        unmatched=sensors.unmatched,
+        test_hz=identified.frequency_hz,
+        test_damping=identified.damping_ratio,
+        model_hz=hz,
+        test_shapes=every[0],
+        model_shapes=every[1],
+        used=used,
+        reach=reach,
+        mac=pairing.mac,
+        auto_mac_test=mac(x, x),
+        auto_mac_model=mac(y, y),
+        comac=checked.comac,
+        gain=checked.gain,
+        reduced_mass=reduced_mass,
+        self_orthogonality=orthogonality(real[:, paired], real[:, paired], mass),
+        cross_orthogonality=orthogonality(real[:, paired], y @ turn, mass),
+        expanded=expanded,
+        counterparts=modes @ turn,
+        modes=modes,
+        expansion=expansion,
+        frfs=(),
+        model=full,
+        sensors=sensors,
+        notes=notes,
+    )
+    return found, pairing
+
+
+def _finite(value: float) -> float | None:
+    """A number for JSON, which knows no nan."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _full(mechanism: Any, parameters: Mapping[str, ArrayLike] | None) -> FullOrderModel:
+    if isinstance(mechanism, FullOrderModel | LowOrderModel):
+        if parameters:
+            raise OptionError("parameters belong to a mechanism, not to a finished model")
+        if isinstance(mechanism, FullOrderModel):
+            return mechanism
+        m = mechanism
+        return FullOrderModel(m.plan, m.parameters, m.values, m.geometry, *m.plan.full_order(m.values, m.geometry))
+    return assemble(mechanism, parameters)
+
+
+def _by_setup(
+    pairs: Sequence[ModePair], test: IdentifiedModes, placements: Sequence[str], each: Array
+) -> tuple[ModePair, ...]:
+    """Pairs with errors that are means over setups, where each of these is known by the name of its placement."""
+    if tuple(own.setup for own in test.setups) != tuple(placements) or not placements:
+        return tuple(pairs)
+    hz = [own.frequency_hz for own in test.setups]
+    ratios = ((p, frequency_ratios(each, hz, p.test_hz, p.model - 1)) for p in pairs)
+    return tuple(replace(p, model_hz=p.test_hz * r, error=r - 1) for p, r in ratios)
+
+
+def _model_modes(
+    mechanism: Any, full: FullOrderModel, test_hz: Array, n: int | None, placements: Sequence[str]
+) -> tuple[Array, Array]:
+    """Frequencies (k,), Hz, and M-orthonormal full-order vectors (n, k) of the modes compared."""
+    low = mechanism if isinstance(mechanism, LowOrderModel) else None
+    K, M = (full.K, full.M) if low is None else (low.K, low.M)
+    if low is not None and (added := added_mass(full, placements)) is not None:
+        M = M + added.on(added.motion @ low.recover(np.eye(low.order)))
+    if n is not None and n < 1:
+        raise OptionError(f"the number of modes is at least 1, not {n}")
+    count = count_below(K, M, (2 * np.pi * BEYOND * float(test_hz.max())) ** 2) if n is None else n
+    count = min(max(count, len(test_hz) if n is None else n), MOST_MODES, K.shape[0])
+    if not placements:  # nothing but what is described
+        own = full_order_modes(full, count) if low is None else low_order_modes(low, full, count)
+        return np.sqrt(own.values) / (2 * np.pi), own.vectors
+    pairs = lowest(K, M, count)
+    finite = np.isfinite(pairs.values)
+    vectors = pairs.vectors[:, finite]
+    hz = np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi)
+    return hz, vectors if low is None else np.asarray(low.recover(vectors))
+
+
+def _basis(pairing: ModePairing, sensors: int) -> NDArray[np.intp]:
+    """Model modes in which test shapes are expanded: those paired and their close ones, as far as sensors go."""
+    paired = pairing.partner[pairing.partner >= 0]
+    spaces = [g for g in pairing.model_spaces if np.isin(g, paired).any()]
+    wide = np.sort(np.concatenate(spaces)) if spaces else paired
+    return wide if len(wide) <= sensors else np.sort(paired)
+
+
+def _turn(pairing: ModePairing, basis: NDArray[np.intp], expansion: Expansion, count: int) -> Array:
+    """Coefficients (k, r) of the r counterparts in the k modes of the model: close modes turned among themselves to be
+    nearest to the test's, the orthogonal Procrustes problem (Schoenemann 1966; theory eq. Q13).
+    """
+    paired = np.flatnonzero(pairing.partner >= 0)
+    turn = np.zeros((count, len(paired)))
+    turn[pairing.partner[paired], np.arange(len(paired))] = 1.0
+    for group in pairing.model_spaces:
+        own, at = np.flatnonzero(np.isin(pairing.partner[paired], group)), np.flatnonzero(np.isin(basis, group))
+        if len(at) < 2 or not len(own):
+            continue
+        C = expansion.coefficients[np.ix_(at, paired[own])]
+        C = C / np.maximum(np.linalg.norm(C, axis=0), 1e-300)
+        U, _, Vt = np.linalg.svd(C, full_matrices=False)
+        turn[np.ix_(basis[at], own)] = U @ Vt
+    return turn
+
+
+def _to_size_of(target: Array, shapes: Array) -> Array:
+    """Factors (r,) that bring shapes (p, r) to the size and sign of others, by least squares."""
+    size, product = (shapes**2).sum(axis=0), (shapes * target).sum(axis=0)
+    return np.where(product != 0, product / np.where(size > 0, size, 1.0), 1.0)
+
+
+def _pair(
+    k: int, test: IdentifiedModes, hz: Array, pairing: ModePairing, at: tuple[NDArray, Array], expansion: Expansion
+) -> ModePair:
+    x, y = at
+    j = int(pairing.partner[k])
+    tests, models = pairing.space_of(k)
+    own = float(pairing.mac[k, j])
+    in_model = float(space_mac(x[:, [k]], y[:, models])[0]) if 1 < len(models) < len(x) else own
+    in_test = float(space_mac(y[:, [j]], x[:, tests])[0]) if 1 < len(tests) < len(x) else own
+    f, g = float(test.frequency_hz[k]), float(hz[j])
+    test_space, model_space = (tuple(int(i) + 1 for i in np.sort(s)) for s in (tests, models))
+    damping, error = float(test.damping_ratio[k]), float(expansion.error[k])
+    best = max(own, in_model, in_test)
+    return ModePair(k + 1, j + 1, f, g, g / f - 1, damping, own, best, test_space, model_space, error)
+
+
+def _notes(
+    sensors: ChannelPairing,
+    pairing: ModePairing,
+    hz: Array,
+    y: Array,
+    expansion: Expansion,
+    pairs: tuple[ModePair, ...],
+    reach: float,
+) -> list[str]:
+    """What to beware of."""
+    notes = list(sensors.notes)
+    if sensors.turns.any() and not sensors.turns.all():
+        notes.append(f"rotations are compared with displacements as those {1e3 * reach:.4g} mm away")
+    if len(y) == 1:
+        notes.append("a single channel has no shapes: modes are paired in order of frequency")
+    if not pairs:
+        notes.append("no mode of the test has a counterpart in the model")
+        return notes
+    alike = mac(y, y)
+    top = max(p.model for p in pairs)
+    for i, j in zip(*np.nonzero(np.triu(alike[:top, :top] > ALIASED, 1)), strict=True):
+        together = any(i in g and j in g for g in pairing.model_spaces)
+        if not together:
+            notes.append(
+                f"the sensors hardly tell modes {i + 1} and {j + 1} of the model apart ({hz[i]:.4g} and {hz[j]:.4g} Hz,"
+                f" MAC {alike[i, j]:.2f}): place_sensors finds better places"
+            )
+    if not expansion.is_determined:
+        notes.append(f"{len(y)} sensors do not determine the paired shapes: expanded shapes are the smallest that fit")
+    return notes

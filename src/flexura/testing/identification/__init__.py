@@ -1,0 +1,1 @@
+"""Modes identified from frequency responses, of one setup or of several merged."""

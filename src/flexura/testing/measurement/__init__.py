@@ -1,0 +1,1 @@
+"""Measured data: channels, records, frequency responses estimated from them, and the modes that are measured."""

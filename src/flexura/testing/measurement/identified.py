@@ -1,0 +1,183 @@
+"""Modes identified from measured frequency responses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.testing.measurement.channels import MeasuredChannel
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class ModeEvidence:
+    """How far one identified mode can be trusted.
+
+    `confidence` is between 0 and 1 (theory eq. I14). `frequency_scatter` and `damping_scatter` are relative standard
+    deviations over the model orders (and setups) in which the pole was found; `mpc` the modal phase collinearity,
+    `mpd_deg` the mean phase deviation (theory eqs. I16, I17). `frequency_sigma` and `damping_sigma` are relative
+    standard deviations by the misfit of the non-linear fit (theory eq. I13), zero where it was not made. `share` is the
+    share of model orders that have the mode, `setups` the number of setups that do. `setup_shift` is the part of the
+    scatter of frequency over setups, relative, that these do not explain: it is there in a repeated test, as sensors'
+    masses in other places are (theory eq. I21). `frequency_bias` and `damping_bias` are how far both may be off by what
+    is no noise, relative: leakage, modes that were not found, lines wider than the mode (theory eqs. I25, I26).
+    """
+
+    confidence: float
+    frequency_scatter: float
+    damping_scatter: float
+    mpc: float
+    mpd_deg: float
+    frequency_sigma: float = 0.0
+    damping_sigma: float = 0.0
+    share: float = 1.0
+    setups: int = 1
+    setup_shift: float = 0.0
+    frequency_bias: float = 0.0
+    damping_bias: float = 0.0
+
+    @property
+    def frequency_spread(self) -> float:
+        """How far the frequency may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.frequency_scatter, self.frequency_sigma, self.frequency_bias)
+
+    @property
+    def damping_spread(self) -> float:
+        """How far the damping ratio may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.damping_scatter, self.damping_sigma, self.damping_bias)
+
+
+@dataclass(frozen=True)
+class Poles:
+    """All poles of a stabilisation diagram: model order, frequency, Hz, damping ratio, and how stable each is.
+
+    `stable` holds the bits 1 frequency, 2 damping, 4 shape or participation.
+    """
+
+    order: NDArray[np.intp]
+    frequency_hz: Array
+    damping_ratio: Array
+    stable: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class IdentifiedModes:
+    """Modes of a test: `poles` (n,), rad/s, ascending in frequency, with `shapes` (p, n) and `participation` (m, n).
+
+    The residue of mode r from input j to output i is shapes[i, r] participation[j, r]. Shapes are displacements.
+    `real_shapes` (p, n) are the real ones nearest to them, the largest entry positive. `scaling` says of each mode
+    whether its shape has unit modal mass, which takes a driving point, or unit participation. `lower` and `upper`
+    (p, m) are what modes below and above the band add, over s^2 and constant. `synthesis_error` is the relative error
+    of the frequency responses that the fit gives back in the `band`, Hz. `decay`, 1/s, was taken out of the poles.
+    With several setups, `setups` has the modes of each, whose frequencies differ as their sensors' masses do, and
+    `poles` are weighted means.
+    """
+
+    name: str
+    poles: Complex
+    shapes: Complex
+    real_shapes: Array
+    participation: Complex
+    inputs: tuple[MeasuredChannel, ...]
+    outputs: tuple[MeasuredChannel, ...]
+    evidence: tuple[ModeEvidence, ...]
+    diagram: tuple[Poles, ...]
+    synthesis_error: float
+    notes: tuple[str, ...] = ()
+    scaling: tuple[str, ...] = ()
+    lower: Array | None = None
+    upper: Array | None = None
+    decay: float = 0.0
+    band: tuple[float, float] | None = None
+    setup: str = ""
+    setups: tuple[IdentifiedModes, ...] = ()
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Undamped natural frequencies |s| / (2 pi) (n,), Hz."""
+        return np.abs(self.poles) / (2 * np.pi)
+
+    @property
+    def damping_ratio(self) -> Array:
+        """Damping ratios -Re s / |s| (n,)."""
+        return -self.poles.real / np.abs(self.poles)
+
+    @property
+    def confidence(self) -> Array:
+        """Confidence in every mode (n,), 0 to 1."""
+        return np.array([e.confidence for e in self.evidence])
+
+    def receptance(self, frequency_hz: ArrayLike) -> Complex:
+        """Displacements per unit input (f, p, m) of modes and residuals, at frequencies, Hz (theory eq. I1).
+
+        No exponential window is in it.
+        """
+        s = 2j * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        return responses(s, self.poles, self.shapes, self.participation, self.lower, self.upper)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but diagrams as plain data, complex numbers as two lists."""
+        shapes = {"shapes_real": self.shapes.real.tolist(), "shapes_imaginary": self.shapes.imag.tolist()}
+        part = self.participation
+        turn = {"participation_real": part.real.tolist(), "participation_imaginary": part.imag.tolist()}
+        return {
+            "name": self.name,
+            "setup": self.setup,
+            "frequency_hz": self.frequency_hz.tolist(),
+            "angular_frequency": np.abs(self.poles).tolist(),
+            "damping_ratio": self.damping_ratio.tolist(),
+            **shapes,
+            "real_shapes": self.real_shapes.tolist(),
+            **turn,
+            "scaling": list(self.scaling),
+            "inputs": [_plain(c) for c in self.inputs],
+            "outputs": [_plain(c) for c in self.outputs],
+            "evidence": [{k: _finite(v) for k, v in vars(e).items()} for e in self.evidence],
+            "synthesis_error": self.synthesis_error,
+            "setups": [own.to_dict() for own in self.setups],
+            "notes": list(self.notes),
+        }
+
+
+def _plain(channel: MeasuredChannel) -> dict[str, Any]:
+    return {
+        "name": channel.name,
+        "quantity": channel.quantity,
+        "node": channel.node,
+        "direction": None if channel.direction is None else list(channel.direction),
+        "position": None if channel.position is None else list(channel.position),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def responses(
+    s: Complex,
+    poles: Complex,
+    shapes: Complex,
+    participation: Complex,
+    lower: Array | None = None,
+    upper: Array | None = None,
+) -> Complex:
+    """Displacements per unit input (f, p, m) at s (f,), 1/s, from modes and residuals (theory eq. I1)."""
+    q = np.concatenate([1 / (s[:, None] - poles), 1 / (s[:, None] - poles.conj())], axis=1)
+    left, right = (np.concatenate([x, x.conj()], axis=1) for x in (shapes, participation))
+    H = np.einsum("fr,pr,mr->fpm", q, left, right, optimize=True)
+    if upper is not None:
+        H = H + upper
+    return H if lower is None else H + lower / s[:, None, None] ** 2
+
+
+Setups = tuple[tuple[str, tuple[MeasuredChannel, ...]], ...]
+
+
+def setups_of(data: IdentifiedModes) -> Setups:
+    """Names and outputs of the setups in which modes were measured."""
+    return tuple((one.setup, one.outputs) for one in data.setups or (data,))

@@ -1,0 +1,1 @@
+"""The mechanism under test: where hammer and sensors sit, what channels read of the model, and what sensors weigh."""

@@ -1,0 +1,371 @@
+"""Which motion of the model each channel of a test reads: by node, by position, or by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.arguments import verb
+from flexura.errors import FlexuraError, OptionError
+from flexura.mechanism import Box, Cylinder, Plate, RigidBody
+from flexura.mechanism.evaluation import evaluated, parameter_values
+from flexura.mechanism.placement import rotation_matrix
+from flexura.structure import FullOrderModel
+from flexura.structure.slots import Index
+from flexura.systems.placed import DERIVATIVE, Placement
+from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.rig.test_points import Place, PlacesOfTest
+
+Array = NDArray[np.float64]
+
+WITHIN = 0.02
+"""Farthest a sensor may be from what it is taken to sit on, relative to the longest side of the mechanism."""
+
+POINT = 1e-3
+"""The same, m, in a mechanism of a single point."""
+
+UNITS_OF_LENGTH = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
+"""Units in which positions may have been written in place of metres."""
+
+TURNS = ("rotation", "angular_velocity", "angular_acceleration", "moment")
+
+
+@dataclass(frozen=True)
+class ChannelMatch:
+    """A channel and the node of the model that it is taken to read.
+
+    `how` is node, test (a hammer point or accelerometer of the described test), position, body (a point of a rigid
+    body) or name. `distance`, m, is from the channel's position to the node, point or body; None where the channel has
+    no position.
+    """
+
+    channel: MeasuredChannel
+    node: str
+    how: str
+    distance: float | None
+
+
+@dataclass(frozen=True)
+class UnmatchedChannel:
+    """A channel that reads nothing of the model, why, and the nearest node with its distance, m, where known."""
+
+    channel: MeasuredChannel
+    reason: str
+    nearest: str | None = None
+    distance: float | None = None
+
+
+@dataclass(frozen=True)
+class ChannelPairing:
+    """Channels of a test among the DOFs of a model.
+
+    `rows` (q, n) give what the matched channels read, displacement or rotation, from a full-order DOF vector; `at` (q,)
+    are their positions among all channels and `turns` (q,) tells those that read rotations. Sensors sit at `positions`
+    (q, 3), m, and look along `directions` (q, 3); both are nan where a sensor of the description reads between nodes.
+    """
+
+    matched: tuple[ChannelMatch, ...]
+    unmatched: tuple[UnmatchedChannel, ...]
+    at: Index
+    rows: Array
+    turns: NDArray[np.bool_]
+    positions: Array
+    directions: Array
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Where a channel sits: a node, the point `x` (3,) that it reads and its direction; or a described sensor's row."""
+
+    match: ChannelMatch
+    number: int
+    x: Array
+    direction: Array
+    row: Array | None = None
+
+
+@verb
+def pair_channels(
+    model: FullOrderModel, channels: Sequence[MeasuredChannel], tolerance: float | None = None
+) -> ChannelPairing:
+    """Find what each channel of a test reads in the model (theory eqs. Q1-Q2).
+
+    A channel with a direction is matched by the name of its node, or by its position: with the nearest node or point of
+    the described test, or a rigid body with a solid that contains it, within `tolerance`, m (2 % of the longest side of
+    the mechanism when left out). It reads the point where it sits, on a rigid arm from that node. Other channels go by
+    their name: that of a hammer point or accelerometer of the test, of a described sensor or actuator, or of a DOF such
+    as `platform.tz`. A channel without a counterpart is reported with
+    the nearest node; a position that is in other units, or in another frame, shows there.
+    Raises OptionError for a tolerance that is not positive and for a position that is not finite.
+    """
+    places = _Places(model, tolerance)
+    found: list[_Found] = []
+    at: list[int] = []
+    unmatched: list[UnmatchedChannel] = []
+    for k, channel in enumerate(channels):
+        own = places.find(channel)
+        if isinstance(own, UnmatchedChannel):
+            unmatched.append(own)
+        else:
+            at.append(k)
+            found.append(own)
+    rows = _rows(model, found)
+    still: NDArray[np.bool_] = np.asarray(~rows.any(axis=1), dtype=np.bool_)
+    unmatched += [
+        UnmatchedChannel(f.match.channel, "the model holds what it reads", f.match.node, f.match.distance)
+        for f, held in zip(found, still.tolist(), strict=True)
+        if held
+    ]
+    moving = [f for f, held in zip(found, still.tolist(), strict=True) if not held]
+    return ChannelPairing(
+        tuple(f.match for f in moving),
+        tuple(unmatched),
+        np.array(at, dtype=np.intp)[~still],
+        rows[~still],
+        np.array([f.match.channel.quantity in TURNS for f in moving], dtype=bool),
+        np.array([f.x for f in moving]).reshape(-1, 3),
+        np.array([f.direction for f in moving]).reshape(-1, 3),
+        tuple(places.hints(unmatched)),
+    )
+
+
+def nothing_matched(name: str, sensors: ChannelPairing) -> str:
+    """Why no channel is found in the model."""
+    shown = "; ".join(
+        f"{u.channel.name}: {u.reason}"
+        + (f" (nearest {u.nearest}, {1e3 * u.distance:.3g} mm away)" if u.distance is not None else "")
+        for u in sensors.unmatched[:3]
+    )
+    hint = "".join(f"; {note}" for note in sensors.notes)
+    return f"{name}: none of {len(sensors.unmatched)} channels is found in the model: {shown}{hint}"
+
+
+def _rows(model: FullOrderModel, found: list[_Found]) -> Array:
+    """What channels read of the DOFs (q, n): d . (u + theta x arm), or d . theta."""
+    rows = np.zeros((len(found), model.plan.topology.n_dof))
+    own = [k for k, f in enumerate(found) if f.row is None]
+    if own:
+        numbers = np.array([found[k].number for k in own], dtype=np.intp)
+        x, d = (np.array([getattr(found[k], name) for k in own]) for name in ("x", "direction"))
+        turns = np.array([found[k].match.channel.quantity in TURNS for k in own])[:, None]
+        of_node = np.concatenate(
+            [np.where(turns, 0.0, d), np.where(turns, d, np.cross(x - model.geometry.positions[numbers], d))], axis=1
+        )
+        node_rows = np.asarray(model.plan.node_rows(numbers, model.geometry).toarray()).reshape(len(own), 6, -1)
+        rows[own] = np.einsum("qi,qin->qn", of_node, node_rows)
+    for k, f in enumerate(found):
+        if f.row is not None:
+            rows[k] = f.row
+    return rows
+
+
+class _Places:
+    """The nodes, bodies and described channels of one model."""
+
+    def __init__(self, model: FullOrderModel, tolerance: float | None) -> None:
+        self.model, self.topology = model, model.plan.topology
+        self.names = self.topology.node_names
+        self.placed = np.flatnonzero(self.topology.has_place)
+        self.x = model.geometry.positions[self.placed]
+        size = float(np.ptp(self.x, axis=0).max(initial=0.0))
+        self.tolerance = (WITHIN * size or POINT) if tolerance is None else float(tolerance)
+        if not self.tolerance > 0:
+            raise OptionError(f"the tolerance of positions is a positive length in m, not {self.tolerance:g}")
+        self.described = Placement(model.plan, model.values, model.geometry)
+        self.bodies = list(_solid_bodies(model))
+        described = None if model.plan.mechanism.test is None else PlacesOfTest(model)
+        self.hammer = {} if described is None else described.hammer
+        self.accelerometers = {} if described is None else described.accelerometers
+        self.points = [*self.hammer.values(), *self.accelerometers.values()]
+
+    def find(self, channel: MeasuredChannel) -> _Found | UnmatchedChannel:
+        """The place of a channel, or why there is none."""
+        x = None if channel.position is None else np.array(channel.position, dtype=float)
+        if x is not None and not np.isfinite(x).all():
+            raise OptionError(f"channel {channel.name}: its position {channel.position} is not finite")
+        if channel.direction is not None:
+            d = np.array(channel.direction, dtype=float)
+            if not (np.isfinite(d).all() and d.any()):
+                raise OptionError(f"channel {channel.name}: its direction {channel.direction} is not one")
+            d /= np.linalg.norm(d)
+            by_node = self._by_node(channel, x, d)
+            if by_node is not None:
+                return by_node
+            if x is not None:
+                return self._by_position(channel, x, d)
+        return self._by_test(channel, x) or self._by_name(channel)
+
+    def _by_node(self, channel: MeasuredChannel, x: Array | None, d: Array) -> _Found | UnmatchedChannel | None:
+        if channel.node is None:
+            return None
+        try:
+            number = int(self.topology.numbers([channel.node])[0])
+        except OptionError:
+            return None
+        at = self.model.geometry.positions[number]
+        if x is None:
+            return _Found(ChannelMatch(channel, channel.node, "node", None), number, at, d)
+        distance = float(np.linalg.norm(x - at))
+        root = self.topology.root
+        distance = min([distance, *(_gap(p, x) for p in self.points if root[p.number] == root[number])])
+        if self.topology.is_rigid[number]:
+            distance = min([distance, *(b.distance(x) for b in self.bodies if b.root == root[number])])
+        if distance > self.tolerance:
+            reason = f"node {channel.node} is not where the channel is said to be"
+            return UnmatchedChannel(channel, reason, channel.node, distance)
+        return _Found(ChannelMatch(channel, channel.node, "node", distance), number, x, d)
+
+    def _by_position(self, channel: MeasuredChannel, x: Array, d: Array) -> _Found | UnmatchedChannel:
+        distances = np.linalg.norm(self.x - x, axis=1)
+        nearest = int(np.argmin(distances))
+        number, distance, how = int(self.placed[nearest]), float(distances[nearest]), "position"
+        for point in self.points:
+            if (gap := _gap(point, x)) < distance:
+                number, distance, how = point.number, gap, "test"
+        for body in self.bodies:
+            if (gap := body.distance(x)) < distance:
+                number, distance, how = body.number, gap, "body"
+        if distance > self.tolerance:
+            reason = f"nothing of the model is within {1e3 * self.tolerance:.3g} mm of it"
+            return UnmatchedChannel(channel, reason, self.names[number], distance)
+        return _Found(ChannelMatch(channel, self.names[number], how, distance), number, x, d)
+
+    def _by_test(self, channel: MeasuredChannel, x: Array | None) -> _Found | None:
+        """A channel that lacks its place or its direction, and has the name of a point of the described test."""
+        point = (self.hammer if channel.quantity == "force" else self.accelerometers).get(channel.name)
+        if point is None or channel.quantity in TURNS or (x is not None and _gap(point, x) > self.tolerance):
+            return None
+        own = point.channel if channel.direction is None else channel
+        at = np.array(point.channel.position if x is None else x, dtype=float)
+        d = np.array(own.direction, dtype=float)
+        match = ChannelMatch(channel, self.names[point.number], "test", None if x is None else _gap(point, x))
+        return _Found(match, point.number, at, d / np.linalg.norm(d))
+
+    def _by_name(self, channel: MeasuredChannel) -> _Found | UnmatchedChannel:
+        is_input = channel.quantity in ("force", "moment")
+        name, nowhere = channel.name, np.full(3, np.nan)
+        try:
+            if is_input:
+                placed = self.described.inputs([name])[0]
+                row, own = placed.row, placed.channel.quantity in TURNS
+                if placed.base is not None or placed.stiffness is not None:
+                    return UnmatchedChannel(channel, f"{name} is no force or moment in the model")
+            else:
+                out = self.described.outputs([name])[0]
+                row, own = out.row, out.channel.quantity in TURNS
+                if out.channel.quantity not in DERIVATIVE:
+                    return UnmatchedChannel(channel, f"{name} reads no motion in the model")
+        except FlexuraError:
+            lacking = "direction" if channel.direction is None else "position, or node of the model"
+            what = "actuator" if is_input else "sensor"
+            return UnmatchedChannel(channel, f"it has no {lacking}, and no {what} or DOF has its name")
+        if own != (channel.quantity in TURNS):
+            return UnmatchedChannel(channel, f"it is a {channel.quantity}, and {name} of the model is not")
+        node, _, dof = name.partition(":")[0].rpartition(".")
+        if dof[:1] in ("t", "r") and dof[1:] in ("x", "y", "z") and node in self.names:
+            number = int(self.topology.numbers([node])[0])
+            at = self.model.geometry.positions[number]
+            return _Found(ChannelMatch(channel, node, "name", None), number, at, np.eye(3)["xyz".index(dof[1])], row)
+        where = self._sensor_place(name, is_input)
+        if where is None:
+            return _Found(ChannelMatch(channel, name, "name", None), -1, nowhere, nowhere, row)
+        number, d = where
+        match = ChannelMatch(channel, self.names[number], "name", None)
+        return _Found(match, number, self.model.geometry.positions[number], d, row)
+
+    def _sensor_place(self, name: str, is_input: bool) -> tuple[int, Array] | None:
+        """Node and direction of a described sensor or actuator at a single node."""
+        kind = "actuator" if is_input else "sensor"
+        for prototype, placed in self.topology.placed.items():
+            channels = placed.part.channels
+            for copy, path in enumerate(placed.paths):
+                key = name.rpartition(".")[2]
+                if ".".join((*path, key)) != name or (kind, key) not in channels.nodes:
+                    continue
+                nodes = channels.nodes[kind, key]
+                direction = channels.number(kind, key, "direction", self.model.values)
+                if len(nodes) != 1 or direction is None:
+                    return None
+                Q = self.model.geometry.Q[self.topology.placed[prototype].number[copy]]
+                d = Q @ np.asarray(direction, dtype=float)
+                return placed.offset[copy] + nodes[0], d / np.linalg.norm(d)
+        return None
+
+    def hints(self, unmatched: Sequence[UnmatchedChannel]) -> list[str]:
+        """What may be wrong with all positions together."""
+        far = [u.channel.position for u in unmatched if u.channel.position is not None and u.distance is not None]
+        if not far:
+            return []
+        x = np.array(far, dtype=float)
+        for unit, factor in UNITS_OF_LENGTH.items():
+            gaps = np.linalg.norm(self.x[None] - factor * x[:, None], axis=2).min(axis=1)
+            gaps = np.minimum(gaps, [min((b.distance(factor * p) for b in self.bodies), default=np.inf) for p in x])
+            if (gaps <= self.tolerance).all():
+                return [f"the positions without a counterpart fit the model when read as {unit}: they are given in m"]
+        return []
+
+
+def _gap(point: Place, x: Array) -> float:
+    """Distance, m, of a position from a point of the test."""
+    return float(np.linalg.norm(np.asarray(point.channel.position) - x))
+
+
+@dataclass(frozen=True)
+class _SolidBody:
+    """A placed rigid body with a solid: its node, the root that it follows, its centre, axes (3, 3) and solid.
+
+    `size` (3,) are full edges; of a cylinder diameter, diameter and length along the third axis.
+    """
+
+    number: int
+    root: int
+    centre: Array
+    axes: Array
+    size: Array
+    is_round: bool
+
+    def distance(self, x: Array) -> float:
+        """Distance, m, of a point from the solid, zero inside."""
+        local = (x - self.centre) @ self.axes
+        if self.is_round:
+            local = np.array([np.hypot(local[0], local[1]), 0.0, local[2]])
+        return float(np.linalg.norm(np.maximum(np.abs(local) - self.size / 2, 0.0)))
+
+
+def _solid_bodies(model: FullOrderModel):  # type: ignore[no-untyped-def]
+    """Every placed rigid body that has a solid."""
+    plan, geometry = model.plan, model.geometry
+    values = {k: float(np.asarray(v)) for k, v in parameter_values(plan.mechanism, model.parameters).items()}
+    for name, part in plan.parts.items():
+        prototype, placed = plan.layout.prototypes[name], plan.topology.placed[name]
+        for key, described in prototype.bodies.items():
+            solid = _solid(evaluated(described, values))
+            if solid is None:
+                continue
+            for number, offset in zip(placed.number, placed.offset, strict=True):
+                node = offset + part.bodies[key][0]
+                axes = geometry.Q[number] @ solid[0]
+                yield _SolidBody(node, int(plan.topology.root[node]), geometry.positions[node], axes, *solid[1:])
+
+
+def _solid(body: RigidBody) -> tuple[Array, Array, bool] | None:
+    """Axes (3, 3), as columns in the part's frame, edges (3,), m, and whether it is a cylinder."""
+    turn = np.eye(3)
+    if body.rotate is not None:
+        turn = rotation_matrix(np.array(body.rotate.axis, dtype=float), np.asarray(body.rotate.angle, dtype=float))
+    match body.solid:
+        case Box(size=size):
+            return turn, np.array(size, dtype=float), False
+        case Plate(length=a, width=b, thickness=c):
+            return turn, np.array((a, b, c), dtype=float), False
+        case Cylinder(diameter=d, length=length, axis=axis):
+            third = np.array(axis, dtype=float) / np.linalg.norm(np.array(axis, dtype=float))
+            first = np.cross(third, np.eye(3)[np.argmin(np.abs(third))])
+            first /= np.linalg.norm(first)
+            axes: Array = np.array([first, np.cross(third, first), third], dtype=np.float64).T
+            return np.asarray(turn @ axes, dtype=np.float64), np.array((d, d, length), dtype=float), True
+    return None

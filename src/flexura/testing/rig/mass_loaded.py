@@ -1,0 +1,66 @@
+"""Models of a mechanism over its parameters with the sensors of a placement on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.sensitivity.variation import Family, Matrices
+from flexura.structure import FullOrderModel
+from flexura.testing.rig.test_points import PlacesOfTest
+
+Array = NDArray[np.float64]
+
+
+class LoadedFamily:
+    """A family with the mean mass of the sensors of some placements, where and as heavy as the test of a design says.
+
+    theory eq. K20.
+    """
+
+    def __init__(self, family: Family, placements: Sequence[str]) -> None:
+        self._family, self._placements = family, tuple(placements)
+        self._last: tuple[dict[str, float], Any] | None = None
+
+    def model(self, parameters: Mapping[str, float]) -> FullOrderModel | Matrices:
+        """The model for one design with the sensors; the last one is remembered."""
+        at = dict(parameters)
+        if self._last is None or self._last[0] != at:
+            self._last = (at, self._built(at))
+        return self._last[1]
+
+    def _built(self, at: dict[str, float]) -> FullOrderModel | Matrices:
+        own = self._family.model(at)
+        added = self._places(at).added(self._placements)
+        if isinstance(own, FullOrderModel):
+            return replace(own, M=sp.csc_matrix(own.M + added.on()))
+        return replace(own, M=own.M + added.on(self._family.carried(at, added.motion)))
+
+    def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
+        """K X, M X (n, k) with the sensors, and readings (o, k), for one design."""
+        KX, MX, Y = self._family.products(parameters, X)
+        added = self._places(parameters).added(self._placements)
+        carried = self._family.carried(parameters, added.motion)
+        return KX, MX + carried.T @ (np.repeat(added.mass, 3)[:, None] * (carried @ X)), Y
+
+    def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
+        """What the rows read off coordinate vectors X: (o, k)."""
+        return self._family.readings(parameters, X)
+
+    def rows(self, parameters: Mapping[str, float]) -> Array:
+        """The rows themselves over the coordinates: (o, n)."""
+        return self._family.rows(parameters)
+
+    def _places(self, parameters: Mapping[str, float]) -> PlacesOfTest:
+        plan, empty = self._family.plan, None
+        values = plan.values(parameters)
+        model: Any = FullOrderModel(plan, dict(parameters), values, plan.geometry(values), empty, empty)  # type: ignore[arg-type]
+        return PlacesOfTest(model)
+
+
+AnyFamily = Family | LoadedFamily

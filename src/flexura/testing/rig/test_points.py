@@ -1,0 +1,223 @@
+"""Hammer points and accelerometers of a described test on its mechanism, and the mass that a placement adds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.errors import OptionError
+from flexura.mechanism import Accelerometer, HammerPoint, ModalTest
+from flexura.mechanism.evaluation import evaluated
+from flexura.structure import FullOrderModel, Plan
+from flexura.testing.measurement.channels import MeasuredChannel
+
+Array = NDArray[np.float64]
+
+SHIFT = 0.1
+"""Frequencies of one mode differ by less between setups, relative."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place on a mechanism: `motion` (3, n), its displacement from the DOFs of the full-order model, and a channel
+    along a direction there, with the mass of its sensor, kg, and the `number` of the node that carries it."""
+
+    channel: MeasuredChannel
+    number: int
+    motion: Any
+    mass: float = 0.0
+
+    @property
+    def row(self) -> Array:
+        """Displacement (n,) along the direction of the channel."""
+        return np.asarray(self.channel.direction) @ self.motion.toarray()
+
+    @property
+    def rigid(self) -> Array:
+        """Reading (6,) in unit rigid motions of and about the global origin."""
+        d, x = np.asarray(self.channel.direction), np.asarray(self.channel.position)
+        return np.concatenate([d, np.cross(x, d)])
+
+
+@dataclass(frozen=True)
+class AddedMass:
+    """Masses (q,), kg, each on the three displacements `motion` (3 q, n) of a point of the full-order model.
+
+    A negative one takes off the mass of a described sensor that is not in the placement.
+    """
+
+    mass: Array
+    motion: Any
+
+    def on(self, carried: Any = None) -> Any:
+        """Mass matrix (n, n), kg, over the DOFs, or over coordinates that have `carried` (3 q, m) for the motion."""
+        rows: Any = self.motion if carried is None else carried
+        weight = np.repeat(self.mass, 3)
+        across: Any = rows.T
+        return across @ (sp.csr_array(sp.diags_array(weight)) @ rows)
+
+
+class PlacesOfTest:
+    """The places of a test in one design of a mechanism, with what they weigh.
+
+    Raises OptionError for a name that the mechanism does not have.
+    """
+
+    def __init__(self, model: FullOrderModel, described: ModalTest | None = None) -> None:
+        self.model = model
+        described = described or model.plan.mechanism.test
+        if described is None:
+            raise OptionError(f"{model.plan.mechanism.name} describes no test: add the key test to its file")
+        self._values = model.plan.parameter_values(model.parameters)
+        numbers = evaluated(described, self._values)  # type: ignore[arg-type]
+        self.test = ModalTest(**{name: getattr(numbers, name) for name in ModalTest.model_fields})
+
+    @cached_property
+    def hammer(self) -> dict[str, Place]:
+        """Hammer points by name."""
+        return {name: self._hammer(name, point) for name, point in self.test.hammer.items()}
+
+    @cached_property
+    def accelerometers(self) -> dict[str, Place]:
+        """Accelerometers by name."""
+        return {name: self._sensor(name, own) for name, own in self.test.accelerometers.items()}
+
+    def added(self, placements: Sequence[str]) -> AddedMass:
+        """Mean mass of the sensors of some placements, less those that the mechanism itself has (theory eq. H15)."""
+        placed, own = self.test.placed(), self.accelerometers
+        share = {name: sum(name in placed[k] for k in placements) / max(len(placements), 1) for name in own}
+        weight = [own[name].mass * (share[name] - isinstance(self.test.accelerometers[name], str)) for name in own]
+        used = [k for k, w in enumerate(weight) if w]
+        places = list(own.values())
+        n = self.model.plan.topology.n_dof
+        motion = sp.vstack([sp.csr_array((0, n)), *(places[k].motion for k in used)], format="csr")
+        return AddedMass(np.array([weight[k] for k in used], dtype=float), motion)
+
+    def _hammer(self, name: str, point: HammerPoint | str) -> Place:
+        if isinstance(point, str):
+            return self._described("actuator", name, point)
+        return self._inline(name, "force", point)
+
+    def _sensor(self, name: str, sensor: Accelerometer | str) -> Place:
+        if isinstance(sensor, str):
+            return self._described("sensor", name, sensor)
+        place = self._inline(name, "acceleration", sensor)
+        return replace(place, mass=float(sensor.mass))  # type: ignore[arg-type]
+
+    def _inline(self, name: str, quantity: str, part: HammerPoint | Accelerometer) -> Place:
+        number = int(self.model.plan.topology.numbers([part.node])[0])
+        here = self.model.geometry.positions[number]
+        at = here if part.at is None else np.asarray(part.at, dtype=float)
+        label = part.node if part.at is None else name
+        return self._place(name, quantity, number, label, at, np.asarray(part.direction, dtype=float))
+
+    def _place(self, name: str, quantity: str, number: int, label: str, at: Array, direction: Array) -> Place:
+        plan, geometry = self.model.plan, self.model.geometry
+        arm = at - geometry.positions[number]
+        S = np.array([[0.0, arm[2], -arm[1]], [-arm[2], 0.0, arm[0]], [arm[1], -arm[0], 0.0]])
+        motion = sp.csr_matrix(np.hstack([np.eye(3), S])) @ plan.node_rows(np.array([number]), geometry)
+        dx, dy, dz = (direction / np.linalg.norm(direction)).tolist()
+        x, y, z = at.tolist()
+        channel = MeasuredChannel(name, quantity, label, (dx, dy, dz), (x, y, z))
+        return Place(channel, number, sp.csr_matrix(motion))
+
+    def _described(self, kind: str, name: str, described: str) -> Place:
+        """A force or a sensor of the mechanism, under its name in the test."""
+        plan, geometry = self.model.plan, self.model.geometry
+        *path, key = described.split(".")
+        for placed in plan.topology.placed.values():
+            channels = placed.part.channels
+            part = getattr(channels, f"{kind}s").get(key)
+            if part is None or tuple(path) not in placed.paths:
+                continue
+            copy = placed.paths.index(tuple(path))
+            number = placed.offset[copy] + channels.nodes[kind, key][0]
+            own = channels.number(kind, key, "direction", self.model.values)
+            direction = geometry.Q[placed.number[copy]] @ np.asarray(own)
+            quantity = "force" if kind == "actuator" else "acceleration"
+            label = plan.topology.node_names[number]
+            place = self._place(name, quantity, number, label, geometry.positions[number], direction)
+            mass = float(evaluated(part, self._values).mass) if kind == "sensor" else 0.0  # type: ignore[arg-type]
+            return replace(place, mass=mass)
+        raise OptionError(f"test: there is no {kind} {described!r}")
+
+
+def placements_of(plan: Plan, setups: Sequence[tuple[str, Sequence[MeasuredChannel]]]) -> tuple[str, ...]:
+    """Placements of the described test with which data were taken, from the name of every setup and its outputs.
+
+    A setup without a placement of its name has those of which it has all accelerometers. None without a test.
+    """
+    described = plan.mechanism.test
+    if described is None:
+        return ()
+    placed, found = described.placed(), []
+    for name, outputs in setups:
+        if name and name in placed:
+            found.append(name)
+        else:
+            names = {c.name for c in outputs}
+            found += [k for k, own in placed.items() if names.issuperset(own)]
+    return tuple(dict.fromkeys(found))
+
+
+def added_mass(model: FullOrderModel, placements: Sequence[str]) -> AddedMass | None:
+    """Mean mass that the sensors of some placements add to a model; None for no placements."""
+    return PlacesOfTest(model).added(placements) if placements else None
+
+
+def with_sensors(model: FullOrderModel, placements: Sequence[str]) -> FullOrderModel:
+    """A model that carries the mean mass of the sensors of some placements of its test; itself for none."""
+    own = added_mass(model, placements)
+    return model if own is None else replace(model, M=sp.csc_matrix(model.M + own.on()))
+
+
+def placement_frequencies(model: FullOrderModel, placements: Sequence[str], hz: Array, vectors: Array) -> Array:
+    """Frequencies (placements, k), Hz, of every placement by itself, from modes with their mean mass (Rayleigh-Ritz in
+    the space of these)."""
+    if not placements:
+        return np.empty((0, len(hz)))
+    places = PlacesOfTest(model)
+    mean = places.added(placements)
+    mean_mass = mean.on(mean.motion @ vectors)
+    found = np.empty((len(placements), len(hz)))
+    for row, placement in zip(found, placements, strict=True):
+        own = places.added([placement])
+        found_mass = np.eye(len(hz)) + own.on(own.motion @ vectors) - mean_mass
+        L = np.linalg.cholesky(found_mass)
+        root = np.linalg.solve(L, np.diag((2 * np.pi * hz) ** 2))
+        values = np.linalg.eigvalsh(np.linalg.solve(L, root.T))
+        row[:] = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+    return found
+
+
+def sensors_note(model: FullOrderModel, placements: Sequence[str], each: Array) -> list[str]:
+    """What was done about the mass of sensors; `each` (placements, r) has the frequencies of paired modes, Hz."""
+    if not placements:
+        if model.plan.mechanism.test is None:
+            return []
+        return ["no setup of the data is a placement of the described test: the mass of sensors is left out"]
+    names = ", ".join(placements) if any(placements) else "the test"
+    note = f"the model carries the sensors of {names}"
+    if len(placements) > 1 and each.shape[1]:
+        spread = float((np.ptp(each, axis=0) / each.mean(axis=0)).max())
+        note += f"; frequencies are means over these, between which they differ by up to {100 * spread:.2g} %"
+    return [note]
+
+
+def frequency_ratios(each: Array, measured: Sequence[Array], test_hz: float, column: int) -> float:
+    """Frequency of a mode of the model over that of the test, mean over the setups that have it.
+
+    `each` (setups, k) are those of the model, `measured` those of every setup and `test_hz` the joined one, Hz.
+    """
+    found = []
+    for own, hz in zip(each[:, column], measured, strict=True):
+        nearest = np.argmin(np.abs(np.log(hz / test_hz))) if len(hz) else 0
+        if len(hz) and abs(np.log(hz[nearest] / test_hz)) < SHIFT:
+            found.append(own / hz[nearest])
+    return float(np.mean(found)) if found else float(each[:, column].mean() / test_hz)

@@ -1,0 +1,110 @@
+"""A mechanism on the stand: hammer points and accelerometers placed on the full-order model, with the sensors' mass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import count_below
+from flexura.mechanism import Mechanism, ModalTest
+from flexura.mechanism.damping import Damping
+from flexura.structure import Plan, assemble
+from flexura.structure.plan import one_design, plan_of
+from flexura.systems import ModalSystem, System, system
+from flexura.systems.placed import PlacedInput, PlacedOutput
+from flexura.testing.rig.test_points import Place, PlacesOfTest
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TrueModes:
+    """What a test should find: undamped frequencies (n,), damping ratios (n,) and shapes (p, n) at all accelerometers
+    of the test, unit modal mass. `placement` is the one whose sensors are on the mechanism, None for no sensors.
+    """
+
+    placement: str | None
+    frequency_hz: Array
+    damping_ratio: Array
+    shapes: Array
+
+
+class Stand:
+    """A mechanism ready for the test that it describes, or for `test`.
+
+    Raises OptionError without a test and for places that cannot move, ModelError for a description that cannot be used.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism | Plan,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        test: ModalTest | None = None,
+        damping: Damping | float | Mapping[str, Any] | None = None,
+    ) -> None:
+        plan = plan_of(mechanism)
+        described = test or plan.mechanism.test
+        if described is None:
+            raise OptionError(f"{plan.mechanism.name} describes no test: add the key test to its file")
+        single = one_design(parameters)
+        if test is not None:
+            plan = plan_of(plan.mechanism.model_copy(update={"test": test}))
+        self.model = assemble(plan, single)
+        self._places = PlacesOfTest(self.model)
+        self.test = self._places.test
+        self._built = system(self.model, [], [], damping=damping)
+        self.hammer = list(self._places.hammer.values())
+        self.accelerometers = self._places.accelerometers
+        for place in [*self.hammer, *self.accelerometers.values()]:
+            if not place.row.any():
+                raise OptionError(f"test: {place.channel.name} is at {place.channel.node}, which is held there")
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.model.plan.mechanism.name
+
+    @cached_property
+    def placements(self) -> dict[str, tuple[Place, ...]]:
+        """Accelerometers in every placement."""
+        return {k: tuple(self.accelerometers[name] for name in own) for k, own in self.test.placed().items()}
+
+    def system(self, placement: str | None) -> System:
+        """Forces of the hammer to readings of all accelerometers, with the mass of those of one placement, or of none.
+
+        theory eq. H15.
+        """
+        added = self._places.added([] if placement is None else [placement])
+        M = sp.csc_matrix(self.model.M + added.on())
+        built, places = self._built, list(self.accelerometers.values())
+        p, m = len(places), len(self.hammer)
+        return replace(
+            built,
+            M=M,
+            C=built.C + built.law.alpha * (M - self.model.M),
+            B=np.stack([h.row for h in self.hammer], axis=1),
+            rows=np.stack([a.row for a in places]),
+            derivative=np.full(p, 2, dtype=np.intp),
+            D=np.zeros((p, m)),
+            residual=np.zeros((p, m)),
+            inputs=tuple(h.channel for h in self.hammer),
+            outputs=tuple(a.channel for a in places),
+            limits=((-np.inf, np.inf),) * m,
+            placed_inputs=tuple(PlacedInput(h.channel, h.row, h.row) for h in self.hammer),
+            placed_outputs=tuple(PlacedOutput(a.channel, a.row, 2, a.rigid) for a in places),
+        )
+
+    def modes(self, placement: str | None) -> ModalSystem:
+        """The system in its modes up to half the sample rate. Raises SolverError when there are none."""
+        built = self.system(placement)
+        nyquist = float(self.test.sample_rate) / 2  # type: ignore[arg-type]
+        if not count_below(built.K, built.M, (2 * np.pi * nyquist) ** 2):
+            raise SolverError(f"there is no mode up to {nyquist:g} Hz, half the sample rate of the test")
+        return built.modal(up_to=nyquist)

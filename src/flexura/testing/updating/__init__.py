@@ -1,0 +1,1 @@
+"""Parameters of a mechanism found from measured frequencies, shapes and responses."""

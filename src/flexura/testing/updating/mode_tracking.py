@@ -1,0 +1,121 @@
+"""Modes of a model followed by their shapes while its parameters move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from flexura.linalg import Eigenpairs, count_below
+from flexura.sensitivity.eigenpairs import clusters, moved_clusters, whole_clusters
+from flexura.sensitivity.frequencies import family_of
+from flexura.sensitivity.points import displacement_rows
+from flexura.sensitivity.responses import first_columns, static_vectors
+from flexura.sensitivity.variation import Order, changes_of, full_order
+from flexura.structure import Plan
+from flexura.testing.rig.channel_readings import readings_of
+from flexura.testing.rig.mass_loaded import AnyFamily, LoadedFamily
+from flexura.testing.updating.targets import ModalTarget, ResponseTarget, State, Target
+
+Array = NDArray[np.float64]
+
+EXTRA = 4
+"""Modes computed beyond those compared, so that a mode that moves up in the order is still found."""
+
+BEYOND = 2.0
+"""Modes up to so many times the highest frequency of a response are in its modal sum."""
+
+LEVELS = 2
+"""Difference steps of the sensitivities: steps of the search need fewer digits than reported sensitivities."""
+
+
+class Followed:
+    """The model under one load of sensors, compared with the targets that were measured with it.
+
+    `rows` are those of each target's channels among all readings.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        start: Mapping[str, float],
+        targets: Sequence[Target],
+        placements: Sequence[str],
+        order: Order,
+        keep: int | Mapping[str, int],
+        reference: Array | None,
+        follow: bool,
+    ) -> None:
+        self._follow, self._reference = follow, reference
+        channels = [c for t in targets for c in t.channels]
+        places = readings_of(full_order(plan, start), channels) if channels else []
+        ends = np.cumsum([0, *(len(t.channels) for t in targets)])
+        self.rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+        bare = family_of(plan, order, start, keep, displacement_rows(places))
+        self.family: AnyFamily = LoadedFamily(bare, placements) if placements else bare
+        self._has_responses = any(isinstance(t, ResponseTarget) for t in targets)
+        self._has_shapes = bool(channels)
+        model = self.family.model(start)
+        self.compared = max([max(t.numbers) for t in targets if isinstance(t, ModalTarget)], default=0)
+        self.count = self.compared + EXTRA
+        for t in targets:
+            if isinstance(t, ResponseTarget):
+                limit = (2 * np.pi * BEYOND * float(t.hz.max())) ** 2
+                self.count = max(self.count, count_below(model.K, model.M, limit) + EXTRA)
+        self.count = min(self.count, model.order)
+        self.weakest = 1.0
+        """Least modal assurance criterion of a mode between one accepted design and the next."""
+        self._likeness = 1.0
+        if reference is None:
+            self.accept(self.state(start))
+
+    @property
+    def reference(self) -> Array | None:
+        """Shapes (n, k) that modes are compared with."""
+        return self._reference
+
+    def state(self, at: Mapping[str, float], names: Sequence[str] = ()) -> State:
+        """The model at a design, its modes followed, with derivatives by named parameters.
+
+        Raises FlexuraError when it cannot be solved.
+        """
+        model = self.family.model(at)
+        pairs = whole_clusters(model.K, model.M, self.count)
+        pairs, tracked = self._tracked(pairs, model.M)
+        G = static_vectors(self.family, at) if self._has_responses else np.zeros((model.order, 0))
+        vectors = np.hstack([pairs.vectors, G])
+        Y = self.family.readings(at, pairs.vectors) if self._has_shapes else np.zeros((0, len(pairs.values)))
+        changes = changes_of(self.family, at, names, vectors, LEVELS) if names else []
+        own = [first_columns(c, len(pairs.values)) for c in changes]
+        moved = moved_clusters(model.K, model.M, pairs, own, shapes=self._has_shapes and bool(names))
+        return State(self.family, dict(at), pairs, Y, tracked, G, moved, changes)
+
+    def accept(self, state: State) -> None:
+        """Take the modes of a design as those to follow."""
+        self._reference = state.pairs.vectors[:, state.tracked].copy()
+        self.weakest = min(self.weakest, self._likeness)
+
+    def _tracked(self, pairs: Eigenpairs, M: Any) -> tuple[Eigenpairs, NDArray[np.intp]]:
+        """Which modes are those compared, and vectors of repeated frequencies turned to meet them."""
+        if self._reference is None:
+            return pairs, np.arange(min(self.compared, len(pairs.values)))
+        overlap = self._reference.T @ (M @ pairs.vectors)
+        size = np.einsum("ik,ik->k", self._reference, M @ self._reference)
+        overlap /= np.sqrt(size)[:, None]
+        X = pairs.vectors.copy()
+        for at in clusters(pairs.values):
+            if len(at) > 1:
+                nearest = np.sort(np.argsort(-(overlap[:, at] ** 2).sum(axis=1))[: len(at)])
+                U, _, Vt = np.linalg.svd(overlap[nearest][:, at], full_matrices=True)
+                Q = Vt.T[:, : len(nearest)] @ U.T if len(nearest) == len(at) else np.eye(len(at))
+                X[:, at], overlap[:, at] = X[:, at] @ Q, overlap[:, at] @ Q
+        rows, columns = linear_sum_assignment(-(overlap**2))
+        tracked = np.zeros(len(overlap), dtype=np.intp)
+        tracked[rows] = columns
+        if len(rows):
+            self._likeness = float((overlap[rows, columns] ** 2).min())
+        return Eigenpairs(pairs.values, X), tracked if self._follow else np.arange(len(tracked))

@@ -1,0 +1,117 @@
+"""What data say of parameters: the Gaussian approximation at the optimum, its directions, and draws that check it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.linalg import ranked, turned
+from flexura.testing.updating.markov_chain import Cost, Progress, effective_draws, metropolis, split_r_hat
+
+Array = NDArray[np.float64]
+
+QUANTILE = 1.959963984540054
+"""95 % of a normal distribution lie within so many standard deviations."""
+
+TOLD = 0.5
+"""A direction of which the data tell less than this share is one that they cannot tell."""
+
+
+ENOUGH = 50
+"""Independent draws from which on intervals are told."""
+
+SETTLED = 1.05
+"""Potential scale reduction below which chains tell the same."""
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A combination of parameters: `weights` by name, in prior standard deviations, unit length.
+
+    `told` is the share of its prior variance that the data take away, s^2/(1 + s^2) with the singular value s of the
+    scaled sensitivities (theory eq. K18): 1 is told by the data alone, 0 not at all.
+    """
+
+    told: float
+    weights: dict[str, float]
+
+    def __str__(self) -> str:
+        largest = max(abs(w) for w in self.weights.values())
+        own = [(n, w) for n, w in self.weights.items() if abs(w) >= 0.3 * largest]
+        shown = (own[i] for i in ranked([abs(w) for _, w in own]))
+        text = " ".join(f"{'-' if w < 0 else '+'} {abs(w):.2f} {n}" for n, w in shown)
+        return text.removeprefix("+ ")
+
+
+def directions(J: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
+    """Directions of z that the weighted sensitivities J (r, P) tell apart, best told first (theory eq. K18)."""
+    _, s, Vt = np.linalg.svd(J, full_matrices=True)
+    s = np.concatenate([s, np.zeros(len(names) - len(s))])
+    found = []
+    for value, own in zip(s, Vt, strict=True):
+        found.append(Direction(float(value**2 / (1 + value**2)), dict(zip(names, turned(own).tolist(), strict=True))))
+    return tuple(found)
+
+
+def covariance(J: Array, with_prior: bool) -> Array:
+    """Covariance (P, P) of z: (J'J + I)^-1 with the prior, else (J'J)^-1, infinite variance along what J leaves open
+    (theory eq. K17)."""
+    _, s, Vt = np.linalg.svd(J, full_matrices=True)
+    s = np.concatenate([s, np.zeros(Vt.shape[0] - len(s))])
+    if with_prior:
+        return (Vt.T / (1 + s**2)) @ Vt
+    open_ = s <= 1e-10 * max(float(s.max(initial=0.0)), 1e-300)
+    found = (Vt.T / np.where(open_, np.inf, np.where(open_, 1.0, s) ** 2)) @ Vt
+    touched = (Vt[open_] ** 2).sum(axis=0) > 1e-12
+    found[touched, touched] = np.inf
+    return found
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Draws of the posterior: `values` (chains, d, P) in SI, with their `mean` (P,) and 95 % `interval` (P, 2).
+
+    `effective` is the number of independent draws that they are worth for the worst of the parameters, and `r_hat` the
+    largest potential scale reduction: above 1.05 chains do not tell the same yet. `acceptance` is the share of steps
+    taken; `is_whole` is false when drawing was interrupted.
+    """
+
+    values: Array
+    effective: float
+    r_hat: float
+    acceptance: float
+    mean: Array
+    interval: Array
+    is_whole: bool = True
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the chains agree and are long enough for their intervals."""
+        return self.r_hat < SETTLED and self.effective >= ENOUGH
+
+
+def draw(
+    centre: Array,
+    cov: Array,
+    bounds: tuple[Array, Array],
+    cost: Cost,
+    values: Callable[[Array], Array],
+    count: int,
+    seed: int,
+    progress: Progress | None = None,
+) -> Sample:
+    """About `count` draws of the posterior exp(-cost(z)) by random walks about its Gaussian approximation."""
+    found = metropolis(centre, cov, bounds, cost, count, seed, progress)
+    flat = values(found.z.reshape(-1, len(centre)))
+    return Sample(
+        flat.reshape(found.z.shape),
+        float(effective_draws(found.z).min()),
+        float(split_r_hat(found.z).max()),
+        found.acceptance,
+        flat.mean(axis=0),
+        np.quantile(flat, [0.025, 0.975], axis=0).T,
+        found.is_whole,
+    )

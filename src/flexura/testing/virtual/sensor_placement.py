@@ -1,0 +1,327 @@
+"""Where to put sensors so that a test tells the modes apart: effective independence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.arguments import verb
+from flexura.errors import OptionError
+from flexura.linalg import ranked
+from flexura.mechanism import DOF_NAMES
+from flexura.mechanism.layout import is_pattern
+from flexura.mechanism.substructure import Mechanism
+from flexura.modal.criteria import largest_motion, mac
+from flexura.reduction.certificate import full_order_modes
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.slots import Index
+from flexura.systems.placed import Placement
+from flexura.testing.correlation.correlation import UNSEEN
+from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.rig.channel_pairing import TURNS, pair_channels
+
+Array = NDArray[np.float64]
+
+DEPENDENT = 1e-8
+"""Singular values below this, relative to the largest, are taken as zero."""
+
+MORE = "add other directions, or nodes such as those of the mesh within members (candidates '*.t*')"
+
+EQUAL = 1e-6
+"""Relative difference of determinants and contributions that symmetry would make equal."""
+
+ROUNDS = 100
+"""Most exchanges of sensors."""
+
+
+@dataclass(frozen=True)
+class SensorPlacement:
+    """The chosen sensors and how well they tell the modes apart.
+
+    `sensors` name DOFs or described sensors, the most important one first; `positions` and `directions` (k, 3), m;
+    `turns` (k,) tells those that read rotations. `independence` (k,) is what of the modes each sensor alone
+    contributes, from 0 to 1: at 1 the modes are lost without it. `information` is the geometric mean, over the modes,
+    of the share of the information of all candidates that the chosen ones have; `mac` (n, n) the AutoMAC of the modes,
+    and `condition` the condition number of their shapes, at the chosen sensors.
+    """
+
+    name: str
+    frequency_hz: Array
+    sensors: tuple[str, ...]
+    positions: Array
+    directions: Array
+    turns: NDArray[np.bool_]
+    independence: Array
+    information: float
+    mac: Array
+    condition: float
+    candidates: tuple[str, ...]
+    exchanges: int
+    model: FullOrderModel
+    notes: tuple[str, ...] = ()
+
+    @property
+    def worst_mac(self) -> float:
+        """Largest MAC of two different modes at the chosen sensors."""
+        return float((self.mac - np.eye(len(self.mac))).max(initial=0.0))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the model as plain data for JSON."""
+        chosen = zip(self.sensors, self.positions, self.directions, self.turns, self.independence, strict=True)
+        return {
+            "mechanism": self.name,
+            "frequency_hz": self.frequency_hz.tolist(),
+            "sensors": [
+                {
+                    "name": name,
+                    "position": _plain(x),
+                    "direction": _plain(d),
+                    "rotation": bool(turn),
+                    "independence": float(own),
+                }
+                for name, x, d, turn, own in chosen
+            ],
+            "information": self.information,
+            "mac": self.mac.tolist(),
+            "worst_mac": self.worst_mac,
+            "condition": self.condition,
+            "candidates": len(self.candidates),
+            "exchanges": self.exchanges,
+            "notes": list(self.notes),
+        }
+
+
+@verb
+def place_sensors(
+    mechanism: Mechanism | Plan | FullOrderModel,
+    k: int,
+    n: int = 6,
+    candidates: Sequence[str] | None = None,
+    *,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    exchange: bool = True,
+) -> SensorPlacement:
+    """The best k of the candidate sensors for telling the first n modes apart, by effective independence.
+
+    Candidates are described sensors and DOFs by name, wildcards allowed (`platform.t*`); by default all described
+    sensors, or without any the displacements of all nodes that the description names. The sensor that contributes
+    least to the determinant of the Fisher information of the modal coordinates is left out until k remain (Kammer 1991;
+    theory eqs. Q14-Q15); with `exchange`, sensors are then swapped for left-out ones while the determinant grows
+    (Fedorov 1972). All sensors are equally accurate, a rotation counting as the displacement at half of the longest
+    side of the mechanism; their mass is not part of this.
+
+    Raises ModelError, and OptionError for unknown candidates, fewer sensors than modes, and candidates that do not tell
+    the modes apart.
+    """
+    if isinstance(mechanism, FullOrderModel) and parameters:
+        raise OptionError("parameters belong to a mechanism, not to a finished model")
+    full = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
+    if not 1 <= n <= k:
+        raise OptionError(f"{n} modes need at least {n} sensors, and at least one mode is asked for; found {k} sensors")
+    pairs = full_order_modes(full, n)
+    if len(pairs.values) < n:
+        raise OptionError(f"the model has only {len(pairs.values)} modes, not {n}")
+    reach = 0.5 * float(np.ptp(full.geometry.positions, axis=0).max())
+    found = _candidates(full, candidates, pairs.vectors, reach)
+    if len(found.names) < k:
+        raise OptionError(
+            f"{k} sensors are asked for, but only {len(found.names)} candidates move in the modes: {MORE}"
+        )
+    unseen = np.linalg.norm(found.shapes, axis=0) < UNSEEN * found.largest
+    shapes = found.shapes / np.maximum(np.linalg.norm(found.shapes, axis=0), 1e-300)
+    _refuse_dependent(shapes, unseen)
+    chosen = effective_independence(shapes, k)
+    chosen, exchanges = exchanged(shapes, chosen) if exchange else (chosen, 0)
+    independence = _contribution(shapes[chosen])
+    order = ranked(independence)
+    chosen, independence = chosen[order], independence[order]
+    own = shapes[chosen]
+    return SensorPlacement(
+        full.plan.mechanism.name,
+        np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi),
+        tuple(found.names[i] for i in chosen),
+        found.positions[chosen],
+        found.directions[chosen],
+        found.turns[chosen],
+        independence,
+        float(np.exp((log_determinant(own) - log_determinant(shapes)) / n)),
+        mac(own, own),
+        float(np.linalg.cond(own)),
+        found.names,
+        exchanges,
+        full,
+        (f"rotations count as displacements {1e3 * reach:.4g} mm away",) if found.turns.any() else (),
+    )
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """Places for sensors: names (c), shapes (c, n), rotations times reach, positions and directions (c, 3)."""
+
+    names: tuple[str, ...]
+    shapes: Array
+    positions: Array
+    directions: Array
+    turns: NDArray[np.bool_]
+    largest: Array
+    """Largest displacement (n,) of any node in each mode."""
+
+
+def _candidates(model: FullOrderModel, wanted: Sequence[str] | None, vectors: Array, reach: float) -> _Candidates:
+    """Candidates that move, one for every place and direction."""
+    topology, x = model.plan.topology, model.geometry.positions
+    names = candidate_names(model, wanted)
+    u = model.node_displacements(vectors)
+    largest = largest_motion(u, reach)
+    described = [k for k, name in enumerate(names) if _sensor_type(model, name)]
+    dofs = [k for k, name in enumerate(names) if not _sensor_type(model, name)]
+    parts = [names[k].rpartition(".") for k in dofs]
+    for name, (node, _, dof) in zip((names[k] for k in dofs), parts, strict=True):
+        if dof not in DOF_NAMES or not node:
+            raise OptionError(f"{name!r} is neither a described sensor nor a DOF such as NODE.tx")
+    number, dof = topology.numbers([p[0] for p in parts]), np.array([DOF_NAMES.index(p[2]) for p in parts], dtype=int)
+    shapes = np.zeros((len(names), vectors.shape[1]))
+    positions, directions = np.full((len(names), 3), np.nan), np.full((len(names), 3), np.nan)
+    turns = np.zeros(len(names), dtype=bool)
+    shapes[dofs], positions[dofs], turns[dofs] = u[number, dof], x[number], dof >= 3
+    directions[dofs] = np.eye(3)[dof % 3]
+    placed = pair_channels(model, [MeasuredChannel(names[k], _quantity(model, names[k])) for k in described])
+    own = np.array(described, dtype=np.intp)[placed.at]
+    shapes[own], turns[own] = placed.rows @ vectors, placed.turns
+    positions[own], directions[own] = placed.positions, placed.directions
+    shapes[turns] *= reach
+    keys = np.zeros((len(names), 5))
+    keys[:, 0] = -1.0 - np.arange(len(names))
+    keys[dofs] = np.column_stack([topology.root[number], dof, np.round(x[number] / (1e-6 * reach))])
+    _, first = np.unique(keys, axis=0, return_index=True)
+    first = np.sort(first)
+    first = first[(np.abs(shapes[first]) > 1e-12 * largest).any(axis=1)]
+    chosen = tuple(names[k] for k in first)
+    return _Candidates(chosen, shapes[first], positions[first], directions[first], turns[first], largest)
+
+
+def candidate_names(model: FullOrderModel, wanted: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Names of candidate sensors, wildcards written out. Raises OptionError for names that mean nothing."""
+    described = [
+        name
+        for name in Placement(model.plan, model.values, model.geometry).sensors
+        if _sensor_type(model, name) != "force"
+    ]
+    if wanted is None:
+        return tuple(described or [f"{node}.{dof}" for node in _nodes(model, True) for dof in DOF_NAMES[:3]])
+    wanted = [wanted] if isinstance(wanted, str) else wanted
+    every = [*described, *(f"{node}.{dof}" for node in _nodes(model) for dof in DOF_NAMES)]
+    found: list[str] = []
+    for name in wanted:
+        own = [e for e in every if _matches(e, name)] if is_pattern(name) else [name]
+        if not own:
+            raise OptionError(f"no sensor or DOF matches {name!r}; DOFs are written NODE.tx, e.g. {every[0]}")
+        found += own
+    return tuple(dict.fromkeys(found))
+
+
+def _matches(name: str, pattern: str) -> bool:
+    """Whether a name matches as a whole, or its node and DOF match those of the pattern."""
+    node, _, dof = pattern.rpartition(".")
+    own, _, own_dof = name.rpartition(".")
+    if own_dof in DOF_NAMES and node:
+        return fnmatchcase(own, node) and fnmatchcase(own_dof, dof)
+    return fnmatchcase(name, pattern)
+
+
+def effective_independence(shapes: Array, k: int) -> Index:
+    """Positions (k,) of the rows of shapes (c, n) that are left when the least independent is left out one by one.
+
+    The contribution of row i is E_i = phi_i (Phi^T Phi)^-1 phi_i^T; leaving it out multiplies det(Phi^T Phi) by 1 - E_i
+    (Kammer 1991; theory eqs. Q14-Q15). Among equals the last is left out. n <= k <= c, and the columns are independent.
+    """
+    left = np.arange(len(shapes))
+    while len(left) > k:
+        own = _contribution(shapes[left])
+        least = np.flatnonzero(own <= own.min() + EQUAL)[-1]
+        left = np.delete(left, least)
+    return left
+
+
+def exchanged(shapes: Array, chosen: Index) -> tuple[Index, int]:
+    """Exchange chosen rows for others while det(Phi^T Phi) grows, the best exchange first; the rows and the number.
+
+    Row j in place of i multiplies the determinant by (1 + E_jj)(1 - E_ii) + E_ij^2 (Fedorov 1972; theory eq. Q16).
+    """
+    chosen = chosen.copy()
+    for count in range(ROUNDS):
+        rest = np.setdiff1d(np.arange(len(shapes)), chosen)
+        Q, R = np.linalg.qr(shapes[chosen])
+        P = np.linalg.solve(R.T, shapes[rest].T).T
+        growth = (1 + (P**2).sum(axis=1)) * (1 - (Q**2).sum(axis=1))[:, None] + (Q @ P.T) ** 2
+        if not growth.size or growth.max() <= 1 + EQUAL:
+            return chosen, count
+        i, j = np.unravel_index(int(np.flatnonzero(growth >= (1 - EQUAL) * growth.max())[0]), growth.shape)
+        chosen[i] = rest[j]
+    return chosen, ROUNDS
+
+
+def log_determinant(shapes: Array) -> float:
+    """ln det(Phi^T Phi) of shapes (k, n); minus infinity where they are dependent."""
+    s = np.linalg.svd(shapes, compute_uv=False)
+    if len(s) < shapes.shape[1] or s[-1] <= DEPENDENT * s[0]:
+        return -np.inf
+    return float(2 * np.log(s).sum())
+
+
+def _contribution(shapes: Array) -> Array:
+    """Diagonal (k,) of Phi (Phi^T Phi)^-1 Phi^T."""
+    Q, _ = np.linalg.qr(shapes)
+    return (Q**2).sum(axis=1)
+
+
+def _refuse_dependent(shapes: Array, unseen: NDArray[np.bool_]) -> None:
+    """Raise OptionError where the candidates do not tell the modes apart, naming the modes."""
+    if unseen.any():
+        modes = ", ".join(str(i + 1) for i in np.flatnonzero(unseen))
+        raise OptionError(f"none of the candidates moves in mode {modes}: {MORE}")
+    _, s, Vt = np.linalg.svd(shapes, full_matrices=False)
+    if s[-1] <= DEPENDENT * s[0]:
+        share = np.abs(Vt[-1])
+        modes = ", ".join(str(i + 1) for i in np.flatnonzero(share > 0.1 * share.max()))
+        raise OptionError(f"the candidates do not tell modes {modes} apart: {MORE}")
+
+
+def _nodes(model: FullOrderModel, described: bool = False) -> list[str]:
+    """Names of all nodes that can move, or of those that the description names."""
+    topology = model.plan.topology
+    moves = topology.has_place & (topology.dof[topology.root] >= 0).any(axis=1)
+    return [
+        ".".join((*path, node))
+        for placed in topology.placed.values()
+        for path, offset in zip(placed.paths, placed.offset, strict=True)
+        for k, node in enumerate(placed.part.node_names[: placed.part.n_own if described else None])
+        if moves[offset + k]
+    ]
+
+
+def _sensor_type(model: FullOrderModel, name: str) -> str:
+    """The type of a described sensor."""
+    *path, key = name.split(".")
+    for placed in model.plan.topology.placed.values():
+        if tuple(path) in placed.paths and key in placed.part.channels.sensors:
+            return str(placed.part.channels.sensors[key].type)
+    return ""
+
+
+def _quantity(model: FullOrderModel, name: str) -> str:
+    """What a candidate reads: rotation or displacement."""
+    kind = _sensor_type(model, name)
+    if kind:
+        return "rotation" if kind in TURNS else "displacement"
+    return "rotation" if name.rpartition(".")[2][:1] == "r" else "displacement"
+
+
+def _plain(vector: Array) -> list[float] | None:
+    """A vector as a list; None where it is not known."""
+    return [float(v) for v in vector] if np.isfinite(vector).all() else None

@@ -1,0 +1,296 @@
+"""A modal test of a mechanism before there is one: simulated hits, what is identified from them, and the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
+
+from flexura.arguments import verb
+from flexura.errors import OptionError, SolverError
+from flexura.mechanism import Mechanism, ModalTest
+from flexura.mechanism.damping import Damping
+from flexura.modal.criteria import mac, space_mac
+from flexura.modal.mode_pairing import pair_modes
+from flexura.structure import Plan
+from flexura.systems import ModalSystem
+from flexura.testing.identification.identification import identify
+from flexura.testing.measurement.estimation import estimate_frf
+from flexura.testing.measurement.identified import IdentifiedModes
+from flexura.testing.measurement.measurement import Measurement, Recording
+from flexura.testing.rig.test_rig import Stand, TrueModes
+from flexura.testing.virtual.hammer_pulse import blow, response_to_blow
+
+Array = NDArray[np.float64]
+Announce = Callable[[str], None]
+
+QUIET_SAMPLES = 40
+"""Samples before a blow, beside as many as it has itself, from which offset and noise are told."""
+
+SECOND_BLOW = 0.4
+"""Peak of the second blow of a double hit, relative."""
+
+NEAR = 0.05
+"""An identified mode is the true one whose frequency, in the same placement, differs by less than this, relative."""
+
+
+@dataclass(frozen=True)
+class FoundMode:
+    """One true mode and what the test has made of it.
+
+    `bare_hz` without sensors; `loaded_hz` and `damping_ratio` with them, means over the placements. `mass_effect` is
+    `loaded_hz` over `bare_hz` less one. `identified_hz`, `identified_damping` and `confidence` are of all placements
+    joined; `mac` compares their shape at all accelerometers with the one without sensors, where modes are close with
+    the space of these; None where the mode was missed. `placement_hz` has the true and the identified frequency of
+    every placement.
+    """
+
+    number: int
+    bare_hz: float
+    loaded_hz: float
+    mass_effect: float
+    damping_ratio: float
+    identified_hz: float | None
+    identified_damping: float | None
+    mac: float | None
+    confidence: float | None
+    placement_hz: dict[str, tuple[float, float | None]]
+
+    @property
+    def error(self) -> float | None:
+        """Identified over true frequency less one, with the sensors of those placements in which it was identified."""
+        if self.identified_hz is None:
+            return None
+        own = [true for true, found in self.placement_hz.values() if found is not None]
+        return self.identified_hz / (float(np.mean(own)) if own else self.loaded_hz) - 1
+
+    @property
+    def damping_error(self) -> float | None:
+        """Identified over true damping ratio less one; None without damping."""
+        if self.identified_damping is None or not self.damping_ratio:
+            return None
+        return self.identified_damping / self.damping_ratio - 1
+
+
+@dataclass(frozen=True)
+class VirtualTest:
+    """A simulated modal test: the `measurement` with records and frequency responses, what was `identified` from it,
+    and the truth, without sensors (`bare`) and in every placement (`loaded`), up to half the sample rate.
+
+    `modes` compares them within the `band` of the frequency responses, Hz. `false_hz` are frequencies identified where
+    there is no mode.
+    """
+
+    name: str
+    test: ModalTest
+    measurement: Measurement
+    identified: IdentifiedModes | None
+    bare: TrueModes
+    loaded: tuple[TrueModes, ...]
+    modes: tuple[FoundMode, ...]
+    false_hz: tuple[float, ...]
+    band: tuple[float, float]
+    seed: int
+    notes: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but records and responses as plain data."""
+        own = [asdict(m) | {"error": m.error, "damping_error": m.damping_error} for m in self.modes]
+        return {
+            "name": self.name,
+            "band": list(self.band),
+            "seed": self.seed,
+            "placements": {k: list(v) for k, v in self.test.placed().items()},
+            "records": len(self.measurement.recordings),
+            "modes": own,
+            "false_hz": list(self.false_hz),
+            "identified": None if self.identified is None else self.identified.to_dict(),
+            "notes": list(self.notes),
+        }
+
+
+@verb
+def virtual_test(
+    mechanism: Mechanism | Plan,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    test: ModalTest | None = None,
+    damping: Damping | float | Mapping[str, Any] | None = None,
+    seed: int = 0,
+    double_hits: int = 0,
+    announce: Announce | None = None,
+    **how: Any,
+) -> VirtualTest:
+    """Simulate the modal test that a mechanism describes, or `test`, identify its modes, and compare with the truth.
+
+    Every placement of accelerometers is a full-order model with their mass where they are; hits are closed-form
+    responses of all its modes up to half the sample rate (theory eqs. H13-H15), with white noise. `damping` replaces
+    that of the description. `double_hits`: so many more hits at every point bounce, to be rejected. Further arguments
+    are those of `identify`. `announce` is told of each step.
+
+    Raises OptionError for a mechanism without a test and for impossible numbers, ModelError for a description that
+    cannot be used, SolverError for one that floats. When nothing can be estimated or identified, notes say why.
+    """
+    if isinstance(double_hits, bool) or not isinstance(double_hits, int | np.integer) or double_hits < 0:
+        raise OptionError(f"double_hits is a number of hits, not {double_hits!r}")
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise OptionError(f"a seed is a whole number that is not negative, not {seed!r}")
+    say = announce or (lambda _: None)
+    stand = Stand(mechanism, parameters, test, damping)
+    bare = true_modes(None, stand.modes(None))
+    rng = np.random.default_rng(int(seed))
+    recordings: list[Recording] = []
+    loaded: list[TrueModes] = []
+    for placement in stand.placements:
+        say(f"hitting, {placement or 'all accelerometers'}")
+        modes = stand.modes(placement)
+        loaded.append(true_modes(placement, modes))
+        recordings += _hits(stand, placement, modes, int(double_hits), rng)
+    t = stand.test
+    say("estimating frequency responses")
+    notes: list[str] = []
+    found = None
+    frfs = ()
+    try:
+        frfs = estimate_frf(
+            recordings,
+            exponential=t.exponential,  # type: ignore[arg-type]
+            force_window=t.force_window,  # type: ignore[arg-type]
+            band=t.band,  # type: ignore[arg-type]
+        )
+    except OptionError as error:
+        notes.append(f"no frequency responses: {error}")
+    measurement = Measurement(f"virtual test of {stand.name}", tuple(recordings), frfs)
+    lines = frfs[0].frequency_hz if frfs else np.array([0.0, float(t.sample_rate) / 2])  # type: ignore[arg-type]
+    band = (float(lines[0]), float(lines[-1]))
+    if frfs:
+        say("identifying")
+        try:
+            found = identify(measurement, **how)
+        except (OptionError, SolverError) as error:
+            notes.append(f"no modes identified: {error}")
+    rows, false_hz = compared(stand, bare, loaded, found, band)
+    notes += [] if found is None else found.notes
+    return VirtualTest(
+        stand.name, t, measurement, found, bare, tuple(loaded), rows, false_hz, band, int(seed), tuple(notes)
+    )
+
+
+def true_modes(placement: str | None, modes: ModalSystem) -> TrueModes:
+    """Frequencies |pole| / 2 pi, damping ratios and shapes of a placement of sensors, or without any."""
+    if modes.is_proportional:
+        hz, ratios = modes.frequency_hz, modes.total_ratios
+    else:
+        own = modes.complex_modes
+        upper = own.poles.imag > 0
+        hz, ratios = own.frequency_hz[upper][: modes.order], own.ratios[upper][: modes.order]
+        if len(hz) < modes.order:
+            raise SolverError("a mode is damped more than critically: a test has no resonance of it")
+    return TrueModes(placement, np.asarray(hz), np.asarray(ratios), modes.C)
+
+
+def _hits(
+    stand: Stand, placement: str, modes: ModalSystem, double_hits: int, rng: np.random.Generator
+) -> list[Recording]:
+    """Records of all hits in one placement, hammer point by hammer point."""
+    t = stand.test
+    rate, length = float(t.sample_rate), float(t.pulse)  # type: ignore[arg-type]
+    N = round(rate * float(t.duration))  # type: ignore[arg-type]
+    time = np.arange(N) / rate
+    start = 2 * length + QUIET_SAMPLES / rate
+    if start > time[-1] / 4:
+        raise OptionError(f"test: before a blow {start:.3g} s stay quiet; a record of {t.duration:g} s is too short")
+    names = list(t.accelerometers)
+    own = stand.placements[placement]
+    at = [names.index(place.channel.name) for place in own]
+    y = response_to_blow(modes, time, start, length)[at]
+    f = blow(time, start, length)
+    again = start + max(4 * length, N / rate / 50)
+    channels = tuple(place.channel for place in own)
+    found = []
+    for j, point in enumerate(stand.hammer):
+        for k in range(int(t.hits) + double_hits):
+            peak = float(t.peak) * max(1 + float(t.peak_scatter) * rng.normal(), 0.2)  # type: ignore[arg-type]
+            samples = peak * np.concatenate([f[None], y[:, j]])
+            if k >= t.hits:
+                shift = round((again - start) * rate)
+                samples[:, shift:] += SECOND_BLOW * samples[:, : N - shift].copy()
+            noise = np.full((len(samples), 1), float(t.acceleration_noise))  # type: ignore[arg-type]
+            noise[0] = float(t.force_noise)  # type: ignore[arg-type]
+            samples += noise * rng.normal(size=samples.shape)
+            label = f"{placement + ' ' if placement else ''}{point.channel.name} hit {k + 1}"
+            found.append(Recording(rate, samples, (point.channel, *channels), (0,), placement, label))
+    return found
+
+
+def compared(
+    stand: Stand,
+    bare: TrueModes,
+    loaded: Sequence[TrueModes],
+    found: IdentifiedModes | None,
+    band: tuple[float, float],
+) -> tuple[tuple[FoundMode, ...], tuple[float, ...]]:
+    """Rows of all modes that lie in the band with sensors on, and frequencies identified where there is none."""
+    tracked = np.stack([_tracked(bare, own) for own in loaded])
+    kept = np.flatnonzero((tracked >= 0).all(axis=0))
+    hz, ratios = (
+        np.stack([getattr(own, name)[at[kept]] for own, at in zip(loaded, tracked, strict=True)])
+        for name in ("frequency_hz", "damping_ratio")
+    )
+    mean = hz.mean(axis=0)
+    setups = {} if found is None else {own.setup: own for own in (found.setups or (found,))}
+    seen = [_nearest(own, setups.get(loaded[s].placement or "")) for s, own in enumerate(hz)]
+    joined: dict[int, tuple[int, float]] = {}
+    if found is not None:
+        names = list(stand.accelerometers)
+        at = [names.index(c.name) for c in found.outputs]
+        shapes = bare.shapes[at][:, kept]
+        joined = _paired(found, mean, shapes)
+    rows = []
+    for k in np.flatnonzero((mean >= band[0]) & (mean <= band[1])).tolist():
+        i, likeness = joined.get(k, (None, None))
+        each = {own.placement or "": (float(hz[s, k]), seen[s].get(k)) for s, own in enumerate(loaded)}
+        own = (None, None, None, None)
+        if found is not None and i is not None:
+            own = (float(found.frequency_hz[i]), float(found.damping_ratio[i]), likeness, float(found.confidence[i]))
+        alone = float(bare.frequency_hz[kept[k]])
+        effect = float(mean[k]) / alone - 1
+        rows.append(FoundMode(len(rows) + 1, alone, float(mean[k]), effect, float(ratios[:, k].mean()), *own, each))
+    taken = {i for i, _ in joined.values()}
+    wrong = () if found is None else tuple(float(f) for i, f in enumerate(found.frequency_hz) if i not in taken)
+    return tuple(rows), wrong
+
+
+def _paired(found: IdentifiedModes, hz: Array, shapes: Array) -> dict[int, tuple[int, float]]:
+    """The identified mode of every true one by number, and how alike they are, within the space of close modes."""
+    pairing = pair_modes(found.frequency_hz, found.shapes, hz, shapes)
+    result = {}
+    for i, k in enumerate(pairing.partner.tolist()):
+        if k >= 0:
+            space = pairing.space_of(i)[1]
+            likeness = space_mac(found.shapes[:, [i]], shapes[:, space])[0]
+            result[k] = (i, float(likeness) if len(space) < len(shapes) else float(pairing.mac[i, k]))
+    return result
+
+
+def _tracked(bare: TrueModes, own: TrueModes) -> NDArray[np.intp]:
+    """The mode of a placement that each of the bare modes has become, by frequency and shape; -1 for none."""
+    distance = np.abs(np.log(own.frequency_hz / bare.frequency_hz[:, None]))
+    rows, columns = linear_sum_assignment(distance - mac(bare.shapes, own.shapes))
+    found = np.full(len(bare.frequency_hz), -1, dtype=np.intp)
+    found[rows] = columns
+    return found
+
+
+def _nearest(hz: Array, found: IdentifiedModes | None) -> dict[int, float]:
+    """Identified frequency of the true modes at `hz`, by number, where there is one."""
+    if found is None or not len(found.poles):
+        return {}
+    distance = np.abs(np.log(found.frequency_hz / hz[:, None]))
+    rows, columns = linear_sum_assignment(np.minimum(distance, 2 * NEAR))
+    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+    return {k: float(found.frequency_hz[i]) for k, i in pairs if distance[k, i] < NEAR}
