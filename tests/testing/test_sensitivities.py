@@ -7,6 +7,7 @@ import pytest
 
 import flexura as fx
 from flexura.linalg import lowest
+from flexura.sensitivity.variation import FullOrderFamily, LowOrderFamily, changes_of
 from helpers import stands
 
 RPR = "examples/rpr/rpr.yaml"
