@@ -164,11 +164,11 @@ from flexura.testing.correlation.correlation import ModePair as ModePair
 from flexura.testing.correlation.correlation import correlate as correlate
 from flexura.testing.correlation.overlay import FRFOverlay as FRFOverlay
 from flexura.testing.identification.identification import identify as identify
+from flexura.testing.measurement.channels import MeasuredChannel as MeasuredChannel
 from flexura.testing.measurement.estimation import estimate_frf as estimate_frf
 from flexura.testing.measurement.identified import IdentifiedModes as IdentifiedModes
 from flexura.testing.measurement.identified import ModeEvidence as ModeEvidence
 from flexura.testing.measurement.identified import Poles as Poles
-from flexura.testing.measurement.measurement import MeasuredChannel as MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF as MeasuredFRF
 from flexura.testing.measurement.measurement import Measurement as Measurement
 from flexura.testing.measurement.measurement import Recording as Recording

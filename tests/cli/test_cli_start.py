@@ -55,7 +55,7 @@ def test_help_imports_no_numbers_and_no_room():
 def test_modes_imports_what_it_uses():
     found = imported("modes", "examples/guide/guide.yaml")
     assert {"flexura.analysis.modes", "scipy.sparse.linalg", "pydantic"} <= found
-    rooms = {"flexura.experiment", "flexura.io", "flexura.methods", "flexura.solid", "flexura.view"}
+    rooms = {"flexura.testing", "flexura.io", "flexura.methods", "flexura.solid", "flexura.view"}
     of_others = {
         "flexura.systems.system",
         "flexura.analysis.check",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.linalg import assignment
 from flexura.methods.solution import Solution
 from flexura.modal.assignment import assigned, in_order
 from flexura.structure.full_order import FullOrderModel
@@ -63,13 +62,3 @@ def _clusters(frequency: Array) -> list[Index]:
     """Groups of consecutive frequencies that are repeated."""
     breaks = np.flatnonzero(np.diff(frequency) > REPEATED * np.abs(frequency[1:])) + 1
     return [part for part in np.split(np.arange(len(frequency)), breaks) if len(part)]
-
-
-def assigned(overlap: Array, distance: Array) -> list[int]:
-    """The assignment with the largest sum of MACs, nearer frequencies first among equals."""
-    cost = -overlap + 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
-    partner = [-1] * overlap.shape[1]
-    for row, column in zip(*assignment(cost), strict=True):
-        if overlap[row, column] >= SAME_MODE:
-            partner[int(column)] = int(row)
-    return partner

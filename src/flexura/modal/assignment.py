@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.linalg import assignment
+
 Array = NDArray[np.float64]
 
 SAME_MODE = 0.5
@@ -47,11 +49,9 @@ def in_order(reference: Array, frequencies: Array) -> list[int]:
 
 def assigned(overlap: Array, distance: Array) -> list[int]:
     """The assignment with the largest sum of MACs, nearer frequencies first among equals."""
-    from scipy.optimize import linear_sum_assignment
-
     cost = -overlap + 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
     partner = [-1] * overlap.shape[1]
-    for row, column in zip(*linear_sum_assignment(cost), strict=True):
+    for row, column in zip(*assignment(cost), strict=True):
         if overlap[row, column] >= SAME_MODE:
             partner[int(column)] = int(row)
     return partner
