@@ -4,15 +4,16 @@
 #   make test-all  the whole test suite
 #   make lint      ruff, pyright, import rules
 #   make bench     speed and memory, in one run
+#   make release-check   sdist and wheel, tried with core dependencies alone and with the least versions
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo packages compiler test test-all fuzz lint format bench verification pictures clean help
+.PHONY: demo packages compiler test test-all fuzz lint format bench verification pictures release-check clean help
 help:
-	@sed -n '2,7s/^# *//p' Makefile
+	@sed -n '2,8s/^# *//p' Makefile
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -30,9 +31,10 @@ demo: $(STAMP)
 	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
 	$(BIN)/flexura test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
 
-# for solid models: CalculiX, and the libraries that gmsh is linked to
+# for solid models: CalculiX (GPL, run as a program of its own), and the libraries that gmsh (GPL, imported) is linked to
 PACKAGES := calculix-ccx libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1
 packages: $(STAMP)
+	@echo "Optional: gmsh (GPL 2 or later, imported), CalculiX (GPL 2, a program of its own); see docs/releasing.md#licences-of-what-is-optional"
 	@command -v ccx >/dev/null && $(BIN)/python -c 'import gmsh' 2>/dev/null && exit 0; \
 	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 	  (apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(PACKAGES)) >/dev/null 2>&1 && exit 0; \
@@ -76,8 +78,13 @@ bench: $(STAMP)
 verification: $(STAMP)
 	$(BIN)/python -m pytest tests/literature tests/opensees -m '' --verification-page docs/verification.md
 
+# what is built is tried in environments of its own; docs/releasing.md
+release-check:
+	$(PYTHON) tools/release_check.py $(ARGS)
+
 pictures: $(STAMP)
 	$(BIN)/python docs/figures/make_figures.py
+	$(BIN)/python docs/figures/rooms.py
 
 clean:
 	rm -rf $(VENV) out .pytest_cache .ruff_cache .hypothesis
