@@ -17,7 +17,11 @@ DARKEST = 30
 def rooms() -> list[str]:
     """Rooms in the order of the import contract, top first."""
     config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    layers = next(c["layers"] for c in config["tool"]["importlinter"]["contracts"] if c["type"] == "layers")
+    layers = next(
+        c["layers"]
+        for c in config["tool"]["importlinter"]["contracts"]
+        if c["type"] == "layers" and "containers" not in c
+    )
     return [layer.removeprefix("flexura.") for layer in layers]
 
 
