@@ -9,7 +9,7 @@ from flexura.solid.constraints import Face, face_ties
 from flexura.solid.fem import elastic_matrices
 from flexura.solid.geometry import joints, solids
 from flexura.solid.meshing import solid_mesh
-from flexura.solid.solve import lowest_modes
+from helpers.direct_solids import lowest_modes
 
 
 class Whole(NamedTuple):

@@ -14,8 +14,8 @@ import pytest
 import flexura as fx
 from flexura.solid.fem import elastic_matrices
 from flexura.solid.meshing import solid_mesh
-from flexura.solid.solve import lowest_modes
 from helpers.beam_models import last_digit
+from helpers.direct_solids import lowest_modes
 from helpers.verification_report import Case
 
 PLANE = {  # height over length

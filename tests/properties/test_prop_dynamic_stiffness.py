@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import given
 from scipy.sparse.linalg import splu
 
-from flexura.linalg.inertia import scaled
+from flexura.linalg import scaled
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.finite_elements import finite_elements
 from flexura.methods.nodal_stiffness import NodalStiffness

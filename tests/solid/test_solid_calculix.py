@@ -23,7 +23,7 @@ from flexura.solid.calculix import (
 from flexura.solid.fem import elastic_matrices
 from flexura.solid.mesh import SolidMaterial, SolidMesh
 from flexura.solid.shapes import quadrature, shape_of
-from flexura.solid.solve import lowest_modes
+from helpers.direct_solids import lowest_modes
 from helpers.solid_boxes import box, distorted, mesh_of
 from helpers.solid_wholes import set_ties
 

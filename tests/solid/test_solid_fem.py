@@ -17,15 +17,16 @@ import scipy.sparse as sp
 
 import flexura as fx
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import Pencil, residuals
+from flexura.linalg import Pencil, large, residuals
+from flexura.linalg.large import available_memory, factorise_large
+from flexura.linalg.search import ShiftInvert
 from flexura.mechanism import Flexure, Leaf, Material, Mechanism, RigidBody
-from flexura.solid import factors, solve
 from flexura.solid.constraints import averaged_rows, face_products
-from flexura.solid.factors import available_memory, factorise, negative_count
 from flexura.solid.fem import elastic_matrices, mesh_mass, rigid_motions, stresses
 from flexura.solid.mesh import CELLS, SolidMaterial, SolidMesh
 from flexura.solid.shapes import face_rule, faces_of, quadrature, shape_of
-from flexura.solid.solve import constraint_modes, lowest_modes
+from flexura.solid.solve import constraint_modes
+from helpers.direct_solids import lowest_modes, negative_count
 from helpers.solid_boxes import ALUMINIUM, KUHN, box, distorted, leaf_and_block, mesh_of
 from helpers.solid_wholes import set_ties, with_lumps
 
@@ -148,7 +149,7 @@ def test_patch_of_distorted_cells_carries_constant_stress(kind, curved):
     K, _ = elastic_matrices(mesh)
     fixed, free = dofs(surface), dofs(inner)
     u = exact.copy()
-    u[free] = -factorise(K[free][:, free])(K[free][:, fixed] @ exact[fixed])
+    u[free] = -factorise_large(K[free][:, free]).solve(K[free][:, fixed] @ exact[fixed])
     assert np.abs(u - exact).max() < 1e-12 * np.abs(exact).max()
     strain = (slope + slope.T) / 2
     lame = ALUMINIUM.E * ALUMINIUM.nu / (1 + ALUMINIUM.nu) / (1 - 2 * ALUMINIUM.nu)
@@ -190,7 +191,7 @@ def test_bar_under_tension_stretches_by_closed_form(kind):
     held = np.concatenate([3 * mesh.point_sets[axis + "0"] + k for k, axis in enumerate("xyz")])
     free = np.setdiff1d(np.arange(mesh.order), held)
     u = np.zeros(mesh.order)
-    u[free] = factorise(K[free][:, free])(load[free])
+    u[free] = factorise_large(K[free][:, free]).solve(load[free])
     strain = force / side**2 / ALUMINIUM.E
     assert np.allclose(u.reshape(-1, 3), mesh.points * strain * [1, -0.33, -0.33], rtol=0, atol=1e-11 * strain * L)
 
@@ -392,8 +393,8 @@ def clamped(kind="hexahedron20", size=(0.1, 0.02, 0.02), counts=(5, 2, 2)):
 def solver(request, monkeypatch):
     """Both factorisations; the first only where it is installed."""
     if request.param == "superlu":
-        monkeypatch.setattr(factors, "_pardiso_solver", lambda: None)
-    elif factors._pardiso_solver() is None:
+        monkeypatch.setattr(large, "_pardiso_solver", lambda: None)
+    elif large._pardiso_solver() is None:
         pytest.skip("pypardiso is not installed")
     return request.param
 
@@ -423,10 +424,10 @@ def test_missed_copies_are_found(solver, monkeypatch):
     # a search that returns every second mode stands for one that loses copies of repeated ones
     K, M = clamped()
     whole = lowest_modes(K, M, 6).frequency_hz
-    run = solve._Search.run
+    run = ShiftInvert.nearest
     first = []
 
-    def forgetful(self, n, known):
+    def forgetful(self, n, known=None):
         found = run(self, n + 1 if not first else n, known)
         if not first:
             first.append(True)
@@ -434,7 +435,7 @@ def test_missed_copies_are_found(solver, monkeypatch):
             return type(found)(found.values[keep], found.vectors[:, keep])
         return found
 
-    monkeypatch.setattr(solve._Search, "run", forgetful)
+    monkeypatch.setattr(ShiftInvert, "nearest", forgetful)
     found = lowest_modes(K, M, 6)
     assert first and found.missing == 0
     assert found.frequency_hz == pytest.approx(whole, rel=1e-9)
@@ -455,7 +456,7 @@ def test_memory_is_refused_before_the_start(solver):
     assert available_memory() > 1e8
     K = clamped(counts=(12, 4, 4))[0]
     with pytest.raises(SolverError, match="coarser mesh"):
-        factorise(K, memory=0.5 * factorise(K).memory)
+        factorise_large(K, memory=0.5 * factorise_large(K).memory)
 
 
 def test_progress_is_told_and_can_interrupt(solver):
@@ -480,7 +481,7 @@ def test_indefinite_and_impossible_systems_are_refused(solver):
     A = K.tolil()
     A[:, 0] = A[0, :] = 0
     with pytest.raises(SolverError):
-        factorise(A.tocsc())
+        factorise_large(A.tocsc())
 
 
 def test_constraint_modes_are_exact_in_statics_and_bound_frequencies(solver):

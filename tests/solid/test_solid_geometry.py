@@ -19,8 +19,8 @@ from flexura.solid.fem import elastic_matrices, mesh_mass
 from flexura.solid.geometry import joints, normalised, solids
 from flexura.solid.mesh import SolidMaterial
 from flexura.solid.meshing import estimate_points, group_mesh, jacobians, solid_mesh
-from flexura.solid.solve import lowest_modes
 from flexura.solid.step import body_solids, write_step
+from helpers.direct_solids import lowest_modes
 
 gmsh = pytest.importorskip("gmsh")
 EXAMPLES = Path(__file__).parents[2] / "examples"

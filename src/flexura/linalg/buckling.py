@@ -9,8 +9,9 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg.eigen import factorise, is_definite
+from flexura.linalg.factor import factorise, is_definite
 from flexura.linalg.inertia import count_below
+from flexura.linalg.scaling import scaled, unit_scale
 
 Array = NDArray[np.float64]
 
@@ -29,8 +30,8 @@ def critical_factors(K: sp.csc_matrix, K_g: sp.csc_matrix, n: int) -> Array:
     """
     if not is_definite(K):
         raise SolverError("something can move freely without load: there is nothing to buckle")
-    D = sp.diags(1 / np.sqrt(K.diagonal()))
-    Ks, Gs = (D @ K @ D).tocsc(), (D @ K_g @ D).tocsc()
+    d = unit_scale(K)
+    Ks, Gs = scaled(K, d), scaled(K_g, d)
     count = min(n, K.shape[0])
     if K.shape[0] <= DENSE:
         mu = la.eigh(Gs.toarray(), Ks.toarray(), eigvals_only=True, subset_by_index=[0, count - 1])

@@ -9,17 +9,15 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
+from flexura.linalg.factor import ROUND_OFF, SingularError, SuperLU
 from flexura.linalg.pencil import EPS, Pencil
+from flexura.linalg.scaling import inverse_roots, scaled, unit_scale
 
 Array = NDArray[np.float64]
-
-FACTORS = 8
-"""Units of round-off of a factor's entry per unit of the product of their absolute values."""
 
 DENSE_BRACKET = 60
 """Up to this order eigenvalues are as quick as factorisations."""
@@ -69,42 +67,45 @@ def bracket(pencil: Pencil, value: float) -> Bracket:
 
 
 def _bracket(pencil: Pencil, value: float) -> Bracket | None:
-    d = 1 / np.sqrt(np.maximum(pencil.K.diagonal() + abs(value) * pencil.M.diagonal(), np.finfo(float).tiny))
+    d = inverse_roots(pencil.K.diagonal() + abs(value) * pencil.M.diagonal())
     lost = pencil.uncertainty(d, value)
     A: Any = pencil.K - value * pencil.M
     if isinstance(A, np.ndarray) or len(d) <= DENSE_BRACKET:
-        return _dense_bracket(_dense(A) * d[:, None] * d, d, lost, value)
+        return _dense_bracket(scaled(_dense(A), d), d, lost, value)
     A = scaled(A.tocsc(), d)
-    lost = lost + FACTORS * EPS * np.asarray(abs(A).sum(axis=1)).ravel()
+    lost = lost + ROUND_OFF * EPS * np.asarray(abs(A).sum(axis=1)).ravel()
     for _ in range(3):
-        lower, upper = (_signed(A + sp.diags(side * lost, format="csc")) for side in (-1, 1))
+        lower, upper = (_signed(A + sp.diags(side * lost, format="csc"), np.ones(len(d))) for side in (-1, 1))
         if lower is None or upper is None:
             break
-        own = np.maximum(lower[2], upper[2])
+        own = np.maximum(lower.lost, upper.lost)
         if (own <= lost).all():
-            return Bracket(value, upper[1], lower[1], _solver(lower[0], d))
+            return Bracket(value, upper.negative, lower.negative, _solver(lower.factor, d))
         lost = np.maximum(lost, 4 * own)
     return _dense_bracket(A.toarray(), d, lost, value) if len(d) <= DENSE_FALLBACK else None
 
 
-def _solver(lu: spla.SuperLU, d: Array) -> Callable[[Array], Array]:
-    return lambda b: d[:, None] * lu.solve(np.ascontiguousarray(d[:, None] * b))
+def _solver(factor: SuperLU, d: Array) -> Callable[[Array], Array]:
+    return lambda b: d[:, None] * factor.solve(d[:, None] * b)
 
 
-def _signed(A: sp.csc_matrix) -> tuple[spla.SuperLU, int, Array] | None:
-    """Factors with diagonal pivots, how many of these are negative, and row sums (n,) of the bound of their round-off
-    (Higham 2002, theorem 9.3); None where a pivot is zero."""
+@dataclass(frozen=True)
+class _Signed:
+    """A factor with diagonal pivots, how many are negative, and row sums (n,) of the bound of its round-off."""
+
+    factor: SuperLU
+    negative: int
+    lost: Array
+
+
+def _signed(A: sp.csc_matrix, scale: Array) -> _Signed | None:
+    """Of an A (n, n), scaled by `scale` (n,); None where a pivot is zero or not on the diagonal."""
     try:
-        lu = superlu(A.tocsc())
-    except RuntimeError:
+        factor = SuperLU(A, scale)
+    except SingularError:
         return None
-    if not np.array_equal(lu.perm_r, lu.perm_c):
-        return None
-    L, U = lu.L, lu.U
-    size = abs(L) @ (abs(U) @ np.ones(A.shape[0]))
-    if not np.isfinite(size).all():
-        return None
-    return lu, int((U.diagonal() < 0).sum()), FACTORS * EPS * size[lu.perm_r]
+    negative, lost = factor.negative, factor.lost
+    return None if negative is None or lost is None else _Signed(factor, negative, lost)
 
 
 def _dense_bracket(A: Array, d: Array, lost: Array, value: float) -> Bracket:
@@ -141,30 +142,13 @@ def count_below(K: Any, M: Any, value: float) -> int:
     raise SolverError("no stable factorisation was found for an inertia count")
 
 
-def scaled(A: sp.csc_matrix, d: Array) -> sp.csc_matrix:
-    """D A D for a sparse A (n, n) by columns and D = diag(d); shares no array with A, since SuperLU sorts its own."""
-    data = A.data * d[A.indices] * np.repeat(d, np.diff(A.indptr))
-    return sp.csc_matrix((data, A.indices.copy(), A.indptr.copy()), shape=A.shape)
-
-
-def superlu(A: sp.csc_matrix) -> spla.SuperLU:
-    """LU factors of a sparse symmetric A (n, n) with a fill-reducing ordering, diagonal pivots preferred; A stays as it
-    is. Raises RuntimeError when A is singular, as SciPy does."""
-    options = {"SymmetricMode": True}
-    own = A if A.has_sorted_indices else A.sorted_indices()
-    return spla.splu(own, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-
-
 def stable_count(A: sp.csc_matrix) -> int | None:
     """Number of negative eigenvalues of a symmetric A (n, n) by diagonal pivots; None where those would be unstable."""
     checkpoint()
-    d = np.sqrt(np.abs(A.diagonal()))
-    found = _signed(scaled(A, 1 / np.where(d > 0, d, 1.0)))
-    return None if found is None or found[2].max(initial=0.0) > UNSTABLE else found[1]
+    found = _signed(A, unit_scale(A))
+    return None if found is None or found.lost.max(initial=0.0) > UNSTABLE else found.negative
 
 
 def _dense_count(A: Array) -> int:
-    d = np.sqrt(np.abs(np.diagonal(A)))
-    d = 1 / np.where(d > 0, d, 1.0)
-    _, D, _ = la.ldl(A * d[:, None] * d)
+    _, D, _ = la.ldl(scaled(A, unit_scale(A)))
     return int((la.eigvalsh_tridiagonal(np.diagonal(D), np.diagonal(D, 1)) < 0).sum())

@@ -117,9 +117,7 @@ def _condensed(K: Any, M: Any, kept: Index) -> tuple[Array, Array, Array]:
         inner = K[rest][:, rest].tocsc()
         if not is_definite(inner):
             raise SolverError("something moves freely beside the rigid bodies: no static shape follows from theirs")
-        d = 1 / np.sqrt(inner.diagonal())
-        scaled = factorise((sp.diags(d) @ inner @ sp.diags(d)).tocsc())
-        T[rest] = -d[:, None] * scaled.solve(d[:, None] * K[rest][:, kept].toarray())
+        T[rest] = -factorise(inner).solve(K[rest][:, kept].toarray())
     Kb, Mb = K[kept] @ T, T.T @ (M @ T)
     return (Kb + Kb.T) / 2, (Mb + Mb.T) / 2, T
 

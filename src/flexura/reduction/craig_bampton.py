@@ -13,9 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, count_below, factorise, lowest
-from flexura.linalg.eigen import DENSE_LIMIT
-from flexura.linalg.inertia import scaled
+from flexura.linalg import Eigenpairs, count_below, factorise, lowest, scaled, unit_scale
+from flexura.linalg.factor import DENSE_LIMIT
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -72,15 +71,14 @@ class CraigBampton:
 
     @cached_property
     def _solve(self) -> Callable[[Array], Array]:
-        d = 1 / np.sqrt(self._K_ii.diagonal())
-        if isinstance(self._K_ii, np.ndarray):
-            try:
-                factor = la.cho_factor(self._K_ii * d[:, None] * d, check_finite=False)
-            except la.LinAlgError:
-                raise SolverError("the interior of a substructure can move freely with its interface held") from None
-            return lambda x: d[:, None] * la.cho_solve(factor, d[:, None] * x, check_finite=False)
-        sparse = factorise(scaled(self._K_ii, d))
-        return lambda x: d[:, None] * sparse.solve(d[:, None] * x)
+        if not isinstance(self._K_ii, np.ndarray):
+            return factorise(self._K_ii).solve
+        d = unit_scale(self._K_ii)
+        try:
+            factor = la.cho_factor(scaled(self._K_ii, d), check_finite=False)
+        except la.LinAlgError:
+            raise SolverError("the interior of a substructure can move freely with its interface held") from None
+        return lambda x: d[:, None] * la.cho_solve(factor, d[:, None] * x, check_finite=False)
 
     def solve(self, forces: Array) -> Array:
         """Static displacements (i, k) of the interior under forces (i, k), boundary held."""

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg import factorise, is_definite, least_pivot, static_response
+from flexura.linalg import factorise, is_definite, least_pivot, scaled, static_response, unit_scale
 from flexura.reduction.chained import ChainedModel, chained
 from flexura.structure.full_order import FullOrderModel
 
@@ -52,13 +51,11 @@ def stored_flexibility(K: Any, M: Any, shift: float | None = None) -> Flexibilit
     if shift is None:
         shift = 0.0 if is_definite(K) else _near_zero(K, M)
     A = K + shift * M if shift else K
-    d = 1 / np.sqrt(A.diagonal())
-    if isinstance(A, np.ndarray):
-        factor = la.cho_factor(A * d[:, None] * d)
-        return Flexibility(shift, lambda loads: d[:, None] * la.cho_solve(factor, d[:, None] * loads))
-    D = sp.diags(d)
-    lu = factorise((D @ A @ D).tocsc())
-    return Flexibility(shift, lambda loads: d[:, None] * lu.solve(np.ascontiguousarray(d[:, None] * loads)))
+    if not isinstance(A, np.ndarray):
+        return Flexibility(shift, factorise(A).solve)
+    d = unit_scale(A)
+    factor = la.cho_factor(scaled(A, d))
+    return Flexibility(shift, lambda loads: d[:, None] * la.cho_solve(factor, d[:, None] * loads))
 
 
 def flexibility(model: FullOrderModel) -> Flexibility:

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import factorise, is_definite
+from flexura.linalg import factorise, is_definite, scaled, unit_scale
 from flexura.mechanism.layout import TOP
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.reduction.assembler import LowOrderAssembler, with_modes
@@ -260,9 +260,9 @@ class LowOrderModel:
             raise SolverError("static response is undefined: something can move freely")
         B = self.node_rows(nodes)
         if not isinstance(self.K, np.ndarray):
-            return B @ factorise(self.K.tocsc()).solve(np.ascontiguousarray(B.T))
-        d = 1 / np.sqrt(np.diagonal(self.K))
-        return (B * d) @ la.cho_solve(la.cho_factor(self.K * d[:, None] * d), d[:, None] * B.T)
+            return B @ factorise(self.K).solve(B.T)
+        d = unit_scale(self.K)
+        return (B * d) @ la.cho_solve(la.cho_factor(scaled(self.K, d)), d[:, None] * B.T)
 
     def projected(self, T: Any, names: list[str], step: str) -> LowOrderModel:
         """The model in fewer coordinates q with this one's = T q, T (n, r); static response at the static nodes stays

@@ -10,8 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg import factorise
-from flexura.linalg.inertia import scaled
+from flexura.linalg import factorise, scaled, unit_scale
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.sizes import beyond
@@ -149,9 +148,9 @@ def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:
     if K.shape[-1] == b:
         return K, M
     inner = K[..., b:, b:]
-    d = 1 / np.sqrt(np.einsum("...ii->...i", inner))
+    d = unit_scale(inner)
     right = d[..., None] * K[..., b:, :b]
-    psi = -d[..., None] * np.linalg.solve(inner * d[..., :, None] * d[..., None, :], right)
+    psi = -d[..., None] * np.linalg.solve(scaled(inner, d), right)
     pt = np.swapaxes(psi, -1, -2)
     cross = M[..., :b, b:] @ psi
     M_r = M[..., :b, :b] + cross + np.swapaxes(cross, -1, -2) + pt @ M[..., b:, b:] @ psi
@@ -162,8 +161,7 @@ def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:
 def _sparse_guyan(K: sp.csc_matrix, M: sp.csc_matrix, b: int) -> tuple[Array, Array]:
     """The same of one large sparse pair (n, n)."""
     inner = sp.csc_matrix(K[b:, b:])
-    d = 1 / np.sqrt(inner.diagonal())
-    psi = -d[:, None] * factorise(scaled(inner, d)).solve(np.ascontiguousarray(d[:, None] * K[b:, :b].toarray()))
+    psi = -factorise(inner).solve(K[b:, :b].toarray())
     cross = M[:b, b:] @ psi
     K_r = K[:b, :b].toarray() + K[:b, b:] @ psi
     return (K_r + K_r.T) / 2, M[:b, :b].toarray() + cross + cross.T + psi.T @ (M[b:, b:] @ psi)

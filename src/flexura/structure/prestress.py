@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam.geometric import arm_stiffness
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import critical_factors, factorise, is_definite
-from flexura.linalg.inertia import scaled
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
@@ -118,8 +117,7 @@ def solve_definite(K: sp.csc_matrix, load: Array) -> Array:
     """Static response (n,) or (n, k) to loads. Raises SolverError when something can move freely."""
     if not is_definite(K):
         raise SolverError("something can move freely under the load: hold it, or attach it by a stiffness")
-    d = 1 / np.sqrt(K.diagonal())
-    return (d * factorise(scaled(sp.csc_matrix(K), d)).solve(np.ascontiguousarray((load.T * d).T)).T).T
+    return factorise(K).solve(load)
 
 
 def _loads_on_arms(model: FullOrderModel, wrenches: Mapping[str, Array]) -> Iterator[Pushes]:

@@ -1,0 +1,86 @@
+"""How far eigenpairs and static responses may be off, by what they leave over in energies (`Pencil`)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import SolverError
+from flexura.linalg.factor import Factor, SuperLU
+from flexura.linalg.pencil import Pencil
+from flexura.linalg.search import Eigenpairs
+
+Array = NDArray[np.float64]
+
+POLISH = 2
+"""Corrections of a solution by its residual in energies."""
+
+UNSETTLED = 1e-6
+"""Change of the root of the work of loads, relative, in the last correction of their response."""
+
+
+def residuals(pencil: Pencil, pairs: Eigenpairs) -> Array:
+    """Relative residuals (k,) of eigenpairs of K x = lambda M x in the norm that bounds the eigenvalue (theory eq. 56).
+
+    r = (lambda - s) (K - s M)^-1 M x - x, in the M-norm relative to x: some exact eigenvalue mu has
+    |(lambda - s) / (mu - s) - 1| <= |r| (Krylov and Weinstein, Parlett 1980, sec. 4.5). s is zero for definite K, else
+    minus the lowest nonzero eigenvalue of the pairs (minus one when all are zero).
+    """
+    return _weinstein(pencil, pairs.values, pairs.vectors)[0]
+
+
+def residual_intervals(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, Array]:
+    """Bounds (k,), (k,) between which some eigenvalue lies, for each Ritz pair (Krylov and Weinstein; theory eq. C5).
+
+    The residuals, as in `residuals`, are widened for round-off. The upper bound is infinite where the residual is one
+    or more.
+    """
+    radius, shift = _weinstein(pencil, values, vectors)
+    distance = values - shift
+    margin = pencil.margin(vectors)
+    radius = radius + margin / distance
+    upper = np.where(radius < 1, shift + distance / np.where(radius < 1, 1 - radius, 1.0), np.inf)
+    return shift + distance / (1 + radius) - margin, upper + margin
+
+
+def _weinstein(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, float]:
+    """The residuals and the shift that they refer to."""
+    elastic = values[values > 0]
+    least = float(elastic.min()) if len(elastic) else 1.0
+    shift = 0.0 if len(elastic) == len(values) else -least
+    Mx = pencil.M @ vectors
+    try:
+        y = solution(pencil, Mx, shift)
+    except SolverError:
+        if shift:
+            raise
+        shift = -least  # soft enough to look singular
+        y = solution(pencil, Mx, shift)
+    r = (values - shift) * y - vectors
+    size = np.einsum("ik,ik->k", vectors, Mx)
+    return np.sqrt(np.abs(np.einsum("ik,ik->k", r, pencil.M @ r)) / size), shift
+
+
+def static_response(pencil: Pencil, loads: Array, shift: float = 0.0) -> Array:
+    """(K + shift M)^-1 loads (n, k), definite, corrected by residuals in energies until it stands.
+
+    Raises SolverError when K is singular, or so close to it that round-off stands in the way.
+    """
+    Y = solution(pencil, loads, -shift)
+    last = solution(pencil, loads - pencil.stiffness(Y) - shift * (pencil.M @ Y), -shift)
+    off, size = (np.sqrt(np.abs(np.einsum("ik,ik->k", X, loads))) for X in (last, Y))
+    if (off > UNSETTLED * size).any():
+        raise SolverError("something can move freely, or is held by less than round-off in the stiffness hides")
+    return Y + last
+
+
+def solution(pencil: Pencil, right: Array, shift: float, factors: Factor | None = None) -> Array:
+    """(K - shift M)^-1 of right sides (n, k), definite, by factors of what is stored and corrections by energies."""
+    if factors is None:
+        factors = SuperLU(pencil.K - shift * pencil.M if shift else pencil.K)
+    Y, rest = np.zeros_like(right), right
+    for step in range(1 + POLISH):
+        Y = Y + factors.solve(rest)
+        if step < POLISH:
+            rest = right - (pencil.stiffness(Y) - shift * (pencil.M @ Y))
+    return Y

@@ -1,0 +1,179 @@
+"""The search for eigenpairs of K x = lambda M x next to a shift, by shift-invert Lanczos or dense algebra.
+
+Lanczos (Ericsson and Ruhe 1980) may lose copies of a repeated eigenvalue: what an inertia count finds missing is looked
+for again in the complement of what is known, until the count is met.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from flexura.deadline import checkpoint
+from flexura.errors import SolverError
+from flexura.linalg.factor import DENSE_LIMIT, Factor, Matrix, SuperLU
+from flexura.linalg.inertia import bracket, count_below, stable_count
+from flexura.linalg.pencil import Pencil
+from flexura.linalg.scaling import scaled, unit_scale
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the fraction of it that is done; what it raises ends the work."""
+
+RESTARTS = 500
+"""Restarts of a Lanczos search after which it is given up."""
+
+IDLE = 4
+"""Rounds of looking for missing copies of repeated eigenvalues that may pass without finding any."""
+
+OFFSETS = (1e-6, 1e-5, 1e-4)
+"""Relative distances below the last eigenvalue at which those up to it are counted, the first that can be."""
+
+
+@dataclass(frozen=True)
+class Eigenpairs:
+    """Eigenvalues (k,), ascending, and M-orthonormal eigenvectors (n, k)."""
+
+    values: Array
+    vectors: Array
+
+
+class ShiftInvert:
+    """Lanczos on (K - shift M)^-1 M, K and M (n, n) sparse and symmetric, by a `factor` of K - shift M.
+
+    `solves` is how often the factor was used, out of about `expected`, of which `progress` is told.
+    """
+
+    def __init__(self, K: Any, M: Any, shift: float, factor: Factor, progress: Progress | None = None) -> None:
+        self.K, self.M, self.shift, self.factor = K, M, shift, factor
+        self.progress, self.solves, self.expected = progress, 0, 100
+
+    def nearest(self, count: int, known: Array | None = None) -> Eigenpairs:
+        """The `count` pairs next to the shift in the M-orthogonal complement of `known` (n, j), fewer than n.
+
+        Raises SolverError when the search does not converge.
+        """
+        n = self.K.shape[0]
+        known = np.empty((n, 0)) if known is None else known
+        j = known.shape[1]
+        Mk = self.M @ known
+        count = min(count, n - 1)
+
+        def invert(b: Array) -> Array:
+            checkpoint()
+            self.solves += 1
+            if self.progress is not None:
+                self.progress("iterate", min(0.99, self.solves / self.expected))
+            y = self.factor.solve(b)
+            return y - known @ (Mk.T @ y) if j else y
+
+        start = self.factor.scale * np.cos(np.arange(n) * (1.0 + j))
+        start -= known @ (Mk.T @ start)
+        operator = spla.LinearOperator((n, n), matvec=invert, dtype=float)
+        basis = min(n - 1, max(2 * count + 12, 20))
+        try:
+            values, vectors = spla.eigsh(
+                self.K, count, M=self.M, sigma=self.shift, OPinv=operator, v0=start, ncv=basis, maxiter=RESTARTS, tol=0
+            )
+        except spla.ArpackError as error:
+            raise SolverError(f"the eigenvalue search did not converge: {error}") from None
+        order = np.argsort(values)
+        return Eigenpairs(values[order], orthonormal(vectors[:, order], self.M))
+
+    def completed(
+        self,
+        found: Eigenpairs,
+        count: int,
+        counted: Callable[[float], int | None] | None = None,
+        offsets: Sequence[float] = OFFSETS,
+    ) -> Eigenpairs:
+        """The pairs with the copies of repeated eigenvalues that were missed below the `count`-th.
+
+        `counted` gives the number of eigenvalues below a value, None where it cannot tell; by default factors of
+        SuperLU are asked. Copies of the `count`-th itself do not matter. Raises SolverError when what is counted is not
+        found.
+        """
+        fewest, idle = self.K.shape[0] + 1, 0
+        while True:
+            missing = self._missing(found.values, float(found.values[:count].max()), counted, offsets)
+            if missing <= 0:
+                return found
+            fewest, idle = (missing, 0) if missing < fewest else (fewest, idle + 1)
+            if idle == IDLE:
+                raise SolverError("eigenvalues that are counted are not found: the stiffness has lost its digits")
+            more = self.nearest(missing, found.vectors)
+            values = np.concatenate([found.values, more.values])
+            order = np.argsort(values, kind="stable")
+            found = Eigenpairs(values[order], np.hstack([found.vectors, more.vectors])[:, order])
+
+    def _missing(
+        self, values: Array, last: float, counted: Callable[[float], int | None] | None, offsets: Sequence[float]
+    ) -> int:
+        """How many eigenvalues below `last` are not among `values`, counted a little below it, further off where a
+        factorisation so close to eigenvalues is unstable."""
+        K, M = self.K, self.M
+        if self.progress is not None:
+            self.progress("count", 0.0)
+        below = [last - offset * abs(last) - 1e-3 * abs(self.shift) for offset in offsets]
+        for value in below:
+            count = stable_count((K - value * M).tocsc()) if counted is None else counted(value)
+            if count is not None:
+                return count - int((values < value).sum())
+        proven = bracket(Pencil.of(K, M), below[-1])
+        if proven.is_proven:
+            return proven.least - int((values < proven.value).sum())
+        return count_below(K, M, below[0]) - int((values < below[0]).sum())
+
+
+def next_to(K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | None = None) -> Eigenpairs:
+    """The `count` pairs of K and M (n, n) next to a shift below all of them, none of them missing.
+
+    `factor` of K - shift M where there is one already. Raises SolverError when K - shift M is singular or the search
+    does not converge.
+    """
+    n = K.shape[0]
+    if n <= DENSE_LIMIT or count > n // 3:
+        return _dense(toarray(K), toarray(M), count, shift)
+    K, M = sp.csc_matrix(K), sp.csc_matrix(M)
+    search = ShiftInvert(K, M, shift, factor or SuperLU(K - shift * M if shift else K))
+    found = search.completed(search.nearest(count), count)
+    return Eigenpairs(found.values[:count], found.vectors[:, :count])
+
+
+def _dense(K: Array, M: Array, count: int, shift: float) -> Eigenpairs:
+    """eigh(M, K') after diagonal scaling, K' = K - shift M positive definite: for widely spread spectra the low end
+    comes out far more accurately than from eigh(K, M) (Parlett 1980, sec. 15.2; theory eq. 54)."""
+    S = K - shift * M if shift else K
+    n = len(S)
+    d = unit_scale(S)
+    Md, Sd = scaled(M, d), scaled(S, d)
+    try:
+        try:
+            mu, y = la.eigh(Md, Sd, subset_by_index=[n - count, n - 1])
+        except la.LinAlgError:  # LAPACK's inverse iteration may fail on clusters, divide and conquer does not
+            mu, y = (part[..., n - count :] for part in la.eigh(Md, Sd, driver="gvd"))
+    except la.LinAlgError:
+        raise SolverError("the stiffness matrix is not positive definite: something can move freely") from None
+    mu, y = mu[::-1], y[:, ::-1]
+    with np.errstate(divide="ignore"):
+        values = np.where(mu > 0, 1 / np.where(mu > 0, mu, 1.0), np.inf) + shift
+    vectors = d[:, None] * y / np.sqrt(np.where(mu > 0, mu, 1.0))
+    return Eigenpairs(values, vectors)
+
+
+def toarray(A: Matrix) -> Array:
+    """A as a dense array."""
+    return np.asarray(A.toarray()) if hasattr(A, "toarray") else np.asarray(A)
+
+
+def orthonormal(vectors: Array, M: Any) -> Array:
+    """Vectors (n, k) made M-orthonormal in order (Cholesky of the Gram matrix)."""
+    gram = vectors.T @ (M @ vectors)
+    return la.solve_triangular(la.cholesky(gram, lower=True), vectors.T, lower=True).T
