@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Protocol, TypeVar
 
+from flexura.records import Record
+
 Path = tuple[str | int, ...]
 
 LONGEST_SHOWN = 200
@@ -118,7 +120,7 @@ class _HasWarnings(Protocol):
 R = TypeVar("R", bound=_HasWarnings)
 
 
-class Warned:
+class Warned(Record):
     """A result whose `warnings` say where it stops holding; its `notes`, where it has any, say how it was computed."""
 
     def raise_warnings(self: R) -> R:

@@ -24,6 +24,7 @@ from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.linalg import lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
+from flexura.records import Record
 from flexura.reduction.assembler import low_order
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
@@ -48,10 +49,12 @@ class SubstructureSummary:
     mass: float
 
 
-@dataclass(frozen=True)
-class CheckReport:
+@dataclass(frozen=True, repr=False)
+class CheckReport(Record):
     """What `check` understood: orders of both models, substructures, masses, what is held, which members are corrected
     beyond beam theory, actuators, sensors, damping, loads, what is proven about free motions, and all doubts."""
+
+    _shown = ("name", "full_order", "low_order", "doubts", "clashes")
 
     name: str
     full_order: int

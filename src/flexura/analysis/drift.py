@@ -16,6 +16,7 @@ from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
+from flexura.records import Record
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -43,8 +44,8 @@ class ScrewAxis:
         return bool(np.isinf(self.pitch))
 
 
-@dataclass(frozen=True)
-class Drift:
+@dataclass(frozen=True, repr=False)
+class Drift(Record):
     """The screw axis of a node's motion under one load, at rest and about a displaced state.
 
     `shift` (3,) leads from the point of the axis at rest to that of the displaced one, m, `distance` is its length,

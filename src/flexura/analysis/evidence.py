@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
+from flexura.records import Record
 from flexura.structure import FullOrderModel
 from flexura.structure.lumps import rigid_mass
 from flexura.structure.part import Part, PartGeometry, PartMatrices
@@ -45,8 +46,8 @@ class MassProperties:
         return MassProperties(mass, (x, y, z), tuple((float(a), float(b), float(d)) for a, b, d in inertia))
 
 
-@dataclass(frozen=True)
-class Evidence:
+@dataclass(frozen=True, repr=False)
+class Evidence(Record):
     """Why the numbers of a modal result can be believed, or not.
 
     `model_mass` comes from the mass matrices by rigid motions, `described_mass` from density times volume;
@@ -59,6 +60,8 @@ class Evidence:
     most there can be. `missed` lists full-order modes there without a counterpart, `more_missed` counts those not
     listed.
     """
+
+    _shown = ("complete", "sturm_count", "sturm_below_hz")
 
     model_mass: MassProperties
     described_mass: MassProperties

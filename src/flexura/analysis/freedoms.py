@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.beam import block_rotation, rigid_arm
 from flexura.linalg import is_definite
+from flexura.records import Record
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -40,8 +41,8 @@ NOISE = 1e-9
 """Compliances below so much of the largest are round-off."""
 
 
-@dataclass(frozen=True)
-class Freedom:
+@dataclass(frozen=True, repr=False)
+class Freedom(Record):
     """One way in which a platform is free: a twist (6,) of its node of unit size, m and rad, and its screw axis.
 
     `share` is the part of the compliance that the actuators own, 1 where they are all of it; nan without actuators.
@@ -65,8 +66,8 @@ class Freedom:
     tilt: float | None = None
 
 
-@dataclass(frozen=True)
-class ComplianceSpectrum:
+@dataclass(frozen=True, repr=False)
+class ComplianceSpectrum(Record):
     """Compliances of a platform on one scale, translations and rotations together (theory eq. T24).
 
     `compliance` (6,), m/N, largest first: of the platform at `centre` (3,), m, the centroid of what holds it, rotations

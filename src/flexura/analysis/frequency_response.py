@@ -62,7 +62,7 @@ SHARPEST = 1e-5
 """Damping ratio with which the grid is refined around undamped resonances."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FrequencyResponse(Warned):
     """H (f, p, m) at `frequency_hz` (f,): complex amplitude of each output per unit of each input, e^(+i omega t).
 
@@ -70,6 +70,8 @@ class FrequencyResponse(Warned):
     which model was used. `warnings` are what is `known`, and what the model of the system `unproven` is not proven to
     contain up to the highest frequency, which is worked out when they are first asked for.
     """
+
+    _shown = ("name", "frequency_hz", "inputs", "outputs", "order")
 
     name: str
     frequency_hz: Array

@@ -45,7 +45,7 @@ ROUNDING = 1e-8
 """Compliances below so much of their bound, sqrt(S_ii S_jj), are round-off."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Kinetostatics(Warned):
     """A platform, node `platform`, under the actuators `inputs` (a).
 
@@ -58,6 +58,8 @@ class Kinetostatics(Warned):
     stiffness on one scale. `is_clear` is False where there are no actuators and no gap in the spectrum tells freedoms
     from constraints. SI, global frame.
     """
+
+    _shown = ("platform", "inputs", "freedoms", "warnings")
 
     platform: str
     inputs: tuple[Channel, ...]

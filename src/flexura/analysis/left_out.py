@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import Exceeded
 from flexura.linalg import leading
+from flexura.records import Record
 from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel, ModalSystem
@@ -50,8 +51,8 @@ KNOWN = 2e-4
 """Relative error of what kept modes of a low-order model carry."""
 
 
-@dataclass(frozen=True)
-class LeftOut:
+@dataclass(frozen=True, repr=False)
+class LeftOut(Record):
     """Bound (p,) on what outputs lack at any time, from modes above `above_hz`, beside their size `scale` (p,)."""
 
     bound: Array

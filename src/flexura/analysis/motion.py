@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.energy import KINDS, PartEnergy, energies
 from flexura.linalg import leading, ranked, turned
+from flexura.records import Record
 from flexura.structure import FullOrderModel
 from flexura.structure.part import Part
 
@@ -51,8 +52,8 @@ class BodyMotion:
         return f"{self.body} {' and '.join(said)}"
 
 
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, repr=False)
+class Motion(Record):
     """What moves in one mode.
 
     Shares add up to one; `strain_share` and `kinetic_share` are by placed part, `strain_by_substructure` and
@@ -60,6 +61,8 @@ class Motion:
     `masses` are point masses and sensors with a mass, like `bodies` in the order of their kinetic energy; `summary`
     names, in this order too, what holds most of it.
     """
+
+    _shown = ("summary",)
 
     bodies: tuple[BodyMotion, ...]
     masses: tuple[BodyMotion, ...]

@@ -26,7 +26,7 @@ from flexura.systems.placed import PlacedInput, Placement
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Preload(Warned):
     """A mechanism under dead loads.
 
@@ -34,6 +34,8 @@ class Preload(Warned):
     geometric stiffness of that state, and `axial_force` the least and the largest axial force of every member, N,
     tension positive.
     """
+
+    _shown = ("model",)
 
     model: FullOrderModel
     load: Array

@@ -12,6 +12,7 @@ from flexura.analysis.evidence import Evidence
 from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion
 from flexura.errors import Exceeded, Warned
+from flexura.records import Record
 from flexura.reduction import Certificate
 from flexura.reduction.intervals import HERTZ
 from flexura.reduction.low_order import TOLERANCE
@@ -20,8 +21,8 @@ from flexura.structure import FullOrderModel
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Mode:
+@dataclass(frozen=True, repr=False)
+class Mode(Record):
     """One mode.
 
     `relative_error` is the low-order frequency over the full-order one, less one; `mac` the mass-weighted modal
@@ -32,6 +33,8 @@ class Mode:
     that the interval is wider than the tolerance that was asked for. `mesh_error` estimates how far off, relative, the
     frequency may be for the meshes of solid parts, which no interval knows of; None where no part tells.
     """
+
+    _shown = ("number", "frequency_text", "motion")
 
     number: int
     frequency_hz: float

@@ -39,13 +39,15 @@ class ActuatorState:
     force: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Statics(Warned):
     """The linear static response u (n,) of `model` to a load vector (n,), m and rad, N and N m.
 
     `readings` are those of the described displacement, rotation and force sensors, `actuators` the state of each
     described actuator, `gravity` (3,) m/s^2 what the members' own weight came from, `loads` (6,) dead loads by node.
     """
+
+    _shown = ("model", "readings", "loads")
 
     model: FullOrderModel
     load: Array

@@ -17,6 +17,7 @@ from flexura.beam import rigid_arm
 from flexura.beam.stress import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
+from flexura.records import Record
 from flexura.structure import FullOrderModel
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.sections import SectionGroup
@@ -31,8 +32,8 @@ BLOCK = 2_000_000
 """Internal forces that are held at a time."""
 
 
-@dataclass(frozen=True)
-class MemberStress:
+@dataclass(frozen=True, repr=False)
+class MemberStress(Record):
     """The largest stress in a placed link or flexure.
 
     `von_mises` is the largest von Mises stress with notch factors, `nominal` that without, Pa; both are None where
@@ -59,8 +60,8 @@ class MemberStress:
         return self.yield_stress / self.von_mises if self.von_mises else np.inf
 
 
-@dataclass(frozen=True)
-class Stresses:
+@dataclass(frozen=True, repr=False)
+class Stresses(Record):
     """Stresses of all placed links and flexures, the largest first, those of sections by constants last."""
 
     members: tuple[MemberStress, ...]

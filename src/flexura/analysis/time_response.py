@@ -42,13 +42,15 @@ STATES = 50_000_000
 """Most values of modal coordinates that are kept."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TimeResponse(Warned):
     """Outputs `response` (p, N) at `time` (N,), s, under `signals` (m, N) at the inputs.
 
     `modal` (r, N) are the modal coordinates of `modes` where these were kept; `notes` say how this was computed.
     `warnings` are worked out from its `run` when they are first asked for, or `known`.
     """
+
+    _shown = ("name", "time", "inputs", "outputs")
 
     name: str
     time: Array

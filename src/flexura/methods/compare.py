@@ -20,6 +20,7 @@ from flexura.methods.finite_elements import convergence, finite_elements
 from flexura.methods.pairing import agree, pair
 from flexura.methods.solution import Solution
 from flexura.modal.assignment import in_order
+from flexura.records import Record
 from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 
@@ -49,8 +50,8 @@ class Progress:
 Announce = Callable[[Progress], None]
 
 
-@dataclass(frozen=True)
-class ComparisonRow:
+@dataclass(frozen=True, repr=False)
+class ComparisonRow(Record):
     """One method's answer.
 
     `order` is None for methods without a finite one. `frequency_hz` are the lowest asked for, and later ones that are
@@ -60,6 +61,8 @@ class ComparisonRow:
     the others. `seconds` lead from a plan to frequencies and shapes. A method that cannot answer has `failure` and no
     numbers.
     """
+
+    _shown = ("method", "frequency_hz", "failure")
 
     method: str
     order: int | None = None
@@ -73,10 +76,12 @@ class ComparisonRow:
     failure: str = ""
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Record):
     """Methods side by side: `n` modes of a mechanism, with errors against the `reference` method, which is empty when
     no method could answer that others are held against."""
+
+    _shown = ("name", "n", "reference", "rows")
 
     name: str
     n: int

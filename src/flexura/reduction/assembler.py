@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flexura.linalg import Eigenpairs, lowest
 from flexura.linalg.stacked import GUARD
+from flexura.records import Kept, Latest
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
 from flexura.structure.plan import Geometry, Plan
@@ -33,9 +34,8 @@ class LowOrderAssembler:
         self._dof = np.full(topology.dof.size, -1, dtype=np.intp)
         self._dof[self.physical] = np.arange(len(self.physical))
         self._dof = self._dof.reshape(topology.dof.shape)
-        self._starts: dict[int, Eigenpairs] = {}
-        self._scatters: dict[tuple[int, ...], Scatter] = {}
-        self._remembered: tuple[Geometry, dict[str, Array]] | None = None
+        self._prepared = Kept()
+        self._latest: Latest[dict[str, Array]] = Latest()
 
     def _numbers(self, name: str, nodes: Index) -> Index:
         return np.array(self.plan.topology.placed[name].offset, dtype=np.intp)[:, None] + nodes
@@ -50,31 +50,29 @@ class LowOrderAssembler:
 
     def transforms(self, geometry: Geometry) -> dict[str, Array]:
         """Block-diagonal boundary transforms (..., copies, b, b) per prototype, kept while geometry stays the same."""
-        if self._remembered is None or self._remembered[0] is not geometry:
-            G = {
-                name: block_diagonal(self.plan.node_transforms(name, reducer.part.boundary, geometry))
-                for name, reducer in self.reducers.items()
-            }
-            self._remembered = (geometry, G)
-        return self._remembered[1]
+
+        def found() -> dict[str, Array]:
+            own = {name: reducer.part.boundary for name, reducer in self.reducers.items()}
+            return {name: block_diagonal(self.plan.node_transforms(name, at, geometry)) for name, at in own.items()}
+
+        return self._latest.get(geometry, found)
 
     def scatter(self, modes: tuple[int, ...]) -> Scatter:
         """Assembly pattern for so many kept modes per prototype."""
-        if modes not in self._scatters:
+
+        def made() -> Scatter:
             first = len(self.physical)
             dofs = []
             for name, k in zip(self.reducers, modes, strict=True):
                 dofs.append(self.coordinates(name, k, first))
                 first += k * len(dofs[-1])
-            self._scatters[modes] = Scatter(dofs, first)
-        return self._scatters[modes]
+            return Scatter(dofs, first)
+
+        return self._prepared.once(modes, made)
 
     def start(self, count: int) -> Eigenpairs:
         """Eigenpairs of the default design from which the iteration for `count` frequencies of others starts."""
-        if count not in self._starts:
-            K, M = self.stack(self.plan.values())
-            self._starts[count] = lowest(K, M, count + GUARD)
-        return self._starts[count]
+        return self._prepared.once(count, lambda: lowest(*self.stack(self.plan.values()), count + GUARD))
 
     def stack(self, values: Array) -> tuple[Array, Array]:
         """K and M (..., n, n) with constraint modes alone for slot values (..., s): the paper's model, every design.
@@ -110,6 +108,4 @@ def with_modes(T: Array, k: int) -> Array:
 
 def low_order(plan: Plan) -> LowOrderAssembler:
     """The prepared low-order assembly of a plan, made on first use and kept with the plan."""
-    if "low_order" not in plan.prepared:
-        plan.prepared["low_order"] = LowOrderAssembler(plan)
-    return plan.prepared["low_order"]
+    return plan.prepared.once("low_order", lambda: LowOrderAssembler(plan))

@@ -153,15 +153,16 @@ class _Batch:
         self.counts = dict.fromkeys(chains.forces, 0)
         self._use(self.counts)
         if chains.order <= LARGEST_ORDER:
-            key = f"kept modes {count} {tolerance!r}"
-            if key not in plan.prepared:
-                self._choose(plan.values()[None])
-                plan.prepared[key] = self.counts
-            self._use(plan.prepared[key])
+            self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
             sampled = np.unique(np.linspace(0, len(values) - 1, SAMPLES).astype(int)) if len(values) else []
             for d in sampled:
                 self._choose(values[d : d + 1], int(d))
             self.is_stacked = self.chains.order >= count and bool(np.isfinite(self.chains.start(count).values).all())
+
+    def _chosen(self) -> dict[Kind, int]:
+        """Kept modes that the default design needs."""
+        self._choose(self.plan.values()[None])
+        return self.counts
 
     def _use(self, counts: dict[Kind, int]) -> None:
         self.counts, self.chains = dict(counts), _chains(self.plan, counts)
@@ -208,14 +209,15 @@ class _Batch:
 
 def _chains(plan: Plan, counts: dict[Kind, int] | None) -> ChainAssembler:
     """The prepared assembly of a plan with so many kept modes of its default design."""
-    kept = [*(counts or {}).values()]
-    key = f"chains {kept if any(kept) else []}"
-    if key not in plan.prepared:
+    kept = tuple((counts or {}).values())
+
+    def made() -> ChainAssembler:
         assembler = ChainAssembler(plan, low_order(plan).reducers)
         if counts:
             assembler.keep(counts, plan.values())
-        plan.prepared[key] = assembler
-    return plan.prepared[key]
+        return assembler
+
+    return plan.prepared.once(("chains", kept if any(kept) else ()), made)
 
 
 def _hertz(bounds: ChainBounds) -> tuple[Array, Array, Array]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.linalg import Eigenpairs, lowest
 from flexura.linalg.stacked import GUARD
+from flexura.records import Latest
 from flexura.reduction.chain import kinematics
 from flexura.reduction.chain_moments import EPS, ChainMoments, PoleFrame, interior_modes, moments
 from flexura.reduction.parts import PartReducer
@@ -29,6 +30,7 @@ ROUNDING = 64 * EPS
 (theory eq. N10)."""
 
 Kind = tuple[str, int]
+Maps = tuple[dict[Kind, tuple[PoleFrame, Array, Array]], list[Array]]
 """A group of chains of equal length: its prototype, and its position among that prototype's groups."""
 
 
@@ -73,7 +75,7 @@ class ChainAssembler:
         """Forces to which the kept motions of every kind of chain are the response."""
         self._number()
         self._starts: dict[int, Eigenpairs] = {}
-        self._remembered: tuple[Geometry, dict[Kind, tuple[PoleFrame, Array, Array]], list[Array]] | None = None
+        self._latest: Latest[Maps] = Latest()
 
     def _numbers(self, name: str, nodes: Index) -> Index:
         return np.array(self.plan.topology.placed[name].offset, dtype=np.intp)[:, None] + np.ravel(nodes)
@@ -116,10 +118,11 @@ class ChainAssembler:
             self.forces[kind] = interior_modes(frame, matrices[name].elements, count)
         self._number()
 
-    def _maps(self, geometry: Geometry) -> tuple[dict[Kind, tuple[PoleFrame, Array, Array]], list[Array]]:
+    def _maps(self, geometry: Geometry) -> Maps:
         """What depends on geometry alone: for every kind of chain its pole frame and the map L (..., copies, c, 12, 12)
         from global displacements of its ends to its twists, with |L| before digits cancel; maps of the lumps."""
-        if self._remembered is None or self._remembered[0] is not geometry:
+
+        def found() -> Maps:
             chains, lumps = {}, []
             for name, g in self._groups:
                 group = self.reducers[name].chains[g]
@@ -131,8 +134,9 @@ class ChainAssembler:
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.lump_nodes():
                     lumps.append(block_diagonal(self.plan.node_transforms(name, np.array(nodes), geometry)))
-            self._remembered = (geometry, chains, lumps)
-        return self._remembered[1], self._remembered[2]
+            return chains, lumps
+
+        return self._latest.get(geometry, found)
 
     def __call__(self, values: Array) -> ChainOrder:
         """Assemble designs of slot values (designs, s). Raises ImpossibleDesignError."""

@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from flexura.beam import rigid_arm
 from flexura.linalg import Pencil
+from flexura.records import Record
 from flexura.reduction.chain import find_chains
 from flexura.reduction.serial_chains import SegmentChains, element_chains, factor, growth, segment_chains
 from flexura.structure.full_order import FullOrderModel
@@ -40,14 +41,16 @@ CONSISTENT = 1e-11
 """Relative difference up to which a stiffness over two nodes is that of their relative displacement."""
 
 
-@dataclass(frozen=True)
-class ChainedModel:
+@dataclass(frozen=True, repr=False)
+class ChainedModel(Record):
     """The full-order model, or a refinement of it, over DOFs of chain ends and lumps, then displacements of the segment
     ends within chains relative to their static shape, in segment axes.
 
     `position` (full order,) is the coordinate of every full-order DOF, -1 within chains; `first` is the first
     coordinate of every set of chains.
     """
+
+    _shown = ("model",)
 
     model: FullOrderModel
     chains: list[SegmentChains]
@@ -172,9 +175,7 @@ def chained(
     """
     if pieces is not None or geometric is not None:
         return _chained(model, pieces, tapered_pieces, geometric)
-    if "chained" not in model.prepared:
-        model.prepared["chained"] = _chained(model, None, tapered_pieces, None)
-    return model.prepared["chained"]
+    return model.prepared.once("chained", lambda: _chained(model, None, tapered_pieces, None))
 
 
 def _chained(

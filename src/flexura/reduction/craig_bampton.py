@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below, factorise, lowest, scaled, unit_scale
 from flexura.linalg.factor import DENSE_LIMIT
+from flexura.records import Record
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
@@ -24,8 +25,8 @@ REPEATED = 1e-6
 """Squared frequencies closer than this, relative, are repeated ones."""
 
 
-@dataclass(frozen=True)
-class ReducedPart:
+@dataclass(frozen=True, repr=False)
+class ReducedPart(Record):
     """A substructure in Craig-Bampton coordinates: interface displacements, then amplitudes of kept normal modes.
 
     K, M: (b + k, b + k); T: (n, b + k) recovers all n displacements; `frequencies` (k,) of the kept fixed-interface

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
+from flexura.records import Kept, Record
 from flexura.reduction.certificate import Certificate
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.slots import Index
@@ -52,8 +53,8 @@ DEPENDENT = 1e-12
 """Relative size of a singular value of the coupling that is round-off."""
 
 
-@dataclass(frozen=True)
-class Branches:
+@dataclass(frozen=True, repr=False)
+class Branches(Record):
     """Equal branches: DOFs (c, m) inside them, and `space` (c, s), orthonormal, of the combinations that move the rest.
 
     K, M (m, m) are those of one branch in its own frame with the rest held.
@@ -77,13 +78,15 @@ class Branches:
         return np.asarray(la.qr(np.hstack([self.space, more]), mode="economic")[0][:, s : s + count], dtype=np.float64)
 
 
-@dataclass(frozen=True)
-class SplitModel:
+@dataclass(frozen=True, repr=False)
+class SplitModel(Record):
     """A full-order model as a coupled problem K x = lambda M x over the rest, DOFs `rest` (b,), then s combinations of
     every kind of branch; and beside it the problem of one branch of every kind, `copies` times each.
 
     `turn` (n, n) takes displacements in the frames of the branches to those of the full-order model.
     """
+
+    _shown = ("model",)
 
     model: FullOrderModel
     rest: Index
@@ -91,7 +94,7 @@ class SplitModel:
     turn: sp.csr_matrix
     K: sp.csc_matrix
     M: sp.csc_matrix
-    _solved: dict[tuple[int, int], Eigenpairs] = field(default_factory=dict, repr=False, compare=False)
+    _solved: Kept = field(default_factory=Kept, repr=False, compare=False)
 
     @property
     def blocks(self) -> list[tuple[Any, Any, int]]:
@@ -165,12 +168,14 @@ class SplitModel:
 
     def _pairs(self, block: int, count: int) -> Eigenpairs:
         """The lowest pairs of a problem, finite ones only."""
-        if (block, count) not in self._solved:
+
+        def solved() -> Eigenpairs:
             K, M, times = self.blocks[block]
             pairs = lowest(K, M, min(count, K.shape[0]) if times else 0)
             finite = np.isfinite(pairs.values)
-            self._solved[block, count] = Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
-        return self._solved[block, count]
+            return Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
+
+        return self._solved.once((block, count), solved)
 
     def _uncertain(self, block: int, n: int) -> Array:
         """How far, relative, round-off in the entries of K may move the eigenvalues of a problem, at least `NARROW`."""

@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.records import Record
+
 Array = NDArray[np.float64]
 
 HERTZ = 2 * np.pi
 
 
-@dataclass(frozen=True)
-class Certificate:
+@dataclass(frozen=True, repr=False)
+class Certificate(Record):
     """What is proven about the frequencies of a low-order model against its full-order model.
 
     `lower_hz` and `upper_hz` (k,) enclose a frequency of the full-order model for each of `frequency_hz` (k,): where
@@ -22,6 +24,8 @@ class Certificate:
     frequencies of the full-order model lie below `below_hz`, and `found` of the low-order model; where not
     `is_counted`, round-off hides how many, and `count` is the most there can be.
     """
+
+    _shown = ("count", "below_hz", "is_complete")
 
     frequency_hz: Array
     lower_hz: Array

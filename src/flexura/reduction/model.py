@@ -16,7 +16,8 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, scaled, unit_scale
 from flexura.mechanism.layout import TOP
 from flexura.mechanism.substructure import DOF_NAMES
-from flexura.reduction.assembler import LowOrderAssembler, with_modes
+from flexura.records import Record
+from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
 from flexura.reduction.craig_bampton import ReducedPart
 from flexura.reduction.intervals import Certificate
 from flexura.sizes import within
@@ -27,13 +28,20 @@ from flexura.structure.slots import Index
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class SubstructureBasis:
+@dataclass(frozen=True, repr=False)
+class SubstructureBasis(Record):
     """Physical DOFs of the substructures' boundary nodes, then amplitudes of kept normal modes (theory eqs. 41-43)."""
 
-    assembler: LowOrderAssembler
+    _shown = ("parts",)
+
+    plan: Plan
     geometry: Geometry
     parts: dict[str, ReducedPart]
+
+    @property
+    def assembler(self) -> LowOrderAssembler:
+        """The prepared low-order assembly."""
+        return low_order(self.plan)
 
     @cached_property
     def coordinate_names(self) -> list[str]:
@@ -105,9 +113,11 @@ class SubstructureBasis:
         return plan.topology.dof[number].reshape(len(Tb), -1), value.reshape(*local.shape)
 
 
-@dataclass(frozen=True)
-class FullBasis:
+@dataclass(frozen=True, repr=False)
+class FullBasis(Record):
     """The DOFs of the full-order model themselves."""
+
+    _shown = ("plan",)
 
     plan: Plan
 
@@ -131,9 +141,11 @@ class FullBasis:
         return coordinates
 
 
-@dataclass(frozen=True)
-class ProjectedBasis:
+@dataclass(frozen=True, repr=False)
+class ProjectedBasis(Record):
     """Coordinates that determine those of another model: q_parent = T q."""
+
+    _shown = ("T", "parent")
 
     parent: Basis
     T: Any
@@ -163,14 +175,16 @@ DENSE_ORDER = 1500
 Basis: TypeAlias = SubstructureBasis | FullBasis | ProjectedBasis
 
 
-@dataclass(frozen=True)
-class LowOrderModel:
+@dataclass(frozen=True, repr=False)
+class LowOrderModel(Record):
     """K and M of a low-order model, and how to get every physical displacement back.
 
     K, M: (n, n), dense or sparse, SI; rows follow `coordinate_names`. `steps` say in words what was kept and why.
     Static response is that of the full-order model at the `static_nodes`: `residual` is the flexibility that the
     coordinates alone lack there. `origin` is the model that this one was projected from.
     """
+
+    _shown = ("name", "order", "steps")
 
     plan: Plan
     values: Array
@@ -183,6 +197,11 @@ class LowOrderModel:
     origin: LowOrderModel | None = None
     certificate: Certificate | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.plan.name
 
     @property
     def order(self) -> int:
@@ -297,7 +316,8 @@ def assembled(
         K.append(Tt @ part.K @ T)
         M.append(Tt @ part.M @ T)
     build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
-    basis, plan = SubstructureBasis(assembler, geometry, parts), assembler.plan
+    plan = assembler.plan
+    basis = SubstructureBasis(plan, geometry, parts)
     own, mass = ((A + A.T) / 2 if isinstance(A, np.ndarray) else A for A in (build(K), build(M)))
     steps = (_step(parts),)
     if plan.is_loaded:

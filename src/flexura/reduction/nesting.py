@@ -15,6 +15,7 @@ from flexura.errors import OptionError
 from flexura.linalg import lowest
 from flexura.mechanism.body import Matrix, Superelement
 from flexura.mechanism.substructure import DOF_NAMES, Substructure
+from flexura.records import Record
 from flexura.reduction.model import LowOrderModel
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
@@ -32,8 +33,8 @@ ROUND_OFF = 1e-12
 """Strain energy of a rigid motion below this part of the sum of its terms' sizes is round-off."""
 
 
-@dataclass(frozen=True)
-class NestedModel:
+@dataclass(frozen=True, repr=False)
+class NestedModel(Record):
     """A low-order model in the coordinates of a superelement: displacements of nodes, then amplitudes.
 
     `names` are those of the nodes outside, by their names in the mechanism that was reduced.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import factorise, scaled, unit_scale
+from flexura.records import Latest
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.sizes import beyond
@@ -38,7 +39,7 @@ class PartReducer:
         self.boundary_dofs = node_dofs(part.boundary)
         self.interior_dofs = node_dofs(part.interior)
         self.chains = find_chains(part)
-        self._remembered: tuple[Geometry, list[ChainKinematics]] | None = None
+        self._latest: Latest[list[ChainKinematics]] = Latest()
 
     @cached_property
     def remaining(self) -> Index:
@@ -127,11 +128,10 @@ class PartReducer:
 
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""
-        if self._remembered is None or self._remembered[0] is not geometry:
-            self._remembered = (geometry, [kinematics(self.part, group, geometry) for group in self.chains])
+        kinematic = self._latest.get(geometry, lambda: [kinematics(self.part, g, geometry) for g in self.chains])
         K: list[Array] = []
         M: list[Array] = []
-        for group, kin in zip(self.chains, self._remembered[1], strict=True):
+        for group, kin in zip(self.chains, kinematic, strict=True):
             k, m = condense(group, kin, matrices.elements)
             K.append(k)
             M.append(m)

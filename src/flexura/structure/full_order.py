@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,6 +14,7 @@ from flexura.arguments import verb
 from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
+from flexura.records import Kept, Latest, Record
 from flexura.structure.part import Lump, PartMatrices
 from flexura.structure.plan import Geometry, Plan, one_design, plan_of
 from flexura.structure.prestress import Prestress, dead_load, prestress, refuse_buckled
@@ -48,9 +48,9 @@ class FullOrderAssembler:
         same = all(has_K and has_M for _, has_K, has_M in lumps)
         self._mass = self._stiffness if same else Scatter([*members, *massive], n)
         self._lump_stiffness, self._lump_mass = Scatter(stiff, n), Scatter(massive, n)
-        self._remembered: tuple[Geometry, dict[str, Array]] | None = None
+        self._transformed: Latest[dict[str, Array]] = Latest()
         self._prepared: tuple[Geometry, sp.csr_matrix, sp.csr_matrix] | None = None
-        self._stressed: tuple[bytes, Prestress] | None = None
+        self._stressed: Latest[Prestress] = Latest()
 
     def _node_dofs(self, name: str) -> Index:
         """DOF numbers (i, nodes, 6) of the roots of all nodes of a prototype's placed copies."""
@@ -72,12 +72,14 @@ class FullOrderAssembler:
 
         Raises SolverError beyond buckling, and as `prestress` does.
         """
-        if self._stressed is None or self._stressed[0] != values.tobytes():
+
+        def found() -> Prestress:
             model = FullOrderModel(self.plan, {}, values, geometry, *self.elastic(values, geometry))
-            found = prestress(model, self.plan.loads.gravity(values), self.plan.loads.wrenches(values))
-            refuse_buckled(model.K, found.K_g)
-            self._stressed = (values.tobytes(), found)
-        return self._stressed[1]
+            state = prestress(model, self.plan.loads.gravity(values), self.plan.loads.wrenches(values))
+            refuse_buckled(model.K, state.K_g)
+            return state
+
+        return self._stressed.get(values.tobytes(), found)
 
     def elastic(self, values: Array, geometry: Geometry) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M, both (n, n), for slot values (s,), without any load."""
@@ -184,13 +186,12 @@ class FullOrderAssembler:
 
     def _transforms(self, geometry: Geometry) -> dict[str, Array]:
         """Transforms of the nodes by prototype, kept while the geometry stays the same."""
-        if self._remembered is None or self._remembered[0] is not geometry:
-            G = {
-                name: self.plan.node_transforms(name, np.arange(self.plan.parts[name].n_nodes), geometry)
-                for name in self._names
-            }
-            self._remembered = (geometry, G)
-        return self._remembered[1]
+
+        def found() -> dict[str, Array]:
+            count = {name: self.plan.parts[name].n_nodes for name in self._names}
+            return {name: self.plan.node_transforms(name, np.arange(n), geometry) for name, n in count.items()}
+
+        return self._transformed.get(geometry, found)
 
     @staticmethod
     def _lumps(lumps: dict[str, list[Lump]], transforms: dict[str, Array]) -> tuple[list[Array], list[Array]]:
@@ -210,13 +211,15 @@ def _dofs(dof: Index, nodes: Index) -> Index:
     return dof[:, nodes].reshape(-1, 6 * nodes.shape[-1])
 
 
-@dataclass(frozen=True)
-class FullOrderModel:
+@dataclass(frozen=True, repr=False)
+class FullOrderModel(Record):
     """K and M of the full-order model, with what is needed to make sense of a vector of its DOFs.
 
     K, M: (n, n) sparse, SI; rows follow `dof_names`. K is about the state under the loads and gravity that are
     described.
     """
+
+    _shown = ("name", "order")
 
     plan: Plan
     parameters: Mapping[str, ArrayLike]
@@ -224,8 +227,13 @@ class FullOrderModel:
     geometry: Geometry
     K: sp.csc_matrix
     M: sp.csc_matrix
-    prepared: dict[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
+    prepared: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
     """What later steps have worked out from this model alone, to be used again."""
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.plan.mechanism.name
 
     @property
     def order(self) -> int:

@@ -19,6 +19,7 @@ from flexura.mechanism.expression import Expression
 from flexura.mechanism.layout import TOP, Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
 from flexura.mechanism.substructure import Mechanism, solid_members
+from flexura.records import Kept, Latest, Record
 from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
 from flexura.structure.members import ElementSlice, Members
@@ -32,13 +33,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Geometry:
+@dataclass(frozen=True, repr=False)
+class Geometry(Record):
     """Where everything is, for one design or a stack of them.
 
     `parts` by prototype, in its own frame, with the element transforms `T`; `Q` (..., i, 3, 3) and `t` (..., i, 3)
     place instance i in the global frame; `positions` (..., n, 3) of all global nodes, m.
     """
+
+    _shown = ("positions",)
 
     parts: dict[str, PartGeometry]
     T: dict[str, Array]
@@ -113,11 +116,13 @@ def _refuse_solid_members(layout: Layout) -> None:
         raise ModelError(found)
 
 
-class Plan:
+class Plan(Record):
     """A mechanism laid out once: prototypes, instances, numbering; evaluated by pure functions of slot values.
 
     Raises ModelError with every problem of the description.
     """
+
+    _shown = ("name",)
 
     def __init__(self, mechanism: Mechanism) -> None:
         found = problems(mechanism)
@@ -140,11 +145,16 @@ class Plan:
         self.topology = Topology(self.layout, self.parts)
         self._levels = self._group_by_level()
         self._foreign = {name: self._foreign_sources(name) for name in self.parts}
-        self._remembered: tuple[bytes, Geometry] | None = None
-        self.prepared: dict[str, Any] = {}
+        self._latest: Latest[Geometry] = Latest()
+        self.prepared = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
         self._geometry_slots = self._find_geometry_slots()
         self._settle_corrections()
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.mechanism.name
 
     @cached_property
     def full_order(self) -> FullOrderAssembler:
@@ -253,9 +263,7 @@ class Plan:
         if varying.ndim > 1 and (varying == varying[0]).all():
             values, varying = values[0], varying[0]
         key = varying.tobytes() + str(varying.shape).encode()
-        if self._remembered is None or self._remembered[0] != key:
-            self._remembered = (key, self._compute_geometry(values))
-        return self._remembered[1]
+        return self._latest.get(key, lambda: self._compute_geometry(values))
 
     def _compute_geometry(self, values: Array) -> Geometry:
         lead = values.shape[:-1]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam.geometric import arm_stiffness
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import critical_factors, factorise, is_definite
+from flexura.records import Record
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Prestress:
+@dataclass(frozen=True, repr=False)
+class Prestress(Record):
     """A state of load.
 
     `load` (n,) acts on the DOFs of the full-order model, `displacement` (n,) is the linear static response, `K_g`

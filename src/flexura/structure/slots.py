@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,18 +11,21 @@ from numpy.typing import NDArray
 
 from flexura.mechanism.expression import Expression
 from flexura.mechanism.quantity import Scalar
+from flexura.records import Record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-class SlotTable:
+class SlotTable(Record):
     """Hands out slots for scalars while a plan is made, then fills them from parameter values."""
+
+    _shown = ("size",)
 
     def __init__(self) -> None:
         self._constants: list[float] = []
         self._known: dict[Scalar, int] = {}
-        self._expressions: list[tuple[int, frozenset[str], Callable[[Mapping[str, Any]], Any]]] = []
+        self._expressions: list[tuple[int, Expression]] = []
         self._defaults: Array | None = None
 
     def add(self, value: Scalar) -> int:
@@ -30,7 +34,7 @@ class SlotTable:
         if slot is None:
             slot = self._known[value] = len(self._constants)
             if isinstance(value, Expression):
-                self._expressions.append((slot, value.names, value.compiled()))
+                self._expressions.append((slot, value))
                 self._constants.append(np.nan)
             else:
                 self._constants.append(float(value))
@@ -40,14 +44,24 @@ class SlotTable:
         """Slots of several values."""
         return [self.add(value) for value in values]
 
+    @property
+    def size(self) -> int:
+        """Number of slots."""
+        return len(self._constants)
+
     def varying(self) -> Index:
         """Slots that hold expressions."""
-        return np.array([slot for slot, _, _ in self._expressions], dtype=np.intp)
+        return np.array([slot for slot, _ in self._expressions], dtype=np.intp)
+
+    @cached_property
+    def _compiled(self) -> list[tuple[int, frozenset[str], Callable[[Mapping[str, Any]], Any]]]:
+        """Slot, parameters and function of every expression, once there are no more of them."""
+        return [(slot, value.names, value.compiled()) for slot, value in self._expressions]
 
     def close(self, defaults: Mapping[str, Any]) -> None:
         """Take no more values; work out all slots for the default parameters."""
         filled = np.array(self._constants)
-        for slot, _, evaluate in self._expressions:
+        for slot, _, evaluate in self._compiled:
             filled[slot] = evaluate(defaults)
         self._defaults = filled
 
@@ -59,7 +73,7 @@ class SlotTable:
         if self._defaults is None:
             raise RuntimeError("the table is still open")
         values = self._defaults.copy() if designs is None else np.tile(self._defaults, (designs, 1))
-        for slot, names, evaluate in self._expressions:
+        for slot, names, evaluate in self._compiled:
             if not changed.isdisjoint(names):
                 values[..., slot] = evaluate(parameters)
         return values

@@ -8,15 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
+from flexura.records import Record
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
-class ComplexModes:
+@dataclass(frozen=True, repr=False)
+class ComplexModes(Record):
     """Poles (2r,), rad/s, in conjugate pairs or real, the lowest first; states (eta, eta') = right z, where
     z' = poles z + left f for modal forces f. right (2r, 2r), left (2r, r)."""
+
+    _shown = ("poles",)
 
     poles: Complex
     right: Complex

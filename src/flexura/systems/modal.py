@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
+from flexura.records import Record
 from flexura.systems.channel import Channel, positions
 from flexura.systems.complex_modes import ComplexModes, complex_modes
 from flexura.systems.remainder import Remainder, remainder_of, stiffening
@@ -39,8 +40,8 @@ SPARE = 6
 """Modes sought beyond the number asked for, to see how far the next one is."""
 
 
-@dataclass(frozen=True)
-class ModalSystem:
+@dataclass(frozen=True, repr=False)
+class ModalSystem(Record):
     """Mass-normalised modes: eta'' + damping eta' + (omega^2 + i loss) eta = B u.
 
     Outputs y = (d/dt)^derivative (C eta + residual u) + D u. omega (r,), rad/s, ascending; `damping` (r, r), 1/s, and
@@ -48,6 +49,8 @@ class ModalSystem:
     gain of the modes that are left out. `shapes` (n, r) lead back to the coordinates of `system`, and `next_omega` is
     the first frequency left out, infinite when none is. `remainder` says what those modes do beyond their static gain.
     """
+
+    _shown = ("order", "inputs", "outputs", "next_omega")
 
     system: SecondOrder
     omega: Array

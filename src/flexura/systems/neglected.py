@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import Exceeded
 from flexura.linalg import leading
+from flexura.records import Record
 from flexura.systems.channel import Channel
 
 if TYPE_CHECKING:
@@ -26,14 +27,16 @@ FAINT = 0.01
 symmetry, is held against so much."""
 
 
-@dataclass(frozen=True)
-class Neglected:
+@dataclass(frozen=True, repr=False)
+class Neglected(Record):
     """Bound (f, p, m) on what a model lacks of the responses of its mechanism at `frequency_hz` (f,), over its band.
 
     What first-order inertia and damping of the modes left out would add is worked out, with what damping that was made
     viscous and balanced truncation change, and what is left of these modes is bounded (theory eq. T28). `scale` (p, m)
     is the size of every channel: its largest response in the band, and at least 1 % of what modes could add up to.
     """
+
+    _shown = ("text",)
 
     frequency_hz: Array
     bound: Array

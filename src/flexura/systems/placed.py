@@ -23,6 +23,7 @@ from flexura.mechanism import (
 from flexura.mechanism.channels import Actuator, Sensor
 from flexura.mechanism.checks.survey import suggestion
 from flexura.mechanism.layout import is_pattern
+from flexura.records import Record
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.slots import Index
 from flexura.systems.channel import Channel
@@ -45,8 +46,8 @@ GROUND = "ground"
 _WORDS = ("displacement", "velocity", "acceleration")
 
 
-@dataclass(frozen=True)
-class PlacedInput:
+@dataclass(frozen=True, repr=False)
+class PlacedInput(Record):
     """An input: the load (n,) that one unit of it puts on the DOFs of the full-order model, or the motion of the base.
 
     `base` (6,) is a unit acceleration of the ground, of and about the global origin; loads follow from masses.
@@ -54,6 +55,8 @@ class PlacedInput:
     elongation; this has a `stiffness`, N/m, and `stroke` is its free expansion per unit of input, m. `limits` bound the
     input; infinite where nothing does.
     """
+
+    _shown = ("channel",)
 
     channel: Channel
     load: Array
@@ -65,13 +68,15 @@ class PlacedInput:
     limits: tuple[float, float] = (-np.inf, np.inf)
 
 
-@dataclass(frozen=True)
-class PlacedOutput:
+@dataclass(frozen=True, repr=False)
+class PlacedOutput(Record):
     """An output: row (n,) over the DOFs, differentiated `derivative` times.
 
     `absolute` (6,) is its reading in unit rigid motions of the base, of and about the global origin; `feed` what inputs
     add to it directly, by name.
     """
+
+    _shown = ("channel",)
 
     channel: Channel
     row: Array

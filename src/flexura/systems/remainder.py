@@ -11,6 +11,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.records import Record
 from flexura.systems.second_order import SecondOrder
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
-class Remainder:
+@dataclass(frozen=True, repr=False)
+class Remainder(Record):
     """Products W' Y X of columns W = [B, rows', C Phi, H Phi] (n, k) with their static responses X = K^-1 W in the
     modes left out: `stiff` (Y = K), `heavy` (M), `viscous` (C, of dashpots), `lossy` (H), each (k, k).
 
@@ -29,6 +30,8 @@ class Remainder:
     C Phi are forces of dashpots and H Phi, where loss factors differ, of structural damping on modes that are kept.
     `largest` are the greatest eigenvalues of K^-1 C, s, and of K^-1 H. `whole` (k,) is W' K^-1 W, kept modes included.
     """
+
+    _shown = ("stiff", "largest")
 
     stiff: Array
     heavy: Array

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
+from flexura.records import Record
 from flexura.reduction import LowOrderModel
 from flexura.reduction.certificate import design_of
 from flexura.reduction.chained import chained
@@ -31,8 +32,8 @@ MOST_BY_ENERGIES = 400
 """Modes up to which those of a stiffness that loses digits are found by energies."""
 
 
-@dataclass(frozen=True)
-class SecondOrder:
+@dataclass(frozen=True, repr=False)
+class SecondOrder(Record):
     """M q'' + C q' + (K + i H) q = B u, and outputs y = (d/dt)^k (rows q + residual u) + D u.
 
     M, C, K (n, n) dense or sparse, SI; H (n, n) is structural damping, None without; B (n, m); rows (p, n) and the
@@ -41,6 +42,8 @@ class SecondOrder:
     contain and `damping_matrix` does. C is that of `dashpots` and Rayleigh damping, and H is `uniform_loss` times K
     unless that is None. `model` recovers physical displacements from q.
     """
+
+    _shown = ("name", "order", "inputs", "outputs")
 
     model: Model
     M: Any

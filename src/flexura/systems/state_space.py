@@ -23,7 +23,7 @@ DEPENDENT = 1e5
 """Condition number of the eigenvectors from which a frequency response is solved frequency by frequency."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StateSpace(Warned):
     """x' = A x + B u, y = C x + D u; or with a step `dt`, s: x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k].
 
@@ -32,6 +32,8 @@ class StateSpace(Warned):
     `notes` say where the model comes from and what was neglected, and `warnings` where that is not small. `neglected`
     is a bound on what a continuous model lacks in the band that it is for, None where nothing was left out.
     """
+
+    _shown = ("name", "order", "inputs", "outputs", "dt")
 
     A: Array
     B: Array

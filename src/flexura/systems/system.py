@@ -38,7 +38,7 @@ ROUNDING = 1e-9
 """Relative size of a static correction that is round-off."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System(SecondOrder):
     __doc__ = SecondOrder.__doc__
 
