@@ -41,8 +41,9 @@ def _words(value: Any) -> str:
     """A value in few characters: arrays by their shape, collections by their number; empty where there is nothing."""
     if value is None or (isinstance(value, tuple | list | Mapping) and not value):
         return ""
-    if getattr(value, "shape", ()):
-        return "x".join(str(n) for n in value.shape)
+    shape = getattr(value, "shape", ())
+    if shape:
+        return "x".join(str(n) for n in shape)
     if isinstance(value, tuple | list | Mapping):
         kept = [_words(own) for own in value] if len(value) <= SEVERAL and not isinstance(value, Mapping) else []
         return f"({', '.join(kept)})" if kept and all(kept) else f"{len(value)} of them"
