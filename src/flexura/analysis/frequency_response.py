@@ -8,14 +8,13 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
-import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.mesh_errors import response_meshes
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError, Warned
-from flexura.linalg import count_below, least_pivot
+from flexura.linalg import count_below, inverse_roots, least_pivot, scaled
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.exact_response import ExactResponse
@@ -369,13 +368,12 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
     for k, f in enumerate(hz):
         w = 2 * np.pi * f
         Z = K + 1j * w * C - w * w * M
-        d = 1 / np.sqrt(stiff + w * w * heavy)
+        d = inverse_roots(stiff + w * w * heavy)
         try:
             if isinstance(Z, np.ndarray):
-                q = d[:, None] * np.linalg.solve(Z * d[:, None] * d, d[:, None] * built.B.astype(complex))
+                q = d[:, None] * np.linalg.solve(scaled(Z, d), d[:, None] * built.B.astype(complex))
             else:
-                D = sp.diags(d)
-                q = d[:, None] * spla.splu((D @ Z @ D).tocsc()).solve(d[:, None] * built.B.astype(complex))
+                q = d[:, None] * spla.splu(scaled(Z.tocsc(), d)).solve(d[:, None] * built.B.astype(complex))
         except (np.linalg.LinAlgError, RuntimeError):
             q = np.full(built.B.shape, np.nan, dtype=complex)
         own = built.rows @ q + built.residual / stiffening(built, np.array(w))

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError, SolverError
+from flexura.linalg import scaled, unit_scale
 
 Array = NDArray[np.float64]
 
@@ -54,15 +54,14 @@ def generalised_alpha(
 
 
 def _factors(A: Any) -> Any:
-    d = 1 / np.sqrt(np.abs(A.diagonal()))
-    if not np.isfinite(d).all():
+    if not np.abs(A.diagonal()).all():
         raise SolverError("a direction has neither mass nor stiffness")
+    d = unit_scale(A)
     if isinstance(A, np.ndarray):
-        factors = la.lu_factor(A * d[:, None] * d)
+        factors = la.lu_factor(scaled(A, d))
         return lambda b: d * la.lu_solve(factors, d * b)
-    D = sp.diags(d)
     try:
-        lu = spla.splu((D @ A @ D).tocsc())
+        lu = spla.splu(scaled(A.tocsc(), d))
     except RuntimeError:
         raise SolverError("the matrix of the time step is singular") from None
     return lambda b: d * lu.solve(d * b)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from flexura.beam.frames import rigid_arm
 from flexura.beam.uniform import UniformBeam
+from flexura.linalg.scaling import scaled, unit_scale
 
 Array: TypeAlias = NDArray[Any]
 """Real or complex."""
@@ -60,9 +61,9 @@ def join(a: DynamicBeam, b: DynamicBeam, count: bool = True) -> Joint:
     Brr, Brd, Bdr, Bdd = B[..., :6, :6], B[..., :6, 6:], B[..., 6:, :6], B[..., 6:, 6:]
     H = A[..., 6:, 6:] + Brr - Brd - Bdr + Bdd
     g = np.concatenate([A[..., 6:, :6] + Brr - Bdr, Brd - Bdd], axis=-1)
-    d = 1 / np.sqrt(np.abs(np.einsum("...ii->...i", H)))
-    scaled = H * d[..., :, None] * d[..., None, :]
-    P = -d[..., :, None] * np.linalg.solve(scaled, d[..., :, None] * g)
+    d = unit_scale(H)
+    own = scaled(H, d)
+    P = -d[..., :, None] * np.linalg.solve(own, d[..., :, None] * g)
     Ea, Eb = np.zeros((2, *P.shape[:-2], 12, 12), dtype=P.dtype)
     Ea[..., :6, :6] = Eb[..., :6, :6] = np.eye(6)
     Eb[..., 6:, 6:] = np.eye(6)
@@ -73,7 +74,7 @@ def join(a: DynamicBeam, b: DynamicBeam, count: bool = True) -> Joint:
     K, slope = (_symmetric(Eat @ x @ Ea + Ebt @ y @ Eb) for x, y in ((A, B), (a.slope, b.slope)))
     J0 = a.J0 + b.J0
     if count and not np.iscomplexobj(H):
-        J0 = J0 + (np.linalg.eigvalsh((scaled + np.swapaxes(scaled, -1, -2)) / 2) < 0).sum(axis=-1)
+        J0 = J0 + (np.linalg.eigvalsh((own + np.swapaxes(own, -1, -2)) / 2) < 0).sum(axis=-1)
     return Joint(DynamicBeam(K, slope, J0), P)
 
 

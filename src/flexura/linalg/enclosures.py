@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from flexura.linalg.inertia import bracket
 from flexura.linalg.pencil import EPS, Pencil
+from flexura.linalg.scaling import scaled, unit_scale
 
 Array = NDArray[np.float64]
 
@@ -106,7 +107,6 @@ def enclose(pencil: Pencil, vectors: Array, rho: float) -> Enclosures:
 
 def _ritz(A: Array, gram: Array) -> tuple[Array, Array]:
     """Eigenpairs (k,), (k, k), ascending, of A z = theta gram z."""
-    d = 1 / np.sqrt(np.diagonal(gram))
-    scale = d[:, None] * d
-    theta, Z = la.eigh((A + A.T) / 2 * scale, (gram + gram.T) / 2 * scale)
+    d = unit_scale(gram)
+    theta, Z = la.eigh(scaled((A + A.T) / 2, d), scaled((gram + gram.T) / 2, d))
     return theta, d[:, None] * Z

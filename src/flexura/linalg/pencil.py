@@ -18,6 +18,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from flexura.linalg.scaling import inverse_roots, scaled, unit_scale
+
 Array = NDArray[np.float64]
 
 EPS = float(np.finfo(float).eps)
@@ -135,7 +137,7 @@ class Pencil:
     def scale(self) -> Array:
         """d (n,) that makes the diagonal of D K D one; where K has none, that of D M D."""
         stiff, mass = self.K.diagonal(), self.M.diagonal()
-        return 1 / np.sqrt(np.where(stiff > 0, stiff, np.where(mass > 0, mass, 1.0)))
+        return inverse_roots(np.where(stiff > 0, stiff, mass))
 
     def uncertainty(self, d: Array, value: float) -> Array:
         """Row sums (n,) of a bound on how far D (K - value M) D may be off as stored, D = diag(d).
@@ -158,8 +160,8 @@ def _orthonormal(X: Array, M: Any) -> Array:
     if not X.shape[1]:
         return X
     gram = X.T @ (M @ X)
-    d = 1 / np.sqrt(np.maximum(np.diagonal(gram), np.finfo(float).tiny))
-    gram = (gram + gram.T) / 2 * d[:, None] * d
+    d = unit_scale(gram)
+    gram = scaled((gram + gram.T) / 2, d)
     try:
         R = la.cholesky(gram)
         if np.diagonal(R).min() > DEPENDENT:

@@ -22,7 +22,7 @@ def unit_scale(A: Any) -> Array:
 
     A: (..., n, n) dense, or (n, n) sparse. Where its diagonal is zero d is one.
     """
-    return inverse_roots(A.diagonal() if sp.issparse(A) else np.einsum("...ii->...i", A))
+    return inverse_roots(np.einsum("...ii->...i", A) if isinstance(A, np.ndarray) else A.diagonal())
 
 
 def scaled(A: Any, d: Array) -> Any:
@@ -30,7 +30,7 @@ def scaled(A: Any, d: Array) -> Any:
 
     It shares no array with A, and is symmetric to the last bit where A is.
     """
-    if sp.issparse(A):
-        data = A.data * (d[A.indices] * np.repeat(d, np.diff(A.indptr)))
-        return sp.csc_matrix((data, A.indices.copy(), A.indptr.copy()), shape=A.shape)
-    return A * (d[..., :, None] * d[..., None, :])
+    if isinstance(A, np.ndarray):
+        return A * (d[..., :, None] * d[..., None, :])
+    data = A.data * (d[A.indices] * np.repeat(d, np.diff(A.indptr)))
+    return sp.csc_matrix((data, A.indices.copy(), A.indptr.copy()), shape=A.shape)

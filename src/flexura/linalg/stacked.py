@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from flexura.errors import SolverError
-from flexura.linalg.eigen import Eigenpairs, lowest
+from flexura.linalg.eigen import lowest
+from flexura.linalg.scaling import scaled, unit_scale
+from flexura.linalg.search import Eigenpairs
 
 Array = NDArray[np.float64]
 
@@ -63,9 +65,8 @@ def lowest_pairs(K: Array, M: Array, count: int, start: Eigenpairs, tolerance: f
 
 def _scaled(K: Array, M: Array) -> tuple[Array, Array, Array]:
     """K and M scaled to unit diagonal of K, and the scale (designs, n)."""
-    d = 1 / np.sqrt(np.einsum("...ii->...i", K))
-    scale = d[:, :, None] * d[:, None, :]
-    return K * scale, M * scale, d
+    d = unit_scale(K)
+    return scaled(K, d), scaled(M, d), d
 
 
 def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float) -> tuple[Eigenpairs, Array]:
@@ -114,11 +115,10 @@ def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
         values, Z, failed = lapack.dsygv(A[0], B[0])
         if not failed:
             return values[None], Z[None]
-    d = 1 / np.sqrt(np.einsum("...ii->...i", B))
-    scale = d[:, :, None] * d[:, None, :]
-    Li = np.linalg.inv(np.linalg.cholesky(B * scale))
+    d = unit_scale(B)
+    Li = np.linalg.inv(np.linalg.cholesky(scaled(B, d)))
     Lt = np.swapaxes(Li, -1, -2)
-    C = Li @ (A * scale) @ Lt
+    C = Li @ scaled(A, d) @ Lt
     values, Z = np.linalg.eigh(C)
     return values, d[:, :, None] * (Lt @ Z)
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from flexura.beam.dynamic import Array, radians
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
+from flexura.linalg import scaled, unit_scale
 from flexura.methods.dense import refuse_large_parts
 from flexura.methods.exact_chains import ExactChains, exact_chains
 from flexura.methods.exact_condensation import ExactCondensation
@@ -109,8 +110,8 @@ class ExactPart:
         if whole.shape[0] == b:
             return PartAt(whole, rate, J0)
         H = whole[b:, b:]
-        d = 1 / np.sqrt(np.abs(np.diagonal(H)))
-        H = H * d[:, None] * d
+        d = unit_scale(H)
+        H = scaled(H, d)
         T = np.concatenate([np.eye(b), -d[:, None] * np.linalg.solve(H, d[:, None] * whole[b:, :b])])
         if not np.iscomplexobj(H):
             J0 += int((la.eigvalsh((H + H.T) / 2) < 0).sum())
@@ -160,8 +161,7 @@ class DynamicStiffness:
         """Number of natural frequencies below `hz` (Wittrick and Williams 1971; theory eq. D9); not to be relied on
         within some 1e-5 of a pole, where `count_below` of the module is."""
         K, _, J0 = self.at(HERTZ * hz)
-        d = 1 / np.sqrt(np.abs(np.diagonal(K)))
-        return J0 + int((la.eigvalsh(K * d[:, None] * d) < 0).sum())
+        return J0 + int((la.eigvalsh(scaled(K, unit_scale(K))) < 0).sum())
 
 
 def count_below(model: FullOrderModel, hz: float) -> int:

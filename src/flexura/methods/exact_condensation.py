@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from flexura.beam.dynamic import Array, DynamicBeam, Joint
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
+from flexura.linalg import inverse_roots, scaled, unit_scale
 from flexura.methods.dense import refuse_large, refuse_large_parts
 from flexura.methods.exact_branches import PartBranches, branches_below
 from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
@@ -46,14 +47,13 @@ class Pencil:
         lam + delta is never below the squared frequency of the same number, and equal to it to second order
         (theory eq. D11). Raises SolverError when M is not positive definite.
         """
-        d = 1 / np.sqrt(np.einsum("lii->li", self.M))
-        scale = d[:, :, None] * d[:, None, :]
+        d = unit_scale(self.M)
         try:
-            inverse = np.linalg.inv(np.linalg.cholesky(self.M * scale))
+            inverse = np.linalg.inv(np.linalg.cholesky(scaled(self.M, d)))
         except np.linalg.LinAlgError:
             raise SolverError("something that moves has no inertia at all") from None
         back = np.swapaxes(inverse, -1, -2)
-        delta, y = np.linalg.eigh(inverse @ (self.K * scale) @ back)
+        delta, y = np.linalg.eigh(inverse @ scaled(self.K, d) @ back)
         return delta, d[:, :, None] * (back @ y)
 
 
@@ -74,8 +74,8 @@ class _Elimination:
         """From K (n, n) at the limit and at zero."""
         H = K[kept:, kept:]
         diagonal = np.maximum(np.abs(np.diagonal(H)), np.abs(np.diagonal(static)[kept:]))
-        scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-        values, vectors = la.eigh(H * scale[:, None] * scale) if len(H) else (np.empty(0), np.empty((0, 0)))
+        scale = inverse_roots(diagonal)
+        values, vectors = la.eigh(scaled(H, scale)) if len(H) else (np.empty(0), np.empty((0, 0)))
         return cls(kept, scale, vectors[:, values <= 0])
 
     def shapes(self, K: Array) -> Array:
@@ -164,8 +164,7 @@ class ExactCondensation:
         """Numbers of natural frequencies below squared angular frequencies lam (l,) up to the limit
         (Wittrick and Williams 1971; theory eq. D9)."""
         pencil = self.pencils(lam)
-        d = 1 / np.sqrt(np.einsum("lii->li", pencil.M))
-        return (np.linalg.eigvalsh(pencil.K * d[:, :, None] * d[:, None, :]) < 0).sum(axis=-1)
+        return (np.linalg.eigvalsh(scaled(pencil.K, unit_scale(pencil.M))) < 0).sum(axis=-1)
 
     def node_displacements(self, lam: Array, vectors: Array) -> Array:
         """Displacements (n_nodes, 6, l) of all nodes, global frame, for one vector (l, n) of coordinates at each of the

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
+from flexura.linalg import scaled, unit_scale
 from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.structure.full_order import FullOrderModel
 from flexura.systems.damping import DampingLaw
@@ -80,8 +81,8 @@ class ExactResponse:
             for k, base in enumerate(self.base):
                 if base is not None:
                     loads[:, k] = F @ base
-        d = 1 / np.sqrt(np.abs(np.diagonal(Z)))
-        q = d[:, None] * np.linalg.solve(Z * d[:, None] * d, d[:, None] * loads)
+        d = unit_scale(Z)
+        q = d[:, None] * np.linalg.solve(scaled(Z, d), d[:, None] * loads)
         H = (self.rows @ q) * ((1j * omega) ** self.derivative)[:, None]
         return H + self.direct
 

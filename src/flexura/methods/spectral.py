@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam import rigid_arm
 from flexura.beam.dynamic import Array
 from flexura.errors import OptionError
+from flexura.linalg import scaled, unit_scale
 from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains
 from flexura.methods.roots import natural_frequencies
@@ -102,7 +103,7 @@ def spectral_response(
         A = equations.matrix(complex(w))
         f = np.zeros(len(A), dtype=complex)
         f[: equations.physical] = load * spectrum[k]
-        d = 1 / np.sqrt(np.abs(np.diagonal(A)))
-        found[k] = B[6:] @ (d * np.linalg.solve(A * d[:, None] * d, d * f))[: equations.physical]
+        d = unit_scale(A)
+        found[k] = B[6:] @ (d * np.linalg.solve(scaled(A, d), d * f))[: equations.physical]
     u = np.fft.irfft(found, n, axis=0) * np.exp(sigma * t)[:, None]
     return t[:steps], u[:steps].reshape(steps, len(sensors), 6)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.linalg import Eigenpairs, lowest
+from flexura.linalg import Eigenpairs, inverse_roots, lowest
 from flexura.reduction.chain import ChainGroup, ChainKinematics, taken
 from flexura.structure.members import Elements, ElementSlice
 
@@ -157,7 +157,7 @@ def _loss(total: Array, k: Array, count: int) -> Array:
     """Bound on the relative error of k in energy (theory eq. N9): round-off in the sum, and in its inverse."""
     diagonal = np.einsum("...ii->...i", total)
     spread = np.einsum("...i,...ii->...", diagonal, k)
-    d = 1 / np.sqrt(diagonal)
+    d = inverse_roots(diagonal)
     error = (total @ k - np.eye(6)) * (d[..., :, None] / d[..., None, :])
     inverse = np.sqrt(spread * np.einsum("...ij,...ij->...", error, error)) + 16 * EPS * spread
     return 6 * ELEMENT_TERMS * (count + 16) * EPS / 2 * spread + inverse

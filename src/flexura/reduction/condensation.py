@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.linalg import lowest
+from flexura.linalg import lowest, scaled, unit_scale
 from flexura.reduction.model import LowOrderModel, SubstructureBasis
 from flexura.sizes import within
 from flexura.structure.slots import Index
@@ -114,9 +114,9 @@ def _reduced_system(K: Array, M: Array, masters: Index, method: str) -> Array:
     if not len(slaves):
         return T
     K_ss = K[np.ix_(slaves, slaves)]
-    d = 1 / np.sqrt(np.diagonal(K_ss))
+    d = unit_scale(K_ss)
     try:
-        factor = la.cho_factor(K_ss * d[:, None] * d)
+        factor = la.cho_factor(scaled(K_ss, d))
     except la.LinAlgError:
         raise OptionError("with these coordinates held something can still move freely; name more of them") from None
 

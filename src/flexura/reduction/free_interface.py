@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from flexura.linalg import count_below, lowest
+from flexura.linalg import count_below, lowest, scaled, unit_scale
 from flexura.reduction.craig_bampton import CraigBampton, ReducedPart
 
 Array = NDArray[np.float64]
@@ -54,8 +54,8 @@ def _rigid_count(modes: CraigBampton) -> int:
     stiff, mass = np.diagonal(part.K)[:b], np.diagonal(part.M)[:b]
     loose = stiff <= 0
     held = np.flatnonzero(~loose)
-    d = 1 / np.sqrt(stiff[held])
-    zeros = (la.eigvalsh(part.K[np.ix_(held, held)] * d[:, None] * d) < DEPENDENT).sum()
+    own = part.K[np.ix_(held, held)]
+    zeros = (la.eigvalsh(scaled(own, unit_scale(own))) < DEPENDENT).sum()
     return int(zeros + (loose & (mass > 0)).sum())
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
-from flexura.linalg import lowest
+from flexura.linalg import lowest, scaled, unit_scale
 from flexura.mechanism.body import Matrix, Superelement
 from flexura.mechanism.substructure import DOF_NAMES, Substructure
 from flexura.records import Record
@@ -181,11 +181,10 @@ def _static(K: Array, forces: Array) -> Array:
     """K^-1 times forces (r, b). Raises OptionError for a stiffness that is singular."""
     if not len(K):
         return forces
-    stiff = np.diagonal(K)
+    d = unit_scale(K)
     try:
-        if not (stiff > 0).all():
+        if not (np.diagonal(K) > 0).all():
             raise la.LinAlgError
-        d = 1 / np.sqrt(stiff)
-        return d[:, None] * la.cho_solve(la.cho_factor(K * d[:, None] * d), d[:, None] * forces)
+        return d[:, None] * la.cho_solve(la.cho_factor(scaled(K, d)), d[:, None] * forces)
     except la.LinAlgError:
         raise OptionError("with these nodes held something can still move freely; name more of them") from None

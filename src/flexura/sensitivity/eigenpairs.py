@@ -13,7 +13,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, lowest
+from flexura.linalg import Eigenpairs, inverse_roots, lowest, scaled
 from flexura.sensitivity.variation import Change
 
 Array = NDArray[np.float64]
@@ -87,17 +87,16 @@ def moved_clusters(K: Any, M: Any, pairs: Eigenpairs, changes: Sequence[Change],
 def _orthogonal_parts(K: Any, M: Any, value: float, X: Array, force: Array) -> Array:
     """V (P, n, m) with (K - value M) V = force and X' M V = 0: a system bordered by M X (theory eq. K6)."""
     n, m = X.shape
-    d = 1 / np.sqrt(np.abs(K.diagonal()) + abs(value) * M.diagonal())
+    d = inverse_roots(np.abs(K.diagonal()) + abs(value) * M.diagonal())
     border = d[:, None] * (M @ X)
     border /= np.linalg.norm(border, axis=0)
     right = np.concatenate([d[:, None] * np.moveaxis(force, 0, 1).reshape(n, -1), np.zeros((m, len(force) * m))])
     try:
         if isinstance(K, np.ndarray):
-            A = (K - value * M) * d[:, None] * d
+            A = scaled(K - value * M, d)
             y = la.solve(np.block([[A, border], [border.T, np.zeros((m, m))]]), right, assume_a="sym")
         else:
-            D = sp.diags(d)
-            A = sp.bmat([[D @ (K - value * M) @ D, border], [border.T, None]], format="csc")
+            A = sp.bmat([[scaled((K - value * M).tocsc(), d), border], [border.T, None]], format="csc")
             y = spla.splu(A).solve(right)
     except (la.LinAlgError, RuntimeError):
         raise SolverError(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import is_definite
+from flexura.linalg import is_definite, scaled, unit_scale
 from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
 
@@ -81,8 +81,9 @@ def sensor_mass(
     if not is_definite(model.K):
         raise SolverError("static reduction to the sensors needs a mechanism that is held; take serep")
     X = stored_flexibility(model.K, model.M, 0.0)(B.T)
-    d = 1 / np.sqrt(np.einsum("ij,ji->i", B, X))
-    F = (B @ X) * d[:, None] * d
+    F = B @ X
+    d = unit_scale(F)
+    F = scaled(F, d)
     T = X @ (d[:, None] * np.linalg.pinv((F + F.T) / 2, rcond=DEPENDENT, hermitian=True) * d)
     mass = T.T @ (model.M @ T)
     return (mass + mass.T) / 2
