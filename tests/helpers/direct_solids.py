@@ -83,7 +83,8 @@ def lowest_modes(
             elastic = found.values[found.values > noise]
         if len(elastic) and not NEAR[0] < elastic[0] / abs(shift) < NEAR[1]:
             shift = -float(elastic[0])
-            search = _search(K, M, shift, factorise_large(K - shift * M, memory=memory), progress, n)
+            factor = factorise_large(K - shift * M, memory=memory)
+            search = _search(K, M, shift, factor, progress, n)
             found = search.nearest(n)
     missing = None
     if count:
@@ -93,7 +94,7 @@ def lowest_modes(
     zero = found.values < 1e-5 * abs(shift)
     values = np.where(zero, 0.0, found.values)[:n]
     pairs = Eigenpairs(values, found.vectors[:, :n])
-    return SolidModes(pairs, residuals, missing, search.factor.name, search.factor.memory, search.solves)
+    return SolidModes(pairs, residuals, missing, factor.name, factor.memory, search.solves)
 
 
 def _start(K: Any, M: Any, memory: float | None, progress: Progress | None) -> tuple[float, Factor]:
@@ -115,7 +116,7 @@ def _start(K: Any, M: Any, memory: float | None, progress: Progress | None) -> t
 
 
 def _search(K: Any, M: Any, shift: float, factor: Factor, progress: Progress | None, n: int) -> ShiftInvert:
-    search = ShiftInvert(K, M, shift, factor, progress)
+    search = ShiftInvert(K, M, shift, factor.solve, progress)
     search.expected = 3 * n + 30
     return search
 
@@ -123,7 +124,7 @@ def _search(K: Any, M: Any, shift: float, factor: Factor, progress: Progress | N
 def _residuals(search: ShiftInvert, pairs: Eigenpairs) -> Array:
     """Relative residuals (k,) as in `flexura.linalg.residuals`, with the factors at hand (theory eq. 56)."""
     Mx = search.M @ pairs.vectors
-    r = (pairs.values - search.shift) * search.factor.solve(Mx) - pairs.vectors
+    r = (pairs.values - search.shift) * search.solve(Mx) - pairs.vectors
     return np.sqrt(np.abs(np.einsum("ik,ik->k", r, search.M @ r) / np.einsum("ik,ik->k", pairs.vectors, Mx)))
 
 

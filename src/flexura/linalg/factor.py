@@ -47,7 +47,7 @@ class Factor(ABC):
         """A^-1 b for b (n,) or (n, k)."""
         b = np.asarray(b, dtype=float)
         d = self.scale if b.ndim == 1 else self.scale[:, None]
-        return d * self._solve(d * b)
+        return d * self.solve_scaled(d * b)
 
     @property
     @abstractmethod
@@ -58,7 +58,7 @@ class Factor(ABC):
     def negative(self) -> int | None: ...
 
     @abstractmethod
-    def _solve(self, b: Array) -> Array:
+    def solve_scaled(self, b: Array) -> Array:
         """(D A D)^-1 b."""
 
 
@@ -82,7 +82,8 @@ class SuperLU(Factor):
         except RuntimeError:
             raise SingularError("the stiffness matrix is singular: something can move freely") from None
 
-    def _solve(self, b: Array) -> Array:
+    def solve_scaled(self, b: Array) -> Array:
+        """(D A D)^-1 b."""
         return self._lu.solve(np.ascontiguousarray(b))
 
     @property

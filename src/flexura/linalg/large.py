@@ -140,7 +140,8 @@ class Pardiso(Factor):
         counted = not definite and solver.get_iparm(14) == 0
         self._negative = int(solver.get_iparm(23)) if counted else None
 
-    def _solve(self, b: Array) -> Array:
+    def solve_scaled(self, b: Array) -> Array:
+        """(D A D)^-1 b."""
         return self._held.phase(33, np.asfortranarray(b))
 
     @property

@@ -28,9 +28,9 @@ def unit_scale(A: Any) -> Array:
 def scaled(A: Any, d: Array) -> Any:
     """D A D for A (..., n, n) dense, or (n, n) sparse by columns, and D = diag(d), d (..., n).
 
-    It shares no array with A, and is symmetric to the last bit where A is.
+    It shares no array with A.
     """
     if isinstance(A, np.ndarray):
-        return A * (d[..., :, None] * d[..., None, :])
-    data = A.data * (d[A.indices] * np.repeat(d, np.diff(A.indptr)))
+        return A * d[..., :, None] * d[..., None, :]
+    data = A.data * d[A.indices] * np.repeat(d, np.diff(A.indptr))
     return sp.csc_matrix((data, A.indices.copy(), A.indptr.copy()), shape=A.shape)

@@ -46,13 +46,15 @@ class Eigenpairs:
 
 
 class ShiftInvert:
-    """Lanczos on (K - shift M)^-1 M, K and M (n, n) sparse and symmetric, by a `factor` of K - shift M.
+    """Lanczos on (K - shift M)^-1 M, K and M (n, n) sparse and symmetric; `solve` gives (K - shift M)^-1 b, b (n,).
 
-    `solves` is how often the factor was used, out of about `expected`, of which `progress` is told.
+    `solves` is how often that was used, out of about `expected`, of which `progress` is told.
     """
 
-    def __init__(self, K: Any, M: Any, shift: float, factor: Factor, progress: Progress | None = None) -> None:
-        self.K, self.M, self.shift, self.factor = K, M, shift, factor
+    def __init__(
+        self, K: Any, M: Any, shift: float, solve: Callable[[Array], Array], progress: Progress | None = None
+    ) -> None:
+        self.K, self.M, self.shift, self.solve = K, M, shift, solve
         self.progress, self.solves, self.expected = progress, 0, 100
 
     def nearest(self, count: int, known: Array | None = None) -> Eigenpairs:
@@ -71,10 +73,10 @@ class ShiftInvert:
             self.solves += 1
             if self.progress is not None:
                 self.progress("iterate", min(0.99, self.solves / self.expected))
-            y = self.factor.solve(b)
+            y = self.solve(b)
             return y - known @ (Mk.T @ y) if j else y
 
-        start = self.factor.scale * np.cos(np.arange(n) * (1.0 + j))
+        start = np.cos(np.arange(n) * (1.0 + j))
         start -= known @ (Mk.T @ start)
         operator = spla.LinearOperator((n, n), matvec=invert, dtype=float)
         basis = min(n - 1, max(2 * count + 12, 20))
@@ -142,9 +144,12 @@ def next_to(K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | Non
     if n <= DENSE_LIMIT or count > n // 3:
         return _dense(toarray(K), toarray(M), count, shift)
     K, M = sp.csc_matrix(K), sp.csc_matrix(M)
-    search = ShiftInvert(K, M, shift, factor or SuperLU(K - shift * M if shift else K))
+    factor = factor or SuperLU(K - shift * M if shift else K)
+    d = factor.scale
+    # what is counted is the matrix that was factorised, rounded as it was by its scaling
+    search = ShiftInvert(scaled(K, d), scaled(M, d), shift, factor.solve_scaled)
     found = search.completed(search.nearest(count), count)
-    return Eigenpairs(found.values[:count], found.vectors[:, :count])
+    return Eigenpairs(found.values[:count], d[:, None] * found.vectors[:, :count])
 
 
 def _dense(K: Array, M: Array, count: int, shift: float) -> Eigenpairs:

@@ -65,7 +65,7 @@ def constraint_modes(
         part = np.arange(first, min(first + COLUMNS, b))
         psi[np.ix_(inner, part)] = -factor.solve(coupling[:, part].toarray())
         _each(progress, part[-1] + 1, b)
-    fixed = _fixed_modes(ShiftInvert(Kii, Mii, 0.0, factor, progress), n_fixed, (2 * np.pi * up_to_hz) ** 2, most)
+    fixed = _fixed_modes(ShiftInvert(Kii, Mii, 0.0, factor.solve, progress), n_fixed, (2 * np.pi * up_to_hz) ** 2, most)
     values, basis = fixed.values, np.hstack([psi, np.zeros((n, len(fixed.values)))])
     basis[inner, b:] = fixed.vectors
     reduced = [basis.T @ (A @ basis) for A in (K, M)]

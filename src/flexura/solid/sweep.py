@@ -152,14 +152,9 @@ def _fragments(gmsh: ModuleType, made: Sequence[tuple[int, int]], lines: Sequenc
 
 def _regular(gmsh: ModuleType, group: Swept, surfaces: dict[int, int], size: float, aspect: float) -> bool:
     """Give four-sided surfaces regular meshes with as many cells on opposite sides; False when some are not such."""
-    parent: dict[int, int] = {}
-    wanted: dict[int, int] = {}
+    from scipy.cluster.hierarchy import DisjointSet  # a quarter of a second to import
 
-    def find(curve: int) -> int:
-        while parent.setdefault(curve, curve) != curve:
-            curve = parent[curve]
-        return curve
-
+    alike, wanted = DisjointSet(), dict[int, int]()
     for surface, k in surfaces.items():
         curves = [tag for _, tag in gmsh.model.getBoundary([(2, surface)], oriented=False)]
         points = {c: [tag for _, tag in gmsh.model.getBoundary([(1, c)], oriented=False)] for c in curves}
@@ -168,16 +163,18 @@ def _regular(gmsh: ModuleType, group: Swept, surfaces: dict[int, int], size: flo
             return False
         pairs = (curves[0], opposite[0]), tuple(c for c in curves[1:] if c != opposite[0])
         for a, b in pairs:
-            parent[find(a)] = find(b)
+            alike.add(a)
+            alike.add(b)
+            alike.merge(a, b)
         for curve in curves:
             start, end = (np.array(gmsh.model.getValue(0, tag, []))[:2] * MILLIMETRE for tag in points[curve])
             count = _divisions(group.profiles[k], end - start, group.width, size, aspect)
             wanted[curve] = max(count, wanted.get(curve, 1))
     most: dict[int, int] = {}
     for curve, count in wanted.items():
-        most[find(curve)] = max(count, most.get(find(curve), 1))
+        most[alike[curve]] = max(count, most.get(alike[curve], 1))
     for curve in wanted:
-        gmsh.model.mesh.setTransfiniteCurve(curve, most[find(curve)] + 1)
+        gmsh.model.mesh.setTransfiniteCurve(curve, most[alike[curve]] + 1)
     for surface in surfaces:
         gmsh.model.mesh.setTransfiniteSurface(surface, "AlternateLeft")
     return True

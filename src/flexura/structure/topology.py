@@ -10,7 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism.layout import TOP, Layout, matching
@@ -19,30 +21,6 @@ from flexura.structure.part import Part
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
-
-
-class UnionFind:
-    """Disjoint sets over 0..n-1 with path halving."""
-
-    def __init__(self, n: int) -> None:
-        self._parent = list(range(n))
-        self.touched: set[int] = set()
-        """Members of the sets that were merged."""
-
-    def find(self, k: int) -> int:
-        """Representative of k's set."""
-        parent = self._parent
-        while parent[k] != k:
-            parent[k] = parent[parent[k]]
-            k = parent[k]
-        return k
-
-    def union(self, a: int, b: int) -> None:
-        """Merge two sets."""
-        self.touched |= {a, b}
-        a, b = self.find(a), self.find(b)
-        if a != b:
-            self._parent[max(a, b)] = min(a, b)
 
 
 @dataclass
@@ -117,22 +95,19 @@ class Topology:
             raise OptionError(f"there is no node {wrong!r}; nodes are written NODE or INSTANCE.NODE") from None
 
     def _join(self, parts: dict[str, Part]) -> None:
-        sets = UnionFind(self.n_nodes)
+        together: list[tuple[int, int]] = []
         depths: dict[int, int] = {}
         for name, placed in self.placed.items():
             part = parts[name]
             for path, offset in zip(placed.paths, placed.offset, strict=True):
                 for k, foreign in enumerate(part.foreign):
-                    sets.union(offset + part.n_own + k, self.node(path, foreign))
+                    together.append((offset + part.n_own + k, self.node(path, foreign)))
                 for a, b in part.joints:
-                    sets.union(offset + a, offset + b)
+                    together.append((offset + a, offset + b))
                 for body, carried in part.carried.items():
                     depths[offset + body] = len(path)
-                    for node in carried:
-                        sets.union(offset + body, offset + node)
-        cluster = np.arange(self.n_nodes)
-        for k in sets.touched:
-            cluster[k] = sets.find(k)
+                    together += [(offset + body, offset + node) for node in carried]
+        cluster = _clusters(self.n_nodes, together)
         held = self._held(cluster)
         representative = np.arange(self.n_nodes)
         bodies = sorted(depths, key=depths.__getitem__)  # those of the mechanism itself before those of its instances
@@ -204,3 +179,11 @@ def _two_supports(text: str) -> Problem:
         rule="two partly held nodes move as one rigid body, which cannot be held in two places",
         hint="hold one of them and tie the other to ground with a stiff spring, or clamp one",
     )
+
+
+def _clusters(n: int, together: list[tuple[int, int]]) -> Index:
+    """The least node of the cluster of each of n nodes, by pairs of nodes that belong together."""
+    ends = np.array(together, dtype=np.intp).reshape(-1, 2)
+    graph = sp.coo_array((np.ones(len(ends)), ends.T), shape=(n, n))
+    label = connected_components(graph, directed=False)[1]
+    return np.unique(label, return_index=True)[1][label]
