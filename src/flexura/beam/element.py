@@ -27,7 +27,7 @@ import numpy as np
 from flexura.beam._columns import FloatArray, Real, basis_of, columns, combine, symmetric
 from flexura.beam.frames import rigid_arm
 from flexura.beam.section import SectionProperties
-from flexura.linalg.scaling import scaled, unit_scale
+from flexura.linalg.scaling import unit_scale
 
 # Freedoms of the one-dimensional parts of the element, as (freedom, sign). A rotation +ry lowers tz along +x,
 # so bending in the xz plane is bending in the xy plane with the rotation reversed.
@@ -192,7 +192,8 @@ def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
 def _inverse(C: FloatArray) -> FloatArray:
     """Inverses (..., 6, 6) to their last digits, rows scaled alike; NaN where there is none."""
     d = unit_scale(C)
-    own = scaled(C, d)
+    scale = d[..., :, None] * d[..., None, :]  # symmetric to the last bit
+    own = C * scale
     found = np.full(C.shape, np.nan)
     try:
         found[...] = np.linalg.inv(own)
@@ -200,7 +201,7 @@ def _inverse(C: FloatArray) -> FloatArray:
         for at in np.ndindex(C.shape[:-2]):
             with suppress(np.linalg.LinAlgError):
                 found[at] = np.linalg.inv(own[at])
-    return scaled(found, d)
+    return found * scale
 
 
 def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatArray:
