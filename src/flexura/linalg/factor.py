@@ -121,7 +121,7 @@ def pivoted(K: Matrix) -> tuple[float, SuperLU | None]:
     if not (K.diagonal() > 0).all():
         return 0.0, None
     if K.shape[0] <= DENSE_LIMIT:
-        dense = np.asarray(K.toarray() if sp.issparse(K) else K)
+        dense = K if isinstance(K, np.ndarray) else np.asarray(K.toarray())
         try:
             pivots = np.diagonal(np.linalg.cholesky(scaled(dense, unit_scale(dense)))) ** 2
         except np.linalg.LinAlgError:
