@@ -76,7 +76,7 @@ class _Names(Mapping[str, Any]):
 
         if name in self.own or hasattr(builtins, name):
             raise KeyError(name)
-        return getattr(flexura, name) if name in flexura.__all__ else Any
+        return getattr(flexura, name, Any)
 
     def __iter__(self) -> Any:
         return iter(())
