@@ -298,7 +298,16 @@ def test_a_response_reads_back_where_it_was(tmp_path: Path) -> None:
 
 def test_a_channel_between_two_nodes_is_announced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     (tmp_path / "s.yaml").write_text(SENSED, encoding="utf-8")
-    words = ["export", str(tmp_path / "s.yaml"), "--out", str(tmp_path / "s.uff"), "--what", "response", "--band", "5,50"]
+    words = [
+        "export",
+        str(tmp_path / "s.yaml"),
+        "--out",
+        str(tmp_path / "s.uff"),
+        "--what",
+        "response",
+        "--band",
+        "5,50",
+    ]
     monkeypatch.setattr("sys.argv", ["flexura", *words, "-i", "coil", "-o", "gap", "-o", "between"])
     with pytest.raises(SystemExit, match="0"):
         main()
