@@ -437,7 +437,10 @@ def test_files_that_are_something_else(name, message, tmp_path):
         read_measurement(tmp_path / name)
 
 
-@pytest.mark.parametrize("name", ["t.uff", "t.unv", "t.npz", "t.h5", "t.csv", "modes.uff", "geometry.uff"])
+SLOW_H5 = pytest.param("t.h5", marks=pytest.mark.slow)  # each by a process of its own
+
+
+@pytest.mark.parametrize("name", ["t.uff", "t.unv", "t.npz", SLOW_H5, "t.csv", "modes.uff", "geometry.uff"])
 def test_damaged_files_are_read_or_refused(name, tmp_path):
     own = measurement()
     if name.startswith("t."):
