@@ -9,8 +9,8 @@ import numpy as np
 
 import flexura as fx
 from flexura.analysis.body_doubts import lowered_by_bodies
-from flexura.solid.modes import solid_modes
-from flexura.solid.parts import with_solid_parts
+from flexura.solid.fem.modes import solid_modes
+from flexura.solid.fem.parts import with_solid_parts
 from flexura.structure import assemble
 
 STEEL = "spring-steel"

@@ -6,8 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from flexura.solid.mesh import SolidMaterial, SolidMesh
-from flexura.solid.shapes import shape_of
+from flexura.solid.geometry.members import SolidMaterial
+from flexura.solid.mesh.shape_functions import shape_of
+from flexura.solid.mesh.solid_mesh import SolidMesh
 
 ALUMINIUM = SolidMaterial("aluminium", 71.7e9, 0.33, 2810.0)
 

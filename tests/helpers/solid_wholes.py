@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from flexura.solid.constraints import Face, face_ties
-from flexura.solid.fem import elastic_matrices
-from flexura.solid.geometry import joints, solids
-from flexura.solid.meshing import solid_mesh
+from flexura.solid.fem.constraints import Face, face_ties
+from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.geometry.members import joints, solids
+from flexura.solid.mesh.meshing import solid_mesh
 from helpers.direct_solids import lowest_modes
 
 

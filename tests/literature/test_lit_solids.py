@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.solid.fem import elastic_matrices
-from flexura.solid.meshing import solid_mesh
+from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.mesh.meshing import solid_mesh
 from helpers.beam_models import last_digit
 from helpers.direct_solids import lowest_modes
 from helpers.verification_report import Case

@@ -12,11 +12,11 @@ import scipy.sparse as sp
 
 import flexura as fx
 from flexura.linalg.large import factorise_large
-from flexura.solid.components import components
-from flexura.solid.constraints import Face, face_ties
-from flexura.solid.fem import elastic_matrices
-from flexura.solid.geometry import solids
-from flexura.solid.meshing import solid_mesh
+from flexura.solid.fem.components import components
+from flexura.solid.fem.constraints import Face, face_ties
+from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.geometry.members import solids
+from flexura.solid.mesh.meshing import solid_mesh
 from flexura.structure import assemble
 
 UNIT = {"unit": fx.Material(E=1.0, nu=0.3, rho=1.0)}

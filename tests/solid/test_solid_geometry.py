@@ -13,13 +13,13 @@ from scipy.integrate import quad
 
 import flexura as fx
 from flexura.errors import ModelError, OptionError, SolverError
-from flexura.solid import meshing, occ
-from flexura.solid.constraints import face_products
-from flexura.solid.fem import elastic_matrices, mesh_mass
-from flexura.solid.geometry import joints, normalised, solids
-from flexura.solid.mesh import SolidMaterial
-from flexura.solid.meshing import estimate_points, group_mesh, jacobians, solid_mesh
-from flexura.solid.step import body_solids, write_step
+from flexura.solid.fem.constraints import face_products
+from flexura.solid.fem.matrices import elastic_matrices, mesh_mass
+from flexura.solid.geometry import occ
+from flexura.solid.geometry.members import SolidMaterial, joints, normalised, solids
+from flexura.solid.interchange.step import body_solids, write_step
+from flexura.solid.mesh import meshing
+from flexura.solid.mesh.meshing import estimate_points, group_mesh, jacobians, solid_mesh
 from helpers.direct_solids import lowest_modes
 
 gmsh = pytest.importorskip("gmsh")

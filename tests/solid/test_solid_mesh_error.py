@@ -15,12 +15,11 @@ import scipy.linalg as la
 import flexura as fx
 from flexura.cli import main
 from flexura.errors import LimitError, ModelError, OptionError
-from flexura.solid import reduced
-from flexura.solid.contours import MemberShape
-from flexura.solid.geometry import MemberSolid
-from flexura.solid.mesh import SolidMaterial
-from flexura.solid.mesh_error import stiffness_error
-from flexura.solid.reduced import EndTie, Piece, reduced_piece
+from flexura.solid.fem import reduced
+from flexura.solid.fem.mesh_error import stiffness_error
+from flexura.solid.fem.reduced import EndTie, Piece, reduced_piece
+from flexura.solid.geometry.contours import MemberShape
+from flexura.solid.geometry.members import MemberSolid, SolidMaterial
 
 AL = "Al-7075-T6"
 

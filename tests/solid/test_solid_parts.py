@@ -17,18 +17,17 @@ import flexura as fx
 from flexura.beam import member_frame, rectangle, rigid_arm
 from flexura.cli import main
 from flexura.errors import ModelError, OptionError
-from flexura.solid import reduced
-from flexura.solid.cache import cache_folder
-from flexura.solid.constraints import Face, face_ties
-from flexura.solid.contours import MemberShape
-from flexura.solid.fem import elastic_matrices
-from flexura.solid.geometry import MemberSolid
-from flexura.solid.mesh import SolidMaterial
-from flexura.solid.meshing import group_mesh
-from flexura.solid.modes import solid_modes
-from flexura.solid.parts import as_beams, with_solid_parts
-from flexura.solid.reduced import EndTie, Piece, Section, reduced_piece
-from flexura.solid.solve import constraint_modes
+from flexura.solid.fem import reduced
+from flexura.solid.fem.cache import cache_folder
+from flexura.solid.fem.condensation import constraint_modes
+from flexura.solid.fem.constraints import Face, face_ties
+from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.fem.modes import solid_modes
+from flexura.solid.fem.parts import as_beams, with_solid_parts
+from flexura.solid.fem.reduced import EndTie, Piece, Section, reduced_piece
+from flexura.solid.geometry.contours import MemberShape
+from flexura.solid.geometry.members import MemberSolid, SolidMaterial
+from flexura.solid.mesh.meshing import group_mesh
 from flexura.structure import assemble
 
 BLOCK_HZ = np.array([127.1, 607.0, 1399, 3696])

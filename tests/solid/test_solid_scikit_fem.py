@@ -8,8 +8,8 @@ from skfem import Basis, BilinearForm, ElementHex2, ElementTetP2, ElementVector,
 from skfem.helpers import ddot, dot, sym_grad, trace
 
 from flexura.solid import SolidMaterial, SolidMesh
-from flexura.solid.fem import elastic_matrices
-from flexura.solid.shapes import shape_of
+from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.mesh.shape_functions import shape_of
 
 METAL = SolidMaterial("metal", 71.7e9, 0.33, 2810.0)
 LAME = METAL.E * METAL.nu / ((1 + METAL.nu) * (1 - 2 * METAL.nu))

@@ -17,10 +17,10 @@ from flexura.mechanism.body import Box
 from flexura.mechanism.member import Flexure
 from flexura.mechanism.profile import CircularContour, Notch
 from flexura.modelfile import load
-from flexura.solid import verify as module
-from flexura.solid.modes import SURE, solid_modes
-from flexura.solid.reduced import MOST_MODES
-from flexura.solid.verify import progressively, verify
+from flexura.solid.fem.modes import SURE, solid_modes
+from flexura.solid.fem.reduced import MOST_MODES
+from flexura.solid.verification import verify as module
+from flexura.solid.verification.verify import progressively, verify
 from flexura.structure import assemble
 from flexura.view import draw_mode_pair
 

@@ -77,7 +77,7 @@ def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]
     mechanism = load(file)
     parameters = settings_of(mechanism, settings)
     if has_solid_members(mechanism):
-        from flexura.solid.parts import with_solid_parts
+        from flexura.solid.fem.parts import with_solid_parts
 
         # parts in the cache say nothing, and neither does a pipe
         mechanism = with_solid_parts(mechanism, parameters, announce=_say if sys.stderr.isatty() else None)

@@ -17,7 +17,7 @@ from flexura.view.meshes import Array, Mesh
 from flexura.view.scene import Collector, Kind, Solids
 
 if TYPE_CHECKING:
-    from flexura.solid.surface import SurfaceShape
+    from flexura.solid.mesh.surface import SurfaceShape
 
 FACE_BUDGET = 20_000
 """Members are drawn in less detail, in the end as lines, to stay below this many faces."""

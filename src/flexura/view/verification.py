@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from flexura.solid.verify import ShapePairs, Verification, VerificationRow
+    from flexura.solid.verification.verify import ShapePairs, Verification, VerificationRow
 
 SIZE = (12.0, 5.6)
 """Width and height of a pair of pictures, inches."""

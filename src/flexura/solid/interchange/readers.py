@@ -15,8 +15,8 @@ from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.files import read_bytes, read_text
 from flexura.modelfile.superelements import unit_factors
-from flexura.solid.deck import read_deck
-from flexura.solid.stored import SYMMETRIC, StoredMatrices
+from flexura.solid.interchange.deck import read_deck
+from flexura.solid.interchange.stored import SYMMETRIC, StoredMatrices
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

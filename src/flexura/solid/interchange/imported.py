@@ -15,11 +15,11 @@ from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.mechanism import Matrix, Substructure, Superelement
 from flexura.mechanism.member import Faces
-from flexura.solid.constraints import KINDS, Face, face_ties
-from flexura.solid.mesh import SolidMesh
-from flexura.solid.reduced import balanced
-from flexura.solid.solve import constraint_modes
-from flexura.solid.stored import MatrixEvidence, StoredMatrices
+from flexura.solid.fem.condensation import constraint_modes
+from flexura.solid.fem.constraints import KINDS, Face, face_ties
+from flexura.solid.fem.reduced import balanced
+from flexura.solid.interchange.stored import MatrixEvidence, StoredMatrices
+from flexura.solid.mesh.solid_mesh import SolidMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -17,9 +17,9 @@ from flexura.files import complete_file
 from flexura.mechanism.body import Box, Cylinder, Plate
 from flexura.mechanism.evaluation import evaluated, parameter_values
 from flexura.mechanism.placement import rotation_matrix
-from flexura.solid import occ
-from flexura.solid.geometry import joints, solids
-from flexura.solid.occ import MILLIMETRE
+from flexura.solid.geometry import occ
+from flexura.solid.geometry.members import joints, solids
+from flexura.solid.geometry.occ import MILLIMETRE
 from flexura.structure.full_order import FullOrderModel
 
 Array = NDArray[np.float64]

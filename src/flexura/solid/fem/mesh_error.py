@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
 from flexura.errors import SolverError
-from flexura.solid.reduced import Announce, Piece, ReducedPiece, reduced_piece
+from flexura.solid.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 
 Array = NDArray[np.float64]
 

@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
 from flexura.mechanism.member import Faces
-from flexura.solid.fem import rigid_motions
-from flexura.solid.mesh import SolidMesh
-from flexura.solid.shapes import face_rule, faces_of, shape_of
+from flexura.solid.mesh.shape_functions import face_rule, faces_of, shape_of
+from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -18,7 +18,7 @@ from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.solution import Solution
 from flexura.reduction import reduce
 from flexura.reduction.certificate import full_order_modes, low_order_modes
-from flexura.solid.parts import as_beams, with_solid_parts
+from flexura.solid.fem.parts import as_beams, with_solid_parts
 from flexura.structure import FullOrderModel, assemble
 
 Array = NDArray[np.float64]

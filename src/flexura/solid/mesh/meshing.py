@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.solid import occ
-from flexura.solid.blocks import section_mesh, shape_cells, stations
-from flexura.solid.contours import Outline
-from flexura.solid.fem import rigid_motions
-from flexura.solid.figures import GROWTH, swept
-from flexura.solid.geometry import ENDS, MemberSolid, joints, normalised, solids
-from flexura.solid.mesh import SolidMesh
-from flexura.solid.occ import MILLIMETRE
-from flexura.solid.shapes import quadrature, shape_of
-from flexura.solid.sweep import EDGES, swept_cells, turned
+from flexura.solid.geometry import occ
+from flexura.solid.geometry.contours import Outline
+from flexura.solid.geometry.figures import GROWTH, swept
+from flexura.solid.geometry.members import ENDS, MemberSolid, joints, normalised, solids
+from flexura.solid.geometry.occ import MILLIMETRE
+from flexura.solid.mesh.blocks import section_mesh, shape_cells, stations
+from flexura.solid.mesh.shape_functions import quadrature, shape_of
+from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
+from flexura.solid.mesh.sweep import EDGES, swept_cells, turned
 from flexura.structure.full_order import FullOrderModel
 
 Array = NDArray[np.float64]

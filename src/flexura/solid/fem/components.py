@@ -18,8 +18,8 @@ from flexura.beam import rigid_arm
 from flexura.beam.frames import block_rotation
 from flexura.errors import OptionError
 from flexura.mechanism.member import Faces
-from flexura.solid.geometry import ENDS, MemberSolid, joints, normalised, solids
-from flexura.solid.reduced import EndTie, Piece, ReducedPiece, Section
+from flexura.solid.fem.reduced import EndTie, Piece, ReducedPiece, Section
+from flexura.solid.geometry.members import ENDS, MemberSolid, joints, normalised, solids
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

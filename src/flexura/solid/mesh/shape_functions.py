@@ -12,7 +12,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.solid.mesh import CELLS
+from flexura.solid.mesh.solid_mesh import CELLS
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.solid.contours import MemberShape
-from flexura.solid.shapes import shape_of
+from flexura.solid.geometry.contours import MemberShape
+from flexura.solid.mesh.shape_functions import shape_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

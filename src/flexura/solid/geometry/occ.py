@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import ModelError, Problem, SolverError
 from flexura.extras import need
-from flexura.solid.contours import MODELLED, Outline
-from flexura.solid.geometry import MemberSolid
+from flexura.solid.geometry.contours import MODELLED, Outline
+from flexura.solid.geometry.members import MemberSolid
 
 Array = NDArray[np.float64]
 Entity = tuple[int, int]

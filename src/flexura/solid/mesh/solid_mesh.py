@@ -7,21 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.solid.geometry.members import SolidMaterial
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 CELLS = {"tetra10": 10, "hexahedron20": 20, "hexahedron27": 27}
 """Kinds of cells with their number of points, ordered as in VTK and meshio."""
-
-
-@dataclass(frozen=True)
-class SolidMaterial:
-    """An isotropic material: E, Pa; nu; rho, kg/m^3."""
-
-    name: str
-    E: float
-    nu: float
-    rho: float
 
 
 @dataclass(frozen=True)
@@ -43,3 +35,13 @@ class SolidMesh:
     def order(self) -> int:
         """Number of DOFs: three displacements x, y, z of every point, point by point."""
         return 3 * len(self.points)
+
+
+def rigid_motions(points: Array, about: Array | None = None) -> Array:
+    """DOF vectors (3 n, 6) of unit translations and rotations about the origin, or `about` (3,), of points (n, 3)."""
+    x = points if about is None else points - about
+    out = np.zeros((len(x), 3, 6))
+    for j, axis in enumerate(np.eye(3)):
+        out[:, j, j] = 1.0
+        out[:, :, 3 + j] = np.cross(axis, x)
+    return out.reshape(-1, 6)

@@ -14,8 +14,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.solid.mesh import CELLS, SolidMesh
-from flexura.solid.shapes import quadrature, shape_of
+from flexura.solid.mesh.shape_functions import quadrature, shape_of
+from flexura.solid.mesh.solid_mesh import CELLS, SolidMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -122,16 +122,6 @@ def stresses(mesh: SolidMesh, u: Array) -> dict[str, Array]:
         stress = (E / (2 * (1 + nu)))[..., None, None] * strain + pressure[..., None, None] * np.eye(3)
         found[batch.kind][batch.chosen] = stress[..., (0, 1, 2, 1, 2, 0), (0, 1, 2, 2, 0, 1)]
     return found
-
-
-def rigid_motions(points: Array, about: Array | None = None) -> Array:
-    """DOF vectors (3 n, 6) of unit translations and rotations about the origin, or `about` (3,), of points (n, 3)."""
-    x = points if about is None else points - about
-    out = np.zeros((len(x), 3, 6))
-    for j, axis in enumerate(np.eye(3)):
-        out[:, j, j] = 1.0
-        out[:, :, 3 + j] = np.cross(axis, x)
-    return out.reshape(-1, 6)
 
 
 def _check(mesh: SolidMesh) -> None:

@@ -18,10 +18,10 @@ from flexura.mechanism.evaluation import scalars
 from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.member import Flexure, Link
 from flexura.mechanism.substructure import has_solid_members, mesh_sizes, solid_members
-from flexura.solid.components import Component, own_components, turned
-from flexura.solid.geometry import MemberSolid
-from flexura.solid.mesh_error import stiffness_error
-from flexura.solid.reduced import Announce, reduced_piece
+from flexura.solid.fem.components import Component, own_components, turned
+from flexura.solid.fem.mesh_error import stiffness_error
+from flexura.solid.fem.reduced import Announce, reduced_piece
+from flexura.solid.geometry.members import MemberSolid
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.solid.mesh import SolidMesh
+from flexura.solid.mesh.solid_mesh import SolidMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.solid.contours import DIGITS, MemberShape, Outline
-from flexura.solid.mesh import SolidMaterial
+from flexura.solid.geometry.contours import DIGITS, MemberShape, Outline
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.sections import SectionGroup
 from flexura.structure.slots import Index
@@ -23,6 +22,16 @@ from flexura.structure.slots import Index
 Array = NDArray[np.float64]
 
 ENDS = ("start", "end")
+
+
+@dataclass(frozen=True)
+class SolidMaterial:
+    """An isotropic material: E, Pa; nu; rho, kg/m^3."""
+
+    name: str
+    E: float
+    nu: float
+    rho: float
 
 
 @dataclass(frozen=True)

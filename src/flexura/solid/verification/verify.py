@@ -16,10 +16,10 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.methods.pairing import mac_matrix
 from flexura.methods.solution import Solution
 from flexura.modal.assignment import assigned
-from flexura.solid.beams import BeamModel, Described, beam_models
-from flexura.solid.mesh import SolidMesh
-from flexura.solid.modes import SURE, Announce, SolidModes, beam_mass, solid_modes
-from flexura.solid.reduced import MOST_MODES
+from flexura.solid.fem.modes import SURE, Announce, SolidModes, beam_mass, solid_modes
+from flexura.solid.fem.reduced import MOST_MODES
+from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.solid.verification.beam_models import BeamModel, Described, beam_models
 from flexura.structure import FullOrderModel
 from flexura.structure.plan import one_design
 
@@ -354,11 +354,11 @@ def _known(values: Array) -> tuple[float | None, ...]:
 def _matrices(solver: Solver) -> Any:
     """What makes K and M of a mesh."""
     if solver == "flexura":
-        from flexura.solid.fem import elastic_matrices
+        from flexura.solid.fem.matrices import elastic_matrices
 
         return elastic_matrices
     if solver == "calculix":
-        from flexura.solid.calculix import need_program
+        from flexura.solid.interchange.calculix import need_program
 
         need_program()
         return _calculix_matrices
@@ -367,7 +367,7 @@ def _matrices(solver: Solver) -> Any:
 
 def _calculix_matrices(mesh: SolidMesh) -> tuple[Any, Any]:
     """K and M by CalculiX with our numbers of DOFs."""
-    from flexura.solid.calculix import calculix_matrices
+    from flexura.solid.interchange.calculix import calculix_matrices
 
     stored = calculix_matrices(mesh)
     place = np.empty(mesh.order, dtype=np.intp)

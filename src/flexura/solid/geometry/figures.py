@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from flexura.solid.contours import Outline
-from flexura.solid.geometry import MemberSolid
+from flexura.solid.geometry.contours import Outline
+from flexura.solid.geometry.members import MemberSolid
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.linalg import lowest
 from flexura.methods.solution import Solution
-from flexura.solid.components import Component, Copy, components, turned
-from flexura.solid.fem import elastic_matrices
-from flexura.solid.reduced import LEAST_MODES, Announce, Matrices, ReducedPiece, reduced_piece
-from flexura.solid.surface import SurfaceShape
+from flexura.solid.fem.components import Component, Copy, components, turned
+from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.fem.reduced import LEAST_MODES, Announce, Matrices, ReducedPiece, reduced_piece
+from flexura.solid.mesh.surface import SurfaceShape
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.files import complete_file, scratch_folder
-from flexura.solid.mesh import SolidMesh
-from flexura.solid.readers import read_calculix
-from flexura.solid.stored import StoredMatrices
+from flexura.solid.interchange.readers import read_calculix
+from flexura.solid.interchange.stored import StoredMatrices
+from flexura.solid.mesh.solid_mesh import SolidMesh
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.solid.fem import rigid_motions
+from flexura.solid.mesh.solid_mesh import rigid_motions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

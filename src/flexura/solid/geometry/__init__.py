@@ -1,0 +1,1 @@
+"""Members as solids: contours, placed solids, boundary representations."""

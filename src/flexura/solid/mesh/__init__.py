@@ -1,0 +1,1 @@
+"""Meshes of solids: points and cells, shape functions, meshers."""

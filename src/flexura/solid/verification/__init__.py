@@ -1,0 +1,1 @@
+"""Beam models of a mechanism held against its solid."""
