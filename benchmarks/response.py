@@ -37,10 +37,10 @@ RAYLEIGH = {"rayleigh": {"frequencies": [7.0, 100.0], "ratios": [0.01, 0.01]}}
 
 def frequency_responses(low: fx.LowOrderModel) -> None:
     """10 000 frequencies, six inputs, six outputs."""
-    modes = fx.system(low, PLATFORM, PLATFORM, damping=0.01).modal()
+    modes = fx.system(low, inputs=PLATFORM, outputs=PLATFORM, damping=0.01).modal()
     model = fx.state_space(modes)
     hz = np.geomspace(1, 1000, 10_000)
-    own = median_ms(lambda: fx.frequency_response(modes, hz), 15)
+    own = median_ms(lambda: fx.frequency_response(modes, frequency_hz=hz), 15)
     report(f"FRF, 10 000 frequencies, 6 x 6, {modes.order} modes", own, "ms")
     report("    by the state space, from its poles", median_ms(lambda: model.frequency_response(hz), 1, 0), "ms")
     try:
@@ -54,7 +54,7 @@ def frequency_responses(low: fx.LowOrderModel) -> None:
     with_slycot = "with" if control.slycot_check() else "without"  # type: ignore[attr-defined]
     text = f"python-control {control.__version__} {with_slycot} slycot, same state space ({model.order} states)"
     report(f"    {text}", other, "ms")
-    H = fx.frequency_response(modes, hz).response
+    H = fx.frequency_response(modes, frequency_hz=hz).response
     scale = np.abs(H).max(axis=0)
     report("    largest difference beside the largest value", float((np.abs(found - H) / scale).max()), "")
     report("    modal sum against python-control", other / own, "times faster")
@@ -65,13 +65,13 @@ def low_order_steps(low: fx.LowOrderModel) -> float:
     u = np.random.default_rng(1).standard_normal(STEPS + 1)
     first = 0.0
     for outputs in (DISPLACEMENTS, MIXED):
-        modes = fx.system(low, ["platform.tz"], outputs, damping=RAYLEIGH).modal()
-        ms = median_ms(lambda modes=modes: fx.time_response(modes, {"platform.tz": u}, dt=DT), 40)
+        modes = fx.system(low, inputs=["platform.tz"], outputs=outputs, damping=RAYLEIGH).modal()
+        ms = median_ms(lambda modes=modes: fx.time_response(modes, inputs={"platform.tz": u}, dt=DT), 40)
         first = first or ms
         kinds = "displacements" if outputs is DISPLACEMENTS else "displacement, velocity, acceleration"
         report(f"{STEPS} steps, {modes.order} modes, 1 force, 3 outputs: {kinds}", ms, "ms")
-    modes = fx.system(low, ["platform.tz"], DISPLACEMENTS, damping=RAYLEIGH).modal()
-    kept = median_ms(lambda: fx.time_response(modes, {"platform.tz": u}, dt=DT, keep_modes=True), 10)
+    modes = fx.system(low, inputs=["platform.tz"], outputs=DISPLACEMENTS, damping=RAYLEIGH).modal()
+    kept = median_ms(lambda: fx.time_response(modes, inputs={"platform.tz": u}, dt=DT, keep_modes=True), 10)
     report("    and all modal coordinates kept", kept, "ms")
     return first
 
@@ -92,18 +92,20 @@ def per_step_us(run: Callable[[int], float], steps: int) -> tuple[float, float]:
 def full_order_steps(low_ms: float) -> None:
     """The full-order model under a force that grows linearly, in our own and in other integrators."""
     mechanism = fx.load(RPR).model_copy(update={"theory": "euler_bernoulli"})
-    full = fx.system(mechanism, ["platform.tz"], ["platform.tz"], order="full", damping=RAYLEIGH)
+    full = fx.system(mechanism, inputs=["platform.tz"], outputs=["platform.tz"], order="full", damping=RAYLEIGH)
 
     def own(steps: int) -> float:
         ramp = DT * np.arange(steps + 1)
-        found = fx.time_response(full, {"platform.tz": ramp}, dt=DT, method="generalised_alpha", rho_infinity=1.0)
+        found = fx.time_response(
+            full, inputs={"platform.tz": ramp}, dt=DT, method="generalised_alpha", rho_infinity=1.0
+        )
         return float(found.response[0, -1])
 
     low_us, steps = 1e3 * low_ms / STEPS, 100
     own_us, reference = per_step_us(own, steps)
     report(f"one step, order {full.order}, our generalised-alpha", own_us, "us")
-    reduced = fx.system(fx.reduce(mechanism), ["platform.tz"], ["platform.tz"], damping=RAYLEIGH).modal()
-    low = fx.time_response(reduced, {"platform.tz": DT * np.arange(steps + 1)}, dt=DT).response[0, -1]
+    reduced = fx.system(fx.reduce(mechanism), inputs=["platform.tz"], outputs=["platform.tz"], damping=RAYLEIGH).modal()
+    low = fx.time_response(reduced, inputs={"platform.tz": DT * np.arange(steps + 1)}, dt=DT).response[0, -1]
     report("    low-order exact steps beside it: difference at the end", abs(low / reference - 1), "")
     for name, build in (("OpenSeesPy", opensees), ("exudyn", exudyn)):
         try:
@@ -205,7 +207,9 @@ def other_responses() -> None:
 
     def cost(**how: object) -> float:
         def call(hz: np.ndarray) -> Callable[[], object]:
-            return lambda: fx.frequency_response(plan, hz, PLATFORM, PLATFORM, damping=RAYLEIGH, **how)  # type: ignore[arg-type]
+            return lambda: fx.frequency_response(
+                plan, frequency_hz=hz, inputs=PLATFORM, outputs=PLATFORM, damping=RAYLEIGH, **how
+            )  # type: ignore[arg-type]
 
         return (median_ms(call(hz), 3, 1) - median_ms(call(hz[[0, -1]]), 3, 1)) / (len(hz) - 2)
 

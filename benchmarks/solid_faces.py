@@ -42,7 +42,7 @@ MEMBERS = {  # profile, length, thickness of the blocks
 
 def compliance(mechanism: fx.Mechanism, length: float) -> np.ndarray:
     """Stretch, twist and both bendings (4,) of what lies between `a`, which is clamped, and `b`, about its middle."""
-    C = np.reshape(fx.compliance(mechanism, ["b"]), (6, 6))
+    C = np.reshape(fx.compliance(mechanism, nodes=["b"]), (6, 6))
     to_middle = rigid_arm(np.array([length / 2, 0, 0]))
     inverse = np.linalg.inv(to_middle)
     return np.diag(inverse @ C @ inverse.T)[[0, 3, 4, 5]]
@@ -211,7 +211,7 @@ def rpr_rows() -> None:
         hz = fx.modes(low, n=9).frequency_hz
         numbers = " | ".join(f"{f:.4g}" if f > 100 else f"{f:.3f}" for f in hz)
         print(f"| {label} | {low.order} | {numbers} | {1e3 * seconds:.1f} ms")
-    found = verify(plain, 9)
+    found = verify(plain, n=9)
     for solid in found.solids:
         print(
             f"| whole solid, size {solid.size:g} | {solid.order} | "

@@ -191,7 +191,7 @@ def fed_forward(modes: fx.ModalSystem, axis: int) -> np.ndarray:
     static = modes.residual + (modes.C / modes.omega**2) @ modes.B
     volts = np.linalg.pinv(static[4:])[:, axis] * STEP[axis]
     held = {c.name: np.full(round(LONGEST / DT), v) for c, v in zip(modes.inputs, volts, strict=True)}
-    return fx.time_response(modes, held, [AXES[axis]], dt=DT, hold="zoh").response[0]
+    return fx.time_response(modes, inputs=held, outputs=[AXES[axis]], dt=DT, hold="zoh").response[0]
 
 
 def settled(time: np.ndarray, motion: np.ndarray, axis: int) -> float:

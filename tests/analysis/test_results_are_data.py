@@ -31,7 +31,7 @@ def platform(mechanism) -> str:
 
 def driven(mechanism) -> fx.TimeResponse:
     node = f"{platform(mechanism)}.tx"
-    return fx.time_response(mechanism, {node: np.ones(12)}, dt=1e-3, outputs=[node], keep_modes=True)
+    return fx.time_response(mechanism, inputs={node: np.ones(12)}, dt=1e-3, outputs=[node], keep_modes=True)
 
 
 def loaded(mechanism) -> fx.Statics:
@@ -53,13 +53,13 @@ OBJECTS = {
     "NestedModel": (lambda m: fx.nested(fx.reduce(m), keep=0), lambda part: part.superelement.stiffness.array),
     "Certificate": (lambda m: fx.certify(fx.reduce(m), n=2), lambda proof: proof.error_bound),
     "NaturalFrequencies": (
-        lambda m: fx.natural_frequencies(m, stack(m), 3),
+        lambda m: fx.natural_frequencies(m, stack(m), count=3),
         lambda found: [found.frequency_hz, found.lower_hz],
     ),
     "System": (fx.system, lambda system: [system.damping_matrix(), system.modal(3).response(HZ)]),
     "ModalSystem": (lambda m: fx.system(m).modal(3), lambda modes: [modes.response(HZ), fx.neglected_bound(modes, HZ)]),
-    "StateSpace": (lambda m: fx.state_space(fx.system(m), 3), lambda model: model.frequency_response(HZ)),
-    "Neglected": (lambda m: fx.state_space(fx.system(m), 3).neglected, lambda lost: lost.shares),
+    "StateSpace": (lambda m: fx.state_space(fx.system(m), n=3), lambda model: model.frequency_response(HZ)),
+    "Neglected": (lambda m: fx.state_space(fx.system(m), n=3).neglected, lambda lost: lost.shares),
     "Modes": (fx.modes, lambda found: [found.frequency_hz, fx.reduce(found.model).K]),
     "Modes of full order": (lambda m: fx.modes(m, n=3, order="full"), lambda found: found.shapes),
     "Mode": (lambda m: fx.modes(m, n=1).modes[0], lambda mode: mode.interval_hz),
@@ -78,7 +78,7 @@ OBJECTS = {
         lambda m: fx.preload(m, gravity=(0, 0, -9.81)),
         lambda found: [found.buckling_factor, found.K_g.toarray()],
     ),
-    "Kinetostatics": (lambda m: fx.kinetostatics(m, platform(m)), lambda found: found.compliance),
+    "Kinetostatics": (lambda m: fx.kinetostatics(m, platform=platform(m)), lambda found: found.compliance),
     "CheckReport": (fx.check, lambda report: [report.full_order, len(report.doubts)]),
     "Comparison": (
         lambda m: fx.compare(m, n=2, methods=["constraint_modes"]),
@@ -116,7 +116,7 @@ def test_what_is_kept_for_later_is_not_pickled(example) -> None:
     model = fx.assemble(plan)
     small = len(pickle.dumps(model))
     fx.modes(plan)
-    fx.natural_frequencies(plan, stack(example), 3)
+    fx.natural_frequencies(plan, stack(example), count=3)
     fx.system(model, order="full").modal(3)
     assert len(pickle.dumps(plan)) < 1.1 * fresh
     assert len(pickle.dumps(model)) < 1.1 * small

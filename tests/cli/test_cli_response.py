@@ -115,7 +115,7 @@ def test_a_signal_file_drives_the_mechanism(beam, flexura, tmp_path):
     signal.write_text(f"time [s],coil [N]\n{rows}\n", encoding="utf-8")
     status, out, _ = flexura("time-response", beam, "--dt", "0.1ms", "--signals", signal, "-o", "gap", "--json")
     mechanism = fx.load(beam)
-    ours = fx.time_response(mechanism, {"coil": np.sin(60 * time)}, ["gap"], dt=1e-4).of("gap")
+    ours = fx.time_response(mechanism, inputs={"coil": np.sin(60 * time)}, outputs=["gap"], dt=1e-4).of("gap")
     assert status == 0
     assert json.loads(out)["outputs"]["gap [m]"] == pytest.approx(ours, abs=1e-8 * abs(ours).max())
 

@@ -90,7 +90,7 @@ def test_joint_calibration_meets_both():
     assert abs(fx.modes(start, n=6).angular_frequency / MEASURED - 1).max() > 0.1
     data = [fx.read_frequencies(RPR / name) for name in ("table5.csv", "table4.csv")]
     assert data[1].frequency_hz == pytest.approx(1.075 * np.array(data[0].frequency_hz), rel=1e-4)
-    found = fx.calibrate(start, data[0], free, also=[(corrected, data[1])])
+    found = fx.calibrate(start, data=data[0], free=free, also=[(corrected, data[1])])
     beams = fx.modes(start, found.values, n=6).angular_frequency
     assert abs(beams / MEASURED - 1).max() < 0.03
     assert abs(beams / fx.modes(corrected, found.values, n=6).angular_frequency - 1).max() < 0.13

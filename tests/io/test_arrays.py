@@ -139,7 +139,7 @@ def test_matrix_market_with_a_table_of_rows(full: fx.FullOrderModel, tmp_path: P
 
 
 def test_matrix_market_in_a_folder_with_damping_and_amplitudes(low: fx.LowOrderModel, tmp_path: Path) -> None:
-    paths = export(low, tmp_path / "new" / "folder", "matrix-market", damping=0.1 * low.M)
+    paths = export(low, tmp_path / "new" / "folder", format="matrix-market", damping=0.1 * low.M)
     assert [path.name for path in paths] == ["C.mtx", "K.mtx", "M.mtx", "dofs.csv"]
     assert np.allclose(scipy.io.mmread(paths[0]).toarray(), 0.1 * low.M, rtol=1e-14, atol=0)
     with paths[3].open() as stream:
@@ -184,7 +184,7 @@ def test_system_has_its_own_damping(tmp_path: Path) -> None:
     mechanism = fx.load(EXAMPLES / "guide" / "guide.yaml")
     first, second = 2 * np.pi * 10.0, 2 * np.pi * 100.0
     rayleigh = {"frequencies": (10.0, 100.0), "ratios": (0.02, 0.02)}
-    built = system(mechanism, ["carriage.tx"], ["carriage.tx"], damping={"rayleigh": rayleigh})
+    built = system(mechanism, inputs=["carriage.tx"], outputs=["carriage.tx"], damping={"rayleigh": rayleigh})
     with np.load(export(built, tmp_path / "system.npz")[0]) as found:
         C = 0.04 * (first * second * found["M"] + found["K"]) / (first + second)
         assert np.allclose(found["C"], C, rtol=1e-10, atol=0)
@@ -192,7 +192,7 @@ def test_system_has_its_own_damping(tmp_path: Path) -> None:
 
 def test_damping_that_is_in_no_matrix_is_not_lost(tmp_path: Path) -> None:
     mechanism = fx.load(EXAMPLES / "guide" / "guide.yaml")
-    built = system(mechanism, ["carriage.tx"], ["carriage.tx"], damping={"loss_factor": 0.01})
+    built = system(mechanism, inputs=["carriage.tx"], outputs=["carriage.tx"], damping={"loss_factor": 0.01})
     with pytest.raises(fx.OptionError, match="no matrix C of this system"):
         export(built, tmp_path / "no.npz")
     with np.load(export(built, tmp_path / "given.npz", damping=1e-6 * built.K)[0]) as found:

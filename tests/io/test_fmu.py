@@ -205,7 +205,9 @@ def test_directional_derivatives_are_the_matrices(guide: Path, model: StateSpace
 def test_from_a_mechanism_to_an_fmu(tmp_path: Path) -> None:
     """The whole way, with a static gain, states named by mode, and a force and a displacement of the same name."""
     mechanism = fx.load(EXAMPLES / "guide" / "guide.yaml")
-    built = system(mechanism, ["carriage.tx"], ["carriage.tx", "carriage.tx:velocity"], damping=0.02, keep=4)
+    built = system(
+        mechanism, inputs=["carriage.tx"], outputs=["carriage.tx", "carriage.tx:velocity"], damping=0.02, keep=4
+    )
     model = state_space(built, n=3)
     path = write_fmu(model, tmp_path / "guide.fmu")
     assert validate_fmu(str(path)) == []

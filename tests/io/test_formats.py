@@ -55,7 +55,7 @@ def test_every_format_says_what_it_takes_and_its_options() -> None:
 def test_wrong_formats_are_refused(path: str, to: str | None, message: str, tmp_path: Path) -> None:
     model = modal_model(example_modes("guide"), "carriage")
     with pytest.raises(fx.OptionError, match=message):
-        export(model, tmp_path / path, to)
+        export(model, tmp_path / path, format=to)
     assert not list(tmp_path.iterdir())
 
 
@@ -78,11 +78,11 @@ def test_a_file_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(fx.OptionError, match="there is no folder"):
         export(model, tmp_path / "missing" / "x.npz")
     with pytest.raises(fx.OptionError, match="is a folder"):
-        export(model, tmp_path, "npz")
+        export(model, tmp_path, format="npz")
     with pytest.raises(fx.OptionError, match="there is no folder"):
         export(model, tmp_path / "file" / "x.npz")
     with pytest.raises(fx.OptionError, match="is a file"):
-        export(example_modes("guide").model, tmp_path / "file", "matrix-market")
+        export(example_modes("guide").model, tmp_path / "file", format="matrix-market")
     with pytest.raises(fx.OptionError, match="cannot be written"):
         export(model, tmp_path / ("x" * 300 + ".npz"))
     with pytest.raises(fx.OptionError, match="cannot be written"):
@@ -102,7 +102,7 @@ def test_what_was_there_stays_when_writing_fails(tmp_path: Path, monkeypatch: py
     with monkeypatch.context() as patch:
         patch.setattr(files, "_flush", _fails)
         with pytest.raises(fx.OptionError, match="No space left"):
-            export(example_modes("guide").model, tmp_path / "new", "matrix-market")
+            export(example_modes("guide").model, tmp_path / "new", format="matrix-market")
     assert list(tmp_path.iterdir()) == [path]
     export(model, path)
     assert path.read_bytes()[:2] == b"PK" and list(tmp_path.iterdir()) == [path]

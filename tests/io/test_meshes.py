@@ -257,7 +257,7 @@ def test_described_channels_are_at_their_nodes_and_in_their_directions(with_mode
         ["coil", "twist", "stack", "floor", "tip.ty"],
         ["gap", "slanted", "gyroscope", "between", "load_cell"],
     )
-    response = fx.frequency_response(mechanism, np.linspace(5, 50, 10), inputs, outputs)
+    response = fx.frequency_response(mechanism, frequency_hz=np.linspace(5, 50, 10), inputs=inputs, outputs=outputs)
     sets = read_uff(export(response, tmp_path / "s.uff", geometry=model if with_model else None)[0])
     found = {one["id2"].split()[1]: one for one in sets[58]}
     ends = {name: (one["rsp_node"], one["rsp_dir"]) for name, one in found.items()}
@@ -287,7 +287,9 @@ def test_described_channels_are_at_their_nodes_and_in_their_directions(with_mode
 
 
 def test_a_response_reads_back_where_it_was(tmp_path: Path) -> None:
-    response = fx.frequency_response(fx.loads(SENSED), np.linspace(5, 50, 10), ["coil", "twist"], ["slanted", "gap"])
+    response = fx.frequency_response(
+        fx.loads(SENSED), frequency_hz=np.linspace(5, 50, 10), inputs=["coil", "twist"], outputs=["slanted", "gap"]
+    )
     (frf,) = fx.read_measurement(export(response, tmp_path / "s.uff")[0]).frfs
     said = {c.name: c for c in (*frf.outputs, *frf.inputs)}
     for channel in (*response.outputs, *response.inputs):
@@ -333,7 +335,7 @@ ground: {one.a: clamped}
 
 def test_a_place_follows_its_instance() -> None:
     """A copy turned by a quarter turn about z, whose sensor along its own x is along y."""
-    (channel,) = fx.system(fx.loads(TURNED), ["one.b.tz"], ["one.s"], order="full").outputs
+    (channel,) = fx.system(fx.loads(TURNED), inputs=["one.b.tz"], outputs=["one.s"], order="full").outputs
     assert channel.node == "one.b" and channel.against is None
     assert channel.direction == pytest.approx((0, 1, 0), abs=1e-12)
     assert channel.position == pytest.approx((0.1, 0.05, 0), abs=1e-12)

@@ -40,7 +40,7 @@ def bar(**more: object) -> fx.Mechanism:
 def found(tmp_path_factory: pytest.TempPathFactory) -> dict:
     low = fx.reduce(bar(), keep=20)
     path = tmp_path_factory.mktemp("simscape") / "bar.mat"
-    export(low, path, "simscape", damping_ratio=0.02)
+    export(low, path, format="simscape", damping_ratio=0.02)
     return scipy.io.loadmat(path)
 
 
@@ -101,18 +101,18 @@ def test_held_parts_and_frames_that_move_together_are_refused(tmp_path: Path) ->
     soft = fx.Spring(nodes=("left",), stiffness=fx.DiagonalStiffness(tx=1e-9))
     for low in (guide, fx.reduce(bar(ground={"left": held})), fx.reduce(bar(springs={"soft": soft}))):
         with pytest.raises(fx.OptionError, match="a flexible body for Simscape floats"):
-            export(low, path, "simscape")
+            export(low, path, format="simscape")
     with pytest.raises(fx.OptionError, match="no node 'nowhere'"):
-        export(fx.reduce(bar()), path, "simscape", frames=["nowhere"])
+        export(fx.reduce(bar()), path, format="simscape", frames=["nowhere"])
     with pytest.raises(fx.OptionError, match="damping ratio"):
-        export(fx.reduce(bar()), path, "simscape", damping_ratio=1.5)
+        export(fx.reduce(bar()), path, format="simscape", damping_ratio=1.5)
     with pytest.raises(fx.OptionError, match="frames and amplitudes already"):
-        export(fx.nested(fx.reduce(bar())), path, "simscape", keep=3)
+        export(fx.nested(fx.reduce(bar())), path, format="simscape", keep=3)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_nested_model_is_taken_as_it_is(tmp_path: Path) -> None:
     part = fx.nested(fx.reduce(bar(), keep=8), {"left": "hub", "right": "rim"}, keep=4)
-    (path,) = export(part, tmp_path / "part.mat", "simscape")
+    (path,) = export(part, tmp_path / "part.mat", format="simscape")
     found = scipy.io.loadmat(path)
     assert found["K"].shape == (16, 16) and "C" not in found

@@ -55,7 +55,7 @@ def test_strokes_at_yield_beyond_small_motion_are_marked(yield_stress, in_range)
     guide = fx.load(EXAMPLES / "guide" / "guide.yaml")
     steel = fx.Material(E=E, nu=0.3, rho=7800.0, yield_stress=yield_stress)
     own = guide.replaced({"materials": {"spring-steel": steel}})
-    (one,) = fx.kinetostatics(own, "carriage").freedoms
+    (one,) = fx.kinetostatics(own, platform="carriage").freedoms
     assert one.yield_stroke == pytest.approx(yield_stress * 0.06**2 / (3 * E * 0.0005), rel=0.1)
     assert one.yields_in_range is in_range
 
@@ -93,7 +93,7 @@ def test_strict_modes(tmp_path):
 def test_kinetostatics_feel_and_say_loads():
     body = {"tip": fx.RigidBody(centre=(0.1, 0, 0), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("b",))}
     loads = {"b": fx.Load(force=(-0.5 * EULER, 0, 0))}
-    bare = fx.kinetostatics(cantilever(bodies=body), "tip")
-    loaded = fx.kinetostatics(cantilever(bodies=body, loads=loads), "tip")
+    bare = fx.kinetostatics(cantilever(bodies=body), platform="tip")
+    loaded = fx.kinetostatics(cantilever(bodies=body, loads=loads), platform="tip")
     assert np.diagonal(loaded.compliance)[1:3].max() > 1.5 * np.diagonal(bare.compliance)[1:3].max()
     assert any("loads" in note for note in loaded.notes) and not any("loads" in note for note in bare.notes)

@@ -36,7 +36,7 @@ def heavy():
         masses={"tip": fx.PointMass(node="b", mass=MASS)},
         ground={"a": "clamped"},
     )
-    C = np.diagonal(fx.compliance(mechanism, ["b"]))
+    C = np.diagonal(fx.compliance(mechanism, nodes=["b"]))
     axis = ["tx", "ty", "tz"][int(np.argmax(C[:3]))]
     return mechanism, f"b.{axis}", np.sqrt(STIFFNESS / MASS) / (2 * np.pi)
 
@@ -52,7 +52,9 @@ def test_step_reaches_twice_the_static_state(heavy, how):
 
     def pushed(share):
         signal = {name: fx.signals.step(STIFFNESS * deflected * share)}
-        return fx.time_response(mechanism, signal, [name], dt=1 / (400 * hz), duration=1 / hz, damping=VISCOUS, **how)
+        return fx.time_response(
+            mechanism, inputs=signal, outputs=[name], dt=1 / (400 * hz), duration=1 / hz, damping=VISCOUS, **how
+        )
 
     assert pushed(0.5).warnings == ()
     found = warned(pushed(1.0))
@@ -66,7 +68,9 @@ def test_all_ways_to_the_same_warnings(heavy, monkeypatch):
     mechanism, name, hz = heavy
     samples = 3 * np.random.default_rng(1).standard_normal(3000)
     kept, free = (
-        fx.time_response(mechanism, {name: samples}, [name], dt=1 / (50 * hz), damping=0.01, keep_modes=keep, keep=2)
+        fx.time_response(
+            mechanism, inputs={name: samples}, outputs=[name], dt=1 / (50 * hz), damping=0.01, keep_modes=keep, keep=2
+        )
         for keep in (True, False)
     )
     found = warned(free)
@@ -78,14 +82,14 @@ def test_all_ways_to_the_same_warnings(heavy, monkeypatch):
     for own in every:
         assert found[own.kind].value == pytest.approx(own.value, rel=1e-5)
     monkeypatch.setattr(peaks, "BLOCK", 700)
-    again = fx.time_response(mechanism, {name: samples}, [name], dt=1 / (50 * hz), damping=0.01, keep=2)
+    again = fx.time_response(mechanism, inputs={name: samples}, outputs=[name], dt=1 / (50 * hz), damping=0.01, keep=2)
     assert {k: w.value for k, w in warned(again).items()} == pytest.approx({k: w.value for k, w in found.items()})
 
 
 def test_what_no_mode_carries_counts(heavy):
     mechanism, name, hz = heavy
     slow = fx.time_response(
-        mechanism, {name: fx.signals.step(STIFFNESS * 0.2 * L)}, [name], dt=10 / hz, duration=100 / hz
+        mechanism, inputs={name: fx.signals.step(STIFFNESS * 0.2 * L)}, outputs=[name], dt=10 / hz, duration=100 / hz
     )
     assert slow.run.modes.order == 0
     assert warned(slow)["displacement"].value == pytest.approx(0.2 * L, rel=1e-6)
@@ -95,7 +99,7 @@ def test_what_no_mode_carries_counts(heavy):
 def test_commands_over_time(command, count):
     amplifier = fx.load(AMPLIFIER)
     result = fx.time_response(
-        amplifier, {"piezo": fx.signals.step(command)}, ["motion"], dt=2e-6, duration=4e-3, damping=0.01
+        amplifier, inputs={"piezo": fx.signals.step(command)}, outputs=["motion"], dt=2e-6, duration=4e-3, damping=0.01
     )
     found = [w for w in result.warnings if w.kind == "command"]
     assert len(found) == count
@@ -107,7 +111,7 @@ def test_commands_over_time(command, count):
 def test_noise_on_both_sides_of_rest():
     amplifier = fx.load(AMPLIFIER)
     noise = 40e-6 * np.random.default_rng(2).standard_normal(400)
-    result = fx.time_response(amplifier, {"piezo": noise}, ["motion"], dt=2e-5, damping=0.01)
+    result = fx.time_response(amplifier, inputs={"piezo": noise}, outputs=["motion"], dt=2e-5, damping=0.01)
     both = [w for w in result.warnings if w.kind == "command"]
     assert sorted(w.limit for w in both) == pytest.approx([0.0, 30e-6])
 
@@ -117,13 +121,15 @@ def test_undamped_resonances():
     first = float(fx.modes(guide, n=1, order="full").frequency_hz[0])
     ask = {"inputs": ["carriage.tx"], "outputs": ["carriage.tx"]}
     for how in ({}, {"order": "full"}, {"order": "full", "method": "direct"}, {"order": "exact"}):
-        found = warned(fx.frequency_response(guide, [0.5 * first, first * (1 + 1e-5)], **ask, **how))
+        found = warned(fx.frequency_response(guide, frequency_hz=[0.5 * first, first * (1 + 1e-5)], **ask, **how))
         assert set(found) == {"resonance"}
         assert f"{first:.4g}" in found["resonance"].text
-        assert fx.frequency_response(guide, [0.5 * first, 1.1 * first], **ask, **how).warnings == ()
+        assert fx.frequency_response(guide, frequency_hz=[0.5 * first, 1.1 * first], **ask, **how).warnings == ()
     assert fx.frequency_response(guide, band=(10, 100), damping=0.01, **ask).warnings == ()
     # at the very end of what is asked
-    assert set(warned(fx.frequency_response(guide, [0.5 * first, first * (1 - 1e-5)], **ask))) == {"resonance"}
+    assert set(warned(fx.frequency_response(guide, frequency_hz=[0.5 * first, first * (1 - 1e-5)], **ask))) == {
+        "resonance"
+    }
 
 
 def test_beyond_what_is_proven():
@@ -139,14 +145,14 @@ def test_beyond_what_is_proven():
 
 
 def _of(model, top):
-    built = fx.system(model, ["platform.tz"], ["platform.tz"], damping=0.01)
+    built = fx.system(model, inputs=["platform.tz"], outputs=["platform.tz"], damping=0.01)
     return fx.frequency_response(built, band=(1, top))
 
 
 def test_workspace_beyond_the_linear_range():
     amplifier = fx.load(AMPLIFIER)
-    assert fx.kinetostatics(amplifier, "output").warnings == ()
-    found = warned(fx.kinetostatics(amplifier, "output", parameters={"piezo_stroke": 600e-6}))
+    assert fx.kinetostatics(amplifier, platform="output").warnings == ()
+    found = warned(fx.kinetostatics(amplifier, platform="output", parameters={"piezo_stroke": 600e-6}))
     same = warned(fx.statics(amplifier, parameters={"piezo_stroke": 600e-6}, actuators={"piezo": 600e-6}))
     assert {"rotation", "stress"} <= set(found)
     for kind in found:
@@ -181,7 +187,7 @@ def test_pictures_say_it():
     amplifier = fx.load(AMPLIFIER)
     for command, words in ((3e-3, ["warning: piezo is driven with 3 mm"]), (10e-6, [])):
         signal = {"piezo": fx.signals.step(command)}
-        result = fx.time_response(amplifier, signal, ["motion"], dt=2e-6, duration=4e-3, damping=0.01)
+        result = fx.time_response(amplifier, inputs=signal, outputs=["motion"], dt=2e-6, duration=4e-3, damping=0.01)
         texts = [text.get_text() for text in fx.draw_time(result).texts]
         assert len(texts) == len(words) and all(w in t for w, t in zip(words, texts, strict=True))
 
@@ -194,6 +200,6 @@ def test_motion_about_a_described_load_starts_from_it(heavy):
     push = {name: fx.signals.step(STIFFNESS * 0.03 * L)}
     for how in ({}, {"method": "generalised_alpha", "order": "full"}):
         ask = {"dt": 1 / (400 * hz), "duration": 1 / hz, "damping": VISCOUS, **how}
-        assert fx.time_response(mechanism, push, [name], **ask).warnings == ()
-        found = warned(fx.time_response(loaded, push, [name], **ask))
+        assert fx.time_response(mechanism, inputs=push, outputs=[name], **ask).warnings == ()
+        found = warned(fx.time_response(loaded, inputs=push, outputs=[name], **ask))
         assert found["displacement"].value == pytest.approx((0.09 + 2 * 0.03) * L, rel=2e-3)

@@ -21,7 +21,7 @@ def test_cantilever_at_any_size(size):
     L, b, t = 0.1 * size, 0.01 * size, 0.001 * size
     EI = E * b * t**3 / 12  # reference y: local z, the thickness, is along global z or y
     model = fx.assemble(cantilever(size))
-    C = fx.compliance(model, ["b"])
+    C = fx.compliance(model, nodes=["b"])
     axis = int(np.argmax(np.diagonal(C)[1:3])) + 1
     assert C[axis, axis] == pytest.approx(L**3 / (3 * EI), rel=1e-9)
 

@@ -116,7 +116,7 @@ def balanced(design, held):
 
 
 def response(design, held):
-    return fx.frequency_response(held, [5.0, 50.0], damping=0.01, order="full", method="direct").response
+    return fx.frequency_response(held, frequency_hz=[5.0, 50.0], damping=0.01, order="full", method="direct").response
 
 
 def buckling(design, held):

@@ -92,8 +92,10 @@ def test_time_response(verify) -> None:
         "damping": {"rayleigh": {"frequencies": tuple(omega / (2 * np.pi)), "ratios": tuple(zeta)}},
     }
     model = fx.assemble(cantilever())
-    same = fx.time_response(model, {"b.tz": signal}, method="generalised_alpha", rho_infinity=1.0, **how).of("b.tz")
-    exact = fx.time_response(model, {"b.tz": signal}, **how).of("b.tz")
+    same = fx.time_response(model, inputs={"b.tz": signal}, method="generalised_alpha", rho_infinity=1.0, **how).of(
+        "b.tz"
+    )
+    exact = fx.time_response(model, inputs={"b.tz": signal}, **how).of("b.tz")
     largest = np.abs(reference).max()
     at = [200, 700, 1499]
     case = Case("Cantilever under a pulse in OpenSees", SOURCE, "Euler-Bernoulli, consistent mass")

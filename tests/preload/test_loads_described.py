@@ -71,12 +71,12 @@ def test_statics_of_a_beam_column():
     exact = L**3 / (48 * EI) * 3 * (np.tan(u) - u) / u**3
     side = (0, 0, Q, 0, 0, 0)
     assert fx.statics(beam, loads={"m": side}).displacement("m")[2] / Q == pytest.approx(exact, rel=2e-5)
-    assert fx.compliance(beam, ["m"])[2, 2] == pytest.approx(exact, rel=2e-5)
+    assert fx.compliance(beam, nodes=["m"])[2, 2] == pytest.approx(exact, rel=2e-5)
     low = fx.reduce(beam, static_at=["m"])
     assert low.compliance()[2, 2] == pytest.approx(exact, rel=2e-5)
     modal = fx.reduce(beam, static_at=["m"], tolerance=1e-3, up_to=500.0)
     assert modal.compliance()[2, 2] == pytest.approx(exact, rel=2e-5)
-    response = fx.frequency_response(beam, [1e-3], inputs=["m.tz"], outputs=["m.tz"])
+    response = fx.frequency_response(beam, frequency_hz=[1e-3], inputs=["m.tz"], outputs=["m.tz"])
     assert response.response.ravel()[0].real == pytest.approx(exact, rel=2e-5)
     both = beam.model_copy(update={"loads": {**pull(-P), "m": fx.Load(force=(0, 0, Q))}})
     assert fx.statics(both).displacement("m")[2] / Q == pytest.approx(exact, rel=2e-5)
@@ -242,7 +242,7 @@ def test_responses_and_low_orders_of_every_kind_feel_the_loads(monkeypatch):
     sparse = fx.reduce(beam, keep=2)
     assert not isinstance(sparse.K, np.ndarray)
     np.testing.assert_allclose(sparse.K.toarray(), dense.K, rtol=1e-12, atol=1e-9 * abs(dense.K).max())
-    step = fx.time_response(beam, {"m.tz": np.ones(1001)}, ["m.tz"], dt=1e-3)
+    step = fx.time_response(beam, inputs={"m.tz": np.ones(1001)}, outputs=["m.tz"], dt=1e-3)
     assert np.asarray(step.response).ravel()[-1] == pytest.approx(exact, rel=1e-3)
 
 

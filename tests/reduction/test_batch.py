@@ -73,7 +73,7 @@ def test_intervals_hold_over_sections_and_geometry(geometry):
     plan = fx.Plan(legs(inner_mass=0.02))
     t = np.geomspace(0.3e-3, 2e-3, 7)
     sweep = {"t": t, "x": np.linspace(0.02, 0.04, 7)} if geometry else {"t": t}
-    found = fx.natural_frequencies(plan, sweep, 9)
+    found = fx.natural_frequencies(plan, sweep, count=9)
     assert len(found.missed) == 0
     for k in range(7):
         one = {name: float(v[k]) for name, v in sweep.items()}
@@ -132,7 +132,7 @@ def test_one_design_is_a_batch_of_one():
 def test_floating_mechanisms_have_six_zeros():
     mechanism = legs(inner_mass=0.02).model_copy(update={"ground": {}})
     plan = fx.Plan(mechanism)
-    found = fx.natural_frequencies(plan, {"t": np.array([0.5e-3, 1e-3])}, 9)
+    found = fx.natural_frequencies(plan, {"t": np.array([0.5e-3, 1e-3])}, count=9)
     assert len(found.missed) == 0
     assert (found.frequency_hz[:, :6] == 0).all() and (found.lower_hz[:, :6] == 0).all()
     true = wide_frequencies(plan, {"t": 0.5e-3}, 9, shift=1e6)

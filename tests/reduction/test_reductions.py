@@ -40,10 +40,10 @@ def variants(low):
     yield low
     if low.order > 3:
         yield fx.interface_reduction(low, count=max(1, len(low.basis.assembler.physical) // 2))
-        yield fx.condense(low, min(4, low.order), "modal")
+        yield fx.condense(low, min(4, low.order), method="modal")
         for method in ("guyan", "irs", "serep"):
             try:
-                yield fx.condense(low, min(3, low.order), method)
+                yield fx.condense(low, min(3, low.order), method=method)
             except fx.OptionError as error:
                 assert "coordinates" in str(error)
 
@@ -109,7 +109,7 @@ def test_six_coordinates_of_the_platform_show_its_six_modes():
     full = hertz(fx.assemble(mechanism), 6)
     low = fx.reduce(mechanism, keep=2)
     for method, error in (("guyan", 2e-2), ("irs", 1e-4), ("iterated_irs", 2e-6), ("serep", 2e-6)):
-        small = fx.condense(low, ["platform"], method)
+        small = fx.condense(low, ["platform"], method=method)
         assert small.order == 6 and small.coordinate_names[0] == "platform.tx"
         np.testing.assert_allclose(hertz(small, 6), full, rtol=error)
         np.testing.assert_allclose(small.node_rows(["platform"]), np.eye(6), atol=1e-9)
@@ -119,7 +119,7 @@ def test_six_coordinates_of_the_platform_show_its_six_modes():
 def test_chosen_modes_are_kept_exactly():
     low = fx.reduce(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), keep=2)
     for method in ("serep", "modal"):
-        small = fx.condense(low, 3, method, modes=[2, 5, 9])
+        small = fx.condense(low, 3, method=method, modes=[2, 5, 9])
         np.testing.assert_allclose(hertz(small, 3), hertz(low, 9)[[1, 4, 8]], rtol=1e-8)
     assert small.coordinate_names == ["mode 2", "mode 5", "mode 9"]
 
@@ -160,12 +160,12 @@ def test_interface_reduction_converges_from_above():
         (lambda low: fx.condense(low, ["platform", "platform.tx"]), "only once"),
         (lambda low: fx.condense(low, 0), "between 1"),
         (lambda low: fx.condense(low, 99), "between 1"),
-        (lambda low: fx.condense(low, 3, "magic"), "method is one of"),
+        (lambda low: fx.condense(low, 3, method="magic"), "method is one of"),
         (lambda low: fx.condense(low, ["rpu1.a.bottom"]), "no coordinate"),
-        (lambda low: fx.condense(low, ["platform.tz"], "serep", modes=[1, 2]), "1 coordinates have 1"),
-        (lambda low: fx.condense(low, 2, "irs", modes=[1, 2]), "finds its own"),
-        (lambda low: fx.condense(low, 2, "modal", modes=[1, 1]), "different modes"),
-        (lambda low: fx.condense(low, 2, "modal", modes=[0, 1]), "numbered from 1"),
+        (lambda low: fx.condense(low, ["platform.tz"], method="serep", modes=[1, 2]), "1 coordinates have 1"),
+        (lambda low: fx.condense(low, 2, method="irs", modes=[1, 2]), "finds its own"),
+        (lambda low: fx.condense(low, 2, method="modal", modes=[1, 1]), "different modes"),
+        (lambda low: fx.condense(low, 2, method="modal", modes=[0, 1]), "numbered from 1"),
         (fx.interface_reduction, "how many"),
         (lambda low: fx.interface_reduction(fx.condense(low, 6), count=3), "before other steps"),
         (lambda low: low.compliance(["upr1.b.top"]), "static_at"),

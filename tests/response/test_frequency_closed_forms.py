@@ -45,7 +45,7 @@ def worst(found, reference):
 @pytest.mark.parametrize(("quantity", "power"), [("receptance", 0), ("mobility", 1), ("accelerance", 2)])
 def test_oscillator_on_dashpots(order, method, quantity, power):
     """(i w)^p / (k - m w^2 + i w c) along and about every axis."""
-    found = fx.frequency_response(oscillator(DASH), HZ, quantity=quantity, order=order, method=method)
+    found = fx.frequency_response(oscillator(DASH), frequency_hz=HZ, quantity=quantity, order=order, method=method)
     for dof, c in zip(DOFS, DASH, strict=True):
         reference = (1j * W) ** power / (STIFFNESS[dof] - SIZE[dof] * W**2 + 1j * W * c)
         assert worst(found.of(f"mass.{dof}", f"mass.{dof}"), reference) < RIGHT
@@ -55,7 +55,9 @@ def test_oscillator_on_dashpots(order, method, quantity, power):
 @pytest.mark.parametrize(("order", "method"), ROUTES)
 def test_oscillator_with_structural_damping(order, method):
     """1 / (k (1 + i eta) - m w^2)."""
-    found = fx.frequency_response(oscillator(damping={"loss_factor": 0.06}), HZ, order=order, method=method)
+    found = fx.frequency_response(
+        oscillator(damping={"loss_factor": 0.06}), frequency_hz=HZ, order=order, method=method
+    )
     for dof in DOFS:
         reference = 1 / (STIFFNESS[dof] * (1 + 0.06j) - SIZE[dof] * W**2)
         assert worst(found.of(f"mass.{dof}", f"mass.{dof}"), reference) < RIGHT
@@ -68,7 +70,7 @@ def test_oscillator_with_rayleigh_damping(order, method):
     beta = 2 * (0.05 * high - 0.03 * low) / (high**2 - low**2)
     alpha = 2 * 0.03 * low - beta * low**2
     damping = {"rayleigh": {"frequencies": (10.0, 40.0), "ratios": (0.03, 0.05)}}
-    found = fx.frequency_response(oscillator(damping=damping), HZ, order=order, method=method)
+    found = fx.frequency_response(oscillator(damping=damping), frequency_hz=HZ, order=order, method=method)
     for dof in DOFS:
         c = alpha * SIZE[dof] + beta * STIFFNESS[dof]
         reference = 1 / (STIFFNESS[dof] - SIZE[dof] * W**2 + 1j * W * c)
@@ -79,7 +81,7 @@ def test_oscillator_with_rayleigh_damping(order, method):
 @pytest.mark.parametrize("damping", [0.02, {"ratio": 0.02}, fx.Damping(ratio=0.02)])
 def test_oscillator_with_modal_damping(order, damping):
     """1 / (m (w0^2 + 2 i zeta w0 w - w^2))."""
-    found = fx.frequency_response(oscillator(), HZ, order=order, damping=damping)
+    found = fx.frequency_response(oscillator(), frequency_hz=HZ, order=order, damping=damping)
     for dof in DOFS:
         w0 = natural(dof)
         reference = 1 / (SIZE[dof] * (w0**2 + 2j * 0.02 * w0 * W - W**2))
@@ -93,7 +95,13 @@ def test_oscillator_with_modal_damping(order, damping):
 def test_transmissibility_of_an_oscillator(order, method, dof):
     """(k + i w c)/(k - m w^2 + i w c): absolute motion of a body over that of the ground it stands on."""
     found = fx.frequency_response(
-        oscillator(DASH), HZ, f"ground.{dof}", f"mass.{dof}", quantity="transmissibility", order=order, method=method
+        oscillator(DASH),
+        frequency_hz=HZ,
+        inputs=f"ground.{dof}",
+        outputs=f"mass.{dof}",
+        quantity="transmissibility",
+        order=order,
+        method=method,
     )
     k = STIFFNESS[dof] + 1j * W * DASH[DOFS.index(dof)]
     assert worst(found.response[:, 0, 0], k / (k - SIZE[dof] * W**2)) < RIGHT
@@ -104,7 +112,8 @@ def test_transmissibility_of_an_oscillator(order, method, dof):
 def test_relative_displacement_and_absolute_acceleration_over_a_moving_ground(order, method):
     """A seismometer: z = -1/(w0^2 - w^2 + i w c/m) per unit acceleration, and a = 1 - w^2 z."""
     found = fx.frequency_response(
-        oscillator(DASH), HZ, ["ground.ty"], ["mass.ty", "mass.ty:velocity", "mass.ty:acceleration"],
+        oscillator(DASH), frequency_hz=HZ, inputs=["ground.ty"],
+        outputs=["mass.ty", "mass.ty:velocity", "mass.ty:acceleration"],
         order=order, method=method,
     )  # fmt: skip
     z = -MASS / (STIFFNESS["ty"] - MASS * W**2 + 1j * W * DASH[1])
@@ -120,13 +129,17 @@ def test_ground_turning_about_a_point(order, method):
     turn = fx.BaseRotation(direction=tuple(d), point=tuple(p))
     described = oscillator(DASH, tuple(at), actuators={"shake": turn})
     outputs = [f"mass.{dof}:acceleration" for dof in DOFS]
-    found = fx.frequency_response(described, HZ, "shake", outputs, order=order, method=method)
+    found = fx.frequency_response(
+        described, frequency_hz=HZ, inputs="shake", outputs=outputs, order=order, method=method
+    )
     d = d / np.linalg.norm(d)
     carried = np.concatenate([np.cross(d, at - p), d])
     for dof, c, a in zip(DOFS, DASH, carried, strict=True):
         k = STIFFNESS[dof] + 1j * W * c
         assert worst(found.of(f"mass.{dof}:acceleration", "shake"), a * k / (k - SIZE[dof] * W**2)) < RIGHT
-    about = fx.frequency_response(described, HZ, "ground.rx", "mass.tz", quantity="transmissibility", order=order)
+    about = fx.frequency_response(
+        described, frequency_hz=HZ, inputs="ground.rx", outputs="mass.tz", quantity="transmissibility", order=order
+    )
     k = STIFFNESS["tz"] + 1j * W * DASH[2]
     assert worst(about.response[:, 0, 0], at[1] * k / (k - MASS * W**2)) < RIGHT
 
@@ -135,14 +148,14 @@ def test_ground_turning_about_a_point(order, method):
 def test_two_bodies_with_damping_that_couples_modes(order, method):
     """The inverse of the 2 x 2 dynamic stiffness."""
     nodes = ["one.tx", "two.tx"]
-    found = fx.frequency_response(pair(), HZ, nodes, nodes, order=order, method=method)
+    found = fx.frequency_response(pair(), frequency_hz=HZ, inputs=nodes, outputs=nodes, order=order, method=method)
     assert np.abs(found.response - pair_receptance(W)).max(axis=0) == pytest.approx(0, abs=1e-11 * 1e-3)
     assert worst(found.response, pair_receptance(W)) < 1e-10
 
 
 def test_poles_of_two_bodies():
     """Complex poles are the roots of the characteristic polynomial of fourth degree."""
-    modes = fx.system(pair(), ["one.tx"], ["two.tx"]).modal()
+    modes = fx.system(pair(), inputs=["one.tx"], outputs=["two.tx"]).modal()
     assert not modes.is_proportional
     for pole in pair_poles():
         assert np.abs(modes.complex_modes.poles - pole).min() < 1e-11 * abs(pole)
@@ -162,7 +175,9 @@ def test_floating_pair(order, method, c2):
     k = 2.5e3 + 1j * W * c2
     below = -(W**2) * (k * (m1 + m2) - m1 * m2 * W**2)
     nodes = ["one.tx", "two.tx"]
-    found = fx.frequency_response(pair(c2=c2, grounded=False), HZ, nodes, nodes, order=order, method=method)
+    found = fx.frequency_response(
+        pair(c2=c2, grounded=False), frequency_hz=HZ, inputs=nodes, outputs=nodes, order=order, method=method
+    )
     assert worst(found.of("one.tx", "one.tx"), (k - m2 * W**2) / below) < 1e-10
     assert worst(found.of("two.tx", "one.tx"), k / below) < 1e-10
 
@@ -171,7 +186,7 @@ def test_floating_pair(order, method, c2):
 def test_critically_damped_oscillator(order, method):
     """1/(m (w0 + i w)^2), where no complex modes exist."""
     c = tuple(2 * np.sqrt(STIFFNESS[d] * SIZE[d]) for d in DOFS)
-    found = fx.frequency_response(oscillator(c), HZ, order=order, method=method)
+    found = fx.frequency_response(oscillator(c), frequency_hz=HZ, order=order, method=method)
     for dof in DOFS:
         assert worst(found.of(f"mass.{dof}", f"mass.{dof}"), 1 / (SIZE[dof] * (natural(dof) + 1j * W) ** 2)) < RIGHT
 
@@ -188,23 +203,27 @@ def test_tip_of_a_cantilever_is_exact(eta, alpha, beta):
     ratios = [float(alpha / w + beta * w) / 2 for w in (low, high)]
     damping = {"rayleigh": {"frequencies": (100.0, 2000.0), "ratios": ratios}, "loss_factor": eta}
     described = beam(2, damping=damping if alpha or eta else {})
-    found = fx.frequency_response(described, BEAM_HZ, "b.tz", "b.tz", order="exact")
+    found = fx.frequency_response(described, frequency_hz=BEAM_HZ, inputs="b.tz", outputs="b.tz", order="exact")
     assert worst(found.response[:, 0, 0], tip_receptance(BEAM_W, eta, alpha, beta)) < EXACT
 
 
 def test_cantilever_with_a_loss_factor_of_its_material_is_exact():
     """The loss factor of a material means the same as that of everything."""
-    found = fx.frequency_response(beam(2, eta=0.04), BEAM_HZ, "b.tz", "b.tz", order="exact")
+    found = fx.frequency_response(beam(2, eta=0.04), frequency_hz=BEAM_HZ, inputs="b.tz", outputs="b.tz", order="exact")
     assert worst(found.response[:, 0, 0], tip_receptance(BEAM_W, 0.04)) < EXACT
 
 
 def test_cantilever_on_a_moving_clamp_is_exact():
     """Bending and stretching: (cos x + cosh x)/(1 + cos x cosh x) and 1/cos(w L/c)."""
     described = beam(2, eta=0.03)
-    found = fx.frequency_response(described, BEAM_HZ, "ground.tz", "b.tz", quantity="transmissibility", order="exact")
+    found = fx.frequency_response(
+        described, frequency_hz=BEAM_HZ, inputs="ground.tz", outputs="b.tz", quantity="transmissibility", order="exact"
+    )
     assert worst(found.response[:, 0, 0], tip_transmissibility(BEAM_W, 0.03)) < EXACT
     hz = BEAM_HZ * 10
-    found = fx.frequency_response(described, hz, "ground.tx", "b.tx", quantity="transmissibility", order="exact")
+    found = fx.frequency_response(
+        described, frequency_hz=hz, inputs="ground.tx", outputs="b.tx", quantity="transmissibility", order="exact"
+    )
     x = 2 * np.pi * hz * LENGTH / np.sqrt(E * (1 + 0.03j) / RHO)
     assert worst(found.response[:, 0, 0], 1 / np.cos(x)) < EXACT
 
@@ -213,7 +232,7 @@ def test_stretching_bar_is_exact():
     """tan(x)/(E A x/L)."""
     hz = np.array([10.0, 4e3, 2e4, 5e4])
     x = 2 * np.pi * hz * LENGTH / np.sqrt(E / RHO)
-    found = fx.frequency_response(beam(1), hz, "b.tx", "b.tx", order="exact")
+    found = fx.frequency_response(beam(1), frequency_hz=hz, inputs="b.tx", outputs="b.tx", order="exact")
     assert worst(found.response[:, 0, 0], np.tan(x) / (E * AREA * x / LENGTH)) < EXACT
 
 
@@ -222,11 +241,11 @@ def test_cantilever_of_elements_converges(every_mode):
     """Cubic elements: relative errors of receptance fall with the fourth power of their length."""
     errors = []
     for elements in (8, 16, 32):
-        built = fx.system(beam(elements, eta=0.05), "b.tz", "b.tz", order="full")
+        built = fx.system(beam(elements, eta=0.05), inputs="b.tz", outputs="b.tz", order="full")
         if every_mode:
             H = built.modal().response(BEAM_HZ)
         else:
-            H = fx.frequency_response(built, BEAM_HZ, method="direct").response
+            H = fx.frequency_response(built, frequency_hz=BEAM_HZ, method="direct").response
         errors.append(worst(H[:, 0, 0], tip_receptance(BEAM_W, 0.05)))
     assert errors[2] < 3e-5
     assert 13 < errors[0] / errors[1] < 19 and 13 < errors[1] / errors[2] < 19
@@ -235,12 +254,14 @@ def test_cantilever_of_elements_converges(every_mode):
 @pytest.mark.parametrize("order", ["low", "full"])
 def test_cantilever_with_few_modes(order):
     """Modes up to a few times the highest frequency asked for, and the static gain of the others."""
-    found = fx.frequency_response(beam(16), BEAM_HZ, "b.tz", "b.tz", order=order)
+    found = fx.frequency_response(beam(16), frequency_hz=BEAM_HZ, inputs="b.tz", outputs="b.tz", order=order)
     reference = tip_receptance(BEAM_W).real
     error = np.abs(found.response[:, 0, 0] - reference) / np.abs(reference)
     assert error[0] < 1e-10 and error[:-1].max() < 3e-4 and error[-1] < 3e-3
     assert found.order < 40 < fx.assemble(beam(16)).order
-    moved = fx.frequency_response(beam(16), BEAM_HZ, "ground.tz", "b.tz", quantity="transmissibility", order=order)
+    moved = fx.frequency_response(
+        beam(16), frequency_hz=BEAM_HZ, inputs="ground.tz", outputs="b.tz", quantity="transmissibility", order=order
+    )
     assert worst(moved.response[:, 0, 0], tip_transmissibility(BEAM_W)) < 1e-3
 
 
@@ -252,7 +273,9 @@ def test_everything_follows_a_slow_ground(order):
     springs = {"prop": fx.Spring(nodes=("stage",), stiffness=stiffness())}
     described = beam(4, bodies=bodies, springs=springs, damping={"loss_factor": 0.02})
     inputs, outputs = [f"ground.{d}" for d in DOFS], [f"stage.{d}" for d in DOFS]
-    found = fx.frequency_response(described, 1e-2, inputs, outputs, quantity="transmissibility", order=order)
+    found = fx.frequency_response(
+        described, frequency_hz=1e-2, inputs=inputs, outputs=outputs, quantity="transmissibility", order=order
+    )
     arm = np.array([[0, far[2], -far[1]], [-far[2], 0, far[0]], [far[1], -far[0], 0]])
     rigid = np.block([[np.eye(3), arm], [np.zeros((3, 3)), np.eye(3)]])
     assert np.abs(found.response[0] - rigid).max() < 1e-6
@@ -260,7 +283,9 @@ def test_everything_follows_a_slow_ground(order):
 
 def test_unit_and_plain_data():
     """Units of motion over force, and lists that hold what the arrays do."""
-    found = fx.frequency_response(oscillator(DASH), HZ, ["mass.tx", "mass.rx"], ["mass.tx", "mass.rx:velocity"])
+    found = fx.frequency_response(
+        oscillator(DASH), frequency_hz=HZ, inputs=["mass.tx", "mass.rx"], outputs=["mass.tx", "mass.rx:velocity"]
+    )
     assert found.unit("mass.tx", "mass.tx") == "m/N"
     assert found.unit("mass.rx:velocity", "mass.rx") == "(rad/s)/(N*m)"
     data = found.to_dict()
@@ -273,10 +298,14 @@ def test_undamped_resonance_is_refused():
     even = {"s": fx.Spring(nodes=("mass",), stiffness=stiffness((4 * MASS, *K[1:])))}
     described = oscillator(bodies={"mass": body()}, springs=even)
     for method in ("modal", "direct"):
-        near = fx.frequency_response(described, 2.1 / (2 * np.pi), "mass.tx", "mass.tx", method=method)
+        near = fx.frequency_response(
+            described, frequency_hz=2.1 / (2 * np.pi), inputs="mass.tx", outputs="mass.tx", method=method
+        )
         assert near.response[0, 0, 0] == pytest.approx(1 / (MASS * (4 - 2.1**2)), rel=1e-12)
         with pytest.raises(fx.SolverError, match="undamped resonance"):
-            fx.frequency_response(described, 2 / (2 * np.pi), "mass.tx", "mass.tx", method=method)
+            fx.frequency_response(
+                described, frequency_hz=2 / (2 * np.pi), inputs="mass.tx", outputs="mass.tx", method=method
+            )
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,11 @@ def example(name):
     node, read = NODES[name], {"rpr/rpr_piezo": ["rpu1.c.force"]}.get(name, [])
     outputs = [*read, *(f"{node}.tz{word}" for word in ("", ":velocity", ":acceleration"))]
     built = fx.system(
-        fx.load(EXAMPLES / f"{name}.yaml"), [INPUT[name], f"{node}.tz"], outputs, order="full", damping=0.01
+        fx.load(EXAMPLES / f"{name}.yaml"),
+        inputs=[INPUT[name], f"{node}.tz"],
+        outputs=outputs,
+        order="full",
+        damping=0.01,
     )
     every = built.modal()
     return built, every, 1 / (30 * every.frequency_hz[9 if NODES[name] == "platform" else 3])
@@ -103,7 +107,9 @@ def test_force_of_a_stack_under_a_step_is_said():
     found = fx.time_response(rpr, dt=1e-3, duration=0.2, **told)
     warned = {w.kind: w for w in found.warnings}["tolerance"]
     assert warned.place == "rpu1.c.force" and warned.value > 0.1 and "shorter step" in warned.text
-    gentle = fx.time_response(rpr, {"rpu1.c.piezo": fx.signals.half_sine(1.0, 0.2)}, ["lift"], dt=5e-4, duration=0.4)
+    gentle = fx.time_response(
+        rpr, inputs={"rpu1.c.piezo": fx.signals.half_sine(1.0, 0.2)}, outputs=["lift"], dt=5e-4, duration=0.4
+    )
     assert not gentle.warnings and lost_of(gentle).share < 0.01
     with pytest.raises(fx.LimitError, match=r"rpu1\.c\.force"):
         found.raise_warnings()
@@ -115,7 +121,7 @@ def test_shorter_steps_leave_out_less():
     shares = []
     for dt in (4e-5, 2e-5, 1e-5, 5e-6):
         found = fx.time_response(
-            amplifier, {"piezo": fx.signals.step(1e-5)}, "motion", dt=dt, duration=2e-3, damping=0.01
+            amplifier, inputs={"piezo": fx.signals.step(1e-5)}, outputs="motion", dt=dt, duration=2e-3, damping=0.01
         )
         shares.append(lost_of(found).share)
     assert (np.diff(shares) < 0).all() and shares[-1] < 0.01
@@ -124,7 +130,7 @@ def test_shorter_steps_leave_out_less():
 @pytest.mark.parametrize("zeta", [0.0, 0.02])
 def test_shock_spectrum_of_a_step_and_of_a_sine(zeta):
     """By hand: a step leaves a cosine of size 1; a sine at resonance grows with time, or to 1/(2 zeta)."""
-    modes = fx.system(beam(8), "b.tz", "b.tz", order="full", damping=zeta or None).modal(3)
+    modes = fx.system(beam(8), inputs="b.tz", outputs="b.tz", order="full", damping=zeta or None).modal(3)
     period = 2 * np.pi / modes.next_omega
     time = period / 20 * np.arange(2000)
     worst = _spectrum(modes, np.ones(2000), time[1], "foh", 0.0)
@@ -138,30 +144,30 @@ def test_inputs_that_are_driven_alike_act_as_one():
     """Four equal stacks do not turn the platform: nothing is said of roll, as it is with one of them."""
     rpr = fx.load(EXAMPLES / "rpr/rpr_piezo.yaml")
     alike = {"*.piezo": fx.signals.half_sine(1.0, 0.02)}
-    found = lost_of(fx.time_response(rpr, alike, ["lift", "roll", "pitch"], dt=1e-3, duration=0.1))
+    found = lost_of(fx.time_response(rpr, inputs=alike, outputs=["lift", "roll", "pitch"], dt=1e-3, duration=0.1))
     assert found.shares[1:].max() < 1e-4 and "roll" not in found.text
     one = {"rpu1.c.piezo": alike["*.piezo"]}
-    turned = lost_of(fx.time_response(rpr, one, ["lift", "roll", "pitch"], dt=1e-3, duration=0.1))
+    turned = lost_of(fx.time_response(rpr, inputs=one, outputs=["lift", "roll", "pitch"], dt=1e-3, duration=0.1))
     assert turned.bound[1:].max() > 1e3 * found.bound[1:].max()
 
 
 def test_nothing_left_out_has_no_bound():
     """All modes of a finished system, and step-by-step integration, of which there are none left out."""
-    built = fx.system(oscillator(), ["mass.tx"], ["mass.tx"])
-    assert fx.time_response(built, {"mass.tx": np.ones(9)}, dt=1e-3).neglected is None
-    stepped = fx.time_response(built, {"mass.tx": np.ones(9)}, dt=1e-3, method="generalised_alpha")
+    built = fx.system(oscillator(), inputs=["mass.tx"], outputs=["mass.tx"])
+    assert fx.time_response(built, inputs={"mass.tx": np.ones(9)}, dt=1e-3).neglected is None
+    stepped = fx.time_response(built, inputs={"mass.tx": np.ones(9)}, dt=1e-3, method="generalised_alpha")
     assert stepped.neglected is None and stepped.to_dict()["neglected"] is None
 
 
 def test_a_resonance_that_nothing_damps():
     """Driven at its frequency it grows with time: said from 100 times the static amplitude, not with damping."""
-    hz = float(fx.system(oscillator(), ["mass.tx"], ["mass.tx"]).modal().frequency_hz[0])
-    built = {zeta: fx.system(oscillator(damping=zeta), ["mass.tx"], ["mass.tx"]) for zeta in (0.0, 0.01)}
+    hz = float(fx.system(oscillator(), inputs=["mass.tx"], outputs=["mass.tx"]).modal().frequency_hz[0])
+    built = {zeta: fx.system(oscillator(damping=zeta), inputs=["mass.tx"], outputs=["mass.tx"]) for zeta in (0.0, 0.01)}
     own = float(built[0.0].modal().selected().frequency_hz[np.abs(built[0.0].modal().B[:, 0]).argmax()])
     dt = 1 / (40 * own)
     for cycles, ratio, kinds in ((20, 0.0, set()), (50, 0.0, {"resonance"}), (50, 0.01, set())):
         signal = {"mass.tx": fx.signals.sine(1e-6, own)}
-        found = fx.time_response(built[ratio], signal, dt=dt, duration=cycles / own)
+        found = fx.time_response(built[ratio], inputs=signal, dt=dt, duration=cycles / own)
         assert {w.kind for w in found.warnings} == kinds
         if kinds:
             assert found.warnings[0].value == pytest.approx(np.pi * cycles, rel=0.02)

@@ -65,10 +65,10 @@ def test_all_modes_are_the_system(law, dashpots, order):
     """With every mode kept the sum solves the equations, whatever the damping."""
     described = beam(6, damping=LAWS[law], dashpots=dashpots)
     nodes = ["b.ty", "b.tz", "b.ry"]
-    built = fx.system(described, nodes, [*nodes, "b.tz:velocity", "b.ry:acceleration"], order=order)
+    built = fx.system(described, inputs=nodes, outputs=[*nodes, "b.tz:velocity", "b.ry:acceleration"], order=order)
     reference = solved(built, HZ)
     assert off(built.modal().response(HZ), reference) < 1e-9
-    assert off(fx.frequency_response(built, HZ, method="direct").response, reference) < 1e-9
+    assert off(fx.frequency_response(built, frequency_hz=HZ, method="direct").response, reference) < 1e-9
 
 
 def two_materials(*keys, ground="a"):
@@ -91,7 +91,7 @@ def two_materials(*keys, ground="a"):
 
 def test_structural_damping_by_material_and_by_default():
     """What has no loss factor of its own takes that of the mechanism: H = 0.3 K_tape + 0.01 K_metal."""
-    built = fx.system(two_materials("metal", "tape"), ["c.tz", "c.ty"], ["c.tz", "c.ty"], order="full")
+    built = fx.system(two_materials("metal", "tape"), inputs=["c.tz", "c.ty"], outputs=["c.tz", "c.ty"], order="full")
     assert not built.modal().is_proportional
     metal = fx.assemble(two_materials("metal"))
     names = built.model.dof_names
@@ -115,8 +115,8 @@ def test_modal_sum_is_direct_solution_in_random_mechanisms(described, seed):
     first = fx.modes(described, n=1).frequency_hz[0]
     damping = {"rayleigh": {"frequencies": (first, 10 * first), "ratios": (0.02, 0.03)}}
     hz = first * np.array([0.2, 0.71, 1.3])
-    built = fx.system(model, chosen, chosen, damping=damping)
-    direct = fx.frequency_response(built, hz, method="direct").response
+    built = fx.system(model, inputs=chosen, outputs=chosen, damping=damping)
+    direct = fx.frequency_response(built, frequency_hz=hz, method="direct").response
     assert off(built.modal().response(hz), direct) < 1e-7
 
 
@@ -135,19 +135,19 @@ def test_static_gain_of_three_modes_is_that_of_the_whole(rpr, order):
 
     Scaled, K has a condition number of some 1e9: that leaves eight digits.
     """
-    built = fx.system(rpr if order == "full" else fx.load(RPR), PLATFORM, PLATFORM, order=order)
-    whole = fx.compliance(rpr, ["platform"])
+    built = fx.system(rpr if order == "full" else fx.load(RPR), inputs=PLATFORM, outputs=PLATFORM, order=order)
+    whole = fx.compliance(rpr, nodes=["platform"])
     found = built.modal(3).response(1e-6)[0]
     scale = np.sqrt(np.outer(whole.diagonal(), whole.diagonal()))
     assert np.abs((found - whole) / scale).max() < 2e-8
-    bare = fx.system(rpr, PLATFORM, PLATFORM).modal(3)
+    bare = fx.system(rpr, inputs=PLATFORM, outputs=PLATFORM).modal(3)
     assert np.abs(((bare.C / bare.omega**2) @ bare.B - whole) / scale).max() > 1e-3
 
 
 @pytest.mark.parametrize("damping", [{"ratio": 0.02}, RAYLEIGH, {"loss_factor": 0.03}], ids=str)
 def test_bound_holds_and_is_close_on_the_platform(rpr, damping):
     """The bound is never below the error of the sum of twelve modes, and on average within a factor of a hundred."""
-    built = fx.system(rpr, PLATFORM, PLATFORM, damping=damping)
+    built = fx.system(rpr, inputs=PLATFORM, outputs=PLATFORM, damping=damping)
     few, many = built.modal(12), built.modal(200)
     hz = few.next_omega / (2 * np.pi) * np.array([0.1, 0.3, 0.6, 0.9])
     error = np.abs(few.response(hz) - many.response(hz))
@@ -178,7 +178,7 @@ def test_bound_holds_in_random_mechanisms(described, seed, damping):
     model = fx.assemble(described)
     rng = np.random.default_rng(seed)
     chosen = [str(n) for n in rng.choice(model.dof_names, 3, replace=False)]
-    built = fx.system(model, chosen, chosen, damping=damping)
+    built = fx.system(model, inputs=chosen, outputs=chosen, damping=damping)
     every = built.modal()
     count = int(rng.integers(1, min(8, every.order)))
     few = built.modal(count)
@@ -190,10 +190,10 @@ def test_bound_holds_in_random_mechanisms(described, seed, damping):
 
 def test_no_bound_where_there_is_none():
     """Something that floats; and nothing is left out where there is nothing."""
-    floating = fx.system(pair(0, 0, grounded=False), "one.tx", "one.tx").modal(8)
+    floating = fx.system(pair(0, 0, grounded=False), inputs="one.tx", outputs="one.tx").modal(8)
     with pytest.raises(fx.SolverError, match="held"):
         fx.neglected_bound(floating, 1.0)
-    everything = fx.system(pair(0, 0), "one.tx", "one.tx").modal()
+    everything = fx.system(pair(0, 0), inputs="one.tx", outputs="one.tx").modal()
     assert not fx.neglected_bound(everything, [1.0, 1e6]).any()
 
 
@@ -212,7 +212,13 @@ def test_ground_motion_of_the_exact_and_the_full_model_agree():
     for elements in (8, 16):
         exact, full = (
             fx.frequency_response(
-                standing(elements), HZ[:5], inputs, outputs, quantity="transmissibility", order=order, method=method
+                standing(elements),
+                frequency_hz=HZ[:5],
+                inputs=inputs,
+                outputs=outputs,
+                quantity="transmissibility",
+                order=order,
+                method=method,
             ).response
             for order, method in (("exact", "modal"), ("full", "direct"))
         )
@@ -224,24 +230,28 @@ def test_exact_response_refuses_what_it_cannot_hold():
     """Loss factors that differ, and channels at nodes that are eliminated."""
     spring = {"s": fx.Spring(nodes=("b",), stiffness=fx.DiagonalStiffness(tz=1e3))}
     with pytest.raises(fx.OptionError, match="one loss factor"):
-        fx.frequency_response(beam(2, eta=0.05, springs=spring), HZ, "b.tz", "b.tz", order="exact")
+        fx.frequency_response(
+            beam(2, eta=0.05, springs=spring), frequency_hz=HZ, inputs="b.tz", outputs="b.tz", order="exact"
+        )
     branch = fx.load(RPR)
     with pytest.raises(fx.OptionError, match="eliminates"):
-        fx.frequency_response(branch, HZ, "platform.tz", "rpu1.c.half1.c5.tz", order="exact")
+        fx.frequency_response(
+            branch, frequency_hz=HZ, inputs="platform.tz", outputs="rpu1.c.half1.c5.tz", order="exact"
+        )
     inside = {"d": fx.Dashpot(nodes=("c5",), damping=dashes((1, 0, 0, 0, 0, 0)))}
     half = fx.Substructure(**{**dict(branch.substructures["half_ring"]), "dashpots": inside})
     damped = branch.model_copy(update={"substructures": branch.substructures | {"half_ring": half}})
     with pytest.raises(fx.OptionError, match="a dashpot is at a node"):
-        fx.frequency_response(damped, HZ, "platform.tz", "platform.tz", order="exact")
+        fx.frequency_response(damped, frequency_hz=HZ, inputs="platform.tz", outputs="platform.tz", order="exact")
     with pytest.raises(fx.OptionError, match="order exact needs the mechanism"):
-        fx.frequency_response(fx.system(beam(2)), HZ, order="exact")
+        fx.frequency_response(fx.system(beam(2)), frequency_hz=HZ, order="exact")
     with pytest.raises(fx.OptionError, match="not a model reduced from it"):
-        fx.frequency_response(fx.reduce(beam(2)), HZ, order="exact")
+        fx.frequency_response(fx.reduce(beam(2)), frequency_hz=HZ, order="exact")
 
 
 def test_points_around_resonances():
     """A band resolves every peak to its height: modal damping 1e-4 on twelve modes."""
-    built = fx.system(pair(0, 0), "one.tx", "one.tx", damping=1e-4)
+    built = fx.system(pair(0, 0), inputs="one.tx", outputs="one.tx", damping=1e-4)
     found = fx.frequency_response(built, band=(5.0, 30.0), points=20)
     modes = built.modal()
     own = [r for r in range(12) if abs(modes.C[0, r]) > 1e-6 and 5 < modes.frequency_hz[r] < 30]
@@ -251,22 +261,22 @@ def test_points_around_resonances():
         near = np.abs(found.frequency_hz / modes.frequency_hz[r] - 1) < 1e-3
         assert np.abs(found.response[near]).max() == pytest.approx(peak, rel=1e-3)
     assert not any("between the frequencies" in note for note in found.notes)
-    coarse = fx.frequency_response(built, [5.0, 30.0])
+    coarse = fx.frequency_response(built, frequency_hz=[5.0, 30.0])
     assert any("between the frequencies" in note for note in coarse.notes)
 
 
 def test_selected_channels_of_finished_systems():
     """A System, a ModalSystem and a StateSpace answer by name, and refuse what they do not have."""
     nodes = ["one.tx", "two.tx"]
-    built = fx.system(pair(), nodes, nodes)
-    whole = fx.frequency_response(built, HZ)
+    built = fx.system(pair(), inputs=nodes, outputs=nodes)
+    whole = fx.frequency_response(built, frequency_hz=HZ)
     for held in (built, built.modal(), fx.state_space(built)):
-        found = fx.frequency_response(held, HZ, "two.tx", "one.tx")
+        found = fx.frequency_response(held, frequency_hz=HZ, inputs="two.tx", outputs="one.tx")
         assert found.response[:, 0, 0] == pytest.approx(whole.of("one.tx", "two.tx"), rel=1e-10)
         with pytest.raises(fx.OptionError, match=r"no channel 'one\.ty'"):
-            fx.frequency_response(held, HZ, "one.ty", "one.tx")
+            fx.frequency_response(held, frequency_hz=HZ, inputs="one.ty", outputs="one.tx")
     with pytest.raises(fx.OptionError, match="finished system"):
-        fx.frequency_response(built, HZ, damping=0.01)
+        fx.frequency_response(built, frequency_hz=HZ, damping=0.01)
     with pytest.raises(fx.OptionError, match="no output"):
         whole.of("one.ty", "one.tx")
     with pytest.raises(fx.OptionError, match="no input"):
@@ -290,7 +300,9 @@ def test_example_with_stacks_three_ways():
     hz = np.array([2.0, 30.0, 70.0])
     law = {"loss_factor": 0.01}
     exact, full, low = (
-        fx.frequency_response(described, hz, inputs, outputs, order=order, method=method, damping=law).response
+        fx.frequency_response(
+            described, frequency_hz=hz, inputs=inputs, outputs=outputs, order=order, method=method, damping=law
+        ).response
         for order, method in (("exact", "modal"), ("full", "direct"), ("low", "modal"))
     )
     assert (np.abs(full - exact) < 1e-3 * np.abs(exact).max(axis=0)).all()

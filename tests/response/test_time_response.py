@@ -61,10 +61,10 @@ def damped(zeta, k=K[0], **more):
 def test_step_force(zeta, dt):
     """Underdamped, critical and overdamped, in steps that are fine and coarse beside the period of 63 ms."""
     c, described = damped(zeta)
-    built = fx.system(described, "mass.tx", ALL)
+    built = fx.system(described, inputs="mass.tx", outputs=ALL)
     t = dt * np.arange(COUNT)
     for hold, keep in (("zoh", False), ("foh", False), ("zoh", True), ("foh", True)):
-        found = fx.time_response(built, {"mass.tx": np.full(COUNT, 3.0)}, dt=dt, hold=hold, keep_modes=keep)
+        found = fx.time_response(built, inputs={"mass.tx": np.full(COUNT, 3.0)}, dt=dt, hold=hold, keep_modes=keep)
         for row, reference in zip(found.response, kernels(MASS, c, K[0], t), strict=True):
             near(row, 3 * reference, 1e-10)
 
@@ -75,8 +75,8 @@ def test_one_output_in_very_short_steps(output, keep):
     """A ten-thousandth of a radian per step: sums of some thousand steps keep their digits."""
     c, described = damped(0.3)
     t = 1e-6 * np.arange(6000)
-    built = fx.system(described, "mass.tx", output)
-    found = fx.time_response(built, {"mass.tx": np.ones(6000)}, dt=1e-6, keep_modes=keep)
+    built = fx.system(described, inputs="mass.tx", outputs=output)
+    found = fx.time_response(built, inputs={"mass.tx": np.ones(6000)}, dt=1e-6, keep_modes=keep)
     near(found.response[0], kernels(MASS, c, K[0], t)[output.endswith("velocity")], 1e-10)
 
 
@@ -84,7 +84,9 @@ def test_one_output_in_very_short_steps(output, keep):
 def test_almost_critical(zeta):
     """Responses on both sides of critical damping go over into each other: they differ by order |zeta - 1|."""
     _, described = damped(zeta)
-    found = fx.time_response(fx.system(described, "mass.tx", ALL), {"mass.tx": np.ones(COUNT)}, dt=DT)
+    found = fx.time_response(
+        fx.system(described, inputs="mass.tx", outputs=ALL), inputs={"mass.tx": np.ones(COUNT)}, dt=DT
+    )
     for row, reference in zip(found.response, kernels(MASS, 2 * np.sqrt(K[0] * MASS), K[0], TIME), strict=True):
         near(row, reference, 1e-8)
 
@@ -93,16 +95,18 @@ def test_almost_critical(zeta):
 def test_impulse_and_release(zeta):
     """An impulse gives the derivative of the step response; letting go of a static state its complement."""
     c, described = damped(zeta)
-    built = fx.system(described, "mass.tx", ALL[:2])
+    built = fx.system(described, inputs="mass.tx", outputs=ALL[:2])
     x, v, a = kernels(MASS, c, K[0], TIME)
     for keep in (False, True):
         struck = fx.time_response(
-            built, {"mass.tx": np.zeros(COUNT)}, dt=DT, impulses={"mass.tx": 0.3}, keep_modes=keep
+            built, inputs={"mass.tx": np.zeros(COUNT)}, dt=DT, impulses={"mass.tx": 0.3}, keep_modes=keep
         )
         near(struck.response, 0.3 * np.stack([v, a]), 1e-10)
         for k, row in enumerate(struck.response):
             near(row, 0.3 * (v, a)[k], 1e-10)
-        let_go = fx.time_response(built, {}, dt=DT, duration=DT * (COUNT - 1), start={"mass.tx": 2.0}, keep_modes=keep)
+        let_go = fx.time_response(
+            built, inputs={}, dt=DT, duration=DT * (COUNT - 1), start={"mass.tx": 2.0}, keep_modes=keep
+        )
         near(let_go.response[0], 2 * (1 / K[0] - x), 1e-10)
         near(let_go.response[1], -2 * v, 1e-10)
     assert len(let_go.time) == COUNT
@@ -117,7 +121,9 @@ def test_ramp_is_exact_in_straight_lines():
         t = dt * np.arange(COUNT)
         fall = np.exp(-zeta * w * t)
         x = (t - 2 * zeta / w + fall * (2 * zeta / w * np.cos(wd * t) + (2 * zeta**2 - 1) / wd * np.sin(wd * t))) / K[0]
-        found = fx.time_response(fx.system(described, "mass.tx", "mass.tx"), {"mass.tx": t}, dt=dt, hold="foh")
+        found = fx.time_response(
+            fx.system(described, inputs="mass.tx", outputs="mass.tx"), inputs={"mass.tx": t}, dt=dt, hold="foh"
+        )
         near(found.response[0], x, 1e-11)
 
 
@@ -130,9 +136,9 @@ def test_result_does_not_depend_on_the_step(hold):
     straight = np.stack([np.interp(t / 5, np.arange(60), row) for row in coarse])
     fine = straight if hold == "foh" else coarse[:, t // 5]
     nodes = ["one.tx", "two.tx"]
-    built = fx.system(pair(), nodes, [*nodes, "two.tx:velocity"])
+    built = fx.system(pair(), inputs=nodes, outputs=[*nodes, "two.tx:velocity"])
     one, five = (
-        fx.time_response(built, dict(zip(nodes, u, strict=True)), dt=dt, hold=hold).response
+        fx.time_response(built, inputs=dict(zip(nodes, u, strict=True)), dt=dt, hold=hold).response
         for u, dt in ((coarse, 5e-3), (fine, 1e-3))
     )
     near(five[:, ::5], one, 1e-11)
@@ -141,8 +147,8 @@ def test_result_does_not_depend_on_the_step(hold):
 def test_ground_that_starts_to_accelerate():
     """Displacement relative to the ground, acceleration absolute."""
     c = 3.0
-    built = fx.system(oscillator((0, c, 0, 0, 0, 0)), "ground.ty", ["mass.ty", "mass.ty:acceleration"])
-    found = fx.time_response(built, {"ground.ty": np.full(COUNT, 9.81)}, dt=DT)
+    built = fx.system(oscillator((0, c, 0, 0, 0, 0)), inputs="ground.ty", outputs=["mass.ty", "mass.ty:acceleration"])
+    found = fx.time_response(built, inputs={"ground.ty": np.full(COUNT, 9.81)}, dt=DT)
     x, _, a = kernels(MASS, c, K[1], TIME)
     near(found.response[0], -9.81 * MASS * x, 1e-11)
     near(found.response[1], 9.81 * (1 - MASS * a), 1e-11)
@@ -155,8 +161,8 @@ def test_body_in_space(c):
     springs = {"link": fx.Spring(nodes=("mass", "rest"), stiffness=fx.DiagonalStiffness(ty=1e3))}
     described = oscillator((c, 0, 0, 0, 0, 0), bodies=bodies, springs=springs)
     for order in ("low", "full"):
-        built = fx.system(described, "mass.tx", ALL, order=order)
-        found = fx.time_response(built, {"mass.tx": np.full(COUNT, 0.7)}, dt=DT)
+        built = fx.system(described, inputs="mass.tx", outputs=ALL, order=order)
+        found = fx.time_response(built, inputs={"mass.tx": np.full(COUNT, 0.7)}, dt=DT)
         for row, reference in zip(found.response, kernels(MASS, c, 0.0, TIME), strict=True):
             near(row, 0.7 * reference, 1e-11)
 
@@ -165,8 +171,8 @@ def test_lone_body():
     """Nothing but one body: F t^2/2 m and M t^2/2 J."""
     found = fx.time_response(
         fx.Mechanism(bodies={"mass": body()}),
-        {"mass.ty": np.ones(COUNT), "mass.rz": np.ones(COUNT)},
-        ["mass.ty", "mass.rz"],
+        inputs={"mass.ty": np.ones(COUNT), "mass.rz": np.ones(COUNT)},
+        outputs=["mass.ty", "mass.rz"],
         dt=DT,
     )
     near(found.of("mass.ty"), TIME**2 / (2 * MASS), 1e-12)
@@ -178,7 +184,9 @@ def test_floating_pair(c2):
     """The centre of mass moves as a free body, the distance as an oscillator of the reduced mass."""
     m1, m2, k2 = 0.4, 0.15, 2.5e3
     described = pair(c2=c2, grounded=False)
-    found = fx.time_response(described, {"one.tx": np.ones(COUNT)}, ["one.tx", "two.tx:velocity"], dt=DT, keep=0)
+    found = fx.time_response(
+        described, inputs={"one.tx": np.ones(COUNT)}, outputs=["one.tx", "two.tx:velocity"], dt=DT, keep=0
+    )
     reduced = m1 * m2 / (m1 + m2)
     r, rate, _ = (reduced / m1 * x for x in kernels(reduced, c2, k2, TIME))
     near(found.response[0], TIME**2 / (2 * (m1 + m2)) + m2 / (m1 + m2) * r, 1e-10)
@@ -188,7 +196,7 @@ def test_floating_pair(c2):
 @pytest.mark.parametrize("seed", range(5))
 def test_round_off_in_modes_couples_none(seed, monkeypatch):
     """Modes that are mixed by some units in the last place are damped as before, and rigid motions not at all."""
-    built = fx.system(pair(c2=6.0, grounded=False), "one.tx", "one.tx", order="full")
+    built = fx.system(pair(c2=6.0, grounded=False), inputs="one.tx", outputs="one.tx", order="full")
     rng = np.random.default_rng(seed)
 
     def mixed(pencil, count, rigid):
@@ -244,12 +252,12 @@ def test_platform_of_order_54(platform, hold, coupled):
         "platform.tx:acceleration",
     ]
     damping = {"rayleigh": {"frequencies": (8.0, 400.0), "ratios": (0.01, 0.02)}}
-    built = fx.system(platform[coupled], inputs, outputs, damping=damping)
+    built = fx.system(platform[coupled], inputs=inputs, outputs=outputs, damping=damping)
     assert built.order == 54
     assert built.modal().is_proportional is not coupled
     expected = reference(built, u, hold)
     for keep in (False, True):
-        found = fx.time_response(built, dict(zip(inputs, u, strict=True)), dt=DT_RPR, hold=hold, keep_modes=keep)
+        found = fx.time_response(built, inputs=dict(zip(inputs, u, strict=True)), dt=DT_RPR, hold=hold, keep_modes=keep)
         for row, exact in zip(found.response, expected, strict=True):
             near(row, exact, 1e-9)
 
@@ -260,14 +268,14 @@ def test_floating_beam_with_dashpots():
     dampers = {"d": fx.Dashpot(nodes=("a", "b"), damping=dashes((3, 4, 5, 1e-3, 2e-3, 3e-3)))}
     built = fx.system(
         beam(2, ground={}, dashpots=dampers),
-        ["a.tz", "b.ry"],
-        ["a.tz", "b.tz", "b.ry:velocity", "a.tz:acceleration"],
+        inputs=["a.tz", "b.ry"],
+        outputs=["a.tz", "b.tz", "b.ry:velocity", "a.tz:acceleration"],
         order="full",
     )
     u = np.random.default_rng(4).normal(size=(2, 300))
     modes = built.modal()
     assert not modes.is_proportional and not modes.coupled[:6].any()
-    found = fx.time_response(modes, {"a.tz": u[0], "b.ry": u[1]}, dt=DT_RPR)
+    found = fx.time_response(modes, inputs={"a.tz": u[0], "b.ry": u[1]}, dt=DT_RPR)
     for row, exact in zip(found.response, reference(built, u, "foh"), strict=True):
         near(row, exact, 1e-8)
 
@@ -276,14 +284,14 @@ def test_floating_beam_with_dashpots():
 def test_generalised_alpha_is_of_second_order(rho):
     """Halving the step quarters the error, with dashpots that couple modes, an impulse and a state to start from."""
     nodes = ["one.tx", "two.tx"]
-    built = fx.system(pair(), nodes, [*nodes, "two.tx:velocity"])
+    built = fx.system(pair(), inputs=nodes, outputs=[*nodes, "two.tx:velocity"])
     more = {"impulses": {"two.tx": 0.02}, "start": {"one.tx": 4.0}}
     errors = []
     for dt in (2e-3, 1e-3, 5e-4):
         n = round(0.2 / dt) + 1
         u = {"one.tx": np.linspace(1.0, 5.0, n), "two.tx": np.ones(n)}
-        exact = fx.time_response(built, u, dt=dt, **more).response
-        found = fx.time_response(built, u, dt=dt, method="generalised_alpha", rho_infinity=rho, **more).response
+        exact = fx.time_response(built, inputs=u, dt=dt, **more).response
+        found = fx.time_response(built, inputs=u, dt=dt, method="generalised_alpha", rho_infinity=rho, **more).response
         errors.append(np.abs(found - exact).max(axis=1) / np.abs(exact).max(axis=1))
     ratios = np.array(errors[:-1]) / np.array(errors[1:])
     assert ((ratios > 3.5) & (ratios < 4.5)).all()
@@ -306,22 +314,22 @@ def test_generalised_alpha_on_sparse_matrices():
     """The full-order model of a beam against the modal recursion."""
     built = fx.system(
         beam(4, damping={"rayleigh": {"frequencies": (50.0, 500.0), "ratios": (0.02, 0.02)}}),
-        "b.tz",
-        ["b.tz", "b.tz:velocity"],
+        inputs="b.tz",
+        outputs=["b.tz", "b.tz:velocity"],
         order="full",
     )
     t = 1e-5 * np.arange(800)
     u = {"b.tz": np.sin(2 * np.pi * 150 * t) ** 2}
-    exact = fx.time_response(built.modal(), u, dt=1e-5).response
-    found = fx.time_response(built, u, dt=1e-5, method="generalised_alpha").response
+    exact = fx.time_response(built.modal(), inputs=u, dt=1e-5).response
+    found = fx.time_response(built, inputs=u, dt=1e-5, method="generalised_alpha").response
     assert (np.abs(found - exact).max(axis=1) < 2e-3 * np.abs(exact).max(axis=1)).all()
 
 
 def test_structural_damping_in_time():
     """The same energy is lost per cycle at resonance as with the ratio eta/2."""
     u = {"mass.tx": np.ones(COUNT)}
-    lossy = fx.time_response(oscillator(damping={"loss_factor": 0.08}), u, ALL, dt=DT, keep=0)
-    viscous = fx.time_response(oscillator(damping=0.04), u, ALL, dt=DT, keep=0)
+    lossy = fx.time_response(oscillator(damping={"loss_factor": 0.08}), inputs=u, outputs=ALL, dt=DT, keep=0)
+    viscous = fx.time_response(oscillator(damping=0.04), inputs=u, outputs=ALL, dt=DT, keep=0)
     near(lossy.response, viscous.response, 1e-13)
     x = kernels(MASS, 2 * 0.04 * np.sqrt(K[0] * MASS), K[0], TIME)[0]
     near(lossy.response[0], x, 1e-11)
@@ -332,8 +340,8 @@ def test_motion_of_everything():
     """Kept modes give back the static state at the start, and later the outputs."""
     described = beam(6, damping=0.01)
     for order in ("low", "full"):
-        built = fx.system(described, "b.tz", ["b.tz", "b.ry"], order=order)
-        found = fx.time_response(built.modal(), {}, dt=1e-4, duration=0.02, start={"b.tz": 2.0}, keep_modes=True)
+        built = fx.system(described, inputs="b.tz", outputs=["b.tz", "b.ry"], order=order)
+        found = fx.time_response(built.modal(), inputs={}, dt=1e-4, duration=0.02, start={"b.tz": 2.0}, keep_modes=True)
         model = fx.assemble(described)
         u = found.displacements([0, 7, 150])
         static = fx.statics(model, loads={"b": (0, 0, 2.0, 0, 0, 0)}).displacement_vector
@@ -341,18 +349,18 @@ def test_motion_of_everything():
         rows = [model.dof_names.index(name) for name in ("b.tz", "b.ry")]
         near(u[rows], found.response[:, [0, 7, 150]], 1e-10)
     with pytest.raises(fx.OptionError, match="keep_modes"):
-        fx.time_response(built.modal(), {}, dt=1e-4, duration=0.02, start={"b.tz": 2.0}).displacements(0)
+        fx.time_response(built.modal(), inputs={}, dt=1e-4, duration=0.02, start={"b.tz": 2.0}).displacements(0)
 
 
 def test_functions_of_time_and_samples_are_the_same():
     """A function is sampled at 0, dt, 2 dt, ..., and longer samples are cut to the duration."""
     wave = fx.signals.sine(2.0, 12.0, 0.3)
-    built = fx.system(oscillator(), ["mass.tx", "mass.ty"], ["mass.tx", "mass.ty"])
-    called = fx.time_response(built, {"mass.tx": wave, "mass.ty": lambda t: 3 * t}, dt=DT, duration=0.1)
+    built = fx.system(oscillator(), inputs=["mass.tx", "mass.ty"], outputs=["mass.tx", "mass.ty"])
+    called = fx.time_response(built, inputs={"mass.tx": wave, "mass.ty": lambda t: 3 * t}, dt=DT, duration=0.1)
     n = len(called.time)
     assert n == 51 and called.time[-1] == pytest.approx(0.1)
     assert np.array_equal(called.signals[0], 2 * np.sin(2 * np.pi * 12 * called.time + 0.3))
-    sampled = fx.time_response(built, {"mass.tx": wave(TIME), "mass.ty": 3 * TIME}, dt=DT, duration=0.1)
+    sampled = fx.time_response(built, inputs={"mass.tx": wave(TIME), "mass.ty": 3 * TIME}, dt=DT, duration=0.1)
     assert np.array_equal(called.response, sampled.response)
     data = called.to_dict()
     assert data["outputs"]["mass.ty [m]"] == called.of("mass.ty").tolist() and data["time_s"][1] == DT
@@ -362,18 +370,18 @@ def test_functions_of_time_and_samples_are_the_same():
 
 def test_coarse_steps_are_said():
     """Notes warn of a step that is coarse; residual modes give velocities what modes left out would."""
-    built = fx.system(beam(8), "b.tz", ["b.tz", "b.tz:velocity"], order="full")
-    coarse = fx.time_response(built.modal(4), {"b.tz": np.ones(10)}, dt=0.1)
+    built = fx.system(beam(8), inputs="b.tz", outputs=["b.tz", "b.tz:velocity"], order="full")
+    coarse = fx.time_response(built.modal(4), inputs={"b.tz": np.ones(10)}, dt=0.1)
     assert any("coarse" in note for note in coarse.notes)
     assert coarse.notes[0].startswith("4 modes and 1 residual mode,") and not any("lack" in n for n in coarse.notes)
-    fine = fx.time_response(built.modal(4).selected("b.tz", "b.tz"), {"b.tz": np.ones(10)}, dt=1e-6)
+    fine = fx.time_response(built.modal(4).selected("b.tz", "b.tz"), inputs={"b.tz": np.ones(10)}, dt=1e-6)
     assert len(fine.notes) == 1
 
 
 def test_modes_that_the_step_resolves():
     """A described mechanism is taken with modes up to a tenth of the sampling rate, and its static gain."""
-    found = fx.time_response(beam(8, damping=0.05), {"b.tz": np.ones(3000)}, "b.tz", dt=1e-4)
-    static = fx.compliance(beam(8), ["b"])[2, 2]
+    found = fx.time_response(beam(8, damping=0.05), inputs={"b.tz": np.ones(3000)}, outputs="b.tz", dt=1e-4)
+    static = fx.compliance(beam(8), nodes=["b"])[2, 2]
     assert found.response[0, -1] == pytest.approx(static, rel=1e-6)
 
 
@@ -413,19 +421,19 @@ UNIT = {"mass.tx": np.ones(5)}
 def test_impossible_arguments(inputs, more, message):
     """Each is refused with what is wrong with it."""
     with pytest.raises(fx.OptionError) as caught:
-        fx.time_response(oscillator(), inputs, **({"dt": DT, "keep": 0} | more))
+        fx.time_response(oscillator(), inputs=inputs, **({"dt": DT, "keep": 0} | more))
     assert message in str(caught.value)
 
 
 def test_what_cannot_be():
     """No static state where something floats; no modal form to integrate step by step; no finished damping anew."""
-    floating = fx.system(pair(0, 0, grounded=False), "one.tx", "one.tx")
+    floating = fx.system(pair(0, 0, grounded=False), inputs="one.tx", outputs="one.tx")
     with pytest.raises(fx.OptionError, match="no static state"):
-        fx.time_response(floating, {}, dt=DT, duration=0.1, start={"one.tx": 1.0})
-    held = fx.system(oscillator(), "mass.tx", "mass.tx")
+        fx.time_response(floating, inputs={}, dt=DT, duration=0.1, start={"one.tx": 1.0})
+    held = fx.system(oscillator(), inputs="mass.tx", outputs="mass.tx")
     with pytest.raises(fx.OptionError, match="modal form"):
-        fx.time_response(held.modal(), UNIT, dt=DT, method="generalised_alpha")
+        fx.time_response(held.modal(), inputs=UNIT, dt=DT, method="generalised_alpha")
     with pytest.raises(fx.OptionError, match="finished system"):
-        fx.time_response(held, UNIT, dt=DT, damping=0.1)
+        fx.time_response(held, inputs=UNIT, dt=DT, damping=0.1)
     with pytest.raises(fx.OptionError, match="no channel"):
-        fx.time_response(held, {"mass.ty": np.ones(5)}, dt=DT)
+        fx.time_response(held, inputs={"mass.ty": np.ones(5)}, dt=DT)

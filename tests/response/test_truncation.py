@@ -30,7 +30,7 @@ def test_a_dashpot_at_the_end_of_a_rod():
     """Below the first mode that is left out a tenth of a rod's impedance in a dashpot, against the closed form."""
     c = 0.1 * AREA * np.sqrt(E * RHO)
     dashpot = {"d": fx.Dashpot(nodes=("b",), damping=dashes((c, 0, 0, 0, 0, 0)))}
-    built = fx.system(beam(30, dashpots=dashpot), "b.tx", "b.tx", order="full")
+    built = fx.system(beam(30, dashpots=dashpot), inputs="b.tx", outputs="b.tx", order="full")
     first = np.sqrt(E / RHO) / (4 * LENGTH)
     few = built.modal(up_to=2 * first)  # the first mode along the rod, of which there are 30
     hz = np.linspace(0.01, 1.2, 40) * first
@@ -83,7 +83,7 @@ INPUTS, OUTPUTS = ["pz", "tip.tx", "ground.tz"], ["pf", "tip.tx", "tip.tx:veloci
 @pytest.mark.parametrize("eta", [0.0, 0.04])
 def test_coupling_to_modes_that_are_left_out(damping, eta):
     """The sum of ten modes against a solution by numpy with all of them: right to 1e-3, and within its bound."""
-    built = fx.system(frame(eta), INPUTS, OUTPUTS, order="full", damping=damping)
+    built = fx.system(frame(eta), inputs=INPUTS, outputs=OUTPUTS, order="full", damping=damping)
     few = built.modal(10)
     peaks = few.frequency_hz[:4] * (1.0 if damping else 1.001)  # without damping round-off is infinite there
     hz = np.concatenate([np.geomspace(1, 0.25 * few.next_omega / 2 / np.pi, 40), peaks])
@@ -105,11 +105,13 @@ def test_the_default_says_what_it_leaves_out():
     """A frequency response of the full-order model carries its bound, and it is true."""
     how = {"inputs": INPUTS, "outputs": OUTPUTS, "damping": RAYLEIGH, "order": "full"}
     hz = np.geomspace(1, 1000, 60)
-    direct = fx.frequency_response(frame(0.04), hz, method="direct", **how)
-    found = fx.frequency_response(frame(0.04), hz, **how)
+    direct = fx.frequency_response(frame(0.04), frequency_hz=hz, method="direct", **how)
+    found = fx.frequency_response(frame(0.04), frequency_hz=hz, **how)
     assert (np.abs(found.response - direct.response).max(axis=0) < 1e-3 * np.abs(direct.response).max(axis=0)).all()
     assert "modes left out add at most" in found.notes[-1] and not found.warnings
-    poor = fx.frequency_response(fx.system(frame(0.04), INPUTS, OUTPUTS, order="full", damping=RAYLEIGH).modal(3), hz)
+    poor = fx.frequency_response(
+        fx.system(frame(0.04), inputs=INPUTS, outputs=OUTPUTS, order="full", damping=RAYLEIGH).modal(3), frequency_hz=hz
+    )
     much = [w for w in poor.warnings if w.kind == "tolerance"]
     assert len(much) == 1 and much[0].value > 0.01 and much[0].limit == 0.01
 
@@ -117,10 +119,14 @@ def test_the_default_says_what_it_leaves_out():
 def test_force_of_a_stack_with_rayleigh_damping():
     """The first-order term of damping in the static correction: force sensors of the example, pointwise to 1e-4."""
     built = fx.system(
-        fx.load(RPR), ["rpu1.c.piezo", "platform.tz"], ["lift", "rpu1.c.force"], order="full", damping=RAYLEIGH
+        fx.load(RPR),
+        inputs=["rpu1.c.piezo", "platform.tz"],
+        outputs=["lift", "rpu1.c.force"],
+        order="full",
+        damping=RAYLEIGH,
     )
     hz = np.array([5.0, 60.0, 150.0, 190.0])
-    direct = fx.frequency_response(built, hz, method="direct").response
+    direct = fx.frequency_response(built, frequency_hz=hz, method="direct").response
     found = built.modal(60).response(hz)
     assert np.abs(found / direct - 1).max() < 1e-4
 
@@ -131,11 +137,11 @@ MODAL = {"ratio": 0.01, "bands": [{"up_to": 60.0, "ratio": 0.03}], "ratios": (0.
 @pytest.mark.parametrize("order", ["low", "full"])
 def test_damping_ratios_are_the_same_by_every_route(order, tmp_path):
     """Modal sum, direct solution, exported matrices and state space: one frequency response, dashpot included."""
-    built = fx.system(frame(), INPUTS[:2], OUTPUTS, order=order, damping=MODAL)
+    built = fx.system(frame(), inputs=INPUTS[:2], outputs=OUTPUTS, order=order, damping=MODAL)
     hz = np.array([2.0, 26.0, 31.0, 150.0, 700.0])
     modal = built.modal().response(hz)
     scale = np.abs(modal).max(axis=0)
-    direct = fx.frequency_response(built, hz, method="direct").response
+    direct = fx.frequency_response(built, frequency_hz=hz, method="direct").response
     states = fx.state_space(built).frequency_response(hz)
     with np.load(export(built, tmp_path / "own.npz")[0]) as file:
         M, C, K = (file[x] if x in file else by_columns(file, x) for x in ("M", "C", "K"))
@@ -165,7 +171,7 @@ def test_a_matrix_of_damping_ratios():
     one = fx.system(oscillator(), damping=0.02).damping_matrix()
     k, m = fx.system(oscillator()).K, fx.system(oscillator()).M
     np.testing.assert_allclose(one, np.diag(0.04 * np.sqrt(np.diag(k) * np.diag(m))), atol=1e-12 * np.abs(one).max())
-    floating = fx.system(pair(0, 0, grounded=False), "one.tx", "one.tx", damping=0.05)
+    floating = fx.system(pair(0, 0, grounded=False), inputs="one.tx", outputs="one.tx", damping=0.05)
     assert np.abs(floating.damping_matrix() @ floating.full_order.rigid_body_motions()).max() < 1e-9
     plain = fx.system(frame(), order="full", damping=RAYLEIGH)
     assert plain.damping_matrix() is plain.C
@@ -173,12 +179,12 @@ def test_a_matrix_of_damping_ratios():
 
 def test_damping_ratios_in_step_by_step_integration():
     """Generalised-alpha with the matrix against the exact recursion: second order in the step."""
-    built = fx.system(frame(), ["tip.tx"], ["tip.tx", "tip.ty:velocity"], damping=0.03)
+    built = fx.system(frame(), inputs=["tip.tx"], outputs=["tip.tx", "tip.ty:velocity"], damping=0.03)
     errors = []
     for dt in (2e-5, 1e-5):
         u = {"tip.tx": np.sin(2 * np.pi * 60 * dt * np.arange(round(0.02 / dt))) ** 2}
-        exact = fx.time_response(built, u, dt=dt).response
-        found = fx.time_response(built, u, dt=dt, method="generalised_alpha").response
+        exact = fx.time_response(built, inputs=u, dt=dt).response
+        found = fx.time_response(built, inputs=u, dt=dt, method="generalised_alpha").response
         errors.append(np.abs(found - exact).max(axis=1) / np.abs(exact).max(axis=1))
     assert errors[1].max() < 1e-3 and (errors[0] / errors[1] > 3).all()
 
@@ -194,5 +200,5 @@ def test_a_files_tolerance_is_that_of_its_responses():
     """The platform's constraint modes do not suffice for 1e-4 up to 600 Hz, nor for 5 %, which takes fewer others."""
     mechanism = fx.load(EXAMPLES / "rpr" / "rpr.yaml")
     loose = mechanism.model_copy(update={"reduction": fx.Reduction(tolerance=0.05)})
-    orders = [fx.frequency_response(own, [5.0, 300.0], damping=0.01).order for own in (mechanism, loose)]
+    orders = [fx.frequency_response(own, frequency_hz=[5.0, 300.0], damping=0.01).order for own in (mechanism, loose)]
     assert orders[1] < orders[0]

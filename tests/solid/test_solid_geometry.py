@@ -201,7 +201,7 @@ def read_back(path):
 def test_step_files_read_back_with_the_same_names_and_volumes(example, file, only, tmp_path, capfd):
     parts = example(file)
     members = solids(parts, only)
-    path = write_step(parts, tmp_path / "parts.step", only)
+    path = write_step(parts, tmp_path / "parts.step", only=only)
     assert capfd.readouterr().out == ""
     assert [p.name for p in tmp_path.iterdir()] == ["parts.step"]
     found = read_back(path)

@@ -177,7 +177,9 @@ def test_statics_and_responses_say_so():
         results = [
             fx.statics(mechanism, loads=load),
             fx.frequency_response(mechanism, band=(10, 300), damping=0.01, **band),
-            fx.time_response(mechanism, {"block.tz": 1e-3 * np.ones(200)}, ["block.tz"], dt=5e-5, damping=0.01),
+            fx.time_response(
+                mechanism, inputs={"block.tz": 1e-3 * np.ones(200)}, outputs=["block.tz"], dt=5e-5, damping=0.01
+            ),
         ]
         for result in results:
             assert {w.kind for w in result.warnings} & {"mesh"} == kinds
@@ -185,7 +187,7 @@ def test_statics_and_responses_say_so():
     moved = [fx.statics(m, loads=load).displacement("block")[2] for m in (coarse, fine)]
     warning = next(w for w in fx.statics(coarse, loads=load).warnings if w.kind == "mesh")
     assert 0 < moved[1] / moved[0] - 1 < warning.value
-    assert {w.kind for w in fx.kinetostatics(coarse, "block").warnings} == {"mesh"}
+    assert {w.kind for w in fx.kinetostatics(coarse, platform="block").warnings} == {"mesh"}
     with pytest.raises(LimitError, match="for the mesh of leaf"):
         fx.statics(coarse, loads=load).raise_warnings()
 

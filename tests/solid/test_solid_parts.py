@@ -332,14 +332,14 @@ def test_loss_factors_stay():
     ]
     assert losses == [None, 0.02]
     damped = with_solid_parts(leaf_with_block(loss_factor=0.02), size=3.0)
-    found = fx.frequency_response(damped, [1.0], inputs=["block.tz"], outputs=["block.tz"])
+    found = fx.frequency_response(damped, frequency_hz=[1.0], inputs=["block.tz"], outputs=["block.tz"])
     response = np.ravel(np.asarray(found.response))[0]
     assert -response.imag / response.real == pytest.approx(0.02, rel=0.01)
 
 
 def test_a_mirrored_pair_is_symmetric():
     found = with_solid_parts(with_parameter())
-    C = fx.compliance(found, ["arm1.a"])
+    C = fx.compliance(found, nodes=["arm1.a"])
     matrix = np.asarray(C if isinstance(C, np.ndarray) else C.matrix).reshape(6, 6)
     assert abs(matrix[2, 4]) < 1e-9 * np.sqrt(matrix[2, 2] * matrix[4, 4])
     K = reduced_piece(piece(LEAF, 0.33)).scaled(10e-3, 71.7e9, 2810.0).K

@@ -30,7 +30,7 @@ GUIDE = EXAMPLES / "guide" / "guide.yaml"
 
 @pytest.fixture(scope="module")
 def guide():
-    return verify(load(GUIDE), 6, 1.4)
+    return verify(load(GUIDE), n=6, size=1.4)
 
 
 def rows(result):
@@ -113,7 +113,7 @@ def test_many_high_modes_end_with_a_word():
     assert len(hz) >= 6
     assert (hz <= found.complete_hz / SURE).all()
     assert ((found.truncation >= 0) & (found.truncation < 0.01)).all()
-    result = verify(mechanism, 40, 2.5)
+    result = verify(mechanism, n=40, size=2.5)
     assert len(result.frequency_hz) == len(result.uncertainty) < 40
     assert f"{len(result.frequency_hz)} of 40 modes" in result.notes[0]
 
@@ -128,7 +128,7 @@ def test_a_mesh_half_as_fine_again_lies_within_the_uncertainty(guide):
 @pytest.mark.slow
 def test_a_frequency_that_rises_is_not_extrapolated():
     """Cells as large as the round notches cut their tips short, so that the coarse mesh is too soft."""
-    result = verify(load(EXAMPLES / "tip_tilt" / "tip_tilt.yaml"), 4, 2.0)
+    result = verify(load(EXAMPLES / "tip_tilt" / "tip_tilt.yaml"), n=4, size=2.0)
     coarse, fine = (solid.frequency_hz[3] for solid in result.solids)
     assert coarse < fine == result.frequency_hz[3]
     assert result.uncertainty[3] == pytest.approx(1 - coarse / fine)
@@ -149,7 +149,7 @@ def test_results_are_plain_data(guide):
 
 def test_rows_come_before_the_solid():
     told = []
-    steps = progressively(load(GUIDE), 3, 2.0, announce=told.append)
+    steps = progressively(load(GUIDE), n=3, size=2.0, announce=told.append)
     first = next(steps)
     assert [row.model for row in first.rows] == ["plain, low order"]
     assert told == ["plain, low order"]
@@ -181,7 +181,7 @@ def test_a_leaf_with_a_rigid_block_against_one_with_a_solid_block():
         },
         ground={"foot": "clamped"},
     )
-    result = verify(mechanism, 4, 0.8)
+    result = verify(mechanism, n=4, size=0.8)
     np.testing.assert_allclose(result.frequency_hz, [127.1, 607.0, 1399, 3696], rtol=0.015)
     assert max(result.uncertainty) < 0.005
     assert abs(rows(result)["corrected, exact"].worst_error) < 0.02
@@ -191,7 +191,7 @@ def test_a_leaf_with_a_rigid_block_against_one_with_a_solid_block():
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 def test_calculix_makes_the_same_solid():
     mechanism = load(EXAMPLES / "pivot" / "pivot.yaml")
-    theirs = verify(mechanism, 3, 2.5, solver="calculix")
+    theirs = verify(mechanism, n=3, size=2.5, solver="calculix")
     ours = solid_modes(assemble(mechanism), 5, 2.5, hexahedra=False)
     np.testing.assert_allclose(theirs.solids[1].frequency_hz, ours.solution.frequency_hz[:3], rtol=1e-6)
     assert theirs.solver == "calculix"
@@ -293,9 +293,9 @@ def test_rows_say_what_the_file_itself_has(tmp_path):
     ):
         file = tmp_path / "changed.yaml"
         file.write_text(change)
-        first = next(progressively(load(file), 2))
+        first = next(progressively(load(file), n=2))
         assert first.described == described
-        *_, last_beams = itertools.islice(progressively(load(file), 2), 5 + len(more))
+        *_, last_beams = itertools.islice(progressively(load(file), n=2), 5 + len(more))
         assert [row.model for row in last_beams.rows][5:] == [f"as described, {order}" for order in more]
         assert not last_beams.solids
 
@@ -305,7 +305,7 @@ def test_solid_members_of_a_description_are_nearest(tmp_path):
     text = (EXAMPLES / "pivot" / "pivot.yaml").read_text()
     file = tmp_path / "solid.yaml"
     file.write_text(text.replace("    profile: {type: leaf", "    fidelity: solid\n    profile: {type: leaf"))
-    result = verify(load(file), 4, 1.5)
+    result = verify(load(file), n=4, size=1.5)
     own, beams = (rows(result)[f"{kind}, full order"] for kind in ("as described", "corrected"))
     assert result.described == "as described"
     assert min(own.mac) > 0.99

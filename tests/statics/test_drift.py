@@ -52,7 +52,7 @@ def displaced(mechanism, **loads):
 def test_parallel_guide_sinks_by_three_fifths(elements, d):
     """x = -3/5 d^2/L, whose slope is -6/5 d/L."""
     model, u = displaced(guide(elements), stage=(0, 24 * EI / L**3 * d, 0, 0, 0, 0))
-    found = drift(model, u, "stage", (0, 1.0, 0, 0, 0, 0))
+    found = drift(model, u, node="stage", load=(0, 1.0, 0, 0, 0, 0))
     x, y = found.twists[1][:2]
     assert x / y == pytest.approx(-6 / 5 * d / L, rel=5e-4)
     assert found.twists[1][1] == pytest.approx(found.twists[0][1], rel=5e-4)
@@ -64,7 +64,7 @@ def test_translation_tilts():
     mechanism = guide().model_copy(update={"springs": {"hold": stiff}})
     d = 1e-3
     model, u = displaced(mechanism, stage=(0, 24 * EI / L**3 * d, 0, 0, 0, 0))
-    found = drift(model, u, "stage", (0, 1.0, 0, 0, 0, 0))
+    found = drift(model, u, node="stage", load=(0, 1.0, 0, 0, 0, 0))
     assert found.rest.is_translation and found.displaced.is_translation
     assert found.tilt == pytest.approx(np.arctan(6 / 5 * d / L), rel=1e-3)
     assert found.shift == (0, 0, 0) and found.distance == 0
@@ -76,7 +76,7 @@ def test_cantilever_tip_path(elements):
     """Under a force the tip sinks by 3/5 d^2/L as well, and turns by 3/2 d/L."""
     d = 1e-3
     model, u = displaced(cantilever(elements), b=(0, 3 * EI / L**3 * d, 0, 0, 0, 0))
-    x, y, *_, turn = drift(model, u, "b", (0, 1.0, 0, 0, 0, 0)).twists[1]
+    x, y, *_, turn = drift(model, u, node="b", load=(0, 1.0, 0, 0, 0, 0)).twists[1]
     assert x / y == pytest.approx(-6 / 5 * d / L, rel=1e-3)
     assert turn / y == pytest.approx(3 / (2 * L), rel=1e-3)
 
@@ -86,7 +86,7 @@ def test_leaf_pivot_drifts_by_a_sixth(elements):
     """A leaf bent into an arc: its end turns about (L/2, 0) at rest and (L/2, L theta/6) then, with theta small."""
     angle = 0.02
     model, u = displaced(cantilever(elements), b=(0, 0, 0, 0, 0, EI * angle / L))
-    found = drift(model, u, "b", (0, 0, 0, 0, 0, 1.0))
+    found = drift(model, u, node="b", load=(0, 0, 0, 0, 0, 1.0))
     np.testing.assert_allclose(found.rest.point, (L / 2, 0, 0), atol=1e-9)
     np.testing.assert_allclose(found.rest.direction, (0, 0, 1), atol=1e-9)
     np.testing.assert_allclose(found.shift, (0, L * angle / 6, 0), atol=L * angle**2 / 10)
@@ -113,7 +113,7 @@ def test_notch_pivot_stays_at_the_notch(web):
     load[model.dof_names.index("body.rz")] = 1.0
     u = np.linalg.solve(model.K.toarray(), load)
     u *= angle / u[model.dof_names.index("body.rz")]
-    found = drift(model, u, "body", (0, 0, 0, 0, 0, 1.0))
+    found = drift(model, u, node="body", load=(0, 0, 0, 0, 0, 1.0))
     np.testing.assert_allclose(found.rest.point[:2], (R, 0), atol=1e-8)
     aside = angle / 2 * (w[:, None] * w * np.abs(s[:, None] - s)).sum()
     assert found.shift[1] == pytest.approx(aside, rel=2e-3)
@@ -183,7 +183,7 @@ def test_mirrored_copies_drift_alike():
     model, u = displaced(mechanism, **load)
     other_model, other_u = displaced(guide(), **load)
     for own in np.eye(6):
-        found, expected = drift(model, u, "stage", own), drift(other_model, other_u, "stage", own)
+        found, expected = drift(model, u, node="stage", load=own), drift(other_model, other_u, node="stage", load=own)
         np.testing.assert_allclose(found.twists, expected.twists, rtol=1e-6, atol=1e-9 * np.abs(expected.twists).max())
 
 
@@ -217,8 +217,8 @@ def test_pure_translation():
         (lambda m: screw_axis((0, 0, 0, 0, 0, 0)), "no axis"),
         (lambda m: screw_axis((1, 2)), "6 finite numbers"),
         (lambda m: tangent_stiffness(m, np.zeros(2)), "6 finite numbers"),
-        (lambda m: drift(m, np.zeros(6), "nowhere", np.ones(6)), "there is no node"),
-        (lambda m: drift(m, np.zeros(6), "b", np.ones(5)), "6 finite numbers"),
+        (lambda m: drift(m, np.zeros(6), node="nowhere", load=np.ones(6)), "there is no node"),
+        (lambda m: drift(m, np.zeros(6), node="b", load=np.ones(5)), "6 finite numbers"),
         (lambda m: tangent_stiffness(m, np.zeros(6), loads={"nowhere": np.ones(6)}), "there is no node"),
     ],
 )
@@ -237,4 +237,4 @@ def test_springs_on_arms_are_refused():
 def test_what_moves_freely_has_no_drift():
     model = fx.assemble(cantilever(ground={}))
     with pytest.raises(fx.SolverError, match="move freely"):
-        drift(model, np.zeros(model.order), "b", (0, 1, 0, 0, 0, 0))
+        drift(model, np.zeros(model.order), node="b", load=(0, 1, 0, 0, 0, 0))

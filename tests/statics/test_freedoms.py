@@ -96,8 +96,8 @@ def test_the_length_is_that_of_the_platform_and_its_members():
 def test_it_does_not_matter_which_node_of_the_platform_is_named(make):
     far = make()
     far = fx.Mechanism(**{**dict(far), "nodes": {**far.nodes, "ear": (0.05, -0.1, L), "e9": (0.3, 0, 0.2)}})
-    with_ear = fx.kinetostatics(far, "e9")
-    first = fx.kinetostatics(make(), "stage")
+    with_ear = fx.kinetostatics(far, platform="e9")
+    first = fx.kinetostatics(make(), platform="stage")
     assert with_ear.kind == first.kind
     np.testing.assert_allclose(with_ear.spectrum.compliance, first.spectrum.compliance, rtol=1e-6)
 
@@ -149,7 +149,7 @@ def xy_stage(springs="5 N/um", angle=0.0):
 def test_xy_stage_has_two_translations_along_its_leaves(springs, angle):
     """Turned by 30 degrees, its repeated freedoms turn with its leaves. Stiff springs at its blocks hide the freedoms
     (it is softer along z than along x), and it is said that they are left out."""
-    found = fx.kinetostatics(xy_stage(springs, angle), "table")
+    found = fx.kinetostatics(xy_stage(springs, angle), platform="table")
     assert found.kind == "2T"
     a = np.radians(angle)
     axes = [[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0]]

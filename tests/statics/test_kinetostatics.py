@@ -178,9 +178,9 @@ def test_workspace_of_the_example(rpr):
 def test_impossible_questions():
     """A platform that is held or not clear, commands that do not fit, and what floats."""
     with pytest.raises(fx.OptionError, match="foot is held"):
-        fx.kinetostatics(lever(), "foot")
+        fx.kinetostatics(lever(), platform="foot")
     with pytest.raises(fx.OptionError, match="nowhere"):
-        fx.kinetostatics(lever(), "nowhere")
+        fx.kinetostatics(lever(), platform="nowhere")
     two = fx.Mechanism(
         bodies={k: fx.RigidBody(mass=0.1, inertia=INERTIA) for k in ("one", "two")},
         springs={
@@ -190,7 +190,7 @@ def test_impossible_questions():
     )
     with pytest.raises(fx.OptionError, match="2 rigid bodies"):
         fx.kinetostatics(two)
-    assert fx.kinetostatics(two, "two").platform == "two"
+    assert fx.kinetostatics(two, platform="two").platform == "two"
     free = fx.Mechanism(bodies={"one": fx.RigidBody(mass=0.1, inertia=INERTIA)})
     with pytest.raises(fx.SolverError, match="move freely"):
         fx.kinetostatics(free)

@@ -65,14 +65,14 @@ def test_signs_along_the_member():
     to_local = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
     for x in (0.0, 0.2, 0.25, 0.9, 1.0):
         moment = M + np.cross([(1 - x) * L, 0, 0], F)
-        got = internal_force_rows(state.model, "bar", x) @ state.displacement_vector
+        got = internal_force_rows(state.model, "bar", position=x) @ state.displacement_vector
         np.testing.assert_allclose(got, np.hstack([to_local @ F, to_local @ moment]), rtol=1e-6, atol=1e-7)
 
 
 def test_fibres_give_the_corner_stress():
     state = fx.preload(bar(), loads={"b": (9.0, 2.0, 5.0, 0, 0, 0)})
     worst = member_stresses(state.model, state.displacement_vector)["bar"]
-    fibres = stress_rows(state.model, "bar", worst.position) @ state.displacement_vector
+    fibres = stress_rows(state.model, "bar", position=worst.position) @ state.displacement_vector
     assert np.abs(fibres).max() == pytest.approx(worst.nominal, rel=1e-9)
     assert fibres.mean() == pytest.approx(9.0 / (B * T), rel=1e-6)
     # the load along +y pulls on the lower side, local -z, and that along +z on the lower side, local +y
@@ -83,7 +83,7 @@ def test_fibres_of_a_round_bar():
     D = 0.004
     state = fx.preload(bar(fx.Circle(diameter=D)), loads={"b": (0, 2.0, 0, 0, 0, 0)})
     bending = 32 * 2.0 * L / (np.pi * D**3)
-    rows = stress_rows(state.model, "bar", 0.0)
+    rows = stress_rows(state.model, "bar", position=0.0)
     np.testing.assert_allclose(rows @ state.displacement_vector, [0, -bending, 0, bending], atol=1e-6 * bending)
 
 
@@ -297,7 +297,7 @@ def test_work_is_strain_energy_of_the_internal_forces():
     x, w = np.polynomial.legendre.leggauss(3)
     for member in stressed_members:
         for at, weight in zip((x + 1) / 2, w / 2, strict=True):
-            force = internal_force_rows(state.model, member.name, at) @ u
+            force = internal_force_rows(state.model, member.name, position=at) @ u
             energy += weight * lengths[member.name.split(".")[1]] * (force**2 / rigidity).sum() / 2
     assert energy == pytest.approx(state.load @ u / 2, rel=1e-3)
 
@@ -369,7 +369,7 @@ def test_unknown_yield_stress():
         (lambda m: member_stresses(m, np.full(m.order, np.nan)), "finite"),
         (lambda m: member_stresses(m, np.zeros(m.order))["nothing"], "no link or flexure 'nothing'"),
         (lambda m: stress_rows(m, "nothing"), "no link or flexure"),
-        (lambda m: internal_force_rows(m, "bar", 1.5), "fraction"),
+        (lambda m: internal_force_rows(m, "bar", position=1.5), "fraction"),
         (lambda m: member_stresses(m, np.zeros(m.order), gravity=(1, 2)), "3 finite numbers"),
     ],
 )

@@ -144,18 +144,18 @@ def test_compliance_of_a_cantilever(elements):
     C[4, 4] = C[5, 5] = L / (E * I_ROUND)
     C[1, 5] = C[5, 1] = L**2 / (2 * E * I_ROUND)
     C[2, 4] = C[4, 2] = -C[1, 5]
-    found = fx.compliance(rod(elements), ["b"])
+    found = fx.compliance(rod(elements), nodes=["b"])
     scale = np.sqrt(np.outer(C.diagonal(), C.diagonal()))
     assert np.abs((found - C) / scale).max() < 1e-9
 
 
 def test_compliance_of_a_turned_cantilever():
     """Its own compliance, turned."""
-    straight = fx.compliance(rod(2), ["b"])
+    straight = fx.compliance(rod(2), nodes=["b"])
     x = np.array([0.2, -0.7, 0.4]) / np.linalg.norm([0.2, -0.7, 0.4])
     y = np.cross([0, 0, 1], x) / np.linalg.norm(np.cross([0, 0, 1], x))
     Q = np.kron(np.eye(2), np.stack([x, y, np.cross(x, y)], axis=1))
-    found = fx.compliance(rod(2, end=tuple(L * x)), ["b"])
+    found = fx.compliance(rod(2, end=tuple(L * x)), nodes=["b"])
     scale = np.sqrt(np.outer(found.diagonal(), found.diagonal()))
     assert np.abs((found - Q @ straight @ Q.T) / scale).max() < 1e-9
 
@@ -164,7 +164,7 @@ def test_compliance_of_two_nodes():
     """Symmetric, positive, and the displacement of one under a load at the other (Maxwell)."""
     described = rod(2, bodies={"end": fx.RigidBody(centre=(L, 0.02, 0.01), mass=0.1, inertia=INERTIA, carries=("b",))})
     nodes = ["end", "b"]
-    C = fx.compliance(described, nodes)
+    C = fx.compliance(described, nodes=nodes)
     assert C.shape == (12, 12) and np.array_equal(C, C.T)
     model = fx.assemble(described)
     for k in (1, 4, 8, 11):
@@ -214,10 +214,10 @@ def test_what_floats_has_no_static_state():
     with pytest.raises(fx.SolverError, match="move freely"):
         fx.statics(rod(ground={}), gravity=(0, 0, -9.81))
     with pytest.raises(fx.SolverError, match="move freely"):
-        fx.compliance(rod(ground={}), ["b"])
+        fx.compliance(rod(ground={}), nodes=["b"])
     with pytest.raises(fx.OptionError, match="assembled model"):
         fx.statics(fx.assemble(rod()), parameters={"p": 1})
     with pytest.raises(fx.OptionError, match="nowhere"):
-        fx.compliance(rod(), ["nowhere"])
+        fx.compliance(rod(), nodes=["nowhere"])
     with pytest.raises(fx.OptionError, match="nowhere"):
         fx.statics(rod()).displacement("nowhere")

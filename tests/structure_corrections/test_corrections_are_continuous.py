@@ -39,7 +39,7 @@ def stiffness(profile, length=10 * MM, ends=None, material=None, others=None, **
         flexures=flexures,
         ground={"a": "clamped"},
     )
-    return 1 / np.diag(fx.compliance(mechanism, [tip]))
+    return 1 / np.diag(fx.compliance(mechanism, nodes=[tip]))
 
 
 def largest_jump(function, sizes):

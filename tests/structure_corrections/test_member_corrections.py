@@ -106,7 +106,7 @@ def twist(width, thickness, length, **more):
     metal = m.material("Al-7075-T6")
     m = fx.with_solid_parts(m, size=0.5)
     GIp = metal.E / 2 / (1 + metal.nu) * width * thickness * (width**2 + thickness**2) / 12
-    return length / GIp / fx.compliance(m, ["b"])[3, 3]
+    return length / GIp / fx.compliance(m, nodes=["b"])[3, 3]
 
 
 @pytest.mark.parametrize(("width", "length"), [(1, 0.4), (3, 1), (8, 1), (8, 2)])

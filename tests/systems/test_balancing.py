@@ -45,7 +45,7 @@ def apart(one, other, hz):
 @pytest.mark.parametrize("keep", [0, 3])
 def test_examples(example, inputs, outputs, keep):
     """Directions that inputs reach by round-off alone, and the two numbers of each pair of equal singular values."""
-    built = fx.system(fx.load(EXAMPLES / f"{example}.yaml"), inputs, outputs, keep=keep, damping=0.01)
+    built = fx.system(fx.load(EXAMPLES / f"{example}.yaml"), inputs=inputs, outputs=outputs, keep=keep, damping=0.01)
     for n in (6, 11):
         full = fx.state_space(built, n=n)
         hz = hertz(full)

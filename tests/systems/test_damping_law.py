@@ -105,7 +105,7 @@ def test_loss_factors_of_parts():
     springs = {"a": fx.Spring(nodes=("one",), stiffness=stiffness())}
     stack = {"s": fx.PiezoStack(nodes=("one", "two"), stiffness=4e3, section=fx.Circle(diameter=0.01))}
     described = fx.Mechanism(bodies=bodies, springs=springs, actuators=stack, damping={"loss_factor": 0.04})
-    modes = fx.system(described, "two.tx").modal()
+    modes = fx.system(described, inputs="two.tx").modal()
     assert modes.loss_factors == pytest.approx(np.full(12, 0.04), rel=1e-9)
     assert modes.is_proportional
 

@@ -27,7 +27,9 @@ WAYS = [{}, {"residual_modes": True}, {"balanced": 8}, {"balanced": 8, "residual
 def whole(request):
     """An example at full order with all of its modes, which answers frequency by frequency like a direct solution."""
     inputs, outputs = PORTS[request.param]
-    built = fx.system(fx.load(EXAMPLES / f"{request.param}.yaml"), inputs, outputs, order="full", damping=0.01)
+    built = fx.system(
+        fx.load(EXAMPLES / f"{request.param}.yaml"), inputs=inputs, outputs=outputs, order="full", damping=0.01
+    )
     return built, built.modal()
 
 
@@ -69,7 +71,7 @@ def test_residual_modes_give_what_static_terms_cannot(name):
     inputs, _ = PORTS[name]
     node = {"rpr": "platform", "tip": "mirror", "xy_": "table", "amp": "output"}[name[:3]]
     outputs = [f"{node}.{dof}:{word}" for dof in ("tz", "tx") for word in ("velocity", "acceleration")]
-    built = fx.system(fx.load(EXAMPLES / f"{name}.yaml"), inputs, outputs, order="full", damping=0.01)
+    built = fx.system(fx.load(EXAMPLES / f"{name}.yaml"), inputs=inputs, outputs=outputs, order="full", damping=0.01)
     every, few = built.modal(), built.modal(4)
     hz = np.geomspace(0.01, 0.33, 100) * few.next_omega / 2 / np.pi
     plain = shares(fx.state_space(few, band=(hz[0], hz[-1])), every, hz).max()
@@ -80,7 +82,9 @@ def test_residual_modes_give_what_static_terms_cannot(name):
 def test_residual_modes_are_modes():
     """Orthogonal with unit mass, above what is left out, with exact static gains, damped and stable."""
     inputs, outputs = PORTS["rpr/rpr_piezo"]
-    built = fx.system(fx.load(EXAMPLES / "rpr/rpr_piezo.yaml"), inputs, outputs, order="full", damping=0.01)
+    built = fx.system(
+        fx.load(EXAMPLES / "rpr/rpr_piezo.yaml"), inputs=inputs, outputs=outputs, order="full", damping=0.01
+    )
     few = built.modal(5)
     more = with_residual_modes(few)
     V = more.shapes
@@ -96,7 +100,11 @@ def test_residual_modes_are_modes():
 def test_units_do_not_hide_an_error():
     """Force in N beside rotation in rad: each is held against its own, whatever the sizes of the others."""
     built = fx.system(
-        fx.load(EXAMPLES / "rpr/rpr_piezo.yaml"), ["rpu1.c.piezo"], ["rpu1.c.force", "lift"], order="full", damping=0.01
+        fx.load(EXAMPLES / "rpr/rpr_piezo.yaml"),
+        inputs=["rpu1.c.piezo"],
+        outputs=["rpu1.c.force", "lift"],
+        order="full",
+        damping=0.01,
     )
     few = built.modal(3)
     both, alone = lost_of(fx.state_space(few)), lost_of(fx.state_space(few.selected(None, ["lift"])))
@@ -107,29 +115,33 @@ def test_units_do_not_hide_an_error():
 
 def test_modes_that_nothing_damps_are_said():
     """Their poles stay on the axis; the bound is of what lies beside them."""
-    built = fx.system(fx.load(EXAMPLES / "guide/guide.yaml"), "carriage.tx", "carriage.tx", order="full")
-    model = fx.state_space(built, 4)
+    built = fx.system(fx.load(EXAMPLES / "guide/guide.yaml"), inputs="carriage.tx", outputs="carriage.tx", order="full")
+    model = fx.state_space(built, n=4)
     assert "nothing damps 4 of the modes" in " ".join(model.notes)
     assert np.isfinite(lost_of(model).share) and np.abs(model.poles().real).max() < 1e-9 * np.abs(model.poles()).max()
 
 
 def test_beyond_its_band():
     """A response of a state space says where nothing is known of it, and carries what the model warns of."""
-    built = fx.system(fx.load(EXAMPLES / "guide/guide.yaml"), "carriage.tz", "carriage.tz", order="full", damping=0.01)
-    model = fx.state_space(built, 8, band=(1.0, 100.0))
-    assert not {w.kind for w in fx.frequency_response(model, [50.0]).warnings} - {w.kind for w in model.warnings}
-    assert "proof" in {w.kind for w in fx.frequency_response(model, [500.0]).warnings}
-    poor = fx.state_space(built, 2)
+    built = fx.system(
+        fx.load(EXAMPLES / "guide/guide.yaml"), inputs="carriage.tz", outputs="carriage.tz", order="full", damping=0.01
+    )
+    model = fx.state_space(built, n=8, band=(1.0, 100.0))
+    assert not {w.kind for w in fx.frequency_response(model, frequency_hz=[50.0]).warnings} - {
+        w.kind for w in model.warnings
+    }
+    assert "proof" in {w.kind for w in fx.frequency_response(model, frequency_hz=[500.0]).warnings}
+    poor = fx.state_space(built, n=2)
     assert "tolerance" in {w.kind for w in poor.warnings}
-    assert poor.discretised(1e-4).warnings == poor.warnings == fx.frequency_response(poor, [50.0]).warnings
+    assert poor.discretised(1e-4).warnings == poor.warnings == fx.frequency_response(poor, frequency_hz=[50.0]).warnings
     with pytest.raises(fx.OptionError, match="band"):
-        fx.state_space(built, 2, band=(10.0, 1.0))
+        fx.state_space(built, n=2, band=(10.0, 1.0))
 
 
 def test_a_model_without_all_modes_of_its_band_is_no_proof():
     """Low order by constraint modes alone misses modes: the state space says so."""
     blind = fx.reduce(fx.load(EXAMPLES / "rpr/rpr.yaml"))
-    built = fx.system(blind, ["platform.tz"], ["platform.tz"], damping=0.01)
+    built = fx.system(blind, inputs=["platform.tz"], outputs=["platform.tz"], damping=0.01)
     assert "proof" in {w.kind for w in fx.state_space(built, band=(1.0, 600.0)).warnings}
     assert not fx.state_space(built, band=(1.0, 22.0)).warnings
 

@@ -22,7 +22,7 @@ HZ = np.array([0.3, 5.0, 11.0, 17.0, 24.0, 60.0, 400.0])
 @pytest.fixture(scope="module")
 def pair_model():
     """Two bodies with damping that couples modes, all kinds of outputs, one input with a base motion."""
-    built = fx.system(pair(), [*NODES, "ground.tx"], EVERY)
+    built = fx.system(pair(), inputs=[*NODES, "ground.tx"], outputs=EVERY)
     return built, fx.state_space(built)
 
 
@@ -68,10 +68,10 @@ def test_few_modes_keep_the_static_gain():
     """Displacements, with the rest as a direct term; velocities and accelerations have none at frequency zero."""
     described = fx.assemble(fx.load(RPR))
     names = ["platform.tx", "platform.tz", "platform.rx"]
-    built = fx.system(described, names, names, damping=0.01)
-    whole = fx.compliance(described, ["platform"])[np.ix_([0, 2, 3], [0, 2, 3])]
+    built = fx.system(described, inputs=names, outputs=names, damping=0.01)
+    whole = fx.compliance(described, nodes=["platform"])[np.ix_([0, 2, 3], [0, 2, 3])]
     for n in (3, 6):
-        model = fx.state_space(built, n)
+        model = fx.state_space(built, n=n)
         assert model.order == 2 * n
         scale = np.sqrt(np.outer(whole.diagonal(), whole.diagonal()))
         assert np.abs((model.static_gain() - whole) / scale).max() < 2e-8
@@ -110,7 +110,7 @@ def test_steps_are_those_of_the_time_response(pair_model, hold):
     u[:, 0] = 0
     found = stepped(model.discretised(2e-3, hold), u)
     names = [c.name for c in model.inputs]
-    reference = fx.time_response(built, dict(zip(names, u, strict=True)), dt=2e-3, hold=hold).response
+    reference = fx.time_response(built, inputs=dict(zip(names, u, strict=True)), dt=2e-3, hold=hold).response
     assert (np.abs(found - reference).max(axis=1) < 1e-10 * np.abs(reference).max(axis=1)).all()
 
 
@@ -152,7 +152,7 @@ def test_dead_time_in_frequency(pair_model):
 
 def test_discrete_frequency_response_of_an_oscillator():
     """Held inputs: H(z) = (1 - e^(-s dt))/s sampled; checked by its sum over aliases for a first few."""
-    model = fx.state_space(fx.system(oscillator(damping=0.05), "mass.tx", "mass.tx"))
+    model = fx.state_space(fx.system(oscillator(damping=0.05), inputs="mass.tx", outputs="mass.tx"))
     dt, f = 0.01, 7.0
     found = model.discretised(dt).frequency_response([f])[0, 0, 0]
     k = np.arange(-200_000, 200_001)
@@ -166,7 +166,7 @@ def test_discrete_frequency_response_of_an_oscillator():
 def platform():
     """Twenty modes of the example, damped."""
     names = ["platform.tx", "platform.tz", "platform.rx"]
-    return fx.state_space(fx.system(fx.load(RPR), names, names, damping=0.02), 20)
+    return fx.state_space(fx.system(fx.load(RPR), inputs=names, outputs=names, damping=0.02), n=20)
 
 
 @pytest.mark.parametrize("keep", [4, 10, 12, 1e-3, 0.1])
@@ -174,11 +174,11 @@ def test_balanced_truncation(platform, keep):
     """Error at most twice the sum of the Hankel singular values left out, which SciPy finds; static gain kept."""
     built = fx.system(
         fx.load(RPR),
-        ["platform.tx", "platform.tz", "platform.rx"],
-        ["platform.tx", "platform.tz", "platform.rx"],
+        inputs=["platform.tx", "platform.tz", "platform.rx"],
+        outputs=["platform.tx", "platform.tz", "platform.rx"],
         damping=0.02,
     )
-    small = fx.state_space(built, 20, balanced=keep)
+    small = fx.state_space(built, n=20, balanced=keep)
     sigma = hankel(platform)
     n = small.order
     bound = 2 * sigma[n:].sum()
@@ -211,7 +211,7 @@ def hankel(model):
 
 def test_everything_kept_is_the_model(platform):
     """As many states as there are, or more."""
-    built = fx.system(pair(20, 30), NODES, NODES, damping=0.01)
+    built = fx.system(pair(20, 30), inputs=NODES, outputs=NODES, damping=0.01)
     model = fx.state_space(built)
     same = fx.state_space(built, balanced=model.order + 5)
     assert same.order <= model.order
@@ -235,13 +235,13 @@ def test_selected_channels(pair_model):
 
 def test_what_floats_has_no_static_gain():
     """And cannot be balanced."""
-    built = fx.system(pair(0, 0, grounded=False), "one.tx", "one.tx")
+    built = fx.system(pair(0, 0, grounded=False), inputs="one.tx", outputs="one.tx")
     with pytest.raises(fx.OptionError, match="move freely"):
         fx.state_space(built).static_gain()
     with pytest.raises(fx.OptionError, match="floats"):
         fx.state_space(built, balanced=4)
     with pytest.raises(fx.OptionError, match="damped"):
-        fx.state_space(fx.system(oscillator(), "mass.tx", "mass.tx"), balanced=2)
+        fx.state_space(fx.system(oscillator(), inputs="mass.tx", outputs="mass.tx"), balanced=2)
 
 
 @pytest.mark.parametrize("value", [0, -1, 0.0, 1.0, 1.5, True, np.nan])
@@ -279,12 +279,12 @@ def test_impossible_models(pair_model):
         with pytest.raises(fx.OptionError, match="delay"):
             fx.state_space(built, delay=delay)
     with pytest.raises(fx.OptionError, match="belong to a System"):
-        fx.state_space(built.modal(), 3)
+        fx.state_space(built.modal(), n=3)
 
 
 def test_frequency_response_of_a_discrete_model_by_name():
     """The verb takes state spaces, and lists their resonances."""
-    model = fx.state_space(fx.system(oscillator(damping=0.03), "mass.tx", "mass.tx"))
+    model = fx.state_space(fx.system(oscillator(damping=0.03), inputs="mass.tx", outputs="mass.tx"))
     for own in (model, model.discretised(1e-3)):
         found = fx.frequency_response(own, band=(1.0, 30.0), points=30)
         f = np.sqrt(STIFFNESS["tx"] / SIZE["tx"]) / (2 * np.pi)
@@ -294,8 +294,8 @@ def test_frequency_response_of_a_discrete_model_by_name():
 
 def test_full_order_beam_in_balanced_form():
     """A few states stand for forty modes, to a hundredth."""
-    built = fx.system(beam(10, damping=0.02), ["b.tz"], ["b.tz", "b.ry"], order="full")
-    model, small = fx.state_space(built, 40), fx.state_space(built, 40, balanced=1e-2)
+    built = fx.system(beam(10, damping=0.02), inputs=["b.tz"], outputs=["b.tz", "b.ry"], order="full")
+    model, small = fx.state_space(built, n=40), fx.state_space(built, n=40, balanced=1e-2)
     assert small.order < 20
     hz = np.geomspace(1, 2e4, 300)
     error = np.linalg.norm(small.frequency_response(hz) - model.frequency_response(hz), ord=2, axis=(1, 2))

@@ -82,10 +82,10 @@ def test_blocks_are_used_where_they_are_shorter_and_possible() -> None:
 def test_keeping_modes_changes_nothing(hold: str) -> None:
     """Filters run mode by mode where modal coordinates are kept; outputs and static corrections are the same."""
     names = ["carriage.tx", "carriage.tx:velocity", "carriage.tx:acceleration"]
-    modes = fx.system(fx.load(GUIDE), names[:1], names, damping=0.02, order="full").modal(n=8)
+    modes = fx.system(fx.load(GUIDE), inputs=names[:1], outputs=names, damping=0.02, order="full").modal(n=8)
     u = np.random.default_rng(1).standard_normal(1000)
     kept, blocks = (
-        fx.time_response(modes, {names[0]: u}, dt=2e-4, hold=hold, start={names[0]: 3.0}, keep_modes=keep)
+        fx.time_response(modes, inputs={names[0]: u}, dt=2e-4, hold=hold, start={names[0]: 3.0}, keep_modes=keep)
         for keep in (True, False)
     )
     assert suits_blocks(modes, 1)

@@ -32,15 +32,15 @@ def driven(sensors=None, **stack):
 @pytest.mark.parametrize("order", ["low", "full", "exact"])
 def test_stack_pushes_a_mass_on_a_spring(order):
     """x/s = kp/(k + kp - m w^2); the force is kp (s - x); a stack of mass adds half of it."""
-    found = fx.frequency_response(driven(mass=0.06), HZ, order=order)
+    found = fx.frequency_response(driven(mass=0.06), frequency_hz=HZ, order=order)
     x = KP / (K[0] + KP - (MASS + 0.03) * W**2)
     assert found.of("x", "stack") == pytest.approx(x, rel=1e-11)
     assert found.of("force", "stack") == pytest.approx(KP * (1 - x), rel=1e-10)
     assert found.unit("x", "stack") == "1" and found.unit("force", "stack") == "N/m"
-    turned = fx.frequency_response(driven(mass=0.06), HZ, quantity="accelerance", order=order)
+    turned = fx.frequency_response(driven(mass=0.06), frequency_hz=HZ, quantity="accelerance", order=order)
     assert turned.of("x", "stack") == pytest.approx(-(W**2) * x, rel=1e-11)
     assert np.array_equal(turned.of("force", "stack"), found.of("force", "stack"))
-    across = fx.frequency_response(driven(mass=0.06), HZ, "mass.ty", "mass.ty", order=order)
+    across = fx.frequency_response(driven(mass=0.06), frequency_hz=HZ, inputs="mass.ty", outputs="mass.ty", order=order)
     assert across.response[:, 0, 0] == pytest.approx(1 / (K[1] - (MASS + 0.03) * W**2), rel=1e-11)
 
 
@@ -51,7 +51,7 @@ def test_stack_driven_by_a_voltage():
     assert [str(c) for c in built.inputs] == ["stack [V]"]
     assert built.limits == (pytest.approx((0.0, 160.0)),)
     x = KP / (K[0] + KP - MASS * W**2)
-    found = fx.frequency_response(built, HZ)
+    found = fx.frequency_response(built, frequency_hz=HZ)
     assert found.of("x", "stack") == pytest.approx(gain * x, rel=1e-11)
     assert found.of("force", "stack") == pytest.approx(gain * KP * (1 - x), rel=1e-10)
 
@@ -85,7 +85,7 @@ def test_stack_acts_along_its_line(slope):
     columns = [built.model.dof_names.index(f"{n}.{d}") for n in ("one", "two") for d in DOFS[:3]]
     assert built.B[columns, 0] == pytest.approx(np.concatenate([-KP * unit, KP * unit]), abs=1e-9)
     assert built.rows[0, columns] == pytest.approx(np.concatenate([-unit, unit]), abs=1e-15)
-    found = fx.frequency_response(built, HZ).response[:, 0, 0]
+    found = fx.frequency_response(built, frequency_hz=HZ).response[:, 0, 0]
     assert found == pytest.approx(KP / (6e3 / 2 + KP - MASS / 2 * W**2), rel=1e-10)
 
 
@@ -149,7 +149,7 @@ def test_relative_sensors(kind, dof):
     word = {"displacement": "", "velocity": ":velocity", "acceleration": ":acceleration"}[kind]
     names = [f"{n}.{t}{x}{word}" for n in ("m", "b") for x in "xyz"]
     inputs = ["b.tz", "b.ry", "ground.ty", "ground.rx"]
-    found = fx.frequency_response(described, HZ, inputs, ["s", *names]).response
+    found = fx.frequency_response(described, frequency_hz=HZ, inputs=inputs, outputs=["s", *names]).response
     expected = (found[:, 4:7] - found[:, 1:4]).transpose(0, 2, 1) @ np.array([1, 2, 2]) / 3
     assert np.abs(found[:, 0] - expected).max() < 1e-10 * np.abs(found).max()
 
@@ -205,7 +205,9 @@ def test_directions_of_copies(pattern, name, Q, t):
         described = fx.Mechanism(**{**dict(described), "springs": {**described.springs, **more}})
     dofs = [f"{name}.block.{d}" for d in DOFS]
     own = [f"{name}.{key}" for key in ("push", "twist")]
-    built = fx.system(described, [*own, *dofs], [f"{name}.way", f"{name}.turn", f"{name}.load", *dofs], order="full")
+    built = fx.system(
+        described, inputs=[*own, *dofs], outputs=[f"{name}.way", f"{name}.turn", f"{name}.load", *dofs], order="full"
+    )
     d = Q @ D / 3
     axial = d * np.linalg.det(Q)
     for found, basis in ((built.B.T, built.B[:, 2:].T), (built.rows[[0, 1]], built.rows[3:])):
@@ -213,7 +215,7 @@ def test_directions_of_copies(pattern, name, Q, t):
         assert found[1] == pytest.approx(axial @ basis[3:], abs=1e-13)
     assert built.D[2] == pytest.approx([1.0] + [0.0] * 7) and not built.rows[2].any()
     assert built.limits[0] == (-3.0, 3.0)
-    bases = [i.base for i in fx.system(described, [f"{name}.shake", f"{name}.roll"], dofs).placed_inputs]
+    bases = [i.base for i in fx.system(described, inputs=[f"{name}.shake", f"{name}.roll"], outputs=dofs).placed_inputs]
     assert bases[0] == pytest.approx([*d, 0, 0, 0], abs=1e-14)
     about = Q @ [0.01, 0.02, 0.03] + t
     assert bases[1] == pytest.approx([*np.cross(about, axial), *axial], abs=1e-14)
@@ -222,8 +224,8 @@ def test_directions_of_copies(pattern, name, Q, t):
 def test_mirrored_halves_move_as_mirror_images():
     """Driven alike, by pushes and by twists, both halves of a mirrored pair answer alike in their own sensors."""
     described = placed(fx.MirrorPattern(normal=tuple(NORMAL)))
-    built = fx.system(described, ["u*.push", "u*.twist"], ["u*.way", "u*.turn"])
-    H = fx.frequency_response(built, HZ).response
+    built = fx.system(described, inputs=["u*.push", "u*.twist"], outputs=["u*.way", "u*.turn"])
+    H = fx.frequency_response(built, frequency_hz=HZ).response
     drive = H @ np.array([[1, 0], [1, 0], [0, 1], [0, 1]])
     assert np.abs(drive[:, 0] - drive[:, 1]).max() < 1e-12 * np.abs(drive).max()
     assert np.abs(drive[:, 2] - drive[:, 3]).max() < 1e-12 * np.abs(drive).max()
@@ -232,18 +234,18 @@ def test_mirrored_halves_move_as_mirror_images():
 def test_names_and_wildcards():
     """INSTANCE.NAME, patterns in the order of description, everything by default."""
     described = placed(fx.LinearPattern(count=2, step=(0.1, 0, 0)))
-    built = fx.system(described, ["u*.push", "u1.shake"], "*.way")
+    built = fx.system(described, inputs=["u*.push", "u1.shake"], outputs="*.way")
     assert [c.name for c in built.inputs] == ["u1.push", "u2.push", "u1.shake"]
     assert [c.name for c in built.outputs] == ["u1.way", "u2.way"]
     every = fx.system(described)
     assert len(every.inputs) == 8 and len(every.outputs) == 6
     assert {c.quantity for c in every.inputs} == {"force", "moment", "acceleration", "angular_acceleration"}
     with pytest.raises(fx.OptionError, match=r"u1\.push is named twice"):
-        fx.system(described, ["u1.push", "u*.push"])
+        fx.system(described, inputs=["u1.push", "u*.push"])
     with pytest.raises(fx.OptionError, match=r"did you mean u1\.push"):
-        fx.system(described, "u1.pish")
+        fx.system(described, inputs="u1.pish")
     with pytest.raises(fx.OptionError, match="no input matches"):
-        fx.system(described, "w*.push")
+        fx.system(described, inputs="w*.push")
 
 
 def test_default_channels_are_the_motions_of_bodies():
@@ -258,19 +260,19 @@ def test_what_can_not_move():
     """Described channels at held DOFs are errors of the description, named ones of the call."""
     held = {"s": fx.MotionSensor(type="displacement", nodes=("a",), direction="z")}
     with pytest.raises(fx.ModelError, match=r"sensors\.s: nothing can move here"):
-        fx.system(beam(sensors=held), "b.tz")
+        fx.system(beam(sensors=held), inputs="b.tz")
     pushed = {"f": fx.ForceActuator(nodes=("a",), direction="z")}
     with pytest.raises(fx.ModelError, match=r"actuators\.f: nothing can move here"):
-        fx.system(beam(actuators=pushed), None, "b.tz")
+        fx.system(beam(actuators=pushed), inputs=None, outputs="b.tz")
     partly = beam(
         ground={"a": fx.Support(free=("ry",))},
         sensors={"s": fx.MotionSensor(type="rotation", nodes=("a",), direction="y")},
     )
-    assert fx.system(partly, "b.tz").rows.any()
+    assert fx.system(partly, inputs="b.tz").rows.any()
     with pytest.raises(fx.OptionError, match=r"a\.tz is held"):
-        fx.system(beam(), "a.tz", "b.tz")
+        fx.system(beam(), inputs="a.tz", outputs="b.tz")
     with pytest.raises(fx.OptionError, match=r"a\.tz is held"):
-        fx.system(beam(), "b.tz", "a.tz")
+        fx.system(beam(), inputs="b.tz", outputs="a.tz")
 
 
 def test_no_line_between_two_nodes_at_one_place():
@@ -284,8 +286,8 @@ def test_no_line_between_two_nodes_at_one_place():
         return fx.Mechanism(bodies=bodies, springs=springs | tie, sensors={"gap": sensor})
 
     with pytest.raises(fx.ModelError, match="at one place"):
-        fx.system(sensed(), "one.tx")
-    assert fx.system(sensed(direction="x"), "one.tx").outputs[0].name == "gap"
+        fx.system(sensed(), inputs="one.tx")
+    assert fx.system(sensed(direction="x"), inputs="one.tx").outputs[0].name == "gap"
 
 
 def test_parameters_of_actuators():

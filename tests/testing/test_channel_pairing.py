@@ -105,7 +105,7 @@ def test_described_sensors_and_dofs_by_name(bar):
     channels = [c.MeasuredChannel(name, q) for name, q in zip(names, quantities, strict=True)]
     found = pair_channels(bar, channels)
     assert [m.how for m in found.matched] == ["name"] * 5
-    assert np.allclose(found.rows, fx.system(bar, [], names).rows)
+    assert np.allclose(found.rows, fx.system(bar, inputs=[], outputs=names).rows)
     assert found.turns.tolist() == [False, False, True, False, True]
     assert np.allclose(found.positions[0], (0.1, 0, 0)) and np.isnan(found.positions[1]).all()
     assert np.allclose(found.directions[[0, 3]], [(0, np.sqrt(0.5), np.sqrt(0.5)), (0, 0, 1)])
@@ -143,7 +143,7 @@ def test_positions_in_other_units_are_recognised(bar, unit, factor):
 
 def test_forces_find_where_they_act(bar):
     found = pair_channels(bar, [c.channel("hammer", (0, 0, -1.0), (0.1, 0, 0), quantity="force")])
-    assert np.allclose(found.rows[0], -fx.system(bar, ["n5.tz"], []).B[:, 0])
+    assert np.allclose(found.rows[0], -fx.system(bar, inputs=["n5.tz"], outputs=[]).B[:, 0])
     by_name = pair_channels(bar, [c.MeasuredChannel("n5.tz", "force")])
     assert np.allclose(by_name.rows, -found.rows)
 
@@ -158,4 +158,4 @@ def test_forces_find_where_they_act(bar):
 )
 def test_what_is_refused(bar, channel, tolerance, words):
     with pytest.raises(OptionError, match=words):
-        pair_channels(bar, [channel], tolerance)
+        pair_channels(bar, [channel], tolerance=tolerance)

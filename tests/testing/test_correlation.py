@@ -36,7 +36,7 @@ def test_repeated_modes_of_another_design(bar):
     other, test_hz, vectors = c.modes_of(c.cantilever(diameter=3.15e-3, mass=0.005 * 1.05**2), 4)
     channels = c.grid()
     shapes = turned_pairs(fx.pair_channels(other, channels).rows @ vectors, TURN)
-    found = correlate(full, c.identified(test_hz * [1, 1.0005, 1, 1.0005], shapes, channels))
+    found = correlate(full, test=c.identified(test_hz * [1, 1.0005, 1, 1.0005], shapes, channels))
     assert [p.test for p in found.pairs] == [1, 2, 3, 4]
     assert [sorted(p.model for p in found.pairs[k : k + 2]) for k in (0, 2)] == [[1, 2], [3, 4]]
     for pair in found.pairs:
@@ -54,7 +54,7 @@ def test_repeated_modes_of_another_design(bar):
 
 def test_swapped_order_is_seen(bar):
     full, hz, _, channels, shapes = bar
-    found = correlate(full, c.identified(hz[[0, 1, 2, 3]], shapes[:, [2, 3, 0, 1]], channels))
+    found = correlate(full, test=c.identified(hz[[0, 1, 2, 3]], shapes[:, [2, 3, 0, 1]], channels))
     assert [p.model for p in found.pairs[:2]] in ([3, 4], [4, 3])
     assert [p.model for p in found.pairs[2:]] in ([1, 2], [2, 1])
 
@@ -62,7 +62,7 @@ def test_swapped_order_is_seen(bar):
 def test_low_order_and_full_order_models_say_the_same(bar):
     full, hz, _, channels, shapes = bar
     test = c.identified(hz[:4], shapes[:, :4], channels)
-    a, b = correlate(full, test), correlate(fx.reduce(full.plan, tolerance=1e-6, up_to=2 * hz[3]), test)
+    a, b = correlate(full, test=test), correlate(fx.reduce(full.plan, tolerance=1e-6, up_to=2 * hz[3]), test=test)
     assert [p.model for p in a.pairs] == [p.model for p in b.pairs] or all(p.space_mac > 0.99 for p in b.pairs)
     assert [p.model_hz for p in b.pairs] == pytest.approx([p.model_hz for p in a.pairs], rel=1e-5)
 
@@ -72,7 +72,7 @@ def test_missing_modes_on_both_sides(bar):
     full, hz, _, channels, shapes = bar
     strange = np.random.default_rng(2).normal(size=len(channels))
     test = c.identified([hz[2], hz[3], 1.3 * hz[3]], np.column_stack([shapes[:, 2:4], strange]), channels)
-    found = correlate(full, test)
+    found = correlate(full, test=test)
     assert found.unpaired_model == (1, 2)
     assert found.unpaired_test == (3,)
 
@@ -82,7 +82,7 @@ def test_a_faulty_channel_is_named(bar, factor, words):
     full, hz, _, channels, shapes = bar
     faulty = shapes[:, :6].copy()
     faulty[3] *= factor
-    found = correlate(full, c.identified(hz[:6], faulty, channels))
+    found = correlate(full, test=c.identified(hz[:6], faulty, channels))
     named = [note for note in found.notes if words in note]
     assert len(named) == 1
     assert named[0].startswith(channels[3].name)
@@ -94,7 +94,7 @@ def test_modes_that_the_sensors_confuse_are_named(bar):
     full, hz, *_ = bar
     channels = c.grid()[-2:]
     shapes = fx.pair_channels(full, channels).rows @ bar[2][:, :2]
-    found = correlate(full, c.identified(hz[:2], shapes, channels), n=4)
+    found = correlate(full, test=c.identified(hz[:2], shapes, channels), n=4)
     assert sum("hardly tell" in note for note in found.notes) == 0 or found.pairs
     assert found.auto_mac_model[0, 2:4].max() > 0.3
 
@@ -104,7 +104,7 @@ def test_expansion_recovers_the_whole_mechanism(bar):
     full, hz, vectors, channels, shapes = bar
     mixed = turned_pairs(vectors[:, :4], TURN)
     test = c.identified(hz[:4], turned_pairs(shapes[:, :4], TURN) * [3.0, -1.0, 2.0, -0.5], channels)
-    found = correlate(full, test)
+    found = correlate(full, test=test)
     expected = full.node_displacements(mixed)
     for k in range(4):
         own = found.expanded[:, :, k].ravel()
@@ -162,7 +162,7 @@ def test_orthogonality_finds_a_mixture(method):
     x = shapes.copy()
     x[:, 0] = np.cos(t) * shapes[:, 0] + np.sin(t) * shapes[:, 2]
     x[:, 2] = np.cos(t) * shapes[:, 2] - np.sin(t) * shapes[:, 0]
-    found = correlate(full, c.identified(hz, x, channels), reduced_mass=method)
+    found = correlate(full, test=c.identified(hz, x, channels), reduced_mass=method)
     models = [p.model for p in found.pairs]
     cross, close = found.cross_orthogonality[0], 1e-6 if method == "serep" else 0.02
     assert found.pairs[0].test == 1
@@ -174,9 +174,9 @@ def measurement(mechanism, outputs, inputs, channels, hammer, hz, decay=0.0):
     """Responses of the model itself, solved directly at every frequency, as if measured."""
     H = fx.frequency_response(
         mechanism,
-        hz,
-        inputs,
-        outputs,
+        frequency_hz=hz,
+        inputs=inputs,
+        outputs=outputs,
         order="full",
         method="direct",
         quantity="accelerance",
@@ -197,7 +197,7 @@ def test_responses_lie_over_those_of_a_direct_solution(bar):
     measured = measurement(c.cantilever(), names, ["n5.tz"], channels, hammer, line)
     grid = c.grid()
     shapes = fx.pair_channels(full, grid).rows @ bar[2][:, :4]
-    found = correlate(full, c.identified(hz[:4], shapes, grid), measurement=measured)
+    found = correlate(full, test=c.identified(hz[:4], shapes, grid), measurement=measured)
     overlay = found.frfs[0]
     expected = measured.frfs[0].response * np.array([-1.0, 1.0])[None, :, None]
     assert overlay.damping == "as identified"
@@ -216,7 +216,9 @@ def test_the_decay_of_a_window_is_in_the_overlay(bar):
     for extra in (0.0, decay):
         frf = MeasuredFRF(hz[:1], np.ones((1, 1, 1), dtype=complex), hammer, one, decay=extra)
         test = c.identified(hz[:4], shapes[:, :4], channels)
-        peaks.append(np.abs(correlate(full, test, measurement=Measurement("m", frfs=(frf,))).frfs[0].response[0, 0, 0]))
+        peaks.append(
+            np.abs(correlate(full, test=test, measurement=Measurement("m", frfs=(frf,))).frfs[0].response[0, 0, 0])
+        )
     assert peaks[1] / peaks[0] == pytest.approx(0.5, rel=0.01)
 
 
@@ -224,7 +226,7 @@ def test_shapes_at_the_inputs_where_the_hammer_moves(bar):
     full, hz, _, channels, shapes = bar
     inputs = tuple(c.MeasuredChannel(k.name, "force", k.node, k.direction, k.position) for k in channels)
     test = c.identified(hz[:4], shapes[:1, :4], channels[:1], inputs=inputs, participation=shapes[:, :4] * 1j)
-    found = correlate(full, test)
+    found = correlate(full, test=test)
     assert len(found.matched) == 10
     assert all(p.space_mac > 1 - 1e-9 for p in found.pairs)
     assert any("reciprocity" in note for note in found.notes)
@@ -234,7 +236,7 @@ def test_rotations_count_by_a_length(bar):
     full, hz, vectors, *_ = bar
     channels = (*c.grid(), c.channel("turn", c.Z, (0.1, 0, 0), quantity="angular_acceleration"))
     shapes = fx.pair_channels(full, channels).rows @ vectors[:, :4]
-    found = correlate(full, c.identified(hz[:4], shapes, channels))
+    found = correlate(full, test=c.identified(hz[:4], shapes, channels))
     assert found.reach == pytest.approx(0.05)
     assert np.allclose(np.abs(found.test_shapes[-1]), 0.05 * np.abs(shapes[-1]))
     assert any("50 mm" in note for note in found.notes)
@@ -244,14 +246,14 @@ def test_channels_without_a_shape_are_left_out(bar):
     full, hz, _, channels, shapes = bar
     holes = shapes[:, :4].copy()
     holes[2, 1] = np.nan
-    found = correlate(full, c.identified(hz[:4], holes, channels))
+    found = correlate(full, test=c.identified(hz[:4], holes, channels))
     assert len(found.matched) == 9
     assert any(channels[2].name in note for note in found.notes)
 
 
 def test_plain_data(bar):
     full, hz, _, channels, shapes = bar
-    found = correlate(full, c.identified(hz[:1], shapes[:1, :1], channels[:1]))
+    found = correlate(full, test=c.identified(hz[:1], shapes[:1, :1], channels[:1]))
     data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert data["pairs"][0]["test_hz"] == pytest.approx(hz[0])
     assert any("single channel" in note for note in data["notes"])
@@ -262,17 +264,17 @@ def test_what_is_refused(bar):
     test = c.identified(hz[:4], shapes[:, :4], channels)
     far = tuple(c.channel(k.name, k.direction, 1e3 * np.array(k.position)) for k in channels)
     with pytest.raises(OptionError, match=r"none of 10 channels.*read as mm"):
-        correlate(full, c.identified(hz[:4], shapes[:, :4], far))
+        correlate(full, test=c.identified(hz[:4], shapes[:, :4], far))
     with pytest.raises(OptionError, match="no modes"):
-        correlate(full, c.identified([], shapes[:, :0], channels))
+        correlate(full, test=c.identified([], shapes[:, :0], channels))
     with pytest.raises(OptionError, match="serep or guyan"):
-        correlate(full, test, reduced_mass="irs")  # type: ignore[arg-type]
+        correlate(full, test=test, reduced_mass="irs")  # type: ignore[arg-type]
     with pytest.raises(OptionError, match="parameters"):
-        correlate(full, test, parameters={"a": 1.0})
+        correlate(full, test=test, parameters={"a": 1.0})
     with pytest.raises(OptionError, match="at least 1"):
-        correlate(full, test, n=0)
+        correlate(full, test=test, n=0)
     with pytest.raises(OptionError, match="not a list"):
-        correlate(full, [1.0])  # type: ignore[arg-type]
+        correlate(full, test=[1.0])  # type: ignore[arg-type]
     free = fx.assemble(c.floating())
     with pytest.raises(SolverError, match="held"):
         sensor_mass(free, np.eye(free.order)[:3], method="guyan")

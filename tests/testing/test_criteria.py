@@ -63,7 +63,7 @@ def test_weighted_mac_is_that_of_transformed_shapes():
     rng = np.random.default_rng(3)
     L = rng.normal(size=(7, 7))
     a, b = random_shapes(4), random_shapes(5)
-    assert np.allclose(mac(a, b, L.T @ L), mac(L @ a, L @ b), atol=1e-13)
+    assert np.allclose(mac(a, b, weight=L.T @ L), mac(L @ a, L @ b), atol=1e-13)
 
 
 def test_orthogonality_of_a_chain_with_unequal_masses():

@@ -274,7 +274,9 @@ def test_a_computed_response_is_data():
         ground={"root": fx.Support(fixed=fx.DOF_NAMES)},
     )
     ends = ["tip.tz", "tip.ty"]
-    H = fx.frequency_response(mechanism, np.arange(5, 1200, 1.0), ends, ends, order="full", damping=0.02)
+    H = fx.frequency_response(
+        mechanism, frequency_hz=np.arange(5, 1200, 1.0), inputs=ends, outputs=ends, order="full", damping=0.02
+    )
     result = fx.identify(H)
     # bending modes from 2.9 kHz on are a constant to the fit, (1.2 / 2.9)^2 of which is missing at the end of the band
     assert result.frequency_hz == pytest.approx(fx.modes(mechanism, n=3, order="full").frequency_hz, rel=2e-5)

@@ -78,13 +78,13 @@ def test_pictures_of_one_setup(two):
     assert lines == pytest.approx(result.setups[0].frequency_hz)
     drawn = sum(len(line.get_xdata()) for line in axes.lines[: len(axes.lines) - len(lines)])
     assert drawn == len(result.setups[0].diagram[0].order)
-    panels = fx.draw_synthesis(result.setups[1], two, [("acc2", "hit0")]).axes
+    panels = fx.draw_synthesis(result.setups[1], two, pairs=[("acc2", "hit0")]).axes
     measured_line, given = (line.get_ydata() for line in panels[0].lines[:2])
     assert np.abs(given / measured_line - 1)[80:160].max() < 0.5
     with pytest.raises(fx.OptionError, match="modes of 2 setups"):
         fx.draw_stabilisation(result, two)
     with pytest.raises(fx.OptionError, match="no response"):
-        fx.draw_synthesis(result.setups[1], two, [("acc0", "hit0")])
+        fx.draw_synthesis(result.setups[1], two, pairs=[("acc0", "hit0")])
     with pytest.raises(fx.OptionError, match="no setup"):
         fx.draw_synthesis(result.setups[0], two[1])
 

@@ -31,7 +31,7 @@ def coverage(base, noise, seeds, free):
     plan, held, warned, said = fx.Plan(stands.beam()), [], 0, 0
     for seed in seeds:
         truth, hz = measured(base, noise, seed, free)
-        found = fx.calibrate(plan, hz, free, sigma=noise, pairing="in_order")
+        found = fx.calibrate(plan, data=hz, free=free, sigma=noise, pairing="in_order")
         held += [p.interval[0] <= truth[p.name] <= p.interval[1] for p in found.parameters]
         warned += bool(found.warnings)
         said += bool(found.warnings) or any("widened" in note for note in found.notes)
@@ -48,7 +48,7 @@ def test_an_error_of_the_model_is_said_and_in_the_intervals(noise):
 def test_a_model_without_error_is_left_alone():
     """Six frequencies and one size: the noise of each is what sigma says, and no warning is due."""
     truth, hz = measured(None, 1e-3, 1, ["thickness"])
-    found = fx.calibrate(stands.beam(), hz, ["thickness"], sigma=1e-3, pairing="in_order")
+    found = fx.calibrate(stands.beam(), data=hz, free=["thickness"], sigma=1e-3, pairing="in_order")
     (own,) = found.misfits
     assert (own.kind, own.data, round(own.spare, 6)) == ("frequencies", 6, 5)
     assert own.probability > 0.01
@@ -73,7 +73,7 @@ def test_the_size_of_the_widening_in_closed_form():
     sigma = 0.01
     f = np.sqrt(4e3 / 0.4) / (2 * np.pi) * np.exp(np.array([-2, 2]) * sigma)
     also = [(stands.body(), [f[1]])]
-    found = fx.calibrate(stands.body(), [f[0]], ["kx"], also=also, sigma=sigma, method="least_squares")
+    found = fx.calibrate(stands.body(), data=[f[0]], free=["kx"], also=also, sigma=sigma, method="least_squares")
     noise = 2 * sigma / np.sqrt(2)
     added = 12.7062 / 1.959964 * np.sqrt(7 * 2) * noise
     half = np.log(found.parameters[0].interval[1] / 4e3)
@@ -86,13 +86,13 @@ def test_the_size_of_the_widening_in_closed_form():
 def test_data_and_prior_that_disagree_are_no_error_of_the_model():
     f = np.sqrt(8e3 / 0.4) / (2 * np.pi)
     also = [(stands.body(), [f])]
-    found = fx.calibrate(stands.body(), [f], ["kx"], also=also, priors={"kx": 0.05})
+    found = fx.calibrate(stands.body(), data=[f], free=["kx"], also=also, priors={"kx": 0.05})
     assert found.misfits[0].chi_square < 1e-9
     assert not found.warnings
 
 
 def test_nothing_to_spare_is_said():
-    found = fx.calibrate(stands.body(), [15.0, 25.0], ["kx", "ky"])
+    found = fx.calibrate(stands.body(), data=[15.0, 25.0], free=["kx", "ky"])
     assert any("take up all 2 frequencies" in note for note in found.notes)
     assert found.to_dict()["misfits"][0]["ratio"] is None
 

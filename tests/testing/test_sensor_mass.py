@@ -45,25 +45,25 @@ def tested(stage):
 
 def test_frequencies_are_those_with_the_sensors_on(stage, tested):
     """Up to a tenth of the stage's mass in sensors: without them the model is several per cent off."""
-    found = fx.correlate(stage, tested.identified, measurement=tested.measurement)
+    found = fx.correlate(stage, test=tested.identified, measurement=tested.measurement)
     assert len(found.pairs) == 6
     assert max(abs(p.error) for p in found.pairs) < 2e-3
     assert min(o.frac.min() for o in found.frfs) > 0.98
     assert [m.how for m in found.matched] == ["test"] * 5
     assert sum("carries the sensors of first, second" in note for note in found.notes) == 1
-    bare = fx.correlate(stage.model_copy(update={"test": None}), tested.identified, tolerance=0.1)
+    bare = fx.correlate(stage.model_copy(update={"test": None}), test=tested.identified, tolerance=0.1)
     assert max(abs(p.error) for p in bare.pairs) > 0.02
 
 
 def test_mean_frequencies_over_placements_are_those_of_each_by_itself(stage, tested):
-    found = fx.correlate(stage, tested.identified)
+    found = fx.correlate(stage, test=tested.identified)
     stand = Stand(stage)
     each = [stand.modes(name).frequency_hz for name in ("first", "second")]
     assert found.model_hz[:6] == pytest.approx(np.mean(each, axis=0)[:6], rel=2e-5)
 
 
 def test_low_order_model_carries_them_too(stage, tested):
-    full, low = (fx.correlate(model, tested.identified) for model in (stage, fx.reduce(stage)))
+    full, low = (fx.correlate(model, test=tested.identified) for model in (stage, fx.reduce(stage)))
     assert low.model_hz == pytest.approx(full.model_hz, rel=1e-9)
 
 
@@ -84,23 +84,25 @@ def test_stiffness_and_mass_from_two_loads(order):
         measured(name, sensor, np.sqrt(k / (m + own)) / (2 * np.pi))
         for name, sensor, own in (("one", "light", 0.01), ("two", "heavy", 0.07))
     ]
-    found = fx.calibrate(fx.loads(FREE), data, ["kz", "mass"], method="least_squares", order=order)
+    found = fx.calibrate(fx.loads(FREE), data=data, free=["kz", "mass"], method="least_squares", order=order)
     assert found.values == pytest.approx({"kz": k, "mass": m}, rel=1e-6)
 
 
 def test_a_setup_without_a_name_is_known_by_its_sensors():
     k, m = 11e3, 0.4
     data = measured("", "heavy", np.sqrt(k / (m + 0.07)) / (2 * np.pi))
-    found = fx.calibrate(fx.loads(FREE), data, ["kz"], method="least_squares")
+    found = fx.calibrate(fx.loads(FREE), data=data, free=["kz"], method="least_squares")
     assert found.values["kz"] == pytest.approx(k, rel=1e-6)
-    assert fx.correlate(fx.loads(FREE), data).matched[0].how == "test"
+    assert fx.correlate(fx.loads(FREE), test=data).matched[0].how == "test"
 
 
 def test_a_test_that_is_not_the_described_one_is_said():
     data = measured("elsewhere", "stage.tz", 23.0)
     note = "no setup of the data is a placement"
-    assert any(note in own for own in fx.correlate(fx.loads(FREE), data).notes)
-    assert not any(note in own for own in fx.correlate(fx.loads(FREE).model_copy(update={"test": None}), data).notes)
+    assert any(note in own for own in fx.correlate(fx.loads(FREE), test=data).notes)
+    assert not any(
+        note in own for own in fx.correlate(fx.loads(FREE).model_copy(update={"test": None}), test=data).notes
+    )
 
 
 def test_calibration_is_not_biased_by_the_sensors(stage, tested):
@@ -108,8 +110,8 @@ def test_calibration_is_not_biased_by_the_sensors(stage, tested):
     text = STAGE.replace("tz: 9 kN/m", "tz: kz")
     text = text.replace("bodies:", "parameters: {kz: {value: 8 kN/m, minimum: 4 kN/m, maximum: 20 kN/m}}\nbodies:")
     each = list(tested.identified.setups)
-    found = fx.calibrate(fx.loads(text + HEAVY), each, ["kz"], method="least_squares", sigma=1e-3)
-    blind = fx.calibrate(fx.loads(text), [tested.identified.frequency_hz[2]], ["kz"], method="least_squares")
+    found = fx.calibrate(fx.loads(text + HEAVY), data=each, free=["kz"], method="least_squares", sigma=1e-3)
+    blind = fx.calibrate(fx.loads(text), data=[tested.identified.frequency_hz[2]], free=["kz"], method="least_squares")
     assert found.values["kz"] == pytest.approx(9e3, rel=3e-3)
     assert blind.values["kz"] != pytest.approx(9e3, rel=0.03)
 
@@ -121,8 +123,8 @@ def test_responses_are_those_of_their_own_placement(stage, tested):
     text = text.replace("bodies:", "parameters: {kz: {value: 8.7 kN/m, minimum: 4 kN/m, maximum: 20 kN/m}}\nbodies:")
     damping = float(np.mean(tested.identified.damping_ratio))
     how = {"method": "least_squares", "damping": damping}
-    found = fx.calibrate(fx.loads(text + HEAVY), list(tested.measurement.frfs), ["kz"], **how)
+    found = fx.calibrate(fx.loads(text + HEAVY), data=list(tested.measurement.frfs), free=["kz"], **how)
     assert found.values["kz"] == pytest.approx(9e3, rel=2e-3)
     light = HEAVY.replace("mass: 40 g", "mass: 0 g").replace("mass: 25 g", "mass: 0 g")
-    bare = fx.calibrate(fx.loads(text + light), list(tested.measurement.frfs), ["kz"], **how)
+    bare = fx.calibrate(fx.loads(text + light), data=list(tested.measurement.frfs), free=["kz"], **how)
     assert bare.values["kz"] != pytest.approx(9e3, rel=0.02)

@@ -226,7 +226,7 @@ def test_written_and_read_again(rpr, tmp_path):
     assert found.frequency_hz == pytest.approx(rpr.identified.frequency_hz, rel=1e-6)
     places = {c.name: c.position for c in found.outputs}
     assert places["p2z"] == pytest.approx((-0.063, 0.063, rpr.identified.outputs[0].position[2]))
-    paired = fx.correlate(fx.load(EXAMPLE), found)
+    paired = fx.correlate(fx.load(EXAMPLE), test=found)
     assert [(p.test, p.model) for p in paired.pairs] == [(k, k) for k in range(1, 7)]
     assert [p.error for p in paired.pairs] == pytest.approx(
         [np.mean([true / own - 1 for true, own in m.placement_hz.values()]) for m in rpr.modes], abs=5e-6

@@ -248,8 +248,8 @@ def _system(
         raise OptionError(f"order {order} needs the mechanism, not a model reduced from it")
     return system(
         mechanism,
-        inputs,
-        outputs,
+        inputs=inputs,
+        outputs=outputs,
         parameters=parameters,
         order="low" if order == "low" else "full",
         damping=damping,

@@ -275,7 +275,7 @@ def _built(
         from flexura.analysis.frequency_response import proven_reduction
 
         how = proven_reduction(mechanism, parameters, 1 / (PER_PERIOD * dt))
-    return system(mechanism, inputs, outputs, parameters=parameters, damping=damping, **how)
+    return system(mechanism, inputs=inputs, outputs=outputs, parameters=parameters, damping=damping, **how)
 
 
 def _modes(built: System, dt: float, mechanism: Any) -> ModalSystem:

@@ -96,9 +96,9 @@ def calibrate_command(
     chosen = "map" if method is Method.map else "least_squares"
     result = calibrate(
         mechanism,
-        first,
-        names,
-        parameters,
+        data=first,
+        free=names,
+        parameters=parameters,
         also=list(zip(others, more, strict=True)),
         method=chosen,
         sigma=sigma,
@@ -108,7 +108,11 @@ def calibrate_command(
     if strict:
         result.raise_warnings()
     sampled = _sampled(result, draws) if draws else None
-    written = [] if out is None else [save_calibrated(result, t, f, k) for k, (t, f) in enumerate(_targets(out, files))]
+    written = (
+        []
+        if out is None
+        else [save_calibrated(result, t, base=f, configuration=k) for k, (t, f) in enumerate(_targets(out, files))]
+    )
     if plot is not None:
         from flexura.view.calibration import save_calibration
 

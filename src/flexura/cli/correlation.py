@@ -78,7 +78,7 @@ def correlate_command(
     )
     result = correlate(
         mechanism,
-        identified,
+        test=identified,
         measurement=measurement,
         parameters=parameters,
         n=n,
@@ -113,7 +113,7 @@ def place_sensors_command(
     from flexura.testing.virtual.sensor_placement import place_sensors
 
     mechanism, parameters = read(file, set)
-    result = place_sensors(mechanism, k, n, candidate, parameters=parameters)
+    result = place_sensors(mechanism, k=k, n=n, candidates=candidate, parameters=parameters)
     written: list[Path] = []
     if plot is not None:
         from flexura.view import draw_sensors, save_figures

@@ -102,14 +102,20 @@ def export_command(
         if band is None:
             raise OptionError("a response needs a --band FROM,TO in Hz")
         thing = frequency_response(
-            mechanism, None, input, output, band=band_of(band), damping=damping, parameters=parameters
+            mechanism,
+            frequency_hz=None,
+            inputs=input,
+            outputs=output,
+            band=band_of(band),
+            damping=damping,
+            parameters=parameters,
         )
     else:
         thing = _matrices(mechanism, parameters, own is What.full, keep, n, limit)
     warnings = getattr(thing, "warnings", ())
     if strict and warnings:
         raise LimitError(warnings)
-    written = [str(path) for path in export(thing, out, format)]
+    written = [str(path) for path in export(thing, out, format=format)]
     notes = list(getattr(thing, "notes", ()))
     if format_of(out, format) == "uff":
         notes += scalar_notes(thing)
@@ -150,4 +156,4 @@ def _state_space(
 
     full = system(mechanism, *channels, parameters=parameters, order="full", damping=damping)
     count = 6 if n is None and up_to is None else n
-    return state_space(full, count, up_to, **how)
+    return state_space(full, n=count, up_to=up_to, **how)

@@ -110,7 +110,7 @@ def kinetostatics_command(
     from flexura.cli.response_tables import print_kinetostatics
 
     mechanism, parameters = read(file, set)
-    result = kinetostatics(mechanism, platform, actuators, parameters=parameters)
+    result = kinetostatics(mechanism, platform=platform, actuators=actuators, parameters=parameters)
     if strict:
         result.raise_warnings()
     if as_json:
@@ -142,9 +142,9 @@ def frequency_response_command(
     mechanism, parameters = read(file, set)
     result = frequency_response(
         mechanism,
-        None,
-        input,
-        output,
+        frequency_hz=None,
+        inputs=input,
+        outputs=output,
         band=band_of(band),
         points=points,
         quantity=None if quantity is None else quantity.value,
@@ -227,8 +227,8 @@ def time_response_command(
         total = found.time[-1] if total is None else total
     result = time_response(
         mechanism,
-        inputs,
-        output,
+        inputs=inputs,
+        outputs=output,
         dt=h,
         duration=total if total is not None or not inputs else None,
         hold=hold.value,

@@ -65,7 +65,9 @@ def verify_command(
     written = [] if out is None else [_write_step(mechanism, parameters, out)]
     done, interrupted = None, False
     try:
-        for so_far in progressively(mechanism, n, size, parameters, solver.value, announce=_announce):
+        for so_far in progressively(
+            mechanism, n=n, size=size, parameters=parameters, solver=solver.value, announce=_announce
+        ):
             done = so_far
     except KeyboardInterrupt:
         interrupted = True

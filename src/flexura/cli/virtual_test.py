@@ -60,7 +60,7 @@ def virtual_test_command(
     if plot is not None:
         from flexura.view.virtual_test import save_virtual_test
 
-        written += save_virtual_test(result, plot, beside)
+        written += save_virtual_test(result, plot, measured=beside)
     if as_json:
         known = {} if beside is None else beside.by_number
         more = {} if beside is None else {"measured_hz": [known.get(n) for n in range(1, max(known) + 1)]}

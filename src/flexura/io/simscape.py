@@ -59,7 +59,7 @@ def write_simscape(
             len(spring.nodes) == 1 for part in low.plan.parts.values() for spring in part.springs.values()
         ):
             raise OptionError(_HELD)
-        own = nested(low, frames, keep)
+        own = nested(low, frames, keep=keep)
     model, names = own.model, list(own.names)
     K, M = np.asarray(model.K), np.asarray(model.M)
     x = model.geometry.positions[model.plan.topology.numbers(names)]

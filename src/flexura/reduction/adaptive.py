@@ -181,6 +181,6 @@ def _in_coordinates(
         T = own @ np.linalg.lstsq(shapes.T @ (M @ shapes), shapes.T @ (M @ pairs.vectors[:, :n]))[0]
         small = low.in_modes(pairs.values[:n], T, f"modal coordinates; {step}")
     else:
-        small = condense(low, n, "serep")
+        small = condense(low, n, method="serep")
         small = replace(small, steps=(*small.steps, step))
     return replace(small, certificate=low.certificate)

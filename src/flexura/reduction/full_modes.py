@@ -60,6 +60,6 @@ def reduce_by_modes(
         shapes = full.recover(pairs.vectors[:, :n])
         small = whole.in_modes(pairs.values[:n], shapes, f"modal coordinates; {smallest(n)}")
     else:
-        small = condense(whole, n, "serep")
+        small = condense(whole, n, method="serep")
         small = replace(small, steps=(*small.steps, smallest(n)))
     return replace(small, certificate=found)

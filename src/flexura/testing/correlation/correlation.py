@@ -194,7 +194,7 @@ def correlate(
     read = shapes_of(identified)
     bare = _full(mechanism, parameters)
     full = with_sensors(bare, placements := placements_of(bare.plan, setups_of(identified)))
-    sensors = pair_channels(full, read.channels, tolerance)
+    sensors = pair_channels(full, read.channels, tolerance=tolerance)
     if not sensors.matched:
         raise OptionError(nothing_matched(identified.name, sensors))
     hz, vectors = _model_modes(mechanism, full, identified.frequency_hz, n, placements)

@@ -50,13 +50,13 @@ def checked_pairing(test_hz: Array, x: NDArray, model_hz: Array, y: Array, close
     is far from one (theory eqs. Q5, Q6): an error of the data, not of the model.
     """
     used: NDArray[np.bool_] = np.ones(len(x), dtype=np.bool_)
-    pairing = pair_modes(test_hz, x, model_hz, y, close)
+    pairing = pair_modes(test_hz, x, model_hz=model_hz, model_shapes=y, close=close)
     alike, gain = _agreement(x, y, pairing, used)
     faulty = (alike > RELIABLE) & ~((gain > GAINS[0]) & (gain < GAINS[1])) & np.isfinite(gain)
     if (pairing.partner >= 0).sum() < 2 or not faulty.any() or len(x) - faulty.sum() < LEAST:
         return CheckedPairing(pairing, alike, gain, used)
     used = np.asarray(~faulty, dtype=np.bool_)
-    pairing = pair_modes(test_hz, x[used], model_hz, y[used], close)
+    pairing = pair_modes(test_hz, x[used], model_hz=model_hz, model_shapes=y[used], close=close)
     return CheckedPairing(pairing, *_agreement(x, y, pairing, used), used)
 
 

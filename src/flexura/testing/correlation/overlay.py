@@ -59,7 +59,7 @@ def overlays(
     top = BAND * float(identified.frequency_hz.max())
     found = []
     for frf in frfs:
-        outputs, inputs = (pair_channels(model, c, tolerance) for c in (frf.outputs, frf.inputs))
+        outputs, inputs = (pair_channels(model, c, tolerance=tolerance) for c in (frf.outputs, frf.inputs))
         own = np.flatnonzero((frf.frequency_hz > 0) & (frf.frequency_hz <= top))
         if not (outputs.matched and inputs.matched and len(own)):
             continue
@@ -104,10 +104,10 @@ def _system(
     ratios: tuple[float, ...],
 ) -> tuple[System, str]:
     """The system between the places of the channels, and where its damping comes from."""
-    built, damping = system(model, [], []), "as described"
+    built, damping = system(model, inputs=[], outputs=[]), "as described"
     if not built.is_damped:
         how: dict[str, Any] = {"ratio": float(np.median(ratios)), "ratios": ratios}
-        built, damping = system(model, [], [], damping=how), "as identified"
+        built, damping = system(model, inputs=[], outputs=[], damping=how), "as identified"
     p, m = len(outputs.rows), len(inputs.rows)
     B, rows = inputs.rows.T, outputs.rows
     return (

@@ -59,7 +59,7 @@ class Stand:
         self.model = assemble(plan, single)
         self._places = PlacesOfTest(self.model)
         self.test = self._places.test
-        self._built = system(self.model, [], [], damping=damping)
+        self._built = system(self.model, inputs=[], outputs=[], damping=damping)
         self.hammer = list(self._places.hammer.values())
         self.accelerometers = self._places.accelerometers
         for place in [*self.hammer, *self.accelerometers.values()]:

@@ -84,7 +84,9 @@ class ModalTarget:
         tracked = state.tracked[np.array(self.numbers) - 1]
         if self.shapes is None:
             return tracked
-        found = pair_modes(self.frequency_hz, self.shapes, state.frequency_hz, state.Y[rows]).partner
+        found = pair_modes(
+            self.frequency_hz, self.shapes, model_hz=state.frequency_hz, model_shapes=state.Y[rows]
+        ).partner
         return np.where(found >= 0, found, tracked)
 
     def residual(self, state: State, rows: slice) -> Array:

@@ -267,7 +267,7 @@ def compared(
 
 def _paired(found: IdentifiedModes, hz: Array, shapes: Array) -> dict[int, tuple[int, float]]:
     """The identified mode of every true one by number, and how alike they are, within the space of close modes."""
-    pairing = pair_modes(found.frequency_hz, found.shapes, hz, shapes)
+    pairing = pair_modes(found.frequency_hz, found.shapes, model_hz=hz, model_shapes=shapes)
     result = {}
     for i, k in enumerate(pairing.partner.tolist()):
         if k >= 0:
