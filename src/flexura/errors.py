@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Protocol, TypeVar
-
-from flexura.records import Record
+from math import isfinite
+from typing import Any
 
 Path = tuple[str | int, ...]
 
@@ -98,9 +97,9 @@ class Exceeded:
         return self.text
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON; infinite numbers as None."""
+        """Plain data for JSON; numbers that are not finite as None."""
         own = asdict(self)
-        return {key: None if isinstance(v, float) and abs(v) == float("inf") else v for key, v in own.items()}
+        return {key: None if isinstance(v, float) and not isfinite(v) else v for key, v in own.items()}
 
 
 class LimitError(FlexuraError):
@@ -110,21 +109,3 @@ class LimitError(FlexuraError):
         self.warnings: tuple[Exceeded, ...] = tuple(warnings)
         count = len(self.warnings)
         super().__init__("\n".join([f"{count} warning{'s' if count != 1 else ''}", *map(str, self.warnings)]))
-
-
-class _HasWarnings(Protocol):
-    @property
-    def warnings(self) -> tuple[Exceeded, ...]: ...
-
-
-R = TypeVar("R", bound=_HasWarnings)
-
-
-class Warned(Record):
-    """A result whose `warnings` say where it stops holding; its `notes`, where it has any, say how it was computed."""
-
-    def raise_warnings(self: R) -> R:
-        """The result itself. Raises LimitError when it has warnings."""
-        if self.warnings:
-            raise LimitError(self.warnings)
-        return self

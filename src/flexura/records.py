@@ -29,7 +29,7 @@ class Record:
 
     def __repr__(self) -> str:
         names = self._shown or [f.name for f in fields(cast(Any, self)) if f.repr]
-        parts = [f"{name}={text}" for name in names if (text := _words(getattr(self, name)))]
+        parts = [f"{name}={text}" for name in names if (text := in_words(getattr(self, name)))]
         return _shortened(f"{type(self).__name__}({', '.join(parts)})", SHOWN)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -37,7 +37,7 @@ class Record:
         return {name: value for name, value in vars(self).items() if name not in cached}
 
 
-def _words(value: Any) -> str:
+def in_words(value: Any) -> str:
     """A value in few characters: arrays by their shape, collections by their number; empty where there is nothing."""
     if value is None or (isinstance(value, tuple | list | Mapping) and not value):
         return ""
@@ -45,7 +45,7 @@ def _words(value: Any) -> str:
     if shape:
         return "x".join(str(n) for n in shape)
     if isinstance(value, tuple | list | Mapping):
-        kept = [_words(own) for own in value] if len(value) <= SEVERAL and not isinstance(value, Mapping) else []
+        kept = [in_words(own) for own in value] if len(value) <= SEVERAL and not isinstance(value, Mapping) else []
         return f"({', '.join(kept)})" if kept and all(kept) else f"{len(value)} of them"
     return _shortened(f"{value:.6g}" if type(value) is float else repr(value), SHORT)
 

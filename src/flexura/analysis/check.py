@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,8 +24,8 @@ from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.linalg import lowest
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
-from flexura.records import Record
 from flexura.reduction.assembler import low_order
+from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
 from flexura.structure.solids import solids_of
@@ -50,7 +50,7 @@ class SubstructureSummary:
 
 
 @dataclass(frozen=True, repr=False)
-class CheckReport(Record):
+class CheckReport(Result):
     """What `check` understood: orders of both models, substructures, masses, what is held, which members are corrected
     beyond beam theory, actuators, sensors, damping, loads, what is proven about free motions, and all doubts."""
 
@@ -91,9 +91,10 @@ class CheckReport(Record):
     clashes: tuple[Clash, ...] = ()
     """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a doubt as well."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        return asdict(self)
+    @property
+    def warnings(self) -> tuple[Doubt, ...]:
+        """The doubts."""
+        return self.doubts
 
 
 @verb

@@ -16,7 +16,7 @@ from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
-from flexura.records import Record
+from flexura.results import Result
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ class ScrewAxis:
 
 
 @dataclass(frozen=True, repr=False)
-class Drift(Record):
+class Drift(Result):
     """The screw axis of a node's motion under one load, at rest and about a displaced state.
 
     `shift` (3,) leads from the point of the axis at rest to that of the displaced one, m, `distance` is its length,

@@ -15,6 +15,7 @@ from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.beam import block_rotation, rigid_arm
 from flexura.linalg import is_definite
 from flexura.records import Record
+from flexura.results import Result, plain
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -65,9 +66,15 @@ class Freedom(Record):
     shift: float | None = None
     tilt: float | None = None
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON, the screw axis by its `direction`, `point` and `pitch`."""
+        axis = {"direction": self.axis.direction, "point": self.axis.point, "pitch": self.axis.pitch}
+        own = {name: value for name, value in vars(self).items() if name != "axis"}
+        return plain({"kind": self.kind, "twist": self.twist, **axis, **own})
+
 
 @dataclass(frozen=True, repr=False)
-class ComplianceSpectrum(Record):
+class ComplianceSpectrum(Result):
     """Compliances of a platform on one scale, translations and rotations together (theory eq. T24).
 
     `compliance` (6,), m/N, largest first: of the platform at `centre` (3,), m, the centroid of what holds it, rotations
@@ -85,6 +92,10 @@ class ComplianceSpectrum(Record):
     count: int
     is_outstanding: bool
     is_clear: bool
+
+    def _data(self) -> dict[str, Any]:
+        own = {name: value for name, value in vars(self).items() if name != "length"}
+        return {**own, "characteristic_length": self.length}
 
 
 def compliance_spectrum(model: FullOrderModel, number: int, C: Array) -> ComplianceSpectrum:

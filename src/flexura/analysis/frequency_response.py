@@ -13,12 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.mesh_errors import response_meshes
 from flexura.arguments import verb
-from flexura.errors import Exceeded, OptionError, SolverError, Warned
+from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import count_below, inverse_roots, least_pivot, scaled
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.exact_response import ExactResponse
 from flexura.reduction import LowOrderModel
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import plan_of
 from flexura.systems import Channel, ModalSystem, SecondOrder, StateSpace, System, system
@@ -62,7 +63,7 @@ SHARPEST = 1e-5
 
 
 @dataclass(frozen=True, repr=False)
-class FrequencyResponse(Warned):
+class FrequencyResponse(Tabular):
     """H (f, p, m) at `frequency_hz` (f,): complex amplitude of each output per unit of each input, e^(+i omega t).
 
     `resonances_hz` (k,) are the natural frequencies in the range and `ratios` (k,) their damping ratios; `notes` say
@@ -110,21 +111,28 @@ class FrequencyResponse(Warned):
         above, below = (f"({u})" if compound & set(u) else u for u, compound in ((above, {"/"}), (below, {"*", "/"})))
         return f"{above}/{below}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain data, complex numbers as two lists."""
+    def _data(self) -> dict[str, Any]:
         return {
             "name": self.name,
-            "frequency_hz": self.frequency_hz.tolist(),
-            "real": self.response.real.tolist(),
-            "imaginary": self.response.imag.tolist(),
-            "inputs": [{"name": c.name, "quantity": c.quantity, "unit": c.unit} for c in self.inputs],
-            "outputs": [{"name": c.name, "quantity": c.quantity, "unit": c.unit} for c in self.outputs],
-            "resonances_hz": self.resonances_hz.tolist(),
-            "damping_ratios": self.ratios.tolist(),
+            "frequency_hz": self.frequency_hz,
+            "real": self.response.real,
+            "imaginary": self.response.imag,
+            "inputs": self.inputs,
+            "outputs": self.outputs,
+            "resonances_hz": self.resonances_hz,
+            "damping_ratios": self.ratios,
             "order": self.order,
-            "notes": list(self.notes),
-            "warnings": [w.to_dict() for w in self.warnings],
         }
+
+    def _columns(self) -> dict[str, Any]:
+        """Frequency, then magnitude and phase of every pair."""
+        columns = {"frequency [Hz]": self.frequency_hz}
+        for out in self.outputs:
+            for into in self.inputs:
+                H, pair = self.of(out.name, into.name), f"{out.name} / {into.name}"
+                columns[f"{pair} [{self.unit(out.name, into.name)}]"] = np.abs(H)
+                columns[f"phase of {pair} [deg]"] = np.degrees(np.angle(H))
+        return columns
 
 
 @verb

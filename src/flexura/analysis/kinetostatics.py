@@ -28,10 +28,11 @@ from flexura.analysis.statics import Statics, response_to
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
-from flexura.errors import Exceeded, OptionError, Warned
+from flexura.errors import Exceeded, OptionError
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.flexibility import flexibility, stored_flexibility
 from flexura.reduction.model import STATE
+from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems.channel import Channel
 from flexura.systems.placed import Placement
@@ -46,7 +47,7 @@ ROUNDING = 1e-8
 
 
 @dataclass(frozen=True, repr=False)
-class Kinetostatics(Warned):
+class Kinetostatics(Result):
     """A platform, node `platform`, under the actuators `inputs` (a).
 
     coupling (6, a): its displacement per unit command; compliance (6, 6) with the actuators mounted and not driven,
@@ -59,7 +60,7 @@ class Kinetostatics(Warned):
     from constraints. SI, global frame.
     """
 
-    _shown = ("platform", "inputs", "freedoms", "warnings")
+    _shown = ("platform", "kind", "inputs", "freedoms", "warnings")
 
     platform: str
     inputs: tuple[Channel, ...]
@@ -117,51 +118,21 @@ class Kinetostatics(Warned):
         corners = np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box))
         return corners @ self.coupling.T
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain data; infinite numbers as None."""
+    def _data(self) -> dict[str, Any]:
         return {
             "platform": self.platform,
             "kind": self.kind,
-            "inputs": [{"name": c.name, "unit": c.unit} for c in self.inputs],
+            "inputs": self.inputs,
             **{
-                name: _plain(getattr(self, name))
+                name: getattr(self, name)
                 for name in (
                     *("coupling", "compliance", "compliance_free", "compliance_locked", "jacobian"),
                     *("input_stiffness", "stiffness", "elongation", "workspace"),
                 )
             },
-            "spectrum": {
-                "compliance": self.spectrum.compliance.tolist(),
-                "characteristic_length": self.spectrum.length,
-                "centre": self.spectrum.centre.tolist(),
-                "gap": self.spectrum.gap,
-                "count": self.spectrum.count,
-                "is_clear": self.spectrum.is_clear,
-            },
-            "freedoms": [
-                {
-                    "kind": f.kind,
-                    "twist": list(f.twist),
-                    "direction": list(f.axis.direction),
-                    "point": list(f.axis.point),
-                    "pitch": _plain(np.array(f.axis.pitch)),
-                    "share": _plain(np.array(f.share)),
-                    "command": list(f.command),
-                    "stroke": f.stroke,
-                    "yield_stroke": f.yield_stroke,
-                    "yields_in_range": f.yields_in_range,
-                    "shift": f.shift,
-                    "tilt": f.tilt,
-                }
-                for f in self.freedoms
-            ],
-            "notes": list(self.notes),
-            "warnings": [w.to_dict() for w in self.warnings],
+            "spectrum": self.spectrum,
+            "freedoms": self.freedoms,
         }
-
-
-def _plain(values: Array) -> Any:
-    return np.where(np.isfinite(values), values.astype(object), np.array(None)).tolist()
 
 
 @verb

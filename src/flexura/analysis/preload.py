@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,11 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
-from flexura.errors import Exceeded, OptionError, SolverError, Warned
+from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import critical_factors, is_definite
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.certificate import Certificate, certificate, lowest_pairs
 from flexura.reduction.chained import chained
+from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.full_order import unloaded
 from flexura.structure.prestress import Drive, Pushes, prestress, solve_definite
@@ -27,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)
-class Preload(Warned):
+class Preload(Tabular):
     """A mechanism under dead loads.
 
     `load` (n,) acts on the DOFs of `model`, `displacement_vector` (n,) is the linear static response, `K_g` (n, n) the
@@ -35,7 +37,8 @@ class Preload(Warned):
     tension positive.
     """
 
-    _shown = ("model",)
+    _shown = ("model", "axial_force")
+    _told = ("axial_force",)
 
     model: FullOrderModel
     load: Array
@@ -56,6 +59,21 @@ class Preload(Warned):
         factor = self.buckling_factor
         text = f"buckled: the loads are {1 / factor:.3g} times those at which the mechanism buckles"
         return (Exceeded("buckling", "", 1 / factor, 1.0, "1", text),)
+
+    def to_dict(self, n: int = 6) -> dict[str, Any]:
+        """Plain data for JSON, with up to `n` buckling factors and frequencies; under loads beyond buckling there are
+        no frequencies."""
+        own = {
+            "buckling_factors": self.buckling_factors(n),
+            "loaded": None if self.buckled else self.natural_frequencies(n),
+            "unloaded": self.natural_frequencies(n, 0.0),
+        }
+        return {**plain(own), **super().to_dict()}
+
+    def _columns(self) -> dict[str, Any]:
+        """Axial forces of the members, tension positive."""
+        least, largest = zip(*self.axial_force.values(), strict=True) if self.axial_force else ((), ())
+        return {"member": list(self.axial_force), "least axial force [N]": least, "largest axial force [N]": largest}
 
     def stiffness(self, factor: float = 1.0) -> sp.csc_matrix:
         """K (n, n) about the state under `factor` times the loads."""

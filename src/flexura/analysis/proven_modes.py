@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from flexura.analysis.evidence import Evidence
 from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion
-from flexura.errors import Exceeded, Warned
+from flexura.errors import Exceeded
 from flexura.records import Record
 from flexura.reduction import Certificate
 from flexura.reduction.intervals import HERTZ
 from flexura.reduction.low_order import TOLERANCE
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ class Mode(Record):
 
 
 @dataclass(frozen=True)
-class Modes(Warned):
+class Modes(Tabular):
     """The lowest natural modes of a mechanism.
 
     `order` is that of the model solved, `full_order` that of the full model. `shapes` (n_nodes, 6, n), M-orthonormal,
@@ -116,19 +117,30 @@ class Modes(Warned):
         """Full-order frequencies (n,) of the counterparts, Hz; nan where there is none."""
         return np.array([np.nan if m.full_frequency_hz is None else m.full_frequency_hz for m in self.modes])
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the shapes, as plain data for JSON."""
+    def _data(self) -> dict[str, Any]:
+        """Everything but the shapes."""
         return {
             "mechanism": self.name,
             "order": self.order,
             "full_order": self.full_order,
             "parameters": self.parameters,
-            "steps": list(self.steps),
+            "steps": self.steps,
             "tolerance": self.tolerance,
-            "modes": [asdict(mode) for mode in self.modes],
-            "certificate": self.certificate.to_dict(),
+            "modes": self.modes,
+            "certificate": self.certificate,
             "evidence": {**asdict(self.evidence), "complete": self.evidence.complete},
-            "warnings": [w.to_dict() for w in self.warnings],
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "mode": [m.number for m in self.modes],
+            "frequency [Hz]": self.frequency_hz,
+            "full frequency [Hz]": self.full_frequency_hz,
+            "relative error": [m.relative_error for m in self.modes],
+            "lower [Hz]": [m.interval_hz[0] for m in self.modes],
+            "upper [Hz]": [m.interval_hz[1] for m in self.modes],
+            "mac": [m.mac for m in self.modes],
+            "what moves": [m.motion.summary for m in self.modes],
         }
 
 

@@ -16,9 +16,10 @@ from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.preload import preload
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
-from flexura.errors import Exceeded, OptionError, SolverError, Warned
-from flexura.mechanism.substructure import Mechanism
+from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.flexibility import flexibility
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.prestress import dead_load
 from flexura.systems.channel import matched
@@ -40,7 +41,7 @@ class ActuatorState:
 
 
 @dataclass(frozen=True, repr=False)
-class Statics(Warned):
+class Statics(Tabular):
     """The linear static response u (n,) of `model` to a load vector (n,), m and rad, N and N m.
 
     `readings` are those of the described displacement, rotation and force sensors, `actuators` the state of each
@@ -100,25 +101,33 @@ class Statics(Warned):
         except (OptionError, SolverError) as reason:
             return (), (f"whether it buckles is not known: {reason}",)
 
-    def to_dict(self, nodes: Sequence[str] = ()) -> dict[str, Any]:
-        """Readings, actuators, displacements of some nodes and stresses as plain data."""
+    def to_dict(self, nodes: Sequence[str] | None = None) -> dict[str, Any]:
+        """Plain data for JSON, with the displacements of some nodes, by default of those that carry `loads`.
+
+        Raises OptionError for unknown nodes.
+        """
+        chosen = self.loads if nodes is None else nodes
+        return {"displacement": {node: self.displacement(node).tolist() for node in chosen}, **super().to_dict()}
+
+    def _data(self) -> dict[str, Any]:
         stresses = self.stresses()
         return {
-            "displacement": {node: self.displacement(node).tolist() for node in nodes},
             "readings": self.readings,
-            "actuators": [vars(a) for a in self.actuators],
+            "actuators": self.actuators,
             "stress": [
-                {"member": m.name, "von_mises_Pa": m.von_mises, "factor_to_yield": _finite(m.factor_to_yield)}
+                {"member": m.name, "von_mises_Pa": m.von_mises, "factor_to_yield": m.factor_to_yield}
                 for m in stresses.members
             ],
-            "factor_to_yield": _finite(stresses.factor_to_yield),
-            "notes": list(self.notes),
-            "warnings": [w.to_dict() for w in self.warnings],
+            "factor_to_yield": stresses.factor_to_yield,
         }
 
-
-def _finite(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else value
+    def _columns(self) -> dict[str, Any]:
+        """Displacements of all nodes."""
+        topology = self.model.plan.topology
+        placed = np.flatnonzero(topology.has_place)
+        u = self.model.node_displacements(self.displacement_vector[:, None])[placed, :, 0]
+        moves = {f"{dof} [{'m' if dof[0] == 't' else 'rad'}]": u[:, k] for k, dof in enumerate(DOF_NAMES)}
+        return {"node": [topology.node_names[k] for k in placed], **moves}
 
 
 @verb

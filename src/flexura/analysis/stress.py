@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,6 +18,7 @@ from flexura.beam.stress import flat_notch_factors, rectangle_von_mises, round_n
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
 from flexura.records import Record
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.sections import SectionGroup
@@ -61,7 +62,7 @@ class MemberStress(Record):
 
 
 @dataclass(frozen=True, repr=False)
-class Stresses(Record):
+class Stresses(Tabular):
     """Stresses of all placed links and flexures, the largest first, those of sections by constants last."""
 
     members: tuple[MemberStress, ...]
@@ -81,6 +82,20 @@ class Stresses(Record):
         """The least factor of all members that have one."""
         factors = [f for member in self.members if (f := member.factor_to_yield) is not None]
         return min(factors, default=None)
+
+    def _columns(self) -> dict[str, Any]:
+        """The largest stress in every member, with its forces there in the member's axes."""
+        own = self.members
+        columns: dict[str, Any] = {
+            "member": [m.name for m in own],
+            "von mises [Pa]": [m.von_mises for m in own],
+            "nominal [Pa]": [m.nominal for m in own],
+            "yield stress [Pa]": [m.yield_stress for m in own],
+            "factor to yield": [m.factor_to_yield for m in own],
+            "position": [m.position for m in own],
+        }
+        columns |= {f"{name} [N]": [m.force[k] for m in own] for k, name in enumerate(("N", "Vy", "Vz"))}
+        return columns | {f"{name} [N m]": [m.moment[k] for m in own] for k, name in enumerate(("T", "My", "Mz"))}
 
 
 class _Worst(NamedTuple):

@@ -15,10 +15,11 @@ from flexura.analysis.left_out import LeftOut, left_out, references
 from flexura.analysis.peaks import Run, integrated_warnings
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
-from flexura.errors import Exceeded, OptionError, Warned
+from flexura.errors import Exceeded, OptionError
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.plan import plan_of
 from flexura.systems import Channel, ModalSystem, System, system
@@ -43,7 +44,7 @@ STATES = 50_000_000
 
 
 @dataclass(frozen=True, repr=False)
-class TimeResponse(Warned):
+class TimeResponse(Tabular):
     """Outputs `response` (p, N) at `time` (N,), s, under `signals` (m, N) at the inputs.
 
     `modal` (r, N) are the modal coordinates of `modes` where these were kept; `notes` say how this was computed.
@@ -114,17 +115,18 @@ class TimeResponse(Warned):
         assert self.modes is not None
         return member_stresses(self.modes.system.full_order, u)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain data."""
+    def _data(self) -> dict[str, Any]:
         return {
             "name": self.name,
-            "time_s": self.time.tolist(),
-            "outputs": {str(c): y.tolist() for c, y in zip(self.outputs, self.response, strict=True)},
-            "inputs": {str(c): u.tolist() for c, u in zip(self.inputs, self.signals, strict=True)},
-            "notes": list(self.notes),
-            "neglected": None if self.neglected is None else self.neglected.to_dict(),
-            "warnings": [w.to_dict() for w in self.warnings],
+            "time_s": self.time,
+            "outputs": {str(c): y for c, y in zip(self.outputs, self.response, strict=True)},
+            "inputs": {str(c): u for c, u in zip(self.inputs, self.signals, strict=True)},
+            "neglected": self.neglected,
         }
+
+    def _columns(self) -> dict[str, Any]:
+        ends = zip((*self.inputs, *self.outputs), (*self.signals, *self.response), strict=True)
+        return {"time [s]": self.time, **{str(c): own for c, own in ends}}
 
 
 @verb

@@ -120,13 +120,7 @@ def buckling_command(
     state = preload(mechanism, parameters, gravity=g, loads=loads, actuators=commands)
     if strict:
         state.raise_warnings()
-    data = {
-        "axial_force": state.axial_force,
-        "buckling_factors": state.buckling_factors(n).tolist(),
-        "loaded": None if state.buckled else state.natural_frequencies(n).to_dict(),
-        "unloaded": state.natural_frequencies(n, 0.0).to_dict(),
-        "warnings": [w.to_dict() for w in state.warnings],
-    }
+    data = state.to_dict(n)
     if as_json:
         print_json(data)
     else:

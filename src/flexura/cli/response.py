@@ -88,11 +88,10 @@ def statics_command(
     result = statics(mechanism, loads=loads, gravity=g, actuators=commands, parameters=parameters)
     if strict:
         result.raise_warnings()
-    nodes = list(node or loads)
     if as_json:
-        print_json(result.to_dict(nodes))
+        print_json(result.to_dict(node))
     else:
-        print_statics(result, nodes)
+        print_statics(result, node or list(loads))
 
 
 def kinetostatics_command(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
+from typing import Any
 
 from flexura.errors import OptionError
 from flexura.mechanism.layout import is_pattern
@@ -49,6 +50,10 @@ class Channel:
 
     def __str__(self) -> str:
         return f"{self.name} [{self.unit}]"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {**asdict(self), "unit": self.unit}
 
 
 def matched(names: Iterable[str], known: Sequence[str]) -> dict[str, list[str]]:

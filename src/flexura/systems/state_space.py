@@ -11,7 +11,8 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.errors import Exceeded, OptionError, Warned
+from flexura.errors import Exceeded, OptionError
+from flexura.results import Result
 from flexura.systems.channel import Channel, positions
 from flexura.systems.neglected import Neglected
 
@@ -24,7 +25,7 @@ DEPENDENT = 1e5
 
 
 @dataclass(frozen=True, repr=False)
-class StateSpace(Warned):
+class StateSpace(Result):
     """x' = A x + B u, y = C x + D u; or with a step `dt`, s: x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k].
 
     A (n, n), B (n, m), C (p, n), D (p, m), SI. `inputs` (m) and `outputs` (p) say what u and y are. `delay` is a dead
