@@ -14,7 +14,7 @@ from flexura.linalg import lowest
 from flexura.methods import Comparison, Solution, compare
 from flexura.methods.finite_elements import finite_elements
 from flexura.methods.pairing import pair
-from flexura.modal.assignment import in_order
+from flexura.modal.frequency_pairing import in_order
 from flexura.structure import Plan, assemble
 
 ROOT = Path(__file__).parents[2]

@@ -15,8 +15,10 @@ from flexura.analysis.split_modes import split_modes
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
-from flexura.linalg import Eigenpairs, Pencil, assignment, lowest, residuals
+from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism.substructure import Mechanism
+from flexura.modal.close_modes import close_groups
+from flexura.modal.mode_pairing import REPEATED, mac_with_spaces, pair_by_mac
 from flexura.reduction import Certificate, LowOrderModel, reduce
 from flexura.reduction.certificate import HERTZ, certificate, design_of, lowest_pairs, model_pairs
 from flexura.reduction.chained import ChainedModel, chained
@@ -27,18 +29,13 @@ from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 LARGEST = 30_000
 """Up to this full order its own modes are worked out beside those of the low order."""
 
 EXTRA = 60
 """At most so many full-order modes beyond the reported ones are computed to name what a reduction misses."""
-
-SAME_MODE = 0.5
-"""Least modal assurance criterion at which a low-order mode counts as the counterpart of a full-order one."""
-
-REPEATED = 1e-5
-"""Frequencies closer than this, relative, are taken as repeated when modes are paired."""
 
 
 @verb
@@ -169,23 +166,12 @@ def _evidence(
     )
 
 
-def _pair(M: Any, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[Array, list[float]]:
-    """For each low-order mode the full-order one that it stands for (-1: none), and their MAC (theory eq. 57).
-
-    Modes of a repeated frequency are compared as a space: any rotation within it is the same motion.
-    """
-    overlap = (reference.vectors.T @ (M @ shapes)) ** 2 / np.einsum("ik,ik->k", shapes, M @ shapes)
-    close = np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values)
-    close &= np.abs(reference.values[:, None] - reference.values) <= REPEATED * np.abs(reference.values[:, None])
-    space = np.minimum(close @ overlap, 1.0)
-    distance = np.abs(np.sqrt(np.abs(reference.values))[:, None] - np.sqrt(np.abs(values)))
-    cost = -space + 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
-    rows, columns = assignment(cost)
-    partner = np.full(len(values), -1)
-    for row, column in zip(rows, columns, strict=True):
-        if space[row, column] >= SAME_MODE:
-            partner[column] = row
-    return partner, [float(space[partner[k], k]) if partner[k] >= 0 else 0.0 for k in range(len(values))]
+def _pair(M: Any, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[Index, list[float]]:
+    """For each low-order mode the full-order one that it stands for (-1: none), and their MAC (theory eq. 57)."""
+    beside, own = np.sqrt(np.abs(reference.values)), np.sqrt(np.abs(values))
+    overlap = mac_with_spaces(reference.vectors, shapes, close_groups(beside, REPEATED), M)
+    partner = pair_by_mac(overlap, beside, own)
+    return partner, [float(overlap[partner[k], k]) if partner[k] >= 0 else 0.0 for k in range(len(own))]
 
 
 def _result(

@@ -1,6 +1,5 @@
 """Factorisations, eigenvalue solvers, inertia counts and proven bounds; no physics."""
 
-from flexura.linalg.assignment import assignment
 from flexura.linalg.buckling import critical_factors
 from flexura.linalg.eigen import lowest, lowest_modes, ritz_pairs
 from flexura.linalg.enclosures import Enclosures, enclose, upper_bounds
@@ -19,7 +18,6 @@ __all__ = [
     "Factor",
     "Pencil",
     "SingularError",
-    "assignment",
     "bracket",
     "count_below",
     "critical_factors",

@@ -19,7 +19,7 @@ from flexura.methods.catalogue import EXACT, FINEST, MESHES, METHODS, Method, Ta
 from flexura.methods.finite_elements import convergence, finite_elements
 from flexura.methods.pairing import agree, pair
 from flexura.methods.solution import Solution
-from flexura.modal.assignment import in_order
+from flexura.modal.frequency_pairing import in_order
 from flexura.records import Record
 from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of

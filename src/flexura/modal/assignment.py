@@ -1,57 +1,40 @@
-"""Which frequency or shape of one model is which of another, as arrays: in order, or by likeness."""
+"""Which of one list goes with which of another, one to one."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.linalg import assignment
-
-Array = NDArray[np.float64]
-
-SAME_MODE = 0.5
-"""Least modal assurance criterion of a pair."""
-
-SKIP = 0.02
-"""Price of a reference mode without a partner, as a logarithm of frequency."""
-
-STRAY = 0.2
-"""Price of a frequency without a partner."""
+Index = NDArray[np.intp]
 
 
-def in_order(reference: Array, frequencies: Array) -> list[int]:
-    """Pair ascending frequencies without crossing, so that the sum of |ln f/f_ref| is least.
+def assignment(cost: NDArray[Any]) -> tuple[Index, Index]:
+    """Rows and columns, one to one, with the least sum of `cost`, rows ascending; as many as the shorter side has.
 
-    Modes on either side may be left out at a price, which is low for the reference's: a method is more likely to miss a
-    mode than to invent one. Reference frequencies beyond the last pair cost nothing.
+    Where the least of every row lies in a column of its own no other choice is less; else the algorithm of Jonker and
+    Volgenant (1987) decides.
     """
-    floor = 1e-6 * float(max(np.max(reference, initial=0.0), np.max(frequencies, initial=0.0), 1e-300))
-    far = np.abs(np.log(np.asarray(frequencies) + floor)[:, None] - np.log(np.asarray(reference) + floor))
-    k, n = far.shape
-    cost = np.full((k + 1, n + 1), np.inf)
-    step = np.zeros((k + 1, n + 1), dtype=int)  # 0 a pair, 1 a reference skipped, 2 a frequency skipped
-    cost[0], step[0] = SKIP * np.arange(n + 1), 1
-    cost[:, 0], step[:, 0] = STRAY * np.arange(k + 1), 2
-    for i in range(1, k + 1):
-        for j in range(1, n + 1):
-            choices = (cost[i - 1, j - 1] + far[i - 1, j - 1], cost[i, j - 1] + SKIP, cost[i - 1, j] + STRAY)
-            step[i, j] = int(np.argmin(choices))
-            cost[i, j] = choices[step[i, j]]
-    partner = [-1] * k
-    i, j = k, int(np.argmin(cost[k]))
-    while i > 0:
-        taken = step[i, j]
-        if taken == 0:
-            partner[i - 1] = j - 1
-        i, j = i - int(taken != 1), j - int(taken != 2)
-    return partner
+    if cost.shape[0] > cost.shape[1]:
+        columns, rows = assignment(cost.T)
+        order = np.argsort(rows)
+        return rows[order], columns[order]
+    least = cost.argmin(axis=1) if cost.size else np.zeros(cost.shape[0], dtype=np.intp)
+    if len(np.unique(least)) == len(least):
+        return np.arange(len(least)), least
+    from scipy.optimize import linear_sum_assignment  # slow to import
+
+    return linear_sum_assignment(cost)
 
 
-def assigned(overlap: Array, distance: Array) -> list[int]:
-    """The assignment with the largest sum of MACs, nearer frequencies first among equals."""
-    cost = -overlap + 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
-    partner = [-1] * overlap.shape[1]
-    for row, column in zip(*assignment(cost), strict=True):
-        if overlap[row, column] >= SAME_MODE:
-            partner[int(column)] = int(row)
+def best_pairs(gain: NDArray[Any]) -> Index:
+    """For every row (n,) the column that it is paired with, one to one, so that the sum of `gain` is largest.
+
+    A pair whose gain is not positive is none: such rows have -1.
+    """
+    rows, columns = assignment(-gain)
+    is_pair = gain[rows, columns] > 0
+    partner = np.full(len(gain), -1, dtype=np.intp)
+    partner[rows[is_pair]] = columns[is_pair]
     return partner

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
+from flexura.linalg import inverse_roots, scaled
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -19,30 +22,32 @@ DEPENDENT = 1e-8
 
 
 @verb
-def mac(a: ArrayLike, b: ArrayLike, weight: ArrayLike | None = None) -> Array:
+def mac(a: ArrayLike, b: ArrayLike, weight: Any = None) -> Array:
     """Modal assurance criterion (n, k) of shapes a (p, n) and b (p, k), real or complex, between 0 and 1.
 
     |a^H W b|^2 / ((a^H W a)(b^H W b)) (Allemang and Brown 1982; theory eq. Q3); W (p, p) is symmetric and positive
-    semidefinite, the identity when left out. A shape that is zero at all sensors has the value 0. Raises OptionError
+    semidefinite, dense or sparse, the identity when left out: with a mass matrix shapes are compared by their kinetic
+    energy. A shape that is zero at all sensors has the value 0. Raises OptionError
     for arrays that do not fit together or are not finite.
     """
     x, y = _shapes(a, b)
-    Wx, Wy = (x, y) if weight is None else (np.asarray(weight) @ x, np.asarray(weight) @ y)
+    Wx, Wy = _weighted(weight, x), _weighted(weight, y)
     sizes = np.outer(np.einsum("ij,ij->j", x.conj(), Wx).real, np.einsum("ij,ij->j", y.conj(), Wy).real)
     product = np.abs(x.conj().T @ Wy) ** 2
     return np.clip(np.divide(product, sizes, out=np.zeros_like(sizes), where=sizes > 0), 0.0, 1.0)
 
 
-def space_mac(shapes: ArrayLike, space: ArrayLike) -> Array:
+def space_mac(shapes: ArrayLike, space: ArrayLike, weight: Any = None) -> Array:
     """Share (n,) of each of the shapes (p, n) that lies in the span of `space` (p, k), between 0 and 1.
 
-    |Q^H x|^2 / |x|^2 with an orthonormal basis Q of the span (theory eq. Q4): the square of the cosine of the angle
-    between shape and space, and for k = 1 the modal assurance criterion. Raises OptionError as `mac` does.
+    |Q^H W x|^2 / (x^H W x) with a basis Q of the span, Q^H W Q = I (theory eq. Q4): the square of the cosine of the
+    angle between shape and space, and for k = 1 the modal assurance criterion. W as in `mac`. Raises OptionError as
+    `mac` does.
     """
     x, y = _shapes(shapes, space)
-    Q = _basis(y)
-    size = np.einsum("ij,ij->j", x.conj(), x).real
-    part = (np.abs(Q.conj().T @ x) ** 2).sum(axis=0)
+    Q, Wx = _basis(y, weight), _weighted(weight, x)
+    size = np.einsum("ij,ij->j", x.conj(), Wx).real
+    part = (np.abs(Q.conj().T @ Wx) ** 2).sum(axis=0)
     return np.clip(np.divide(part, size, out=np.zeros_like(size), where=size > 0), 0.0, 1.0)
 
 
@@ -156,11 +161,24 @@ def _refuse_infinite(*arrays: NDArray) -> None:
         raise OptionError("there are values that are not finite: leave out the channels or modes that have them")
 
 
-def _basis(space: NDArray) -> NDArray:
-    """Orthonormal basis (p, rank) of the span of the columns."""
-    size = np.linalg.norm(space, axis=0)
-    U, s, _ = np.linalg.svd(space[:, size > 0] / size[size > 0], full_matrices=False)
-    return U[:, s > DEPENDENT * s.max(initial=0.0)]
+def _weighted(weight: Any, shapes: NDArray) -> NDArray:
+    """W X, for W dense, sparse, a list of rows, or None for the identity."""
+    if weight is None:
+        return shapes
+    return (weight if hasattr(weight, "shape") else np.asarray(weight)) @ shapes
+
+
+def _basis(space: NDArray, weight: Any) -> NDArray:
+    """Basis Q (p, rank) of the span of the columns with Q^H W Q = I."""
+    if weight is None:
+        size = np.linalg.norm(space, axis=0)
+        U, s, _ = np.linalg.svd(space[:, size > 0] / size[size > 0], full_matrices=False)
+        return U[:, s > DEPENDENT * s.max(initial=0.0)]
+    gram = space.conj().T @ _weighted(weight, space)
+    scale = inverse_roots(gram.diagonal())
+    values, turn = np.linalg.eigh(scaled(gram, scale))
+    own = values > DEPENDENT * values.max(initial=0.0)
+    return space @ (scale[:, None] * turn[:, own] / np.sqrt(values[own]))
 
 
 def largest_motion(modes: Array, reach: float) -> Array:

@@ -1,19 +1,29 @@
-"""Which mode of a test is which mode of the model: by shape, with close modes compared as a space."""
+"""Which mode of one model or test is which mode of another: by shape, with close modes compared as a space."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.modal.assignment import in_order
+from flexura.modal.assignment import best_pairs
+from flexura.modal.close_modes import close_groups
 from flexura.modal.criteria import mac, space_mac
+from flexura.modal.frequency_pairing import in_order
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+SAME_MODE = 0.5
+"""Least modal assurance criterion of a pair of two models of one mechanism, whose shapes are known throughout."""
+
+REPEATED = 1e-5
+"""Frequencies of a model closer than this, relative, are taken as repeated: their shapes are compared as a space."""
 
 CLOSE = 0.02
 """Modes whose frequencies differ by less than this, relative, may have mixed: they are compared as a space."""
@@ -26,6 +36,29 @@ FREQUENCY_SHARE = 0.1
 
 MAC_SHARE = 0.1
 """What the shapes one by one count beside the spaces, where modes are close."""
+
+
+def mac_with_spaces(reference: ArrayLike, shapes: ArrayLike, groups: Sequence[Index], weight: Any = None) -> Array:
+    """MAC (k, n) of reference shapes (p, k) and shapes (p, n); reference modes of one group stand as their space.
+
+    Any mixture of modes of a repeated frequency is a mode as well (theory eqs. 57, L11). `weight` as in `mac`.
+    """
+    x = np.asarray(reference)
+    found = mac(x, shapes, weight)
+    for group in groups:
+        if len(group) > 1:
+            found[group] = space_mac(shapes, x[:, group], weight)
+    return found
+
+
+def pair_by_mac(overlap: Array, reference_hz: Array, frequency_hz: Array) -> Index:
+    """For every mode (n,) the reference mode with which the sum of their MACs `overlap` (k, n) is largest, or -1.
+
+    A pair has a MAC of one half or more. Nearer frequencies go first among equal MACs.
+    """
+    distance = np.abs(reference_hz[:, None] - frequency_hz)
+    nearness = 1e-6 * distance / max(float(distance.max(initial=0.0)), np.finfo(float).tiny)
+    return best_pairs(np.where(overlap >= SAME_MODE, overlap - nearness, 0.0).T)
 
 
 @dataclass(frozen=True)
@@ -68,8 +101,6 @@ def pair_modes(
     where shapes leave it open (theory eqs. Q4, Q8). A single sensor has no shapes: modes are then paired in order of
     frequency. Raises OptionError for arrays that do not fit together, and a `close` that is not in 0 <= close < 1.
     """
-    from scipy.optimize import linear_sum_assignment
-
     f, g = np.asarray(test_hz, dtype=float), np.asarray(model_hz, dtype=float)
     x, y = np.asarray(test_shapes), np.asarray(model_shapes)
     if x.ndim != 2 or y.ndim != 2 or x.shape[1:] != f.shape or y.shape[1:] != g.shape or len(x) != len(y):
@@ -88,21 +119,8 @@ def pair_modes(
     likeness = _likeness(x, y, own, *spaces)
     distance = np.abs(np.log(np.maximum(f, 1e-300))[:, None] - np.log(np.maximum(g, 1e-300)))
     gain = np.maximum(likeness + MAC_SHARE * own - FREQUENCY_SHARE * distance, 1e-6)
-    gain = np.where(likeness >= HALF_WAY, gain, 0.0)
-    partner = np.full(len(f), -1, dtype=np.intp)
-    for i, j in zip(*linear_sum_assignment(-gain), strict=True):
-        if gain[i, j] > 0:
-            partner[i] = j
+    partner = best_pairs(np.where(likeness >= HALF_WAY, gain, 0.0))
     return ModePairing(partner, own, likeness, *spaces)
-
-
-def close_groups(frequency_hz: Array, close: float) -> tuple[Index, ...]:
-    """Groups of modes with no gap wider than `close`, relative, in order of frequency."""
-    if not len(frequency_hz):
-        return ()
-    order = np.argsort(frequency_hz, kind="stable")
-    f = frequency_hz[order]
-    return tuple(np.split(order, np.flatnonzero(np.diff(f) > close * np.abs(f[1:])) + 1))
 
 
 def _likeness(x: NDArray, y: NDArray, own: Array, tests: tuple[Index, ...], models: tuple[Index, ...]) -> Array:

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, scaled
+from flexura.modal.close_modes import close_groups
+from flexura.modal.mode_tracking import REPEATED
 from flexura.sensitivity.variation import Change
 
 Array = NDArray[np.float64]
-
-REPEATED = 1e-6
-"""Eigenvalues closer than this, relative, are taken as repeated."""
 
 GUARD = 3
 """Eigenvalues computed beyond those wanted, to see whether the last one is repeated."""
@@ -40,13 +39,7 @@ def whole_clusters(K: Any, M: Any, n: int) -> Eigenpairs:
 
 def clusters(values: Array) -> list[list[int]]:
     """Positions of ascending values, those that are repeated together."""
-    found: list[list[int]] = []
-    for k, value in enumerate(values):
-        if found and abs(value - values[found[-1][0]]) <= REPEATED * abs(value):
-            found[-1].append(k)
-        else:
-            found.append([k])
-    return found
+    return [group.tolist() for group in close_groups(values, REPEATED)]
 
 
 @dataclass(frozen=True)

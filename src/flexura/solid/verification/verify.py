@@ -15,7 +15,7 @@ from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.pairing import mac_matrix
 from flexura.methods.solution import Solution
-from flexura.modal.assignment import assigned
+from flexura.modal.mode_pairing import pair_by_mac
 from flexura.solid.fem.modes import SURE, Announce, SolidModes, beam_mass, solid_modes
 from flexura.solid.fem.reduced import MOST_MODES
 from flexura.solid.mesh.solid_mesh import SolidMesh
@@ -332,7 +332,7 @@ def _counterparts(
 ) -> tuple[list[float | None], tuple[int | None, ...], tuple[float | None, ...]]:
     """Frequency, number and MAC of the counterparts of the first `n` modes, by shape alone (theory eq. E8)."""
     mac = mac_matrix(model, reference, solution)
-    partner = assigned(mac, np.abs(reference.frequency_hz[:, None] - solution.frequency_hz))
+    partner = pair_by_mac(mac, reference.frequency_hz, solution.frequency_hz).tolist()
     found = [partner.index(k) if k in partner else None for k in range(n)]
     hz = [None if j is None else float(solution.frequency_hz[j]) for j in found]
     number = tuple(None if j is None else j + 1 for j in found)

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexura.errors import OptionError
+from flexura.modal.assignment import best_pairs
 from flexura.modal.criteria import mac
 from flexura.testing.identification.complexity import assembled
 from flexura.testing.identification.residues import fit_shapes
@@ -23,6 +23,9 @@ Index = NDArray[np.intp]
 
 SHIFT = 0.1
 """Frequencies of one mode differ by less between setups, relative."""
+
+PAIR = 10.0
+"""What a pair of modes of two setups counts before its differences are taken off: more pairs go before nearer ones."""
 
 EXACT = 1e-9
 """Frequencies and damping ratios are not known better than this, relative."""
@@ -147,14 +150,13 @@ def _members(found: Sequence[IdentifiedModes], first: int) -> Index:
         lead = [next((q, k) for q, k in enumerate(row) if k >= 0) for row in rows]
         f = np.array([found[q].frequency_hz[k] for q, k in lead])
         turn = np.array([found[q].participation[:, k] for q, k in lead]).T
-        cost = np.ones((len(rows), len(own.poles)))
+        partner = np.full(len(own.poles), -1)
         if rows:
             far = np.abs(np.log(own.frequency_hz / f[:, None])) / SHIFT
-            cost = np.where(far < 1, far + 0.5 * (1 - mac(turn, own.participation)) - 10.0, 0.0)
-        pairs = {int(k): int(r) for r, k in zip(*linear_sum_assignment(cost), strict=True) if cost[r, k] < 0}
-        for k in range(len(own.poles)):
-            if k in pairs:
-                rows[pairs[k]][s] = k
+            partner = best_pairs(np.where(far < 1, PAIR - far - 0.5 * (1 - mac(turn, own.participation)), 0.0).T)
+        for k, row in enumerate(partner):
+            if row >= 0:
+                rows[row][s] = k
             else:
                 rows.append([k if q == s else -1 for q in range(len(found))])
     members = np.array(rows, dtype=np.intp).reshape(-1, len(found))

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexura.errors import OptionError
+from flexura.modal.assignment import best_pairs
 from flexura.modal.criteria import mac
 from flexura.testing.identification.lscf import OrderPoles
 from flexura.testing.measurement.identified import Poles
@@ -125,18 +125,15 @@ def tracks(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> li
     wanted = FREQUENCY | DAMPING
     for k, own in enumerate(orders):
         stable = np.flatnonzero((bits[k] & wanted) == wanted)
-        rows, columns = np.array([], dtype=int), np.array([], dtype=int)
+        partner = np.full(len(stable), -1)
         if len(stable) and found:
             last = np.array([t.pole for t in found])
             apart = np.abs(own.poles[stable][:, None] - last) / (SAME_FREQUENCY * np.abs(last))
-            rows, columns = linear_sum_assignment(np.minimum(apart, 1.0))
-            close = apart[rows, columns] < 1.0
-            rows, columns = rows[close], columns[close]
-        partner = dict(zip(rows.tolist(), columns.tolist(), strict=True))
-        for i, r in enumerate(stable):
-            if i not in partner:
-                found.append(Track())
-            track = found[partner[i]] if i in partner else found[-1]
+            partner = best_pairs(np.maximum(1.0 - apart, 0.0))
+        for r, number in zip(stable, partner, strict=True):
+            track = found[number] if number >= 0 else Track()
+            if number < 0:
+                found.append(track)
             track.at.append(k)
             track.which.append(int(r))
             track.poles.append(complex(own.poles[r]))

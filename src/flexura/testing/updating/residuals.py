@@ -11,8 +11,8 @@ from flexura.errors import FlexuraError
 from flexura.sensitivity.variation import Order
 from flexura.testing.rig.test_points import placements_of
 from flexura.testing.updating.configuration import Configuration
-from flexura.testing.updating.mode_tracking import Followed
 from flexura.testing.updating.targets import ModalTarget, State, Target
+from flexura.testing.updating.tracked_model import TrackedModel
 from flexura.testing.updating.unknowns import Unknowns
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ class Problem:
         self._group = [numbers[key] for key in keys]
         known = references or [None] * len(self._members)
         self.models = [
-            Followed(
+            TrackedModel(
                 own.plan,
                 own.point(start),
                 [t for t, group in zip(self.targets, self._group, strict=True) if group == g],

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexura.arguments import verb
 from flexura.errors import OptionError, SolverError
 from flexura.mechanism import Mechanism, ModalTest
 from flexura.mechanism.damping import Damping
+from flexura.modal.assignment import assignment, best_pairs
 from flexura.modal.criteria import mac, space_mac
 from flexura.modal.mode_pairing import pair_modes
 from flexura.structure import Plan
@@ -280,7 +280,7 @@ def _paired(found: IdentifiedModes, hz: Array, shapes: Array) -> dict[int, tuple
 def _tracked(bare: TrueModes, own: TrueModes) -> NDArray[np.intp]:
     """The mode of a placement that each of the bare modes has become, by frequency and shape; -1 for none."""
     distance = np.abs(np.log(own.frequency_hz / bare.frequency_hz[:, None]))
-    rows, columns = linear_sum_assignment(distance - mac(bare.shapes, own.shapes))
+    rows, columns = assignment(distance - mac(bare.shapes, own.shapes))
     found = np.full(len(bare.frequency_hz), -1, dtype=np.intp)
     found[rows] = columns
     return found
@@ -291,6 +291,5 @@ def _nearest(hz: Array, found: IdentifiedModes | None) -> dict[int, float]:
     if found is None or not len(found.poles):
         return {}
     distance = np.abs(np.log(found.frequency_hz / hz[:, None]))
-    rows, columns = linear_sum_assignment(np.minimum(distance, 2 * NEAR))
-    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
-    return {k: float(found.frequency_hz[i]) for k, i in pairs if distance[k, i] < NEAR}
+    partner = best_pairs(np.where(distance < NEAR, 2 * NEAR - distance, 0.0)).tolist()
+    return {k: float(found.frequency_hz[i]) for k, i in enumerate(partner) if i >= 0}

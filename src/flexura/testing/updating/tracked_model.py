@@ -1,4 +1,4 @@
-"""Modes of a model followed by their shapes while its parameters move."""
+"""A model whose modes are tracked by their shapes while its parameters move."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexura.linalg import Eigenpairs, count_below
-from flexura.sensitivity.eigenpairs import clusters, moved_clusters, whole_clusters
+from flexura.modal.mode_tracking import track_modes
+from flexura.sensitivity.eigenpairs import moved_clusters, whole_clusters
 from flexura.sensitivity.frequencies import family_of
 from flexura.sensitivity.points import displacement_rows
 from flexura.sensitivity.responses import first_columns, static_vectors
@@ -33,7 +33,7 @@ LEVELS = 2
 """Difference steps of the sensitivities: steps of the search need fewer digits than reported sensitivities."""
 
 
-class Followed:
+class TrackedModel:
     """The model under one load of sensors, compared with the targets that were measured with it.
 
     `rows` are those of each target's channels among all readings.
@@ -48,9 +48,9 @@ class Followed:
         order: Order,
         keep: int | Mapping[str, int],
         reference: Array | None,
-        follow: bool,
+        tracked: bool,
     ) -> None:
-        self._follow, self._reference = follow, reference
+        self._is_tracked, self._reference = tracked, reference
         channels = [c for t in targets for c in t.channels]
         places = readings_of(full_order(plan, start), channels) if channels else []
         ends = np.cumsum([0, *(len(t.channels) for t in targets)])
@@ -69,7 +69,7 @@ class Followed:
         self.count = min(self.count, model.order)
         self.weakest = 1.0
         """Least modal assurance criterion of a mode between one accepted design and the next."""
-        self._likeness = 1.0
+        self._mac = 1.0
         if reference is None:
             self.accept(self.state(start))
 
@@ -79,7 +79,7 @@ class Followed:
         return self._reference
 
     def state(self, at: Mapping[str, float], names: Sequence[str] = ()) -> State:
-        """The model at a design, its modes followed, with derivatives by named parameters.
+        """The model at a design, its modes tracked, with derivatives by named parameters.
 
         Raises FlexuraError when it cannot be solved.
         """
@@ -95,27 +95,15 @@ class Followed:
         return State(self.family, dict(at), pairs, Y, tracked, G, moved, changes)
 
     def accept(self, state: State) -> None:
-        """Take the modes of a design as those to follow."""
+        """Take the modes of a design as those to track from now on."""
         self._reference = state.pairs.vectors[:, state.tracked].copy()
-        self.weakest = min(self.weakest, self._likeness)
+        self.weakest = min(self.weakest, self._mac)
 
     def _tracked(self, pairs: Eigenpairs, M: Any) -> tuple[Eigenpairs, NDArray[np.intp]]:
         """Which modes are those compared, and vectors of repeated frequencies turned to meet them."""
         if self._reference is None:
             return pairs, np.arange(min(self.compared, len(pairs.values)))
-        overlap = self._reference.T @ (M @ pairs.vectors)
-        size = np.einsum("ik,ik->k", self._reference, M @ self._reference)
-        overlap /= np.sqrt(size)[:, None]
-        X = pairs.vectors.copy()
-        for at in clusters(pairs.values):
-            if len(at) > 1:
-                nearest = np.sort(np.argsort(-(overlap[:, at] ** 2).sum(axis=1))[: len(at)])
-                U, _, Vt = np.linalg.svd(overlap[nearest][:, at], full_matrices=True)
-                Q = Vt.T[:, : len(nearest)] @ U.T if len(nearest) == len(at) else np.eye(len(at))
-                X[:, at], overlap[:, at] = X[:, at] @ Q, overlap[:, at] @ Q
-        rows, columns = linear_sum_assignment(-(overlap**2))
-        tracked = np.zeros(len(overlap), dtype=np.intp)
-        tracked[rows] = columns
-        if len(rows):
-            self._likeness = float((overlap[rows, columns] ** 2).min())
-        return Eigenpairs(pairs.values, X), tracked if self._follow else np.arange(len(tracked))
+        found = track_modes(self._reference, pairs.values, pairs.vectors, M)
+        self._mac = float(found.mac.min(initial=1.0))
+        number = found.number if self._is_tracked else np.arange(len(found.number))
+        return Eigenpairs(pairs.values, found.shapes), number

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexura.errors import OptionError
-from flexura.modal.mode_pairing import close_groups, pair_modes
+from flexura.modal.close_modes import close_groups
+from flexura.modal.mode_pairing import mac_with_spaces, pair_by_mac, pair_modes
 
 FEW = settings(derandomize=True, deadline=None, max_examples=20, database=None)
 P = 9
@@ -121,3 +122,29 @@ def test_what_is_refused():
         pair_modes([1.0], np.ones((3, 2)), model_hz=[1.0], model_shapes=np.ones((3, 1)))
     with pytest.raises(OptionError, match="0 <= close < 1"):
         pair_modes([1.0], np.ones((3, 1)), model_hz=[1.0], model_shapes=np.ones((3, 1)), close=1.0)
+
+
+def test_models_of_equal_shapes_are_paired_in_order_of_frequency():
+    """All shapes alike, and two frequencies repeated: nearer frequencies decide, then the order."""
+    overlap = np.ones((3, 3))
+    assert pair_by_mac(overlap, np.array([10.0, 20.0, 20.0]), np.array([20.0, 10.0, 20.0])).tolist() == [1, 0, 2]
+
+
+@FEW
+@given(angle=st.floats(0, 2 * np.pi))
+def test_repeated_modes_are_a_space_in_the_norm_of_the_mass(angle):
+    mass = np.diag(np.arange(1.0, P + 1))
+    x = shapes(4) / np.sqrt(np.diag(mass))[:, None]
+    overlap = mac_with_spaces(3.0 * x, turned(x, (1, 2), angle), [np.array([0]), np.array([1, 2]), np.array([3])], mass)
+    assert overlap[1:3, 1:3] == pytest.approx(1.0)
+    assert overlap[[0, 3], [0, 3]] == pytest.approx(1.0)
+    assert overlap[0, 1:] == pytest.approx(0.0, abs=1e-12)
+    hz = np.array([10.0, 20.0, 20.0, 30.0])
+    assert pair_by_mac(overlap, hz, hz).tolist() == [0, 1, 2, 3]
+
+
+def test_dependent_shapes_span_no_more_than_they_have():
+    x = shapes(2)
+    space = np.column_stack([x[:, 0], 2.0 * x[:, 0]])
+    group = [np.array([0, 1])]
+    assert mac_with_spaces(space, x, group, np.eye(P)) == pytest.approx(np.array([[1.0, 0.0], [1.0, 0.0]]), abs=1e-12)
