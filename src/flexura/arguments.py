@@ -5,7 +5,6 @@ A call that succeeds costs nothing: types are held against the signature where a
 
 from __future__ import annotations
 
-import builtins
 import inspect
 import types
 import typing
@@ -65,26 +64,6 @@ def _wrong(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[
     return ""
 
 
-class _Names(Mapping[str, Any]):
-    """What names of annotations mean that a module imports for type checkers alone: what flexura offers, else Any."""
-
-    def __init__(self, own: Mapping[str, Any]) -> None:
-        self.own = own
-
-    def __getitem__(self, name: str) -> Any:
-        import flexura
-
-        if name in self.own or hasattr(builtins, name):
-            raise KeyError(name)
-        return getattr(flexura, name, Any)
-
-    def __iter__(self) -> Any:
-        return iter(())
-
-    def __len__(self) -> int:
-        return 0
-
-
 def _hint(text: str, function: Callable[..., Any]) -> Any:
     """The type that an annotation stands for; Any where that cannot be told."""
     if "ArrayLike" in text and "Mapping" not in text:
@@ -92,7 +71,7 @@ def _hint(text: str, function: Callable[..., Any]) -> Any:
     holder: Any = types.SimpleNamespace(__annotations__={"it": text})
     own = getattr(function, "__globals__", {})
     try:
-        return typing.get_type_hints(holder, own, _Names(own))["it"]  # pyright: ignore[reportArgumentType]
+        return typing.get_type_hints(holder, own)["it"]
     except (NameError, TypeError, AttributeError, SyntaxError):
         return Any
 

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from flexura.cli.tables import console_of_width, print_warnings
 from flexura.errors import Exceeded, OptionError
+from flexura.files import write_file
 from flexura.mechanism import DOF_NAMES
 
 if TYPE_CHECKING:
@@ -191,14 +192,10 @@ def write_time_csv(result: TimeResponse, path: Path) -> Path:
 
 
 def _write_csv(heading: list[str], columns: list[Any], path: Path) -> Path:
-    from flexura.view.files import write_files
-
     if path.suffix.lower() != ".csv":
         raise OptionError(f"{path} must be named .csv; `flexura export --what response` writes other formats")
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heading)
     writer.writerows(np.stack(columns, axis=1).tolist())
-    if not path.parent.is_dir():
-        raise OptionError(f"{path} cannot be written: there is no folder {path.parent}")
-    return write_files({path.name: text.getvalue().encode()}, path.parent)[0]
+    return write_file(path, lambda file: file.write_bytes(text.getvalue().encode()))

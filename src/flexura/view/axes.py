@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from flexura.view.camera import Camera, View
 from flexura.view.furniture import Box, pixel_axes
 from flexura.view.meshes import Array
 from flexura.view.palette import INK
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _CLOSEST = 46.0
 """Least distance between ticks, pixels."""

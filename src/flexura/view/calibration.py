@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.files import complete_files
@@ -13,17 +13,12 @@ from flexura.testing.updating.calibrated import Calibration
 from flexura.view.furniture import foot
 from flexura.view.palette import INK
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 BEFORE, AFTER = "#c9ced6", "#1f5fa8"
 
 
 @verb
 def draw_calibration(result: Calibration) -> Figure:
     """Prior and posterior intervals of the parameters in prior standard deviations, and errors of the frequencies."""
-    from matplotlib.figure import Figure
-
     count = len(result.parameters)
     figure = Figure(figsize=(8.4, 1.4 + 0.3 * max(count, 6)), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import ranked
+from flexura.testing.correlation.correlation import Correlation
+from flexura.testing.correlation.overlay import FRFOverlay
+from flexura.testing.virtual.sensor_placement import SensorPlacement
 from flexura.view.axes import frame
 from flexura.view.camera import Camera, View
 from flexura.view.curves import COLOURS, FAINT
@@ -21,14 +26,6 @@ from flexura.view.pictures import MODE_SIZE, mode_scale, mode_triangles, mode_vi
 from flexura.view.raster import Triangles
 from flexura.view.solids import solids
 from flexura.view.viewpoint import good_camera
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from flexura.testing.correlation.correlation import Correlation
-    from flexura.testing.correlation.overlay import FRFOverlay
-    from flexura.testing.virtual.sensor_placement import SensorPlacement
 
 Array = NDArray[np.float64]
 
@@ -68,8 +65,6 @@ def draw_correlation(result: Correlation) -> Figure:
 
     Returns a matplotlib Figure.
     """
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(11.0, 9.0), dpi=150, layout="constrained", facecolor="white")
     panels = figure.subplots(2, 2)
     test = [f"{k + 1}  {hz:.4g} Hz" for k, hz in enumerate(result.test_hz)]
@@ -92,8 +87,6 @@ def _matrix(
     axes: Axes, values: Array, rows: list[str], columns: list[str], title: str, framed: list[tuple[int, int]]
 ) -> None:
     """Numbers between 0 and 1 as colours and text."""
-    from matplotlib.patches import Rectangle
-
     axes.set_title(title, size=9, color=INK)
     if not values.size:
         axes.text(0.5, 0.5, "no pairs", ha="center", va="center", size=9, color="0.5", transform=axes.transAxes)
@@ -222,8 +215,6 @@ def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
     Returns a matplotlib Figure with at most 24 panels, those with the largest responses. Raises OptionError when there
     is no such set.
     """
-    from matplotlib.figure import Figure
-
     if not 0 <= number < len(result.frfs):
         raise OptionError(f"there is no set of responses {number}: the measurement has {len(result.frfs)} in the model")
     overlay = result.frfs[number]

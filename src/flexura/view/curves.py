@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from flexura.analysis import FrequencyResponse, TimeResponse
@@ -13,9 +14,6 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.view.furniture import foot
 from flexura.view.palette import INK
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 COLOURS = ("#1f5fa8", "#d9541e", "#2c8a4b", "#7a4aa0", "#b8860b", "#0f8b8d", "#a23b57", "#5b6770")
 FAINT = "#c9ced6"
@@ -44,8 +42,6 @@ def _pairs(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None) -
 
 
 def _figure(width: float, height: float) -> Figure:
-    from matplotlib.figure import Figure
-
     return Figure(figsize=(width, height), layout="constrained")
 
 
@@ -123,8 +119,6 @@ def draw_response_matrix(result: FrequencyResponse) -> Figure:
 
     Raises OptionError for more than twelve inputs or outputs.
     """
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     p, m = len(result.outputs), len(result.inputs)
     if max(p, m) > MOST_PANELS:
         raise OptionError(f"a matrix has at most {MOST_PANELS} inputs and outputs; name some of the {p} x {m}")

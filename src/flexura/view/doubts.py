@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from flexura.analysis import CheckReport
 from flexura.arguments import verb
 from flexura.structure import FullOrderModel
 from flexura.structure.solids import Bars, Bodies, solids_of
@@ -19,12 +22,6 @@ from flexura.view.palette import COLOURS, INK
 from flexura.view.pictures import SIZE, add_dots, camera_for, new_figure, paint, rest_triangles
 from flexura.view.scene import Kind
 from flexura.view.solids import solids
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from flexura.analysis import CheckReport
 
 MOST_LABELS = 6
 """Doubts that are written into a picture."""

@@ -6,11 +6,12 @@ import io
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from flexura.analysis import Mode, Modes
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import complete_files
@@ -18,11 +19,6 @@ from flexura.structure import FullOrderModel
 from flexura.view.pictures import DPI, draw_mechanism, draw_mode, draw_sheet
 from flexura.view.solids import node_motions, solids
 from flexura.view.viewpoint import good_camera
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from flexura.analysis import Mode, Modes
 
 
 @verb

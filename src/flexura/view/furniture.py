@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from flexura.view.camera import Camera
 from flexura.view.palette import COLOURS, INK, NAMES, WARNING, displacement_colours
 from flexura.view.scene import Kind, Solids
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height, in fractions of the figure."""
@@ -96,9 +96,6 @@ def foot(figure: Figure, warnings: Sequence[object], notes: Sequence[object] = (
 
 def legend(figure: Figure, parts: Solids) -> None:
     """One entry for each kind of part, along the lower edge."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     handles = []
     for kind in sorted(parts.kinds):
         colour, name = COLOURS[kind], NAMES[kind]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
@@ -20,10 +21,6 @@ from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures
 from flexura.view.furniture import foot
 from flexura.view.palette import INK
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 MOST_PANELS = 12
 """Responses in one figure."""
@@ -171,8 +168,6 @@ def _title(result: IdentifiedModes) -> str:
 
 
 def _figure(width: float, height: float) -> Figure:
-    from matplotlib.figure import Figure
-
     return Figure(figsize=(width, height), layout="constrained")
 
 

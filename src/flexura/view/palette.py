@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import colormaps
 from numpy.typing import ArrayLike
 
 from flexura.view.meshes import Array
@@ -51,6 +52,4 @@ GHOST = (0.90, 0.91, 0.92)
 
 def displacement_colours(share: ArrayLike) -> Array:
     """Colours (..., 3), RGB, of displacements (...) relative to the largest."""
-    from matplotlib import colormaps
-
     return colormaps["viridis"](0.04 + 0.92 * np.clip(share, 0.0, 1.0))[..., :3]

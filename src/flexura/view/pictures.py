@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
@@ -31,10 +33,6 @@ from flexura.view.raster import Triangles, of_lines, render
 from flexura.view.scene import Kind, Solids
 from flexura.view.solids import solids
 from flexura.view.viewpoint import good_camera, visible_flexures
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SIZE = (8.0, 6.0)
 """Width and height of a picture, inches."""
@@ -234,9 +232,6 @@ def _scale(parts: Solids, scale: float | None) -> float:
 
 
 def new_figure(size: tuple[float, float]) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=size, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
     return figure

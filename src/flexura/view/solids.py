@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.errors import OptionError
+from flexura.solid.mesh.surface import SurfaceShape
 from flexura.structure import FullOrderModel
 from flexura.view.lumps import add_lumps
 from flexura.view.marks import add_marks
 from flexura.view.members import LEVELS, Detail, Placing, member_surfaces
 from flexura.view.meshes import Array, Mesh
 from flexura.view.scene import Collector, Kind, Solids
-
-if TYPE_CHECKING:
-    from flexura.solid.mesh.surface import SurfaceShape
 
 FACE_BUDGET = 20_000
 """Members are drawn in less detail, in the end as lines, to stay below this many faces."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
+from flexura.solid.verification.verify import ShapePairs, Verification, VerificationRow
 from flexura.view.files import save_figures
 from flexura.view.furniture import Box, colour_bar, heading, remark_lines, triad
 from flexura.view.palette import INK
@@ -16,12 +18,6 @@ from flexura.view.pictures import camera_for, mode_scale, mode_triangles, mode_v
 from flexura.view.raster import Triangles
 from flexura.view.solids import meshed_solids, solids
 from flexura.view.viewpoint import good_camera
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from flexura.solid.verification.verify import ShapePairs, Verification, VerificationRow
 
 SIZE = (12.0, 5.6)
 """Width and height of a pair of pictures, inches."""

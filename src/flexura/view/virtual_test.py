@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
@@ -17,10 +18,6 @@ from flexura.view.files import save_figures
 from flexura.view.furniture import foot
 from flexura.view.identification import _figure, _style, save_identification
 from flexura.view.palette import INK
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 @verb
