@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.mesh_errors import response_meshes
+from flexura.analysis.response_meshes import response_meshes
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import count_below, inverse_roots, least_pivot, scaled

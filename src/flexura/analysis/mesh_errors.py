@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg as la
@@ -15,9 +14,6 @@ from flexura.errors import Exceeded
 from flexura.mechanism.body import Superelement
 from flexura.mechanism.layout import TOP
 from flexura.structure import FullOrderModel
-
-if TYPE_CHECKING:
-    from flexura.systems import ModalSystem, SecondOrder
 
 Array = NDArray[np.float64]
 
@@ -108,32 +104,6 @@ def motion_meshes(model: FullOrderModel, columns: Array, names: Sequence[str]) -
     worst = int(errors.share.argmax())
     warning = mesh_warning("", f"the deflection {names[worst]}", float(errors.share[worst]), errors.part[worst])
     return () if warning is None else (warning,)
-
-
-def response_meshes(
-    system: SecondOrder, modes: ModalSystem | None = None, up_to_hz: float = np.inf
-) -> tuple[Exceeded, ...]:
-    """Warnings of what meshes leave uncertain of the static deflection by inputs, and of the `modes` up to a frequency:
-    the worst of each."""
-    full = system.full_order
-    if not part_meshes(full):
-        return ()
-    static = np.zeros((full.order, 0))
-    if system.inputs:
-        from flexura.systems.system import input_loads
-
-        static = system.full_flexibility(input_loads(system))
-    said = motion_meshes(full, static, [f"by {c.name}" for c in system.inputs])
-    own = np.flatnonzero(modes.frequency_hz <= up_to_hz) if modes is not None else np.empty(0, dtype=np.intp)
-    if modes is None or not len(own):
-        return said
-    shapes, hz = modes.shapes[:, own], modes.frequency_hz[own]
-    shapes = shapes if isinstance(system.model, FullOrderModel) else system.model.recover(shapes)
-    errors = frequency_errors(full, full.node_displacements(shapes), hz)
-    assert errors is not None
-    k = int(errors.share.argmax())
-    warning = mesh_warning("", f"the resonance at {hz[k]:.4g} Hz", float(errors.share[k] / 2), errors.part[k])
-    return said if warning is None else (*said, warning)
 
 
 def mesh_warning(place: str, what: str, error: float, part: str) -> Exceeded | None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
-from flexura.analysis.mesh_errors import response_meshes
+from flexura.analysis.response_meshes import response_meshes
 from flexura.errors import Exceeded
 from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel

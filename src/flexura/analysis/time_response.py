@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.frequency_response import proven_reduction
 from flexura.analysis.integration import generalised_alpha
 from flexura.analysis.left_out import LeftOut, left_out, references
 from flexura.analysis.peaks import Run, integrated_warnings
@@ -274,8 +275,6 @@ def _built(
             )
         return mechanism.selected(inputs, outputs)
     if isinstance(mechanism, Mechanism | Plan) and not how:
-        from flexura.analysis.frequency_response import proven_reduction
-
         how = proven_reduction(mechanism, parameters, 1 / (PER_PERIOD * dt))
     return system(mechanism, inputs=inputs, outputs=outputs, parameters=parameters, damping=damping, **how)
 

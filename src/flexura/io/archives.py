@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexura._version import __version__
 from flexura.errors import OptionError
 from flexura.extras import need
+from flexura.io.hdf5 import read_datasets
 from flexura.npz import read_arrays
 from flexura.testing.measurement.channel_positions import Place, Places, placed
 from flexura.testing.measurement.channel_units import quantity_of, split_heading
@@ -29,8 +30,6 @@ def read_npz(path: Path, places: Places) -> Measurement:
 
 def read_hdf5(path: Path, places: Places) -> Measurement:
     """Read an HDF5 file with the same names, groups for the dots. Raises OptionError, also without h5py."""
-    from flexura.io.hdf5 import read_datasets
-
     return _measurement(path, read_datasets(path), places)
 
 

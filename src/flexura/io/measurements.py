@@ -12,6 +12,10 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
+from flexura.io.archives import read_hdf5, read_npz, write_hdf5, write_npz
+from flexura.io.tables import read_csv, write_csv
+from flexura.io.uff.reader import read_uff
+from flexura.io.uff.writer import write_uff
 from flexura.mechanism import Mechanism
 from flexura.structure.plan import Plan
 from flexura.testing.measurement.channel_positions import FORCES, Place, Places, placed, places_of, read_places
@@ -113,15 +117,9 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: 
 
 def _of_suffix(file: Path, suffix: str, places: Places, repeated: Repeated | None) -> Measurement:
     if suffix in UFF:
-        from flexura.io.uff.reader import read_uff
-
         return _placed(read_uff(file, places, repeated), places)
     if suffix in (".csv", ".txt"):
-        from flexura.io.tables import read_csv
-
         return read_csv(file, places)
-    from flexura.io.archives import read_hdf5, read_npz
-
     return (read_npz if suffix == ".npz" else read_hdf5)(file, places)
 
 
@@ -197,16 +195,10 @@ def write_measurement(measurement: Measurement, path: str | Path, **options: Any
     if not isinstance(measurement, Measurement):
         raise OptionError(f"a measurement is written, not a {type(measurement).__name__}")
     if suffix in UFF:
-        from flexura.io.uff.writer import write_uff
-
         return write_file(path, lambda file: write_uff(measurement, file, **options))
     if suffix == ".csv":
-        from flexura.io.tables import write_csv
-
         return write_file(path, lambda file: write_csv(measurement, file))
     if suffix == ".npz" or suffix in HDF5:
-        from flexura.io.archives import write_hdf5, write_npz
-
         write = write_npz if suffix == ".npz" else write_hdf5
         return write_file(path, lambda file: write(measurement, file))
     raise OptionError(f"{suffix or 'no suffix'} says no format of measured data: {', '.join(SUFFIXES)}")

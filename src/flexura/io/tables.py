@@ -17,6 +17,7 @@ from flexura.testing.measurement.channel_positions import Place, Places, placed
 from flexura.testing.measurement.channel_units import frequency_factor, quantity_of, split_heading
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
+from flexura.units import parse_unit
 
 Array = NDArray[np.float64]
 
@@ -79,8 +80,6 @@ def _is_number(text: str) -> bool:
 
 
 def _seconds(unit: str, path: Path) -> float:
-    from flexura.units import parse_unit
-
     try:
         factor, exponents = parse_unit(unit)
     except ExpressionError as error:

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from flexura.errors import OptionError
+from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.finite_elements import finite_elements
+from flexura.methods.lumped import lumped_parameter
+from flexura.methods.pseudo_rigid_body import pseudo_rigid_body
+from flexura.methods.reverberation_ray import reverberation_ray
 from flexura.methods.solution import Solution
+from flexura.methods.spectral import spectral_element
+from flexura.methods.transfer_matrix import transfer_matrix
+from flexura.reduction import reduce
+from flexura.reduction.certificate import low_order_modes
 from flexura.structure import FullOrderModel, Plan, assemble
 
 TOLERANCE = 1e-3
@@ -45,19 +52,9 @@ class Method:
     solve: Callable[[Task], Solution]
 
 
-def _from(module: str, name: str) -> Callable[[Task], Solution]:
-    """A method in a module of its own, imported when it is first asked."""
-
-    def solve(task: Task) -> Solution:
-        try:
-            method = getattr(import_module(f"flexura.methods.{module}"), name)
-        except ModuleNotFoundError as error:
-            if error.name != f"flexura.methods.{module}":
-                raise
-            raise OptionError("this method is not part of this version") from None
-        return method(task.assembled(), task.n)
-
-    return solve
+def _of(method: Callable[[FullOrderModel, int], Solution]) -> Callable[[Task], Solution]:
+    """A method of a full-order model, asked of a task."""
+    return lambda task: method(task.assembled(), task.n)
 
 
 def _refined(pieces: int) -> Callable[[Task], Solution]:
@@ -66,15 +63,11 @@ def _refined(pieces: int) -> Callable[[Task], Solution]:
 
 def _constraint_modes(task: Task) -> Solution:
     """The RPR paper's model."""
-    from flexura.reduction import reduce
-
     return _of_low_order(task, reduce(task.plan, task.parameters))
 
 
 def _certified(task: Task) -> Solution:
     """The smallest model that is proven to be within the tolerance of the full-order one."""
-    from flexura.reduction import reduce
-
     low = reduce(task.plan, task.parameters, tolerance=TOLERANCE, up_to=MARGIN * task.top_hz)
     solution = _of_low_order(task, low)
     worst = float(low.certificate.error_bound.max()) if low.certificate is not None else TOLERANCE
@@ -84,26 +77,24 @@ def _certified(task: Task) -> Solution:
 def _of_low_order(task: Task, low: Any) -> Solution:
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held")
-    from flexura.reduction.certificate import low_order_modes
-
     pairs = low_order_modes(low, task.model, task.n)
     hz = np.sqrt(pairs.values) / (2 * np.pi)
     shapes = task.model.node_displacements(pairs.vectors)
     return Solution("low order", low.order, hz, shapes)
 
 
-EXACT = Method("dynamic_stiffness", "dynamic stiffness", _from("dynamic_stiffness", "dynamic_stiffness"))
+EXACT = Method("dynamic_stiffness", "dynamic stiffness", _of(dynamic_stiffness))
 MESHES = tuple(Method("finite_elements", f"finite elements {pieces}x", _refined(pieces)) for pieces in (1, 2, 4))
 FINEST = MESHES[-1]
 METHODS = (
     EXACT,
-    Method("transfer_matrix", "transfer matrix", _from("transfer_matrix", "transfer_matrix")),
-    Method("spectral_element", "spectral element", _from("spectral", "spectral_element")),
-    Method("reverberation_ray", "reverberation-ray", _from("reverberation_ray", "reverberation_ray")),
+    Method("transfer_matrix", "transfer matrix", _of(transfer_matrix)),
+    Method("spectral_element", "spectral element", _of(spectral_element)),
+    Method("reverberation_ray", "reverberation-ray", _of(reverberation_ray)),
     *MESHES,
     Method("constraint_modes", "constraint modes alone", _constraint_modes),
     Method("certified_reduction", "certified reduction", _certified),
-    Method("pseudo_rigid_body", "pseudo-rigid-body", _from("pseudo_rigid_body", "pseudo_rigid_body")),
-    Method("lumped_parameter", "lumped parameter", _from("lumped", "lumped_parameter")),
+    Method("pseudo_rigid_body", "pseudo-rigid-body", _of(pseudo_rigid_body)),
+    Method("lumped_parameter", "lumped parameter", _of(lumped_parameter)),
 )
 """All methods, in the order of the rows."""

@@ -16,8 +16,10 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.methods.pairing import mac_matrix
 from flexura.methods.solution import Solution
 from flexura.modal.mode_pairing import pair_by_mac
+from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.fem.modes import SURE, Announce, SolidModes, beam_mass, solid_modes
 from flexura.solid.fem.reduced import MOST_MODES
+from flexura.solid.interchange.calculix import calculix_matrices, need_program
 from flexura.solid.mesh.solid_mesh import SolidMesh
 from flexura.solid.verification.beam_models import BeamModel, Described, beam_models
 from flexura.structure import FullOrderModel
@@ -354,12 +356,8 @@ def _known(values: Array) -> tuple[float | None, ...]:
 def _matrices(solver: Solver) -> Any:
     """What makes K and M of a mesh."""
     if solver == "flexura":
-        from flexura.solid.fem.matrices import elastic_matrices
-
         return elastic_matrices
     if solver == "calculix":
-        from flexura.solid.interchange.calculix import need_program
-
         need_program()
         return _calculix_matrices
     raise OptionError(f"the solver is flexura or calculix, not {solver!r}")
@@ -367,8 +365,6 @@ def _matrices(solver: Solver) -> Any:
 
 def _calculix_matrices(mesh: SolidMesh) -> tuple[Any, Any]:
     """K and M by CalculiX with our numbers of DOFs."""
-    from flexura.solid.interchange.calculix import calculix_matrices
-
     stored = calculix_matrices(mesh)
     place = np.empty(mesh.order, dtype=np.intp)
     place[3 * (stored.node - 1) + stored.component] = np.arange(mesh.order)

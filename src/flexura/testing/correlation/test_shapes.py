@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.testing.identification.identification import frfs_of, identify
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
@@ -32,8 +33,6 @@ def identified_modes(test: IdentifiedModes | Measurement, **how: Any) -> Identif
         )
     if test.modes is not None and not test.frfs and not test.recordings:
         return test.modes
-    from flexura.testing.identification.identification import identify
-
     return identify(test, **how)
 
 
@@ -41,8 +40,6 @@ def measured_frfs(measurement: Measurement | None) -> Sequence[MeasuredFRF]:
     """Frequency responses of a measurement, estimated where it has records alone."""
     if measurement is None or not (measurement.frfs or measurement.recordings):
         return ()
-    from flexura.testing.identification.identification import frfs_of
-
     return frfs_of(measurement)[1]
 
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError
 from flexura.files import read_text
+from flexura.modelfile.document import parse_any
 from flexura.testing.measurement.channels import MeasuredChannel
 
 Array = NDArray[np.float64]
@@ -123,8 +124,6 @@ def _csv_rows(text: str, name: str) -> list[Any]:
 
 
 def _yaml_rows(text: str, name: str) -> list[Any]:
-    from flexura.modelfile.document import parse_any
-
     try:
         data = parse_any(text, name).plain()
     except ModelError as error:
