@@ -57,6 +57,8 @@ class Drift(Result):
     displaced: ScrewAxis
     twists: Array
 
+    _told = ("rest", "displaced", "twists", "shift", "distance", "tilt")
+
     @property
     def shift(self) -> Vector:
         """From the point at rest to the displaced one, m; zero unless both turn."""

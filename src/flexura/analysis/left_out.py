@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import Exceeded
 from flexura.linalg import leading
-from flexura.records import Record
 from flexura.reduction.flexibility import stored_flexibility
+from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel, ModalSystem
 from flexura.systems.neglected import FAINT, WORTH, rounded_up
@@ -52,7 +52,7 @@ KNOWN = 2e-4
 
 
 @dataclass(frozen=True, repr=False)
-class LeftOut(Record):
+class LeftOut(Result):
     """Bound (p,) on what outputs lack at any time, from modes above `above_hz`, beside their size `scale` (p,)."""
 
     bound: Array
@@ -95,10 +95,8 @@ class LeftOut(Record):
         text = f"{self.text}: take a shorter step or keep more modes, or apply the signal less abruptly"
         return (Exceeded("tolerance", name, self.share, WORTH, "1", text),)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; infinite numbers as None."""
-        own = zip(self.outputs, self.bound, self.shares, strict=True)
-        outputs = {str(c): [float(x) if np.isfinite(x) else None for x in pair] for c, *pair in own}
+    def _data(self) -> dict[str, Any]:
+        outputs = {str(c): pair for c, *pair in zip(self.outputs, self.bound, self.shares, strict=True)}
         return {"above_hz": self.above_hz, "bound_and_share": outputs, "text": self.text}
 
 

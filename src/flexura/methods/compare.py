@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -21,6 +21,7 @@ from flexura.methods.pairing import agree, pair
 from flexura.methods.solution import Solution
 from flexura.modal.frequency_pairing import in_order
 from flexura.records import Record
+from flexura.results import Tabular
 from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 
@@ -77,7 +78,7 @@ class ComparisonRow(Record):
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(Record):
+class Comparison(Tabular):
     """Methods side by side: `n` modes of a mechanism, with errors against the `reference` method, which is empty when
     no method could answer that others are held against."""
 
@@ -89,14 +90,20 @@ class Comparison(Record):
     parameters: dict[str, float]
     rows: tuple[ComparisonRow, ...]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+    def _data(self) -> dict[str, Any]:
+        own = super()._data()
+        return {"mechanism": self.name, **{name: value for name, value in own.items() if name != "name"}}
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each frequency of each method."""
+        found = [
+            (row, *own) for row in self.rows for own in zip(row.frequency_hz, row.counterpart, row.error, strict=True)
+        ]
         return {
-            "mechanism": self.name,
-            "n": self.n,
-            "reference": self.reference,
-            "parameters": self.parameters,
-            "rows": [asdict(row) for row in self.rows],
+            "method": [row.method for row, *_ in found],
+            "mode": [number for _, _, number, _ in found],
+            "frequency [Hz]": [hz for _, hz, _, _ in found],
+            "relative error": [error for *_, error in found],
         }
 
     def ended(self, methods: Sequence[str] | None, reason: str) -> Comparison:

@@ -15,6 +15,7 @@ from flexura.modal.assignment import best_pairs
 from flexura.modal.close_modes import close_groups
 from flexura.modal.criteria import mac, space_mac
 from flexura.modal.frequency_pairing import in_order
+from flexura.results import Tabular
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -61,8 +62,8 @@ def pair_by_mac(overlap: Array, reference_hz: Array, frequency_hz: Array) -> Ind
     return best_pairs(np.where(overlap >= SAME_MODE, overlap - nearness, 0.0).T)
 
 
-@dataclass(frozen=True)
-class ModePairing:
+@dataclass(frozen=True, repr=False)
+class ModePairing(Tabular):
     """Pairs of test and model modes.
 
     `partner` (n,) is the model's mode for every test mode, -1 without; `mac` (n, k) compares the shapes one by one, and
@@ -75,6 +76,17 @@ class ModePairing:
     likeness: Array
     test_spaces: tuple[Index, ...]
     model_spaces: tuple[Index, ...]
+
+    def _columns(self) -> dict[str, Any]:
+        """Pairs, both numbered from 1."""
+        test = np.flatnonzero(self.partner >= 0)
+        model = self.partner[test]
+        return {
+            "test mode": test + 1,
+            "model mode": model + 1,
+            "mac": self.mac[test, model],
+            "likeness": self.likeness[test, model],
+        }
 
     def space_of(self, test: int) -> tuple[Index, Index]:
         """The groups of close modes, test and model, that a pair lies in."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
-from flexura.errors import OptionError
+from flexura.errors import Exceeded, OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
@@ -17,6 +19,7 @@ from flexura.reduction.chain_assembler import ChainAssembler, ChainOrder, Kind
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
 from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, stacks
+from flexura.results import Tabular
 from flexura.structure import assemble
 from flexura.structure.plan import Plan, plan_of
 
@@ -39,8 +42,8 @@ SLOW = 0.4
 ROUNDS = 40
 
 
-@dataclass(frozen=True)
-class NaturalFrequencies:
+@dataclass(frozen=True, repr=False)
+class NaturalFrequencies(Tabular):
     """Natural frequencies of one design (count,) or of many (designs, count), Hz, with proven intervals.
 
     `lower_hz` and `upper_hz` enclose the frequency of the same number, counted from the lowest, of the full-order model
@@ -67,6 +70,34 @@ class NaturalFrequencies:
     def error_bound(self) -> Array:
         """Proven bound, shaped like the frequencies, on the relative distance of each from that of the full order."""
         return _error_bound(self.frequency_hz, self.lower_hz, self.upper_hz)
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """One, when designs miss the tolerance or may lack a mode."""
+        missed = self.missed
+        if not len(missed):
+            return ()
+        bounds = np.atleast_2d(self.error_bound)
+        worst = int(bounds.max(axis=1).argmax())
+        text = (
+            f"{len(missed)} of {len(bounds)} designs are not proven within {self.tolerance:g}: resolved() solves them"
+        )
+        return (Exceeded("tolerance", f"design {worst}", float(bounds[worst].max()), self.tolerance, "1", text),)
+
+    def _data(self) -> dict[str, Any]:
+        return {"name": self.plan.name, **super()._data(), "parameters": self.parameters, "missed": self.missed}
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each frequency of each design."""
+        designs, count = np.atleast_2d(self.frequency_hz).shape
+        return {
+            "design": np.repeat(np.arange(designs), count),
+            "mode": np.tile(np.arange(1, count + 1), designs),
+            "frequency [Hz]": self.frequency_hz.ravel(),
+            "lower [Hz]": self.lower_hz.ravel(),
+            "upper [Hz]": self.upper_hz.ravel(),
+            "is proven": np.repeat(np.atleast_1d(self.is_proven), count),
+        }
 
     def resolved(self, progress: Progress | None = None) -> NaturalFrequencies:
         """The same with every missed design solved by itself, of full order, and certified.

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.records import Record
+from flexura.results import Tabular
 
 Array = NDArray[np.float64]
 
@@ -16,7 +16,7 @@ HERTZ = 2 * np.pi
 
 
 @dataclass(frozen=True, repr=False)
-class Certificate(Record):
+class Certificate(Tabular):
     """What is proven about the frequencies of a low-order model against its full-order model.
 
     `lower_hz` and `upper_hz` (k,) enclose a frequency of the full-order model for each of `frequency_hz` (k,): where
@@ -53,9 +53,13 @@ class Certificate(Record):
             off = np.maximum(self.upper_hz - self.frequency_hz, self.frequency_hz - self.lower_hz) / self.lower_hz
         return np.where(self.upper_hz == self.lower_hz, 0.0, np.where(self.lower_hz > 0, off, np.inf))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON; an unproven end of an interval is None."""
-        data = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in asdict(self).items()}
-        for key in ("lower_hz", "upper_hz"):
-            data[key] = [value if np.isfinite(value) else None for value in data[key]]
-        return data | {"missing": self.missing, "is_complete": self.is_complete}
+    def _data(self) -> dict[str, Any]:
+        return {**super()._data(), "missing": self.missing, "is_complete": self.is_complete}
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "frequency [Hz]": self.frequency_hz,
+            "lower [Hz]": self.lower_hz,
+            "upper [Hz]": self.upper_hz,
+            "is indexed": self.is_indexed,
+        }

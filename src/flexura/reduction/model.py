@@ -20,6 +20,7 @@ from flexura.records import Record
 from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
 from flexura.reduction.craig_bampton import ReducedPart
 from flexura.reduction.intervals import Certificate
+from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.prestress import solve_definite
@@ -176,7 +177,7 @@ Basis: TypeAlias = SubstructureBasis | FullBasis | ProjectedBasis
 
 
 @dataclass(frozen=True, repr=False)
-class LowOrderModel(Record):
+class LowOrderModel(Result):
     """K and M of a low-order model, and how to get every physical displacement back.
 
     K, M: (n, n), dense or sparse, SI; rows follow `coordinate_names`. `steps` say in words what was kept and why.
@@ -185,6 +186,7 @@ class LowOrderModel(Record):
     """
 
     _shown = ("name", "order", "steps")
+    _told = ("name", "order", "parameters", "coordinate_names", "K", "M", "steps", "static_nodes", "certificate")
 
     plan: Plan
     values: Array

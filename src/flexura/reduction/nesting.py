@@ -15,8 +15,8 @@ from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
 from flexura.mechanism.body import Matrix, Superelement
 from flexura.mechanism.substructure import DOF_NAMES, Substructure
-from flexura.records import Record
 from flexura.reduction.model import LowOrderModel
+from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
 from flexura.structure.slots import Index
@@ -34,7 +34,7 @@ ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True, repr=False)
-class NestedModel(Record):
+class NestedModel(Result):
     """A low-order model in the coordinates of a superelement: displacements of nodes, then amplitudes.
 
     `names` are those of the nodes outside, by their names in the mechanism that was reduced.
@@ -42,6 +42,8 @@ class NestedModel(Record):
 
     model: LowOrderModel
     names: Mapping[str, str]
+
+    _told = ("names", "amplitudes", "model")
 
     @property
     def amplitudes(self) -> int:

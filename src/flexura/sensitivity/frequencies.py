@@ -13,6 +13,7 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.mechanism.expression import Expression
 from flexura.mechanism.substructure import Mechanism
+from flexura.results import Tabular
 from flexura.sensitivity.eigenpairs import branches, moved_clusters, whole_clusters
 from flexura.sensitivity.variation import Family, FullOrderFamily, LowOrderFamily, Order, Rows, changes_of, unbounded
 from flexura.structure import Plan
@@ -24,8 +25,8 @@ UNSURE = 1e-5
 """Relative error of differenced matrices from which on it is said."""
 
 
-@dataclass(frozen=True)
-class Sensitivities:
+@dataclass(frozen=True, repr=False)
+class Sensitivities(Tabular):
     """Derivatives of the n lowest natural frequencies and of their shapes with respect to P parameters.
 
     `derivative` (n, P) is in Hz per SI unit of the parameter; `relative` (n, P), (p/f) df/dp, compares parameters.
@@ -34,6 +35,9 @@ class Sensitivities:
     ascending, of which `branch_shapes` (P, N, n) are the shapes. `error` (P,) is estimated, relative to the largest
     entry of the differenced products.
     """
+
+    _shown = ("name", "free", "frequency_hz", "order")
+    _told = ("name", "free", "values", "frequency_hz", "derivative", "relative", "error", "order")
 
     name: str
     free: tuple[str, ...]
@@ -53,19 +57,15 @@ class Sensitivities:
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.derivative * self.values / self.frequency_hz[:, None]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the shapes, as plain data for JSON."""
-        relative = [[float(x) if np.isfinite(x) else None for x in row] for row in self.relative]
+    def _columns(self) -> dict[str, Any]:
+        """A row for each parameter and frequency."""
+        modes, parameters = self.derivative.shape
         return {
-            "name": self.name,
-            "free": list(self.free),
-            "values": self.values.tolist(),
-            "frequency_hz": self.frequency_hz.tolist(),
-            "derivative": self.derivative.tolist(),
-            "relative": relative,
-            "error": self.error.tolist(),
-            "order": self.order,
-            "notes": list(self.notes),
+            "parameter": np.repeat(self.free, modes),
+            "mode": np.tile(np.arange(1, modes + 1), parameters),
+            "frequency [Hz]": np.tile(self.frequency_hz, parameters),
+            "derivative [Hz per SI unit]": self.derivative.T.ravel(),
+            "relative": self.relative.T.ravel(),
         }
 
 

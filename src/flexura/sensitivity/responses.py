@@ -14,6 +14,7 @@ from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, is_definite
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.flexibility import stored_flexibility
+from flexura.results import Result
 from flexura.sensitivity.eigenpairs import Cluster, moved_clusters, whole_clusters
 from flexura.sensitivity.frequencies import family_of, free_names
 from flexura.sensitivity.points import Reading, displacement_rows
@@ -25,8 +26,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
-class ResponseSensitivities:
+@dataclass(frozen=True, repr=False)
+class ResponseSensitivities(Result):
     """H (f, p, m) at `frequency_hz` (f,), and dH/dp (P, f, p, m) per SI unit of the parameters `free`."""
 
     free: tuple[str, ...]

@@ -14,7 +14,8 @@ from flexura.arguments import verb
 from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
-from flexura.records import Kept, Latest, Record
+from flexura.records import Kept, Latest
+from flexura.results import Result
 from flexura.structure.part import Lump, PartMatrices
 from flexura.structure.plan import Geometry, Plan, one_design, plan_of
 from flexura.structure.prestress import Prestress, dead_load, prestress, refuse_buckled
@@ -212,7 +213,7 @@ def _dofs(dof: Index, nodes: Index) -> Index:
 
 
 @dataclass(frozen=True, repr=False)
-class FullOrderModel(Record):
+class FullOrderModel(Result):
     """K and M of the full-order model, with what is needed to make sense of a vector of its DOFs.
 
     K, M: (n, n) sparse, SI; rows follow `dof_names`. K is about the state under the loads and gravity that are
@@ -220,6 +221,7 @@ class FullOrderModel(Record):
     """
 
     _shown = ("name", "order")
+    _told = ("name", "order", "parameters", "dof_names", "K", "M")
 
     plan: Plan
     parameters: Mapping[str, ArrayLike]

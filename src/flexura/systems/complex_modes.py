@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.records import Record
+from flexura.results import Tabular
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, repr=False)
-class ComplexModes(Record):
+class ComplexModes(Tabular):
     """Poles (2r,), rad/s, in conjugate pairs or real, the lowest first; states (eta, eta') = right z, where
     z' = poles z + left f for modal forces f. right (2r, 2r), left (2r, r)."""
 
@@ -35,6 +36,10 @@ class ComplexModes(Record):
         """Damping ratios (2r,): -Re(pole)/|pole|; 1 for real poles."""
         size = np.abs(self.poles)
         return -self.poles.real / np.where(size > 0, size, np.inf)
+
+    def _columns(self) -> dict[str, Any]:
+        poles = {"pole, real [rad/s]": self.poles.real, "pole, imaginary [rad/s]": self.poles.imag}
+        return {**poles, "frequency [Hz]": self.frequency_hz, "damping ratio": self.ratios}
 
 
 DEFECTIVE = 1e10

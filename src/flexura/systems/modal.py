@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
-from flexura.records import Record
+from flexura.results import Tabular
 from flexura.systems.channel import Channel, positions
 from flexura.systems.complex_modes import ComplexModes, complex_modes
 from flexura.systems.remainder import Remainder, remainder_of, stiffening
@@ -41,7 +41,7 @@ SPARE = 6
 
 
 @dataclass(frozen=True, repr=False)
-class ModalSystem(Record):
+class ModalSystem(Tabular):
     """Mass-normalised modes: eta'' + damping eta' + (omega^2 + i loss) eta = B u.
 
     Outputs y = (d/dt)^derivative (C eta + residual u) + D u. omega (r,), rad/s, ascending; `damping` (r, r), 1/s, and
@@ -90,6 +90,24 @@ class ModalSystem(Record):
             if A is not None:
                 found |= _couples(A, scale)
         return found
+
+    def _data(self) -> dict[str, Any]:
+        """Everything but the shapes."""
+        names = ("damping", "loss", "B", "C", "derivative", "D", "residual")
+        return {
+            "name": self.system.name,
+            "inputs": self.inputs,
+            "outputs": self.outputs,
+            "frequency_hz": self.frequency_hz,
+            "damping_ratios": self.ratios,
+            "loss_factors": self.loss_factors,
+            "next_frequency_hz": self.next_omega / (2 * np.pi),
+            **{name: getattr(self, name) for name in names},
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        own = {"frequency [Hz]": self.frequency_hz, "damping ratio": self.ratios, "loss factor": self.loss_factors}
+        return {"mode": np.arange(1, self.order + 1), **own}
 
     def part(self, own: NDArray[np.bool_]) -> ModalSystem:
         """The system of some modes (r,) alone, to which damping couples no others."""

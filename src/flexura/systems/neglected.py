@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import Exceeded
 from flexura.linalg import leading
-from flexura.records import Record
+from flexura.results import Result
 from flexura.systems.channel import Channel
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ symmetry, is held against so much."""
 
 
 @dataclass(frozen=True, repr=False)
-class Neglected(Record):
+class Neglected(Result):
     """Bound (f, p, m) on what a model lacks of the responses of its mechanism at `frequency_hz` (f,), over its band.
 
     What first-order inertia and damping of the modes left out would add is worked out, with what damping that was made
@@ -101,10 +101,8 @@ class Neglected(Record):
         ends = tuple(self.inputs[k] for k in inputs), tuple(self.outputs[k] for k in outputs)
         return replace(self, bound=self.bound[at], scale=self.scale[at[1:]][0], inputs=ends[0], outputs=ends[1])
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; infinite numbers as None."""
-        shares = [[float(x) if np.isfinite(x) else None for x in row] for row in self.shares]
-        return {"band_hz": list(self.band), "shares": shares, "holds_up_to_hz": self.holds_up_to, "text": self.text}
+    def _data(self) -> dict[str, Any]:
+        return {"band_hz": self.band, "shares": self.shares, "holds_up_to_hz": self.holds_up_to, "text": self.text}
 
 
 def rounded_up(bound: float, digits: int = 3) -> str:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
-from flexura.records import Record
 from flexura.reduction import LowOrderModel
 from flexura.reduction.certificate import design_of
 from flexura.reduction.chained import chained
 from flexura.reduction.flexibility import WELL, Flexibility, flexibility, stored_flexibility
+from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.systems.channel import Channel, positions
 from flexura.systems.damping import DampingLaw
@@ -33,7 +33,7 @@ MOST_BY_ENERGIES = 400
 
 
 @dataclass(frozen=True, repr=False)
-class SecondOrder(Record):
+class SecondOrder(Result):
     """M q'' + C q' + (K + i H) q = B u, and outputs y = (d/dt)^k (rows q + residual u) + D u.
 
     M, C, K (n, n) dense or sparse, SI; H (n, n) is structural damping, None without; B (n, m); rows (p, n) and the
@@ -44,6 +44,22 @@ class SecondOrder(Record):
     """
 
     _shown = ("name", "order", "inputs", "outputs")
+    _told = (
+        "name",
+        "order",
+        "inputs",
+        "outputs",
+        "M",
+        "C",
+        "K",
+        "H",
+        "B",
+        "rows",
+        "derivative",
+        "D",
+        "residual",
+        "limits",
+    )
 
     model: Model
     M: Any

@@ -50,6 +50,10 @@ class StateSpace(Result):
     warnings: tuple[Exceeded, ...] = ()
     neglected: Neglected | None = None
 
+    def _data(self) -> dict[str, Any]:
+        names = ("name", "inputs", "outputs", "state_names", "A", "B", "C", "D", "neglected")
+        return {**{name: getattr(self, name) for name in names}, "dt_s": self.dt, "delay_s": self.delay}
+
     @property
     def order(self) -> int:
         """Number of states."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,6 +16,7 @@ from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.mechanism import Matrix, Substructure, Superelement
 from flexura.mechanism.member import Faces
+from flexura.results import Result
 from flexura.solid.fem.condensation import constraint_modes
 from flexura.solid.fem.constraints import KINDS, Face, face_ties
 from flexura.solid.fem.reduced import balanced
@@ -33,8 +35,8 @@ SPREAD = 1e-6
 TINY = float(np.finfo(float).tiny)
 
 
-@dataclass(frozen=True)
-class ImportedPart:
+@dataclass(frozen=True, repr=False)
+class ImportedPart(Result):
     """A solid of another program as a superelement in the axes of its own deck.
 
     `places` are those of the nodes, m, by name; `order` the number of rows of its matrices before reduction.
@@ -44,6 +46,13 @@ class ImportedPart:
     places: Mapping[str, tuple[float, float, float]]
     evidence: MatrixEvidence
     order: int
+
+    _shown = ("places", "order", "evidence")
+
+    def _data(self) -> dict[str, Any]:
+        own = self.superelement
+        matrices = {"amplitudes": own.amplitudes, "stiffness": own.stiffness.array, "mass": own.mass.array}
+        return {"order": self.order, "places": self.places, "evidence": self.evidence, **matrices}
 
     @property
     def substructure(self) -> Substructure:

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.results import Result
 from flexura.solid.mesh.solid_mesh import rigid_motions
 
 Array = NDArray[np.float64]
@@ -54,8 +55,8 @@ class MatrixEvidence:
     asymmetry: float
 
 
-@dataclass(frozen=True)
-class StoredMatrices:
+@dataclass(frozen=True, repr=False)
+class StoredMatrices(Result):
     """K and M (n, n), SI, of a solid, from another program.
 
     Row k is the displacement (`component` 0, 1, 2) or rotation (3, 4, 5) of node number `node`. `labels` (p,) are

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.methods.pairing import mac_matrix
 from flexura.methods.solution import Solution
 from flexura.modal.mode_pairing import pair_by_mac
+from flexura.results import Tabular
 from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.fem.modes import SURE, Announce, SolidModes, beam_mass, solid_modes
 from flexura.solid.fem.reduced import MOST_MODES
@@ -104,8 +105,8 @@ class ShapePairs:
     solid: SolidModes
 
 
-@dataclass(frozen=True)
-class Verification:
+@dataclass(frozen=True, repr=False)
+class Verification(Tabular):
     """Beam models against the solid of the same mechanism.
 
     `described` says which rows have the members as the description has them: plain, corrected, or a row of its own.
@@ -135,11 +136,20 @@ class Verification:
         """Relative difference of the beams' mass from the solids'."""
         return None if not self.solid_mass else self.beam_mass / self.solid_mass - 1
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON, without shapes."""
-        data = asdict(replace(self, shapes=None))
-        del data["shapes"]
-        return {"mechanism": data.pop("name"), **data, "mass_error": self.mass_error}
+    def _data(self) -> dict[str, Any]:
+        """Everything but the shapes."""
+        own = {name: value for name, value in super()._data().items() if name != "name"}
+        return {"mechanism": self.name, **own, "mass_error": self.mass_error}
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each mode of the solid and each model."""
+        found = [
+            (row.model, k + 1, hz, row.frequency_hz[k], row.error[k], row.mac[k])
+            for row in self.rows
+            for k, hz in enumerate(self.frequency_hz[: len(row.error)])
+        ]
+        names = ("model", "mode", "solid frequency [Hz]", "frequency [Hz]", "relative error", "mac")
+        return {name: [own[k] for own in found] for k, name in enumerate(names)}
 
     def __repr__(self) -> str:
         worst = ", ".join(
