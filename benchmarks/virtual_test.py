@@ -1,4 +1,4 @@
-"""How far what is identified is from the truth, over seeds of noise and blows of the RPR mechanism's test.
+"""How far what is identified is from the truth, over seeds of noise and hits of the RPR mechanism's test.
 
 python benchmarks/virtual_test.py [SEEDS]
 """

@@ -46,7 +46,7 @@ def lost_of(result: fx.TimeResponse) -> fx.LeftOut:
 
 
 def signals(name, dt, hz):
-    """Steps, pulses, sines that begin gently, noise, blows and releases, and a sine at the first mode left out."""
+    """Steps, pulses, sines that begin gently, noise, impacts and releases, and a sine at the first mode left out."""
     time = dt * np.arange(900)
     rise = np.minimum(1, time / (300 * dt))
     rise = rise**2 * (3 - 2 * rise)

@@ -98,7 +98,7 @@ def test_overload_is_judged_by_the_full_scale():
 
 def test_what_is_accepted_is_used():
     (frf,) = estimate_frf([twice(hit(40.0))], accept=("double hit",))
-    # the second blow is in the force alone
+    # the second pulse is in the force alone
     exact = receptance(2j * np.pi * frf.frequency_hz)
     assert np.max(np.abs(frf.response[:, :, 0] / exact - 1)) > 0.2
     with pytest.raises(fx.OptionError, match="there is no defect 'leak'"):

@@ -11,7 +11,7 @@ from flexura.cli.app import app
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
-from helpers import stands
+from helpers import samples
 
 KX, KY, MASS = 4e3, 9e3, 0.4
 
@@ -30,15 +30,21 @@ def channels(*names, quantity="displacement"):
 def test_known_sizes_are_recovered_exactly_without_noise():
     """Frequencies of another design are met, of which the second and third mode have changed places."""
     truth = {"thickness": 1.3e-3, "tip_mass": 0.045}
-    data = fx.modes(stands.beam(**truth), n=4, order="full").frequency_hz
-    found = fx.calibrate(stands.beam(), data=data, free=list(truth), method="least_squares", pairing="in_order")
+    data = fx.modes(samples.beam(**truth), n=4, order="full").frequency_hz
+    found = fx.calibrate(samples.beam(), data=data, free=list(truth), method="least_squares", pairing="in_order")
     assert found.values == pytest.approx(truth, rel=1e-6)
     assert found.converged
     assert found.chi_square < 1e-8 < found.start_chi_square
     again = fx.modes(found.mechanism, n=4, order="full").frequency_hz
     assert again == pytest.approx(data, rel=1e-6)
     low = fx.calibrate(
-        stands.beam(), data=data, free=list(truth), method="least_squares", order="low", keep=8, pairing="in_order"
+        samples.beam(),
+        data=data,
+        free=list(truth),
+        method="least_squares",
+        order="low",
+        keep=8,
+        pairing="in_order",
     )
     assert low.values == pytest.approx(truth, rel=1e-3)
 
@@ -46,7 +52,7 @@ def test_known_sizes_are_recovered_exactly_without_noise():
 def test_posterior_of_one_stiffness_in_closed_form():
     """ln f = (ln k - ln m)/2 is linear: the posterior of ln k is normal, with precision 1/s^2 + 1/(2 sigma)^2."""
     data, sigma, s = hz(5e3), 0.01, 0.05
-    found = fx.calibrate(stands.body(), data=[data], free=["kx"], sigma=sigma, priors={"kx": s})
+    found = fx.calibrate(samples.body(), data=[data], free=["kx"], sigma=sigma, priors={"kx": s})
     precision = 1 / s**2 + 1 / (2 * sigma) ** 2
     mean = (np.log(KX) / s**2 + np.log(5e3) / (2 * sigma) ** 2) / precision
     (p,) = found.parameters
@@ -67,7 +73,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     what 400 draws can tell (a binomial deviation is 1.1 %)."""
     rng, sigma, spread = np.random.default_rng(5), 0.01, 0.08
     held = []
-    plan = fx.Plan(stands.body())
+    plan = fx.Plan(samples.body())
     priors = dict.fromkeys(["kx", "mass"], spread)
     for _ in range(200):
         kx, mass = KX * np.exp(spread * rng.standard_normal()), MASS * np.exp(spread * rng.standard_normal())
@@ -80,7 +86,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
 
 def test_what_the_data_cannot_tell_is_named():
     """One frequency tells k/m and nothing of k m: with equal priors the directions are (1, -1) and (1, 1)/sqrt(2)."""
-    found = fx.calibrate(stands.body(), data=[hz(KX)], free=["kx", "mass"], priors={"kx": 0.2, "mass": 0.2})
+    found = fx.calibrate(samples.body(), data=[hz(KX)], free=["kx", "mass"], priors={"kx": 0.2, "mass": 0.2})
     told, untold = found.directions
     s = np.sqrt(2) * 0.2 / (2 * 0.01)
     assert told.told == pytest.approx(s**2 / (1 + s**2), rel=1e-6)
@@ -92,17 +98,17 @@ def test_what_the_data_cannot_tell_is_named():
     assert found.correlation[0, 1] > 0.98
     assert any("left to the prior" in note for note in found.notes)
     with pytest.raises(fx.OptionError, match="1 data cannot tell 2 parameters"):
-        fx.calibrate(stands.body(), data=[hz(KX)], free=["kx", "mass"], method="least_squares")
+        fx.calibrate(samples.body(), data=[hz(KX)], free=["kx", "mass"], method="least_squares")
 
 
 def test_least_squares_says_infinite_where_data_say_nothing():
-    found = fx.calibrate(stands.body(), data=[hz(5e3), hz(KY)], free=["kx", "ky"], method="least_squares")
+    found = fx.calibrate(samples.body(), data=[hz(5e3), hz(KY)], free=["kx", "ky"], method="least_squares")
     assert found.values == pytest.approx({"kx": 5e3, "ky": KY}, rel=1e-7)
     assert found.parameters[0].interval == pytest.approx(5e3 * np.exp(np.array([-1, 1]) * 1.959964 * 0.02), rel=1e-5)
-    both = fx.calibrate(stands.body(), data=[hz(KX), hz(KY)], free=["kx", "mass"], method="least_squares")
+    both = fx.calibrate(samples.body(), data=[hz(KX), hz(KY)], free=["kx", "mass"], method="least_squares")
     assert both.values == pytest.approx({"kx": KX, "mass": MASS}, rel=1e-7)
-    data = fx.modes(stands.beam(), n=2, order="full").frequency_hz
-    blind = fx.calibrate(stands.beam(), data=data, free=["thickness", "modulus"], method="least_squares")
+    data = fx.modes(samples.beam(), n=2, order="full").frequency_hz
+    blind = fx.calibrate(samples.beam(), data=data, free=["thickness", "modulus"], method="least_squares")
     assert blind.parameters[0].interval != blind.parameters[0].prior
 
 
@@ -119,7 +125,7 @@ def shaped(kx, ky, names=("tx", "ty"), scale=(3.0, -0.2)):
 def test_modes_are_paired_by_shape_where_the_order_is_another():
     """The start has its x mode below; the measurement has it above."""
     data = shaped(1.2e4, 6e3)
-    found = fx.calibrate(stands.body(), data=data, free=["kx", "ky"], method="least_squares")
+    found = fx.calibrate(samples.body(), data=data, free=["kx", "ky"], method="least_squares")
     assert found.values == pytest.approx({"kx": 1.2e4, "ky": 6e3}, rel=1e-6)
     assert [m.model_mode for m in found.modes] == [1, 2]
     assert [m.start_hz for m in found.modes] == pytest.approx([hz(KY), hz(KX)], rel=1e-9)
@@ -128,7 +134,7 @@ def test_modes_are_paired_by_shape_where_the_order_is_another():
 
 def test_modes_are_followed_while_they_cross():
     """Without shapes measured mode 1 is the start's lowest, along x, wherever that goes; held at 20 Hz it crosses y."""
-    found = fx.calibrate(stands.body(), data=[hz(1.6e4)], free=["kx"], method="least_squares")
+    found = fx.calibrate(samples.body(), data=[hz(1.6e4)], free=["kx"], method="least_squares")
     assert found.values["kx"] == pytest.approx(1.6e4, rel=1e-7)
     assert found.modes[0].model_mode == 2
 
@@ -166,13 +172,17 @@ def test_sizes_from_frequency_responses(quantity):
     both, sensors = np.stack([H, noise], axis=1)[:, :, None], channels("tx", "ty", quantity=quantity)
     frf = MeasuredFRF(f, both, (hammer,), sensors, np.repeat(coherence, 2, axis=1), 5)
     found = fx.calibrate(
-        stands.body(), data=Measurement("t", (), (frf,)), free=["kx", "mass"], method="least_squares", damping=zeta
+        samples.body(),
+        data=Measurement("t", (), (frf,)),
+        free=["kx", "mass"],
+        method="least_squares",
+        damping=zeta,
     )
     assert found.values == pytest.approx({"kx": k, "mass": m}, rel=1e-5)
 
 
 def test_a_bound_holds_and_is_said():
-    found = fx.calibrate(stands.body(), data=[hz(64e3)], free=["kx"], method="least_squares")
+    found = fx.calibrate(samples.body(), data=[hz(64e3)], free=["kx"], method="least_squares")
     (p,) = found.parameters
     assert p.value == pytest.approx(32e3, rel=1e-6)
     assert p.at_bound
@@ -181,7 +191,7 @@ def test_a_bound_holds_and_is_said():
 
 
 def test_priors_follow_what_is_known_of_a_parameter():
-    mechanism = stands.body()
+    mechanism = samples.body()
     parameters = dict(mechanism.parameters)
     parameters["mass"] = parameters["mass"].model_copy(update={"source": "paper, Table 1"})
     parameters["ky"] = parameters["ky"].model_copy(update={"minimum": None, "maximum": None})
@@ -196,7 +206,7 @@ def test_priors_follow_what_is_known_of_a_parameter():
 
 
 def test_the_calibrated_file_reads_back(tmp_path):
-    (tmp_path / "body.yaml").write_text(stands.BODY, encoding="utf-8")
+    (tmp_path / "body.yaml").write_text(samples.BODY, encoding="utf-8")
     (tmp_path / "out").mkdir()
     data = [hz(5e3), hz(KY)]
     found = fx.calibrate(fx.load(tmp_path / "body.yaml"), data=data, free=["kx"])
@@ -252,7 +262,7 @@ def test_modes_that_were_not_measured_keep_the_numbers_of_others(tmp_path, name,
     assert data.by_number == pytest.approx({2: hz(1.1e4)})
     for how in ("followed", "in_order"):
         for own in (data, [None, hz(1.1e4)]):
-            found = fx.calibrate(stands.body(), data=own, free=["ky"], method="least_squares", pairing=how)
+            found = fx.calibrate(samples.body(), data=own, free=["ky"], method="least_squares", pairing=how)
             assert found.values["ky"] == pytest.approx(1.1e4, rel=1e-6)
             assert [(m.number, m.model_mode) for m in found.modes] == [(2, 2)]
 
@@ -268,21 +278,26 @@ def test_gaps_that_cannot_be_counted_are_refused(tmp_path):
         with pytest.raises(fx.OptionError, match=words):
             fx.read_frequencies(path)
     with pytest.raises(fx.OptionError, match="at least one frequency"):
-        fx.calibrate(stands.body(), data=[None], free=["ky"])
+        fx.calibrate(samples.body(), data=[None], free=["ky"])
 
 
 def test_configurations_are_calibrated_together():
     """A known mass added tells stiffness and mass, which neither list tells: f1 = sqrt(k/m), f2 = sqrt(k/(m + m1))."""
     k, m, added = 5e3, 0.5, 0.1
     loaded = fx.loads(
-        stands.BODY.replace("mass: mass,", "mass: mass + added,")
+        samples.BODY.replace("mass: mass,", "mass: mass + added,")
         .replace("body on springs", "body with a weight")
         .replace("parameters:", "parameters:\n  added: {value: 90 g, maximum: 1 kg, minimum: 1 g}")
     )
     data = ([hz(k, m)], [hz(k, m + added)])
     how = {"method": "least_squares"}
     found = fx.calibrate(
-        stands.body(), data=data[0], free=["kx", "mass"], parameters={"added": added}, also=[(loaded, data[1])], **how
+        samples.body(),
+        data=data[0],
+        free=["kx", "mass"],
+        parameters={"added": added},
+        also=[(loaded, data[1])],
+        **how,
     )
     assert found.values == pytest.approx({"kx": k, "mass": m}, rel=1e-6)
     assert [(x.number, x.configuration) for x in found.modes] == [(1, "body on springs"), (1, "body with a weight")]
@@ -291,7 +306,7 @@ def test_configurations_are_calibrated_together():
     assert not any("below the one before" in note for note in found.notes)
     # a parameter of the second alone is one more unknown
     both = fx.calibrate(
-        stands.body(mass=m),
+        samples.body(mass=m),
         data=[*data[0], hz(KY, m)],
         free=["kx", "added", "ky"],
         also=[(with_mass(loaded, m), data[1])],
@@ -301,33 +316,37 @@ def test_configurations_are_calibrated_together():
     for wrong, free, words in (
         (loaded, ["kx", "none"], "'none' is not a parameter"),
         (with_mass(loaded, 0.7), ["kx", "mass"], "give what is moved together one start"),
-        (stands.beam(), ["kx"], "has none of the free parameters"),
+        (samples.beam(), ["kx"], "has none of the free parameters"),
     ):
         with pytest.raises(fx.OptionError, match=words):
-            fx.calibrate(stands.body(), data=data[0], free=free, also=[(wrong, data[1])])
+            fx.calibrate(samples.body(), data=data[0], free=free, also=[(wrong, data[1])])
     with pytest.raises(fx.OptionError, match="nowhere"):
-        fx.calibrate(stands.body(), data=data[0], free=["kx"], parameters={"nowhere": 1.0}, also=[(loaded, data[1])])
+        fx.calibrate(samples.body(), data=data[0], free=["kx"], parameters={"nowhere": 1.0}, also=[(loaded, data[1])])
 
 
 def with_mass(mechanism, mass):
     """A mechanism with another mass."""
-    return stands.with_values(mechanism, {"mass": mass})
+    return samples.with_values(mechanism, {"mass": mass})
 
 
 def test_configurations_are_calibrated_together_as_by_their_product():
     """Two models of one stiffness with equal data are one model with the square root of sigma: precisions add."""
     two = fx.calibrate(
-        stands.body(), data=[hz(5e3)], free=["kx"], also=[(stands.body(), [hz(5e3)])], priors={"kx": 0.05}
+        samples.body(),
+        data=[hz(5e3)],
+        free=["kx"],
+        also=[(samples.body(), [hz(5e3)])],
+        priors={"kx": 0.05},
     )
-    one = fx.calibrate(stands.body(), data=[hz(5e3)], free=["kx"], priors={"kx": 0.05}, sigma=0.01 / np.sqrt(2))
+    one = fx.calibrate(samples.body(), data=[hz(5e3)], free=["kx"], priors={"kx": 0.05}, sigma=0.01 / np.sqrt(2))
     assert two.values == pytest.approx(one.values, rel=1e-7)
     assert two.parameters[0].interval == pytest.approx(one.parameters[0].interval, rel=1e-6)
     assert [m.configuration for m in two.modes] == ["body on springs", "body on springs (2)"]
 
 
 def test_command_with_another_configuration(tmp_path):
-    (tmp_path / "body.yaml").write_text(stands.BODY, encoding="utf-8")
-    (tmp_path / "loaded.yaml").write_text(stands.BODY.replace("mass: mass,", "mass: mass + 100 g,"), encoding="utf-8")
+    (tmp_path / "body.yaml").write_text(samples.BODY, encoding="utf-8")
+    (tmp_path / "loaded.yaml").write_text(samples.BODY.replace("mass: mass,", "mass: mass + 100 g,"), encoding="utf-8")
     for name, f in (("a.csv", hz(5e3, 0.5)), ("b.csv", hz(5e3, 0.6))):
         (tmp_path / name).write_text(f"frequency,unit\n{f},Hz\n", encoding="utf-8")
     names = [str(tmp_path / n) for n in ("body.yaml", "a.csv")]
@@ -346,7 +365,7 @@ def test_command_with_another_configuration(tmp_path):
 
 
 def test_what_can_be_wrong_is_named():
-    body = stands.body()
+    body = samples.body()
     with pytest.raises(fx.OptionError, match="not str"):
         fx.calibrate(body, data="data.uff", free=["kx"])
     with pytest.raises(fx.OptionError, match="positive and finite, not nan"):
@@ -364,7 +383,7 @@ def test_what_can_be_wrong_is_named():
 
 
 def test_command(tmp_path):
-    (tmp_path / "body.yaml").write_text(stands.BODY, encoding="utf-8")
+    (tmp_path / "body.yaml").write_text(samples.BODY, encoding="utf-8")
     (tmp_path / "f.csv").write_text(f"frequency,unit\n{hz(5e3)},Hz\n{hz(KY)},Hz\n", encoding="utf-8")
     names = [str(tmp_path / n) for n in ("body.yaml", "f.csv")]
     out, pictures = tmp_path / "new.yaml", tmp_path / "pictures"

@@ -71,7 +71,7 @@ def test_a_late_channel_is_put_right():
     assert np.max(np.abs(wrong.response[:, :, 0] - exact)) > 1e-3 * np.abs(exact).max()
 
 
-def test_the_force_window_removes_noise_beside_the_blow():
+def test_the_force_window_removes_noise_beside_the_pulse():
     hits = [hit(8.0, noise=(2e-2, 0.0), seed=k) for k in range(5)]
     (with_window,) = estimate_frf(hits, exponential=1e-3, force_window=5e-3, band=(5, 100))
     (without,) = estimate_frf(hits, exponential=1e-3, band=(5, 100))

@@ -115,7 +115,7 @@ def test_modes_closer_than_the_lines_are_said():
 
 
 def test_the_offset_of_the_hammer_is_taken_out():
-    """A charge amplifier leaves the hammer with an offset, and the record begins with the blow: the response to
+    """A charge amplifier leaves the hammer with an offset, and the record begins with the pulse: the response to
     a mass on a spring comes back, where the offset would add to all of it near 0 Hz."""
     rate, n, m, f0, z = 2000.0, 4000, 1.0, 40.0, 0.05
     t = np.arange(n) / rate

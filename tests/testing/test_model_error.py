@@ -8,9 +8,9 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
-from helpers import stands
+from helpers import samples
 
-SOFT = stands.BEAM.replace(
+SOFT = samples.BEAM.replace(
     "ground: {root: clamped}",
     "springs: {base: {nodes: [root], stiffness: {tx: 1 kN/um, ty: 1 kN/um, tz: 1 kN/um, rx: KR, ry: KR, rz: KR}}}",
 )
@@ -21,14 +21,14 @@ def measured(base, noise, seed, free, n=6):
     """Sizes drawn about those of the file, and frequencies, Hz, with noise; `base` is in N m/rad, None for rigid."""
     rng = np.random.default_rng(seed)
     truth = {name: SIZES[name][0] * np.exp(SIZES[name][1] * rng.standard_normal()) for name in free}
-    own = stands.BEAM if base is None else SOFT.replace("KR", f"{base} N*m/rad")
-    hz = fx.modes(stands.with_values(fx.loads(own), truth), n=n, order="full").frequency_hz
+    own = samples.BEAM if base is None else SOFT.replace("KR", f"{base} N*m/rad")
+    hz = fx.modes(samples.with_values(fx.loads(own), truth), n=n, order="full").frequency_hz
     return truth, hz * np.exp(noise * rng.standard_normal(n))
 
 
 def coverage(base, noise, seeds, free):
     """How many intervals hold the truth, of how many, how many results warn, and how many say anything."""
-    plan, held, warned, said = fx.Plan(stands.beam()), [], 0, 0
+    plan, held, warned, said = fx.Plan(samples.beam()), [], 0, 0
     for seed in seeds:
         truth, hz = measured(base, noise, seed, free)
         found = fx.calibrate(plan, data=hz, free=free, sigma=noise, pairing="in_order")
@@ -48,7 +48,7 @@ def test_an_error_of_the_model_is_said_and_in_the_intervals(noise):
 def test_a_model_without_error_is_left_alone():
     """Six frequencies and one size: the noise of each is what sigma says, and no warning is due."""
     truth, hz = measured(None, 1e-3, 1, ["thickness"])
-    found = fx.calibrate(stands.beam(), data=hz, free=["thickness"], sigma=1e-3, pairing="in_order")
+    found = fx.calibrate(samples.beam(), data=hz, free=["thickness"], sigma=1e-3, pairing="in_order")
     (own,) = found.misfits
     assert (own.kind, own.data, round(own.spare, 6)) == ("frequencies", 6, 5)
     assert own.probability > 0.01
@@ -72,8 +72,8 @@ def test_the_size_of_the_widening_in_closed_form():
     """ln f = (ln k - ln m)/2 twice, measured 4 sigma apart: s^2 = 8 with one datum to spare, t = 12.706."""
     sigma = 0.01
     f = np.sqrt(4e3 / 0.4) / (2 * np.pi) * np.exp(np.array([-2, 2]) * sigma)
-    also = [(stands.body(), [f[1]])]
-    found = fx.calibrate(stands.body(), data=[f[0]], free=["kx"], also=also, sigma=sigma, method="least_squares")
+    also = [(samples.body(), [f[1]])]
+    found = fx.calibrate(samples.body(), data=[f[0]], free=["kx"], also=also, sigma=sigma, method="least_squares")
     noise = 2 * sigma / np.sqrt(2)
     added = 12.7062 / 1.959964 * np.sqrt(7 * 2) * noise
     half = np.log(found.parameters[0].interval[1] / 4e3)
@@ -85,20 +85,20 @@ def test_the_size_of_the_widening_in_closed_form():
 
 def test_data_and_prior_that_disagree_are_no_error_of_the_model():
     f = np.sqrt(8e3 / 0.4) / (2 * np.pi)
-    also = [(stands.body(), [f])]
-    found = fx.calibrate(stands.body(), data=[f], free=["kx"], also=also, priors={"kx": 0.05})
+    also = [(samples.body(), [f])]
+    found = fx.calibrate(samples.body(), data=[f], free=["kx"], also=also, priors={"kx": 0.05})
     assert found.misfits[0].chi_square < 1e-9
     assert not found.warnings
 
 
 def test_nothing_to_spare_is_said():
-    found = fx.calibrate(stands.body(), data=[15.0, 25.0], free=["kx", "ky"])
+    found = fx.calibrate(samples.body(), data=[15.0, 25.0], free=["kx", "ky"])
     assert any("take up all 2 frequencies" in note for note in found.notes)
     assert found.to_dict()["misfits"][0]["ratio"] is None
 
 
 def test_the_command_warns_and_strict_refuses(tmp_path):
-    (tmp_path / "beam.yaml").write_text(stands.BEAM, encoding="utf-8")
+    (tmp_path / "beam.yaml").write_text(samples.BEAM, encoding="utf-8")
     _, hz = measured(500, 1e-3, 0, ["thickness"])
     (tmp_path / "f.csv").write_text("frequency\n" + "".join(f"{f} Hz\n" for f in hz), encoding="utf-8")
     names = ["calibrate", str(tmp_path / "beam.yaml"), str(tmp_path / "f.csv"), "--free", "thickness"]

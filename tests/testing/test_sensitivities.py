@@ -8,7 +8,7 @@ import pytest
 import flexura as fx
 from flexura.linalg import lowest
 from flexura.sensitivity.variation import FullOrderFamily, LowOrderFamily, changes_of
-from helpers import stands
+from helpers import samples
 
 RPR = "examples/rpr/rpr.yaml"
 
@@ -42,7 +42,7 @@ def test_frequencies_of_a_cantilever_against_high_precision(name):
         up, down = (beam_frequencies(**{**at, name: at[name] + s * h}) for s in (1, -1))
         expected = [float((a - b) / (2 * h)) for a, b in zip(up, down, strict=True)]
         values = [float(f) for f in beam_frequencies(**at)]
-    mechanism = stands.beam()
+    mechanism = samples.beam()
     found = fx.sensitivities(mechanism, free=[name], n=8)
     for f, slope in zip(values, expected, strict=True):
         k = int(np.argmin(abs(found.frequency_hz - f)))
@@ -53,7 +53,7 @@ def test_frequencies_of_a_cantilever_against_high_precision(name):
 
 def test_kept_modes_mean_the_same_away_from_the_start():
     """A beam that is flat at the start and upright at the design: its kept modes come in another order."""
-    plan = fx.Plan(stands.beam())
+    plan = fx.Plan(samples.beam())
     family = LowOrderFamily(plan, {"thickness": 1e-3, "width": 6e-3}, 4)
     at = {"thickness": 3.5e-3, "width": 2.2e-3}
     model = family.model(at)
@@ -115,7 +115,7 @@ def richardson(table):
 
 def test_square_beam_parts_into_its_two_branches():
     """At equal sides f is repeated; across the thickness f ~ thickness, across the width it does not move with it."""
-    mechanism = stands.beam(thickness=2e-3, width=2e-3, tip_mass=1e-3).model_copy(update={"masses": {}})
+    mechanism = samples.beam(thickness=2e-3, width=2e-3, tip_mass=1e-3).model_copy(update={"masses": {}})
     found = fx.sensitivities(mechanism, free=["thickness", "length"], n=2)
     f, t, L = found.frequency_hz[0], 2e-3, 0.08
     assert found.frequency_hz[1] == pytest.approx(f, rel=1e-9)
@@ -154,7 +154,7 @@ def test_response_of_an_oscillator():
     """H = 1/(k - m w^2 + 2 i zeta w sqrt(k m)) and its derivatives."""
     k, m, zeta, w = 4e3, 0.4, 0.02, 2 * np.pi * np.array([3.0, 15.0, 15.9, 40.0])
     found = fx.response_sensitivities(
-        stands.body(),
+        samples.body(),
         frequency_hz=w / (2 * np.pi),
         inputs=["stage.tx"],
         outputs=["stage.tx"],
@@ -172,7 +172,7 @@ def test_response_of_an_oscillator():
 def test_responses_with_few_modes_keep_their_static_part():
     """The cantilever with three modes against differences of the full modal sum with the same static correction."""
     hz, ins, outs = [5.0, 60.0, 200.0], ["tip.tz"], ["tip.tz", "tip.ry"]
-    mechanism = stands.beam()
+    mechanism = samples.beam()
     found = fx.response_sensitivities(
         mechanism, frequency_hz=hz, inputs=ins, outputs=outs, free=["thickness", "length"], damping=0.03, n=18
     )
@@ -195,17 +195,17 @@ def test_responses_with_few_modes_keep_their_static_part():
 
 def test_what_can_be_wrong_is_named():
     with pytest.raises(fx.OptionError, match="not a parameter; known"):
-        fx.sensitivities(stands.beam(), free=["depth"])
+        fx.sensitivities(samples.beam(), free=["depth"])
     with pytest.raises(fx.OptionError, match="follows from"):
         fx.sensitivities(fx.load(RPR), free=["height"])
     with pytest.raises(fx.OptionError, match="named twice"):
-        fx.sensitivities(stands.beam(), free=["width", "width"])
+        fx.sensitivities(samples.beam(), free=["width", "width"])
     with pytest.raises(fx.OptionError, match="keep belongs to order low"):
-        fx.sensitivities(stands.beam(), free=["width"], keep=2)
+        fx.sensitivities(samples.beam(), free=["width"], keep=2)
 
 
 def test_a_parameter_at_its_bound_has_a_derivative():
-    mechanism = stands.beam(thickness=4e-3)
+    mechanism = samples.beam(thickness=4e-3)
     found = fx.sensitivities(mechanism, free=["thickness"], n=1)
     assert 1 < found.relative[0, 0] < 1.5, "1 without the tip mass, 3/2 without mass of the beam"
     assert found.to_dict()["free"] == ["thickness"]

@@ -6,7 +6,7 @@ import pytest
 import flexura as fx
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes
-from flexura.testing.rig.test_rig import Stand
+from flexura.testing.rig.test_rig import ModalTestRig
 from helpers.tested_stage import STAGE, TEST
 
 HEAVY = TEST.replace("8 g", "40 g").replace("5 g", "25 g")
@@ -57,8 +57,8 @@ def test_frequencies_are_those_with_the_sensors_on(stage, tested):
 
 def test_mean_frequencies_over_placements_are_those_of_each_by_itself(stage, tested):
     found = fx.correlate(stage, test=tested.identified)
-    stand = Stand(stage)
-    each = [stand.modes(name).frequency_hz for name in ("first", "second")]
+    rig = ModalTestRig(stage)
+    each = [rig.modes(name).frequency_hz for name in ("first", "second")]
     assert found.model_hz[:6] == pytest.approx(np.mean(each, axis=0)[:6], rel=2e-5)
 
 

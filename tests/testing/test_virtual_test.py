@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import flexura as fx
-from flexura.testing.rig.test_rig import Stand
-from flexura.testing.virtual.hammer_pulse import blow, convolved, response_to_blow
+from flexura.testing.rig.test_rig import ModalTestRig
+from flexura.testing.virtual.hammer_pulse import convolved, hammer_pulse, response_to_pulse
 from helpers.tested_stage import STAGE, TEST
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "rpr" / "rpr_test.yaml"
@@ -47,18 +47,18 @@ def test_convolution_against_quadrature(pole):
 
 def test_hit_against_integration_in_time(stage):
     """The whole stage, six coordinates with the sensors' mass, integrated as a differential equation."""
-    stand = Stand(stage)
-    modes = stand.modes("first")
+    rig = ModalTestRig(stage)
+    modes = rig.modes("first")
     assert modes.order == 6
     time = np.arange(200) / 400
-    y = response_to_blow(modes, time, 0.05, 0.012)
-    built = stand.system("first")
+    y = response_to_pulse(modes, time, 0.05, 0.012)
+    built = rig.system("first")
     M, K = (np.asarray(A.toarray()) for A in (built.M, built.K))
     V = modes.shapes
     C = M @ V @ modes.damping @ V.T @ M
 
     def motion(t, s):
-        force = built.B[:, 1] * blow(np.array([t]), 0.05, 0.012)[0]
+        force = built.B[:, 1] * hammer_pulse(np.array([t]), 0.05, 0.012)[0]
         return np.concatenate([s[6:], np.linalg.solve(M, force - C @ s[6:] - K @ s[:6])])
 
     states = solve_ivp(motion, (0, time[-1]), np.zeros(12), "DOP853", time, rtol=1e-9, atol=1e-13, max_step=1e-3).y
@@ -68,11 +68,11 @@ def test_hit_against_integration_in_time(stage):
 
 def test_modes_left_out_follow_the_force(stage):
     """Six modes, or three with what the others add at once: the same below the frequencies left out."""
-    built = Stand(stage, damping=0.3).system(None)
+    built = ModalTestRig(stage, damping=0.3).system(None)
     time = np.arange(2000) / 2000
     slow = 0.4
-    three, six = (response_to_blow(built.modal(n=n), time, 0.01, slow) for n in (3, 6))
-    bare = response_to_blow(replace(built.modal(n=3), residual=0 * built.residual), time, 0.01, slow)
+    three, six = (response_to_pulse(built.modal(n=n), time, 0.01, slow) for n in (3, 6))
+    bare = response_to_pulse(replace(built.modal(n=3), residual=0 * built.residual), time, 0.01, slow)
     during = (time > 0.15) & (time < 0.4)
     error, without = (np.abs(y - six)[..., during].max() for y in (three, bare))
     assert error < 0.1 * without
@@ -175,7 +175,7 @@ def test_identified_modes_of_the_stage(result):
 
 def test_frequency_responses_are_those_of_the_placement(stage, result):
     for frf in result.measurement.frfs:
-        modes = Stand(stage).modes(frf.setup).selected(outputs=[c.name for c in frf.outputs])
+        modes = ModalTestRig(stage).modes(frf.setup).selected(outputs=[c.name for c in frf.outputs])
         near = (frf.frequency_hz > 8) & (frf.frequency_hz < 60)
         exact = modes.response(frf.frequency_hz[near])
         off = np.linalg.norm(frf.response[near] - exact, axis=0) / np.linalg.norm(exact, axis=0)
@@ -206,11 +206,11 @@ def test_example_with_weightless_sensors():
 
 def test_shift_is_that_of_the_modal_mass(rpr):
     """To first order the shift is -m phi^2 / 2, phi the mass-normalised shape at the sensors (Rayleigh's quotient)."""
-    stand = Stand(fx.load(EXAMPLE))
-    u = stand.modes(None).shapes
+    rig = ModalTestRig(fx.load(EXAMPLE))
+    u = rig.modes(None).shapes
     for own in rpr.loaded:
         wanted = [
-            -sum(a.mass * np.sum((a.motion @ u[:, k]) ** 2) for a in stand.placements[own.placement]) / 2
+            -sum(a.mass * np.sum((a.motion @ u[:, k]) ** 2) for a in rig.placements[own.placement]) / 2
             for k in range(6)
         ]
         shift = np.log(own.frequency_hz[:6] / rpr.bare.frequency_hz[:6])
@@ -238,7 +238,7 @@ def test_double_hits_are_left_out(stage, result):
     assert len(found.measurement.recordings) == 2 * 3 * 7
     notes = " ".join(n for f in found.measurement.frfs for n in f.notes)
     assert notes.count("left out 2 of 7 records") == 6
-    assert notes.count("2 blows") == 12
+    assert notes.count("2 pulses") == 12
     assert all(f.averages == 5 for f in found.measurement.frfs)
     assert all(abs(m.error) < 1e-3 for m in found.modes)
 
@@ -264,7 +264,7 @@ def test_windows_of_the_file(stage):
 def test_damping_that_couples_modes():
     dashpot = "dashpots: {d: {nodes: [stage], at: [20 mm, 10 mm, 5 mm], damping: {tz: 3 N*s/m, tx: 1 N*s/m}}}\n"
     found = fx.virtual_test(fx.loads(STAGE + dashpot + TEST))
-    assert not Stand(fx.loads(STAGE + dashpot + TEST)).modes("first").is_proportional
+    assert not ModalTestRig(fx.loads(STAGE + dashpot + TEST)).modes("first").is_proportional
     assert max(m.damping_ratio for m in found.modes) > 0.02
     assert all(abs(m.error) < 1e-3 and abs(m.damping_error) < 0.05 for m in found.modes)
 

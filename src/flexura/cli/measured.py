@@ -30,7 +30,7 @@ def estimate_frf_command(
         float | None, typer.Option(metavar="VALUE", help="Exponential window: its value at the end of the record.")
     ] = None,
     force_window: Annotated[
-        str | None, typer.Option(metavar="TIME", help="The force counts for so long after the blow began, e.g. 8ms.")
+        str | None, typer.Option(metavar="TIME", help="The force counts for so long after the pulse began, e.g. 8ms.")
     ] = None,
     band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Keep the lines in this band, Hz.")] = None,
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="Cut records to this, e.g. 4s.")] = None,

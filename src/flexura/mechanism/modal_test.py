@@ -53,7 +53,7 @@ class ModalTest(Part):
     duration: PositiveTime
     """Length of a record, s."""
     pulse: PositiveTime
-    """Length of the blow of the hammer from zero to zero, s."""
+    """Length of the hammer pulse from zero to zero, s."""
     hammer: Annotated[dict[Name, HammerPoint | str], Field(min_length=1)]
     accelerometers: Annotated[dict[Name, Accelerometer | str], Field(min_length=1)]
     placements: dict[Name, tuple[str, ...]] = {}
@@ -71,7 +71,7 @@ class ModalTest(Part):
     exponential: PositiveNumber | None = None
     """Value at the end of the record of an exponential window."""
     force_window: PositiveTime | None = None
-    """How long the force counts from the beginning of the blow, s."""
+    """How long the force counts from the beginning of the pulse, s."""
     band: tuple[PositiveFrequency, PositiveFrequency] | None = None
     """Frequencies between which modes are identified, Hz."""
 
@@ -81,9 +81,9 @@ class ModalTest(Part):
         if isinstance(rate, float) and isinstance(duration, float) and rate * duration < LEAST_SAMPLES:
             raise refuse(f"a record has at least {LEAST_SAMPLES} samples", "record longer or faster")
         if isinstance(rate, float) and isinstance(pulse, float) and rate * pulse < 4:
-            raise refuse("at least four samples fall into the blow", "sample faster, or give a longer pulse")
+            raise refuse("at least four samples fall into the pulse", "sample faster, or give a longer pulse")
         if isinstance(duration, float) and isinstance(pulse, float) and pulse > duration / 4:
-            raise refuse("the blow takes at most a quarter of the record")
+            raise refuse("the pulse takes at most a quarter of the record")
         if isinstance(self.exponential, float) and self.exponential > 1:
             raise refuse("the exponential window ends between 0 and 1", "e.g. exponential: 0.01")
         low, high = self.band or (0.0, 1.0)

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from flexura.view.annotations import Box, pixel_axes
 from flexura.view.camera import Camera, View
-from flexura.view.furniture import Box, pixel_axes
 from flexura.view.meshes import Array
 from flexura.view.palette import INK
 

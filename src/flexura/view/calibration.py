@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.files import complete_files
 from flexura.testing.updating.calibrated import Calibration
-from flexura.view.furniture import foot
+from flexura.view.annotations import foot
 from flexura.view.palette import INK
 
 BEFORE, AFTER = "#c9ced6", "#1f5fa8"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.analysis import FrequencyResponse, TimeResponse
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.view.furniture import foot
+from flexura.view.annotations import foot
 from flexura.view.palette import INK
 
 COLOURS = ("#1f5fa8", "#d9541e", "#2c8a4b", "#7a4aa0", "#b8860b", "#0f8b8d", "#a23b57", "#5b6770")

@@ -13,10 +13,10 @@ from flexura.analysis import CheckReport
 from flexura.arguments import verb
 from flexura.structure import FullOrderModel
 from flexura.structure.solids import Bars, Bodies, solids_of
+from flexura.view.annotations import heading, legend
 from flexura.view.axes import frame
 from flexura.view.camera import View
 from flexura.view.files import save_figures
-from flexura.view.furniture import heading, legend
 from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, INK
 from flexura.view.pictures import SIZE, add_dots, camera_for, new_figure, paint, rest_triangles

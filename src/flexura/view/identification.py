@@ -17,9 +17,9 @@ from flexura.testing.identification.indicators import mode_indicators
 from flexura.testing.identification.multi_setup import modes_of_setup
 from flexura.testing.measurement.identified import IdentifiedModes, Poles
 from flexura.testing.measurement.response_matrices import ResponseMatrix, response_matrices
+from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures
-from flexura.view.furniture import foot
 from flexura.view.palette import INK
 
 MOST_PANELS = 12

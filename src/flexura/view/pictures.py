@@ -14,9 +14,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
-from flexura.view.axes import frame
-from flexura.view.camera import Camera, View, painted
-from flexura.view.furniture import (
+from flexura.view.annotations import (
     Box,
     colour_bar,
     dot_style,
@@ -27,6 +25,8 @@ from flexura.view.furniture import (
     remark_lines,
     triad,
 )
+from flexura.view.axes import frame
+from flexura.view.camera import Camera, View, painted
 from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, GHOST, INK, WARNING, WIDTHS, displacement_colours
 from flexura.view.raster import Triangles, of_lines, render

@@ -13,9 +13,9 @@ from flexura.errors import OptionError
 from flexura.linalg import leading
 from flexura.testing.updating.frequency_list import MeasuredFrequencies
 from flexura.testing.virtual.virtual_test import VirtualTest
+from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS
 from flexura.view.files import save_figures
-from flexura.view.furniture import foot
 from flexura.view.identification import _figure, _style, save_identification
 from flexura.view.palette import INK
 

@@ -75,7 +75,7 @@ def estimate_frf(
     Records with several inputs each are solved together.
 
     `estimator`: H1 (noise in the outputs), H2 (noise in the input, one input only) or Hv (equal shares).
-    `force_window`, s: the force counts until so long after the beginning of the blow, with a cosine taper of a quarter
+    `force_window`, s: the force counts until so long after the beginning of the pulse, with a cosine taper of a quarter
     of that. `exponential`: value at the end of the record, between 0 and 1, of an exponential window on all channels;
     the decay rate that it adds stands in `decay` of the result, for identification to take out. `band`, Hz, keeps the
     lines in it, else they are kept until the force is 40 dB below its largest; 0 Hz is left out. `duration`, s, cuts

@@ -1,4 +1,4 @@
-"""What is wrong with a hit: numbers that are missing, overload, more than one blow, a record that ends too early."""
+"""What is wrong with a hit: numbers that are missing, overload, more than one pulse, a record that ends too early."""
 
 from __future__ import annotations
 
@@ -142,15 +142,15 @@ def trigger(force: Array) -> tuple[int, int]:
 
 
 def _hit(recording: Recording) -> list[Defect]:
-    """Defects of one blow: further blows, and responses that still moved before it."""
+    """Defects of one hit: further pulses, and responses that still moved before it."""
     at = recording.inputs[0]
     name, force = recording.channels[at].name, recording.samples[at]
-    blows = pulses(force)
+    hits = pulses(force)
     found = []
-    if len(blows) > 1:
-        peaks = sorted(float(np.abs(force[a : b + 1]).max()) for a, b in blows)
-        times = ", ".join(f"{a / recording.sample_rate:.4g} s" for a, _ in blows[:4])
-        text = f"{len(blows)} blows, at {times}; the second largest has {peaks[-2] / peaks[-1]:.0%} of the peak"
+    if len(hits) > 1:
+        peaks = sorted(float(np.abs(force[a : b + 1]).max()) for a, b in hits)
+        times = ", ".join(f"{a / recording.sample_rate:.4g} s" for a, _ in hits[:4])
+        text = f"{len(hits)} pulses, at {times}; the second largest has {peaks[-2] / peaks[-1]:.0%} of the peak"
         found.append(Defect("double hit", name, text))
     start, still = trigger(force)
     if still < 16:
@@ -160,7 +160,7 @@ def _hit(recording: Recording) -> list[Defect]:
         quiet, loud = row[:still], row[start : 5 * start]
         share = float(np.std(quiet) / max(np.std(loud), np.finfo(float).tiny))
         if k != at and share > AT_REST and _correlated(quiet):
-            text = f"moves before the blow, with {share:.0%} of its rms after"
+            text = f"moves before the pulse, with {share:.0%} of its rms after"
             found.append(Defect("not at rest", channel.name, text))
     return found
 

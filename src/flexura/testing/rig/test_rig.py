@@ -1,4 +1,4 @@
-"""A mechanism on the stand: hammer points and accelerometers placed on the full-order model, with the sensors' mass."""
+"""A mechanism on its test rig: hammer points, and accelerometers with their mass, on the full-order model."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TrueModes:
     shapes: Array
 
 
-class Stand:
+class ModalTestRig:
     """A mechanism ready for the test that it describes, or for `test`.
 
     Raises OptionError without a test and for places that cannot move, ModelError for a description that cannot be used.

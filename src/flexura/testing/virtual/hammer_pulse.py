@@ -1,4 +1,4 @@
-"""The blow of a hammer, and what a modal system does after it: closed forms, no time steps."""
+"""The force of a hammer pulse, and what a modal system does after it, in closed form without time steps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 TERMS = ((0.5, 0.0), (-0.25, 1.0), (-0.25, -1.0))
-"""Coefficients and exponents, in 2 pi i over the length, of the exponentials that make up a blow (theory eq. H13)."""
+"""Coefficients and exponents, in 2 pi i over the length, of the exponentials that make up a pulse (theory eq. H13)."""
 
 TOGETHER = 32
 """Poles that are summed at a time."""
@@ -20,16 +20,16 @@ ALIKE = 1e-6
 """Difference of two exponents over the time elapsed below which they are taken as equal."""
 
 
-def blow(time: Array, start: float, length: float) -> Array:
+def hammer_pulse(time: Array, start: float, length: float) -> Array:
     """Force (N,) of unit peak, (1 - cos(2 pi t / length)) / 2 after `start`, s (theory eq. H13)."""
     own = (time - start) / length
     return np.where((own > 0) & (own < 1), 0.5 - 0.5 * np.cos(2 * np.pi * own), 0.0)
 
 
-def response_to_blow(modes: ModalSystem, time: Array, start: float, length: float) -> Array:
-    """Outputs (p, m, N) at `time` (N,), s, of a system at rest after a blow of unit peak at each input.
+def response_to_pulse(modes: ModalSystem, time: Array, start: float, length: float) -> Array:
+    """Outputs (p, m, N) at `time` (N,), s, of a system at rest after a pulse of unit peak at each input.
 
-    The convolution of the modes with the blow in closed form (theory eq. H14); modes that are left out follow the
+    The convolution of the modes with the pulse in closed form (theory eq. H14); modes that are left out follow the
     force at once. Raises SolverError where there are no complex modes, as of something that floats.
     """
     found = modes.complex_modes
@@ -43,7 +43,7 @@ def response_to_blow(modes: ModalSystem, time: Array, start: float, length: floa
         left = modes.C @ found.right[:r, own] * poles ** order[:, None]
         residues = left[:, None, :] * (found.left[own] @ modes.B).T[None]
         y += (residues.reshape(p * m, -1) @ q).real.reshape(p, m, -1)
-    force = [blow(time, start, length), _first(time, start, length), _second(time, start, length)]
+    force = [hammer_pulse(time, start, length), _first(time, start, length), _second(time, start, length)]
     direct = modes.C @ modes.B
     for k, d in enumerate(order):
         y[k] += modes.residual[k][:, None] * force[d] + modes.D[k][:, None] * force[0]
@@ -53,7 +53,7 @@ def response_to_blow(modes: ModalSystem, time: Array, start: float, length: floa
 
 
 def convolved(poles: Complex, time: Array, length: float) -> Complex:
-    """The integral of e^(pole (t - tau)) over a blow of unit peak from time zero (poles, N) (theory eq. H14)."""
+    """The integral of e^(pole (t - tau)) over a pulse of unit peak from time zero (poles, N) (theory eq. H14)."""
     t = np.maximum(time, 0.0)
     inside = np.minimum(t, length)
     p = poles[:, None]

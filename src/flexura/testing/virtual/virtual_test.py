@@ -22,17 +22,17 @@ from flexura.testing.identification.identification import identify
 from flexura.testing.measurement.estimation import estimate_frf
 from flexura.testing.measurement.identified import IdentifiedModes
 from flexura.testing.measurement.measurement import Measurement, Recording
-from flexura.testing.rig.test_rig import Stand, TrueModes
-from flexura.testing.virtual.hammer_pulse import blow, response_to_blow
+from flexura.testing.rig.test_rig import ModalTestRig, TrueModes
+from flexura.testing.virtual.hammer_pulse import hammer_pulse, response_to_pulse
 
 Array = NDArray[np.float64]
 Announce = Callable[[str], None]
 
 QUIET_SAMPLES = 40
-"""Samples before a blow, beside as many as it has itself, from which offset and noise are told."""
+"""Samples before a pulse, beside as many as it has itself, from which offset and noise are told."""
 
-SECOND_BLOW = 0.4
-"""Peak of the second blow of a double hit, relative."""
+SECOND_PULSE = 0.4
+"""Peak of the second pulse of a double hit, relative."""
 
 NEAR = 0.05
 """An identified mode is the true one whose frequency, in the same placement, differs by less than this, relative."""
@@ -140,17 +140,17 @@ def virtual_test(
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise OptionError(f"a seed is a whole number that is not negative, not {seed!r}")
     say = announce or (lambda _: None)
-    stand = Stand(mechanism, parameters, test, damping)
-    bare = true_modes(None, stand.modes(None))
+    rig = ModalTestRig(mechanism, parameters, test, damping)
+    bare = true_modes(None, rig.modes(None))
     rng = np.random.default_rng(int(seed))
     recordings: list[Recording] = []
     loaded: list[TrueModes] = []
-    for placement in stand.placements:
+    for placement in rig.placements:
         say(f"hitting, {placement or 'all accelerometers'}")
-        modes = stand.modes(placement)
+        modes = rig.modes(placement)
         loaded.append(true_modes(placement, modes))
-        recordings += _hits(stand, placement, modes, int(double_hits), rng)
-    t = stand.test
+        recordings += _hits(rig, placement, modes, int(double_hits), rng)
+    t = rig.test
     say("estimating frequency responses")
     notes: list[str] = []
     found = None
@@ -164,7 +164,7 @@ def virtual_test(
         )
     except OptionError as error:
         notes.append(f"no frequency responses: {error}")
-    measurement = Measurement(f"virtual test of {stand.name}", tuple(recordings), frfs)
+    measurement = Measurement(f"virtual test of {rig.name}", tuple(recordings), frfs)
     lines = frfs[0].frequency_hz if frfs else np.array([0.0, float(t.sample_rate) / 2])  # type: ignore[arg-type]
     band = (float(lines[0]), float(lines[-1]))
     if frfs:
@@ -173,10 +173,10 @@ def virtual_test(
             found = identify(measurement, **how)
         except (OptionError, SolverError) as error:
             notes.append(f"no modes identified: {error}")
-    rows, false_hz = compared(stand, bare, loaded, found, band)
+    rows, false_hz = compared(rig, bare, loaded, found, band)
     notes += [] if found is None else found.notes
     return VirtualTest(
-        stand.name, t, measurement, found, bare, tuple(loaded), rows, false_hz, band, int(seed), tuple(notes)
+        rig.name, t, measurement, found, bare, tuple(loaded), rows, false_hz, band, int(seed), tuple(notes)
     )
 
 
@@ -194,31 +194,31 @@ def true_modes(placement: str | None, modes: ModalSystem) -> TrueModes:
 
 
 def _hits(
-    stand: Stand, placement: str, modes: ModalSystem, double_hits: int, rng: np.random.Generator
+    rig: ModalTestRig, placement: str, modes: ModalSystem, double_hits: int, rng: np.random.Generator
 ) -> list[Recording]:
     """Records of all hits in one placement, hammer point by hammer point."""
-    t = stand.test
+    t = rig.test
     rate, length = float(t.sample_rate), float(t.pulse)  # type: ignore[arg-type]
     N = round(rate * float(t.duration))  # type: ignore[arg-type]
     time = np.arange(N) / rate
     start = 2 * length + QUIET_SAMPLES / rate
     if start > time[-1] / 4:
-        raise OptionError(f"test: before a blow {start:.3g} s stay quiet; a record of {t.duration:g} s is too short")
+        raise OptionError(f"test: before a pulse {start:.3g} s stay quiet; a record of {t.duration:g} s is too short")
     names = list(t.accelerometers)
-    own = stand.placements[placement]
+    own = rig.placements[placement]
     at = [names.index(place.channel.name) for place in own]
-    y = response_to_blow(modes, time, start, length)[at]
-    f = blow(time, start, length)
+    y = response_to_pulse(modes, time, start, length)[at]
+    f = hammer_pulse(time, start, length)
     again = start + max(4 * length, N / rate / 50)
     channels = tuple(place.channel for place in own)
     found = []
-    for j, point in enumerate(stand.hammer):
+    for j, point in enumerate(rig.hammer):
         for k in range(int(t.hits) + double_hits):
             peak = float(t.peak) * max(1 + float(t.peak_scatter) * rng.normal(), 0.2)  # type: ignore[arg-type]
             samples = peak * np.concatenate([f[None], y[:, j]])
             if k >= t.hits:
                 shift = round((again - start) * rate)
-                samples[:, shift:] += SECOND_BLOW * samples[:, : N - shift].copy()
+                samples[:, shift:] += SECOND_PULSE * samples[:, : N - shift].copy()
             noise = np.full((len(samples), 1), float(t.acceleration_noise))  # type: ignore[arg-type]
             noise[0] = float(t.force_noise)  # type: ignore[arg-type]
             samples += noise * rng.normal(size=samples.shape)
@@ -228,7 +228,7 @@ def _hits(
 
 
 def compared(
-    stand: Stand,
+    rig: ModalTestRig,
     bare: TrueModes,
     loaded: Sequence[TrueModes],
     found: IdentifiedModes | None,
@@ -246,7 +246,7 @@ def compared(
     seen = [_nearest(own, setups.get(loaded[s].placement or "")) for s, own in enumerate(hz)]
     joined: dict[int, tuple[int, float]] = {}
     if found is not None:
-        names = list(stand.accelerometers)
+        names = list(rig.accelerometers)
         at = [names.index(c.name) for c in found.outputs]
         shapes = bare.shapes[at][:, kept]
         joined = _paired(found, mean, shapes)

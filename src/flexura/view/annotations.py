@@ -1,4 +1,4 @@
-"""What stands around a picture: headings, legend, axis cross, colour bar; all sizes suit 150 dpi."""
+"""Annotations of a picture: headings, legend, axis cross, colour bar. All sizes suit 150 dpi."""
 
 from __future__ import annotations
 
