@@ -260,7 +260,7 @@ def test_modes_that_were_not_measured_keep_the_numbers_of_others(tmp_path, name,
     path.write_text(text.format(hz(1.1e4)), encoding="utf-8")
     data = fx.read_frequencies(path)
     assert data.by_number == pytest.approx({2: hz(1.1e4)})
-    for how in ("followed", "in_order"):
+    for how in ("tracked", "in_order"):
         for own in (data, [None, hz(1.1e4)]):
             found = fx.calibrate(samples.body(), data=own, free=["ky"], method="least_squares", pairing=how)
             assert found.values["ky"] == pytest.approx(1.1e4, rel=1e-6)

@@ -35,7 +35,7 @@ class Method(StrEnum):
 class Pairing(StrEnum):
     """Which mode a frequency without a shape belongs to."""
 
-    followed = "followed"
+    tracked = "tracked"
     in_order = "in-order"
 
 
@@ -69,7 +69,7 @@ def calibrate_command(
     damping: Annotated[float, typer.Option(metavar="RATIO", help="Damping ratio of all modes in responses.")] = 0.01,
     pairing: Annotated[
         Pairing, typer.Option(help="Frequencies belong to the start's modes, or to those of the same number.")
-    ] = Pairing.followed,
+    ] = Pairing.tracked,
     draws: Annotated[
         int, typer.Option(min=0, help="Draws of the posterior, by Metropolis, that check the intervals.")
     ] = 0,
@@ -103,7 +103,7 @@ def calibrate_command(
         method=chosen,
         sigma=sigma,
         damping=damping,
-        pairing="followed" if pairing is Pairing.followed else "in_order",
+        pairing="tracked" if pairing is Pairing.tracked else "in_order",
     )
     if strict:
         result.raise_warnings()

@@ -44,7 +44,7 @@ REACH = 0.02
 
 @dataclass
 class Track:
-    """One pole followed over the orders: positions in the orders, and positions of the pole in each."""
+    """One pole tracked over the orders: positions in the orders, and positions of the pole in each."""
 
     at: list[int] = field(default_factory=list)
     which: list[int] = field(default_factory=list)
@@ -117,7 +117,7 @@ def diagram(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> P
 
 
 def tracks(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> list[Track]:
-    """Poles stable in frequency and damping followed over the orders, two of one order never in one track.
+    """Poles stable in frequency and damping tracked over the orders, two of one order never in one track.
 
     That is what tells repeated modes apart: two poles of one place at every order make two tracks.
     """

@@ -24,7 +24,7 @@ from flexura.testing.updating.targets import ModalTarget, Target, targets_of
 from flexura.testing.updating.unknowns import Prior, Unknowns, unknowns
 
 Array = NDArray[np.float64]
-Pairing = Literal["followed", "in_order"]
+Pairing = Literal["tracked", "in_order"]
 
 ROUNDS = 4
 """Times that the ends which corrections hold clamped are settled anew at the sizes found."""
@@ -49,7 +49,7 @@ def calibrate(
     priors: Mapping[str, Prior] | None = None,
     order: Order = "full",
     keep: int | Mapping[str, int] = 0,
-    pairing: Pairing = "followed",
+    pairing: Pairing = "tracked",
     max_steps: int = 60,
 ) -> Calibration:
     """Find the parameters `free` with which a mechanism meets a measurement (theory eqs. K13-K18).
@@ -69,7 +69,7 @@ def calibrate(
     and `keep` as in `sensitivities`. The standard deviations have to cover what the model leaves out, too.
 
     Modes with measured shapes are paired by these. Frequencies alone belong to the start's modes of the same number,
-    which are followed by their shapes while parameters move (`pairing="followed"`), or to whichever modes have that
+    which are tracked by their shapes while parameters move (`pairing="tracked"`), or to whichever modes have that
     number (`in_order`).
 
     Raises ModelError for a description that cannot be used, OptionError for impossible arguments and SolverError when
@@ -81,7 +81,7 @@ def calibrate(
         if not 0 < x < np.inf:
             raise OptionError(f"{name} is positive and finite, not {x}")
     if pairing not in get_args(Pairing):
-        raise OptionError(f"pairing is followed or in_order, not {pairing!r}")
+        raise OptionError(f"pairing is tracked or in_order, not {pairing!r}")
     if not 0 < damping < 1:
         raise OptionError(f"damping is a ratio between 0 and 1, not {damping}")
     at = one_design(parameters)
@@ -93,7 +93,7 @@ def calibrate(
     own = unknowns(together, at, priors)
     if method == "least_squares":
         _refuse_undetermined([t for c in together for t in c.targets], own.names)
-    return _solved(together, own, method, order, keep, max_steps, pairing == "followed")
+    return _solved(together, own, method, order, keep, max_steps, pairing == "tracked")
 
 
 def _refuse_undetermined(targets: Sequence[Target], chosen: Sequence[str]) -> None:
@@ -114,9 +114,9 @@ def _solved(
     order: Order,
     keep: int | Mapping[str, int],
     max_steps: int,
-    follow: bool,
+    tracked: bool,
 ) -> Calibration:
-    first = Problem(together, own, order, keep, follow=follow)
+    first = Problem(together, own, order, keep, tracked=tracked)
     z = own.z(own.start)
     before = first.residual(z)
     if first.refused is not None:
@@ -132,7 +132,7 @@ def _solved(
         if not any(part.table.corrections.wanted.any() for c in together for part in c.plan.parts.values()):
             break
         anew = [c.settled(mechanism) for c, mechanism in zip(together, mechanisms, strict=True)]
-        settled = Problem(anew, own, order, keep, problem.references, follow)
+        settled = Problem(anew, own, order, keep, problem.references, tracked)
         moved = float(np.abs(settled.residual(z) - problem.residual(z)).max(initial=0.0))
         problem = settled
         if moved < 1e-6:

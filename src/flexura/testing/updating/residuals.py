@@ -25,8 +25,8 @@ class Problem:
     """Weighted residuals of targets over standard coordinates z of the unknowns.
 
     Targets of one configuration that were measured with the sensors of the same placements share a model with their
-    mass. Modes are those of the start, followed by the modal assurance criterion from one accepted design to the next:
-    the shapes at the last `jacobian` are those to compare with. Without `follow` they are those of the same number.
+    mass. Modes are those of the start, tracked by the modal assurance criterion from one accepted design to the next:
+    the shapes at the last `jacobian` are those to compare with. Without `tracked` they are those of the same number.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Problem:
         order: Order,
         keep: int | Mapping[str, int],
         references: Sequence[Array | None] | None = None,
-        follow: bool = True,
+        tracked: bool = True,
     ) -> None:
         self.configurations, self.unknown = tuple(configurations), unknown
         self.targets = [t for own in configurations for t in own.targets]
@@ -56,7 +56,7 @@ class Problem:
                 order,
                 keep,
                 reference,
-                follow,
+                tracked,
             )
             for g, ((own, load), reference) in enumerate(zip(self._members, known, strict=True))
         ]
@@ -112,7 +112,7 @@ class Problem:
         return np.full(self.size, REFUSED)
 
     def jacobian(self, z: Array) -> Array:
-        """d residual / dz (r, P); the modes found here are those followed from now on."""
+        """d residual / dz (r, P); the modes found here are those tracked from now on."""
         values = self._named(z)
         self.evaluations += 1
         states = [m.state(c.point(values), c.free) for m, (c, _) in zip(self.models, self._members, strict=True)]
