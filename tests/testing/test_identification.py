@@ -80,7 +80,7 @@ def test_a_repeated_pair_is_resolved_by_two_references_and_not_by_one(decibels):
     assert f.max() < 1e-3 and z.max() < 0.05
     pair = result.real_shapes[:, 1:3]
     assert in_space(pair, system.normal_modes()[:, 1:3]).min() > 0.999
-    assert min(e.mpc for e in result.evidence) > 0.99
+    assert min(e.modal_phase_collinearity for e in result.evidence) > 0.99
     # unit modal mass: with any rotation of the pair, the sum of outer products is that of the true shapes
     true = system.normal_modes()[:, 1:3]
     assert pair @ pair.T == pytest.approx(true @ true.T, abs=0.02 * np.abs(true @ true.T).max())
@@ -139,7 +139,7 @@ def test_complex_modes_of_a_dashpot():
     true = damped.shapes
     mpc = np.abs((true**2).sum(axis=0)) ** 2 / (np.abs(true) ** 2).sum(axis=0) ** 2
     assert min(mpc) < 0.9
-    assert [e.mpc for e in result.evidence] == pytest.approx(mpc, abs=1e-4)
+    assert [e.modal_phase_collinearity for e in result.evidence] == pytest.approx(mpc, abs=1e-4)
     likeness = np.abs((true.conj() * result.shapes).sum(axis=0)) / np.linalg.norm(true, axis=0)
     assert likeness / np.linalg.norm(result.shapes, axis=0) == pytest.approx(1, abs=1e-6)
 

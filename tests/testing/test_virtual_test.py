@@ -96,14 +96,14 @@ test:
     found = fx.virtual_test(slider)
     (mode,) = found.modes
     assert mode.bare_hz == pytest.approx(np.sqrt(4000 / 0.4) / (2 * np.pi), rel=1e-12)
-    assert mode.loaded_hz == pytest.approx(np.sqrt(4000 / 0.412) / (2 * np.pi), rel=1e-12)
+    assert mode.mass_loaded_hz == pytest.approx(np.sqrt(4000 / 0.412) / (2 * np.pi), rel=1e-12)
     assert mode.mass_effect == pytest.approx(np.sqrt(0.4 / 0.412) - 1, rel=1e-9)
-    assert mode.identified_hz == pytest.approx(mode.loaded_hz, rel=1e-3)
+    assert mode.identified_hz == pytest.approx(mode.mass_loaded_hz, rel=1e-3)
     assert mode.identified_damping == pytest.approx(0.01, rel=0.05)
     (frf,) = found.measurement.frfs
     s = 2j * np.pi * frf.frequency_hz
     exact = -(s**2) / (0.412 * s**2 + 2 * 0.01 * np.sqrt(4000 * 0.412) * s + 4000)
-    near = np.abs(frf.frequency_hz - mode.loaded_hz) < 3
+    near = np.abs(frf.frequency_hz - mode.mass_loaded_hz) < 3
     assert np.abs(frf.response[near, 0, 0] / exact[near] - 1).max() < 0.02
 
 
@@ -121,7 +121,7 @@ def test_masses_against_point_masses_on_the_body(stage, result, placement):
         }
     )
     wanted = fx.modes(weighed, n=6, order="full").frequency_hz
-    loaded = next(t for t in result.loaded if t.placement == placement)
+    loaded = next(t for t in result.mass_loaded if t.placement == placement)
     assert loaded.frequency_hz == pytest.approx(wanted, rel=1e-9)
     assert (loaded.frequency_hz < result.bare.frequency_hz).all()
     assert result.bare.frequency_hz == pytest.approx(fx.modes(stage, n=6, order="full").frequency_hz, rel=1e-9)
@@ -147,7 +147,11 @@ test:
     )
     found = fx.virtual_test(fx.loads(with_channels))
     always = 0.4 + 0.01
-    for modes, mass in ((found.bare, always), (found.loaded[0], always + 0.02), (found.loaded[1], always + 0.03)):
+    for modes, mass in (
+        (found.bare, always),
+        (found.mass_loaded[0], always + 0.02),
+        (found.mass_loaded[1], always + 0.03),
+    ):
         expected = np.sqrt(9000 / mass) / (2 * np.pi)
         assert np.min(np.abs(modes.frequency_hz / expected - 1)) < 1e-9
     channel = found.measurement.recordings[0].channels[0]
@@ -208,7 +212,7 @@ def test_shift_is_that_of_the_modal_mass(rpr):
     """To first order the shift is -m phi^2 / 2, phi the mass-normalised shape at the sensors (Rayleigh's quotient)."""
     rig = ModalTestRig(fx.load(EXAMPLE))
     u = rig.modes(None).shapes
-    for own in rpr.loaded:
+    for own in rpr.mass_loaded:
         wanted = [
             -sum(a.mass * np.sum((a.motion @ u[:, k]) ** 2) for a in rig.placements[own.placement]) / 2
             for k in range(6)

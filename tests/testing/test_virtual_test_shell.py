@@ -72,7 +72,7 @@ def test_written_files_keep_the_test(tmp_path):
 
 def test_parameters_reach_the_test():
     mechanism = fx.loads(STAGE + "parameters: {m: 8 g}\n" + TEST.replace("mass: 8 g", "mass: m"))
-    light, heavy = (fx.virtual_test(mechanism, {"m": m}).modes[3].loaded_hz for m in (0.008, 0.016))
+    light, heavy = (fx.virtual_test(mechanism, {"m": m}).modes[3].mass_loaded_hz for m in (0.008, 0.016))
     assert heavy < light
 
 

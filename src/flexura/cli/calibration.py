@@ -204,10 +204,11 @@ def print_calibration(result: Calibration) -> None:
     how = "maximum of the posterior" if result.method == "map" else "least squares"
     together = ", with ".join(m.name for m in (result.mechanism, *result.also))
     console.print(f"{together}: calibrated, {how}", style="bold", markup=False)
-    table = _table("parameter", "start", "calibrated", "95 % interval", "told by the data", "prior from")
+    table = _table("parameter", "start", "calibrated", "95 % interval", "information gain", "prior from")
     for p in result.parameters:
         mark = " at bound" if p.at_bound else ""
-        table.add_row(p.name, _size(p, p.start), _size(p, p.value) + mark, _range(p), f"{100 * p.told:.0f} %", p.reason)
+        gain = f"{100 * p.information_gain:.0f} %"
+        table.add_row(p.name, _size(p, p.start), _size(p, p.value) + mark, _range(p), gain, p.reason)
     console.print(table)
     if result.modes:
         has_mac = any(m.mac is not None for m in result.modes)
@@ -224,9 +225,9 @@ def print_calibration(result: Calibration) -> None:
     if result.unresolved:
         console.print("the data cannot tell (weights in prior standard deviations):")
         for d in result.unresolved:
-            console.print(f"  {d}  ({100 * d.told:.0f} % told)", markup=False)
+            console.print(f"  {d}  ({100 * d.information_gain:.0f} % information gain)", markup=False)
     for own in result.misfits:
-        if own.is_told:
+        if own.is_testable:
             said = f"{own.kind}: missed by {own.ratio:.2g} standard deviations, {own.spare:.2g} of {own.data} to spare"
             console.print(f"{said}, probability {own.probability:.2g}", markup=False)
     for warning in result.warnings:
@@ -249,7 +250,7 @@ def _print_sampled(result: Calibration, sampled: Sample) -> None:
     console.print(f"{text} independent ones; R-hat {sampled.r_hat:.3f}, {100 * sampled.acceptance:.0f} % accepted")
     if not sampled.is_whole:
         console.print("drawing was interrupted")
-    if any(own.is_told and own.ratio > 1 for own in result.misfits):
+    if any(own.is_testable and own.ratio > 1 for own in result.misfits):
         console.print("draws take sigma as it is: they do not have the error of the model that widens the intervals")
     if not sampled.is_settled:
         console.print("these are too few to check the intervals: more draws, or fewer free parameters")

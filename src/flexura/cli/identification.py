@@ -86,7 +86,12 @@ def print_identified(result: IdentifiedModes, written: list[Path]) -> None:
     for k, (hz, zeta, e) in enumerate(zip(result.frequency_hz, result.damping_ratio, result.evidence, strict=True)):
         spread = (hz * e.frequency_spread, e.damping_spread)
         row = [f"{hz:.6g}", f"{abs(result.poles[k]):.6g}", f"{100 * zeta:.4g}", f"{spread[0]:.1g}"]
-        row += [f"{100 * spread[1]:.2g} %", f"{e.confidence:.2f}", f"{e.mpc:.3f}", f"{e.mpd_deg:.2g}"]
+        row += [
+            f"{100 * spread[1]:.2g} %",
+            f"{e.confidence:.2f}",
+            f"{e.modal_phase_collinearity:.3f}",
+            f"{e.mean_phase_deviation_deg:.2g}",
+        ]
         table.add_row(str(k + 1), *row, *([f"{e.setups} of {len(result.setups)}"] if several else []))
     console.print(table)
     if several:

@@ -84,7 +84,12 @@ def print_virtual_test(result: VirtualTest, written: list[Path], measured: Measu
     for heading in ("damping %", "off", "MAC", "confidence", *(["measured rad/s"] if measured is not None else [])):
         table.add_column(heading, justify="right")
     for k, mode in enumerate(result.modes):
-        row = [str(mode.number), f"{mode.bare_hz:.5g}", f"{mode.loaded_hz:.5g}", f"{100 * mode.mass_effect:+.2f} %"]
+        row = [
+            str(mode.number),
+            f"{mode.bare_hz:.5g}",
+            f"{mode.mass_loaded_hz:.5g}",
+            f"{100 * mode.mass_effect:+.2f} %",
+        ]
         row += _identified(mode)
         if measured is not None:
             own = measured.by_number.get(k + 1)

@@ -86,7 +86,7 @@ def _shifts(axes: Axes, result: VirtualTest) -> None:
     """Shift of every mode by the mass of the sensors of each placement, lines true and marks identified."""
     numbers = np.array([m.number for m in result.modes])
     for k, placement in enumerate(result.test.placed()):
-        colour, at = COLOURS[k % len(COLOURS)], numbers + 0.12 * (k - len(result.loaded) / 2)
+        colour, at = COLOURS[k % len(COLOURS)], numbers + 0.12 * (k - len(result.mass_loaded) / 2)
         pairs = [m.placement_hz[placement] for m in result.modes]
         true = [100 * (t / m.bare_hz - 1) for (t, _), m in zip(pairs, result.modes, strict=True)]
         found = [

@@ -308,7 +308,13 @@ def _modes(sets: list[dict[str, Any]], geometry: Geometry, path: Path) -> Identi
     moves = np.abs(phi).max(axis=1) > 0
     phase = np.angle(np.sum(phi**2, axis=0)) / 2
     nan = float("nan")
-    unknown = ModeEvidence(confidence=nan, frequency_scatter=nan, damping_scatter=nan, mpc=nan, mpd_deg=nan)
+    unknown = ModeEvidence(
+        confidence=nan,
+        frequency_scatter=nan,
+        damping_scatter=nan,
+        modal_phase_collinearity=nan,
+        mean_phase_deviation_deg=nan,
+    )
     return IdentifiedModes(
         path.stem,
         np.array(poles)[order],

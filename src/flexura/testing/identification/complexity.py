@@ -150,7 +150,10 @@ def assembled(
         shapes[:, k], participation[:, k] = untangled(poles, shapes, participation, group, *channels)
     shapes, participation, how = scaled(poles, shapes, participation, *channels)
     mpc, mpd = collinearity(shapes), phase_deviation(shapes)
-    full = [replace(e, mpc=float(c), mpd_deg=float(d)) for e, c, d in zip(evidence, mpc, mpd, strict=True)]
+    full = [
+        replace(e, modal_phase_collinearity=float(c), mean_phase_deviation_deg=float(d))
+        for e, c, d in zip(evidence, mpc, mpd, strict=True)
+    ]
     negative = [f"{abs(s) / (2 * np.pi):.5g}" for s in poles if s.real >= 0]
     if negative:
         listed = ", ".join(negative)

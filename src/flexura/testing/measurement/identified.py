@@ -19,20 +19,21 @@ class ModeEvidence:
     """How far one identified mode can be trusted.
 
     `confidence` is between 0 and 1 (theory eq. I14). `frequency_scatter` and `damping_scatter` are relative standard
-    deviations over the model orders (and setups) in which the pole was found; `mpc` the modal phase collinearity,
-    `mpd_deg` the mean phase deviation (theory eqs. I16, I17). `frequency_sigma` and `damping_sigma` are relative
-    standard deviations by the misfit of the non-linear fit (theory eq. I13), zero where it was not made. `share` is the
-    share of model orders that have the mode, `setups` the number of setups that do. `setup_shift` is the part of the
-    scatter of frequency over setups, relative, that these do not explain: it is there in a repeated test, as sensors'
-    masses in other places are (theory eq. I21). `frequency_bias` and `damping_bias` are how far both may be off by what
-    is no noise, relative: leakage, modes that were not found, lines wider than the mode (theory eqs. I25, I26).
+    deviations over the model orders (and setups) in which the pole was found. `modal_phase_collinearity` (MPC) is one
+    and `mean_phase_deviation_deg` (MPD) zero for a real shape (theory eqs. I16, I17). `frequency_sigma` and
+    `damping_sigma` are relative standard deviations by the misfit of the non-linear fit (theory eq. I13), zero where it
+    was not made. `share` is the share of model orders that have the mode, `setups` the number of setups that do.
+    `setup_shift` is the part of the scatter of frequency over setups, relative, that these do not explain: it is there
+    in a repeated test, as sensors' masses in other places are (theory eq. I21). `frequency_bias` and `damping_bias` are
+    how far both may be off by what is no noise, relative: leakage, modes that were not found, lines wider than the mode
+    (theory eqs. I25, I26).
     """
 
     confidence: float
     frequency_scatter: float
     damping_scatter: float
-    mpc: float
-    mpd_deg: float
+    modal_phase_collinearity: float
+    mean_phase_deviation_deg: float
     frequency_sigma: float = 0.0
     damping_sigma: float = 0.0
     share: float = 1.0

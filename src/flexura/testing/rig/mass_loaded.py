@@ -17,7 +17,7 @@ from flexura.testing.rig.test_points import PlacesOfTest
 Array = NDArray[np.float64]
 
 
-class LoadedFamily:
+class MassLoadedFamily:
     """A family with the mean mass of the sensors of some placements, where and as heavy as the test of a design says.
 
     theory eq. K20.
@@ -63,4 +63,4 @@ class LoadedFamily:
         return PlacesOfTest(model)
 
 
-AnyFamily = Family | LoadedFamily
+AnyFamily = Family | MassLoadedFamily

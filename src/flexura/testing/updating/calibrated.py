@@ -12,7 +12,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.mechanism.substructure import Mechanism
 from flexura.testing.updating.markov_chain import Progress
 from flexura.testing.updating.misfit import Misfit
-from flexura.testing.updating.posterior import TOLD, Direction, Sample, draw
+from flexura.testing.updating.posterior import LEAST_GAIN, Direction, Sample, draw
 from flexura.testing.updating.residuals import Problem
 
 Array = NDArray[np.float64]
@@ -24,8 +24,8 @@ class CalibratedParameter:
     """One parameter, SI: `start` and calibrated `value`, and the `interval` that holds it with 95 %, infinite where
     the data say nothing and there is no prior.
 
-    `prior` is the same interval beforehand and `reason` its origin. `told` is the share of the prior variance that the
-    data took away. At a bound the Gaussian approximation is not valid.
+    `prior` is the same interval beforehand and `reason` its origin. `information_gain` is the share of
+    the prior variance that the data took away. At a bound the Gaussian approximation is not valid.
     """
 
     name: str
@@ -35,7 +35,7 @@ class CalibratedParameter:
     interval: tuple[float, float]
     prior: tuple[float, float]
     reason: str
-    told: float
+    information_gain: float
     at_bound: bool
 
 
@@ -72,10 +72,10 @@ class CalibratedMode:
 class Calibration:
     """The outcome of a calibration: the `mechanism` with its new values, and how far these can be trusted.
 
-    `also` are the other mechanisms that were calibrated with it. `directions` are combinations of parameters, best told
-    first; `correlation` (P, P) is that of the posterior. `chi_square` of `residuals` data says
-    whether the model can meet them within their standard deviations, `misfits` how far it does for each kind of data
-    beyond what the parameters take up, with which intervals are widened.
+    `also` are the other mechanisms that were calibrated with it. `directions` are combinations of parameters, best
+    known first; `correlation` (P, P) is that of the posterior. `chi_square` of `residuals` data says whether the model
+    can meet them within their standard deviations, `misfits` how far it does for each kind of data beyond what the
+    parameters take up, with which intervals are widened.
     """
 
     mechanism: Mechanism
@@ -105,7 +105,7 @@ class Calibration:
     @property
     def unresolved(self) -> tuple[Direction, ...]:
         """Combinations of parameters that the data cannot tell."""
-        return tuple(d for d in self.directions if d.told < TOLD)
+        return tuple(d for d in self.directions if d.information_gain < LEAST_GAIN)
 
     def raise_warnings(self) -> None:
         """Raise SolverError with all warnings, if there are any."""

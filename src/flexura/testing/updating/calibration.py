@@ -18,7 +18,7 @@ from flexura.structure.plan import one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.testing.updating.configuration import Configuration, configurations
 from flexura.testing.updating.misfit import Misfit, misfits, widening
-from flexura.testing.updating.posterior import QUANTILE, TOLD, Direction, covariance, directions
+from flexura.testing.updating.posterior import LEAST_GAIN, QUANTILE, Direction, covariance, directions
 from flexura.testing.updating.residuals import Problem
 from flexura.testing.updating.targets import ModalTarget, Target, targets_of
 from flexura.testing.updating.unknowns import Prior, Unknowns, unknowns
@@ -329,12 +329,12 @@ def _notes(
     notes = []
     held = [p.name for p in parameters if p.at_bound]
     if held:
-        notes.append(f"at a bound, where no interval can be told: {', '.join(held)}")
-    unresolved = [d for d in ways if d.told < TOLD]
+        notes.append(f"at a bound, where there is no interval: {', '.join(held)}")
+    unresolved = [d for d in ways if d.information_gain < LEAST_GAIN]
     if unresolved:
         notes.append(f"{len(unresolved)} of {len(ways)} combinations of parameters are left to the prior")
     for own in missed:
-        if not own.is_told:
+        if not own.is_testable:
             notes.append(
                 f"the parameters take up all {own.data} {own.kind}: nothing is left to check the model by, and"
                 " intervals hold if sigma covers what it leaves out"

@@ -40,22 +40,22 @@ class Misfit:
     @property
     def probability(self) -> float:
         """That of so large a misfit by chance, if the model and the standard deviations hold."""
-        return float(gammaincc(self.spare / 2, self.chi_square / 2)) if self.is_told else float("nan")
+        return float(gammaincc(self.spare / 2, self.chi_square / 2)) if self.is_testable else float("nan")
 
     @property
-    def is_told(self) -> bool:
-        """Whether there are data to spare."""
+    def is_testable(self) -> bool:
+        """Whether there are data to spare, so that chance can be judged."""
         return self.spare >= LEAST_SPARE
 
     @property
     def ratio(self) -> float:
         """Misfit in standard deviations of the data (Birge 1932); nan with nothing to spare."""
-        return float(np.sqrt(self.chi_square / self.spare)) if self.is_told else float("nan")
+        return float(np.sqrt(self.chi_square / self.spare)) if self.is_testable else float("nan")
 
     @property
     def is_unlikely(self) -> bool:
         """Whether chance does not explain it."""
-        return self.is_told and self.probability < UNLIKELY
+        return self.is_testable and self.probability < UNLIKELY
 
     def to_dict(self) -> dict[str, float | str]:
         """Plain data."""
@@ -98,8 +98,8 @@ def misfits(targets: Sequence[Target], r: Array, J: Array, with_prior: bool) -> 
             kinds.setdefault(kind, []).append(rows)
             at += count
     U, s, _ = np.linalg.svd(J, full_matrices=False)
-    told = U[:, s > (1.0 if with_prior else 1e-10 * max(float(s.max(initial=0.0)), 1e-300))]
-    taken, left = (told**2).sum(axis=1), r - told @ (told.T @ r)
+    determined = U[:, s > (1.0 if with_prior else 1e-10 * max(float(s.max(initial=0.0)), 1e-300))]
+    taken, left = (determined**2).sum(axis=1), r - determined @ (determined.T @ r)
     found = []
     for kind, each in kinds.items():
         rows = np.concatenate(each)
@@ -118,7 +118,7 @@ def widening(found: Sequence[Misfit], J: Array, with_prior: bool) -> Array:
     A = _inverse(J, with_prior)
     extra = np.zeros((J.shape[1], J.shape[1]))
     for own in found:
-        if own.is_told and own.ratio > 1:
+        if own.is_testable and own.ratio > 1:
             t = float(stdtrit(own.spare, 0.975)) / NORMAL
             part = A[:, own.rows]
             extra += (t**2 * (own.ratio**2 - 1) * own.data) * (part @ part.T)

@@ -16,12 +16,11 @@ Array = NDArray[np.float64]
 QUANTILE = 1.959963984540054
 """95 % of a normal distribution lie within so many standard deviations."""
 
-TOLD = 0.5
-"""A direction of which the data tell less than this share is one that they cannot tell."""
-
+LEAST_GAIN = 0.5
+"""A direction whose information gain is less is left to the prior."""
 
 ENOUGH = 50
-"""Independent draws from which on intervals are told."""
+"""Effective sample size from which on intervals are given."""
 
 SETTLED = 1.05
 """Potential scale reduction below which chains tell the same."""
@@ -31,11 +30,11 @@ SETTLED = 1.05
 class Direction:
     """A combination of parameters: `weights` by name, in prior standard deviations, unit length.
 
-    `told` is the share of its prior variance that the data take away, s^2/(1 + s^2) with the singular value s of the
-    scaled sensitivities (theory eq. K18): 1 is told by the data alone, 0 not at all.
+    `information_gain` is the share of its prior variance that the data take away, s^2/(1 + s^2) with the singular
+    value s of the scaled sensitivities (theory eq. K18): 1 is determined by the data alone, 0 not at all.
     """
 
-    told: float
+    information_gain: float
     weights: dict[str, float]
 
     def __str__(self) -> str:
@@ -47,7 +46,8 @@ class Direction:
 
 
 def directions(J: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
-    """Directions of z that the weighted sensitivities J (r, P) tell apart, best told first (theory eq. K18)."""
+    """Directions of z by their information gain from weighted sensitivities J (r, P), largest first (theory eq.
+    K18)."""
     _, s, Vt = np.linalg.svd(J, full_matrices=True)
     s = np.concatenate([s, np.zeros(len(names) - len(s))])
     found = []

@@ -186,18 +186,20 @@ class ResponseTarget:
     def residual(self, state: State, rows: slice) -> Array:
         """Real and imaginary part of ln(H/H_measured)/sigma (theory eq. K15)."""
         H, _ = self._model(state, rows)
-        told = self._told(H)
-        left = np.where(told, np.log(np.where(told, H, 1.0) / np.where(told, self.H, 1.0)), 0.0) / self.sigma
+        compared = self._is_compared(H)
+        left = (
+            np.where(compared, np.log(np.where(compared, H, 1.0) / np.where(compared, self.H, 1.0)), 0.0) / self.sigma
+        )
         return np.concatenate([left.real.ravel(), left.imag.ravel()])
 
     def jacobian(self, state: State, rows: slice) -> Array:
         """Derivatives (r, P) of the residual."""
         H, dH = self._model(state, rows)
-        told = self._told(H)
-        slope = (np.where(told, dH / np.where(told, H, 1.0), 0.0) / self.sigma).reshape(len(dH), -1).T
+        compared = self._is_compared(H)
+        slope = (np.where(compared, dH / np.where(compared, H, 1.0), 0.0) / self.sigma).reshape(len(dH), -1).T
         return np.concatenate([slope.real, slope.imag])
 
-    def _told(self, H: Complex) -> NDArray[np.bool_]:
+    def _is_compared(self, H: Complex) -> NDArray[np.bool_]:
         """Where there is something to compare (f, p, m): not where the model's response is zero by symmetry."""
         return np.isfinite(self.sigma) & (np.abs(H) > SILENT**2 * np.abs(self.H))
 

@@ -18,7 +18,7 @@ from flexura.sensitivity.responses import first_columns, static_vectors
 from flexura.sensitivity.variation import Order, changes_of, full_order
 from flexura.structure import Plan
 from flexura.testing.rig.channel_readings import readings_of
-from flexura.testing.rig.mass_loaded import AnyFamily, LoadedFamily
+from flexura.testing.rig.mass_loaded import AnyFamily, MassLoadedFamily
 from flexura.testing.updating.targets import ModalTarget, ResponseTarget, State, Target
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ class TrackedModel:
         ends = np.cumsum([0, *(len(t.channels) for t in targets)])
         self.rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         bare = family_of(plan, order, start, keep, displacement_rows(places))
-        self.family: AnyFamily = LoadedFamily(bare, placements) if placements else bare
+        self.family: AnyFamily = MassLoadedFamily(bare, placements) if placements else bare
         self._has_responses = any(isinstance(t, ResponseTarget) for t in targets)
         self._has_shapes = bool(channels)
         model = self.family.model(start)

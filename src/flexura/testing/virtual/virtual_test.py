@@ -42,16 +42,16 @@ NEAR = 0.05
 class FoundMode:
     """One true mode and what the test has made of it.
 
-    `bare_hz` without sensors; `loaded_hz` and `damping_ratio` with them, means over the placements. `mass_effect` is
-    `loaded_hz` over `bare_hz` less one. `identified_hz`, `identified_damping` and `confidence` are of all placements
-    joined; `mac` compares their shape at all accelerometers with the one without sensors, where modes are close with
-    the space of these; None where the mode was missed. `placement_hz` has the true and the identified frequency of
-    every placement.
+    `bare_hz` without sensors; `mass_loaded_hz` and `damping_ratio` with them, means over the placements. `mass_effect`
+    is `mass_loaded_hz` over `bare_hz` less one. `identified_hz`, `identified_damping` and `confidence` are of all
+    placements joined; `mac` compares their shape at all accelerometers with the one without sensors, where modes are
+    close with the space of these; None where the mode was missed. `placement_hz` has the true and the identified
+    frequency of every placement.
     """
 
     number: int
     bare_hz: float
-    loaded_hz: float
+    mass_loaded_hz: float
     mass_effect: float
     damping_ratio: float
     identified_hz: float | None
@@ -66,7 +66,7 @@ class FoundMode:
         if self.identified_hz is None:
             return None
         own = [true for true, found in self.placement_hz.values() if found is not None]
-        return self.identified_hz / (float(np.mean(own)) if own else self.loaded_hz) - 1
+        return self.identified_hz / (float(np.mean(own)) if own else self.mass_loaded_hz) - 1
 
     @property
     def damping_error(self) -> float | None:
@@ -79,7 +79,7 @@ class FoundMode:
 @dataclass(frozen=True)
 class VirtualTest:
     """A simulated modal test: the `measurement` with records and frequency responses, what was `identified` from it,
-    and the truth, without sensors (`bare`) and in every placement (`loaded`), up to half the sample rate.
+    and the truth, without sensors (`bare`) and in every placement (`mass_loaded`), up to half the sample rate.
 
     `modes` compares them within the `band` of the frequency responses, Hz. `false_hz` are frequencies identified where
     there is no mode.
@@ -90,7 +90,7 @@ class VirtualTest:
     measurement: Measurement
     identified: IdentifiedModes | None
     bare: TrueModes
-    loaded: tuple[TrueModes, ...]
+    mass_loaded: tuple[TrueModes, ...]
     modes: tuple[FoundMode, ...]
     false_hz: tuple[float, ...]
     band: tuple[float, float]
@@ -144,11 +144,11 @@ def virtual_test(
     bare = true_modes(None, rig.modes(None))
     rng = np.random.default_rng(int(seed))
     recordings: list[Recording] = []
-    loaded: list[TrueModes] = []
+    mass_loaded: list[TrueModes] = []
     for placement in rig.placements:
         say(f"hitting, {placement or 'all accelerometers'}")
         modes = rig.modes(placement)
-        loaded.append(true_modes(placement, modes))
+        mass_loaded.append(true_modes(placement, modes))
         recordings += _hits(rig, placement, modes, int(double_hits), rng)
     t = rig.test
     say("estimating frequency responses")
@@ -173,10 +173,10 @@ def virtual_test(
             found = identify(measurement, **how)
         except (OptionError, SolverError) as error:
             notes.append(f"no modes identified: {error}")
-    rows, false_hz = compared(rig, bare, loaded, found, band)
+    rows, false_hz = compared(rig, bare, mass_loaded, found, band)
     notes += [] if found is None else found.notes
     return VirtualTest(
-        rig.name, t, measurement, found, bare, tuple(loaded), rows, false_hz, band, int(seed), tuple(notes)
+        rig.name, t, measurement, found, bare, tuple(mass_loaded), rows, false_hz, band, int(seed), tuple(notes)
     )
 
 
@@ -230,20 +230,20 @@ def _hits(
 def compared(
     rig: ModalTestRig,
     bare: TrueModes,
-    loaded: Sequence[TrueModes],
+    mass_loaded: Sequence[TrueModes],
     found: IdentifiedModes | None,
     band: tuple[float, float],
 ) -> tuple[tuple[FoundMode, ...], tuple[float, ...]]:
     """Rows of all modes that lie in the band with sensors on, and frequencies identified where there is none."""
-    tracked = np.stack([_tracked(bare, own) for own in loaded])
+    tracked = np.stack([_tracked(bare, own) for own in mass_loaded])
     kept = np.flatnonzero((tracked >= 0).all(axis=0))
     hz, ratios = (
-        np.stack([getattr(own, name)[at[kept]] for own, at in zip(loaded, tracked, strict=True)])
+        np.stack([getattr(own, name)[at[kept]] for own, at in zip(mass_loaded, tracked, strict=True)])
         for name in ("frequency_hz", "damping_ratio")
     )
     mean = hz.mean(axis=0)
     setups = {} if found is None else {own.setup: own for own in (found.setups or (found,))}
-    seen = [_nearest(own, setups.get(loaded[s].placement or "")) for s, own in enumerate(hz)]
+    seen = [_nearest(own, setups.get(mass_loaded[s].placement or "")) for s, own in enumerate(hz)]
     joined: dict[int, tuple[int, float]] = {}
     if found is not None:
         names = list(rig.accelerometers)
@@ -253,7 +253,7 @@ def compared(
     rows = []
     for k in np.flatnonzero((mean >= band[0]) & (mean <= band[1])).tolist():
         i, likeness = joined.get(k, (None, None))
-        each = {own.placement or "": (float(hz[s, k]), seen[s].get(k)) for s, own in enumerate(loaded)}
+        each = {own.placement or "": (float(hz[s, k]), seen[s].get(k)) for s, own in enumerate(mass_loaded)}
         own = (None, None, None, None)
         if found is not None and i is not None:
             own = (float(found.frequency_hz[i]), float(found.damping_ratio[i]), likeness, float(found.confidence[i]))
