@@ -16,11 +16,11 @@ from flexura.linalg import ranked
 from flexura.testing.correlation.correlation import Correlation
 from flexura.testing.correlation.overlay import FRFOverlay
 from flexura.testing.virtual.sensor_placement import SensorPlacement
+from flexura.view.annotations import Box, colour_bar, foot, heading, legend, pixel_axes, triad
 from flexura.view.axes import frame
 from flexura.view.camera import Camera, View
 from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures
-from flexura.view.annotations import Box, colour_bar, foot, heading, legend, pixel_axes, triad
 from flexura.view.palette import INK
 from flexura.view.pictures import MODE_SIZE, mode_scale, mode_triangles, mode_view, new_figure, paint, rest_triangles
 from flexura.view.raster import Triangles

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.solid.verification.verify import ShapePairs, Verification, VerificationRow
-from flexura.view.files import save_figures
 from flexura.view.annotations import Box, colour_bar, heading, remark_lines, triad
+from flexura.view.files import save_figures
 from flexura.view.palette import INK
 from flexura.view.pictures import camera_for, mode_scale, mode_triangles, mode_view, new_figure, paint
 from flexura.view.raster import Triangles
