@@ -7,9 +7,42 @@ import scipy.sparse as sp
 
 from flexura.solid.fem.constraints import Face, face_ties
 from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.geometry.members import joints, solids
-from flexura.solid.mesh.meshing import solid_mesh
+from flexura.solid.geometry import occ
+from flexura.solid.geometry.members import ENDS, joints, solids
+from flexura.solid.mesh.meshing import group_mesh
+from flexura.solid.mesh.solid_mesh import SolidMesh
 from helpers.direct_solids import lowest_modes
+
+
+def solid_mesh(model, size=1.0, only=None, *, hexahedra=True, **limit):
+    """One mesh of the members, or of those of the instance or member with the path `only`, piece by piece."""
+    members = solids(model, only)
+    groups = [[members[k] for k in group] for group in joints(model, members).groups]
+    occ.check_intersections(members)
+    return joined([group_mesh(group, size, hexahedra=hexahedra, **limit) for group in groups])
+
+
+def joined(meshes):
+    """Several meshes as one."""
+    materials = tuple(dict.fromkeys(material for mesh in meshes for material in mesh.materials))
+    first = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
+    kinds = dict.fromkeys(kind for mesh in meshes for kind in mesh.cells)
+    cells, owners, parts, sets = {}, {}, {}, {}
+    for kind in kinds:
+        own = [(mesh, start) for mesh, start in zip(meshes, first, strict=False) if kind in mesh.cells]
+        cells[kind] = np.concatenate([mesh.cells[kind] + start for mesh, start in own])
+        owners[kind] = np.concatenate(
+            [np.array([materials.index(m) for m in mesh.materials])[mesh.cell_materials[kind]] for mesh, _ in own]
+        )
+        parts[kind] = tuple(name for mesh, _ in own for name in mesh.parts[kind])
+    for mesh, start in zip(meshes, first, strict=False):
+        sets |= {name: points + start for name, points in mesh.point_sets.items()}
+    return SolidMesh(np.concatenate([mesh.points for mesh in meshes]), cells, owners, materials, sets, parts)
+
+
+def tied_names(model, members):
+    """Names of the end faces that follow their nodes rigidly, such as `branch1.hinge start`."""
+    return {f"{members[k].name} {ENDS[end]}" for k, end in np.argwhere(joints(model, members).tied)}
 
 
 class Whole(NamedTuple):
@@ -66,7 +99,7 @@ def whole_frequencies(model, n, size):
     """Frequencies, Hz, of tetrahedra of everything."""
     mesh = solid_mesh(model, size, hexahedra=False)
     members = solids(model)
-    names = set(joints(model, members).tied_names(members))
+    names = tied_names(model, members)
     node_names = model.plan.topology.node_names
     at = {
         f"{m.name} {end}": node_names[node]

@@ -13,9 +13,9 @@ import pytest
 
 import flexura as fx
 from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.mesh.meshing import solid_mesh
 from helpers.beam_models import last_digit
 from helpers.direct_solids import lowest_modes
+from helpers.solid_wholes import solid_mesh
 from helpers.verification_report import Case
 
 PLANE = {  # height over length

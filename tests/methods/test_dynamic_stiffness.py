@@ -20,9 +20,9 @@ from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dyn
 from flexura.methods.exact_condensation import ExactCondensation
 from flexura.methods.finite_elements import finite_elements
 from flexura.methods.member_shapes import inside_member
-from flexura.methods.nodal_stiffness import NodalStiffness
 from flexura.structure import assemble
 from flexura.structure.segments import segments
+from helpers.nodal_stiffness import NodalStiffness
 from helpers.stages import E, G, guide
 
 ROOT = Path(__file__).parents[2]

@@ -8,9 +8,9 @@ from scipy.sparse.linalg import splu
 from flexura.linalg import scaled
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.finite_elements import finite_elements
-from flexura.methods.nodal_stiffness import NodalStiffness
 from flexura.structure import assemble
 from flexura.structure.segments import segments
+from helpers.nodal_stiffness import NodalStiffness
 from helpers.random_mechanisms import FEW, mechanisms
 
 COUNT = 10

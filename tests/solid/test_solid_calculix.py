@@ -16,14 +16,13 @@ from flexura.errors import OptionError, SolverError
 from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.geometry.members import SolidMaterial
 from flexura.solid.interchange.calculix import (
-    calculix_frequencies,
     calculix_matrices,
-    read_frequencies,
     run_calculix,
     write_calculix,
 )
 from flexura.solid.mesh.shape_functions import quadrature, shape_of
 from flexura.solid.mesh.solid_mesh import SolidMesh
+from helpers.calculix import calculix_frequencies, read_frequencies
 from helpers.direct_solids import lowest_modes
 from helpers.solid_boxes import box, distorted, mesh_of
 from helpers.solid_wholes import set_ties

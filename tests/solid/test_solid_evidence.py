@@ -16,8 +16,8 @@ from flexura.solid.fem.components import components
 from flexura.solid.fem.constraints import Face, face_ties
 from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.geometry.members import solids
-from flexura.solid.mesh.meshing import solid_mesh
 from flexura.structure import assemble
+from helpers.solid_wholes import solid_mesh
 
 UNIT = {"unit": fx.Material(E=1.0, nu=0.3, rho=1.0)}
 WIDTH = 0.05

@@ -23,7 +23,7 @@ from flexura.linalg.search import ShiftInvert
 from flexura.mechanism import Flexure, Leaf, Material, Mechanism, RigidBody
 from flexura.solid.fem.condensation import constraint_modes
 from flexura.solid.fem.constraints import averaged_rows, face_products
-from flexura.solid.fem.matrices import elastic_matrices, mesh_mass, stresses
+from flexura.solid.fem.matrices import elastic_matrices, mesh_mass
 from flexura.solid.geometry.members import SolidMaterial
 from flexura.solid.mesh.shape_functions import face_rule, faces_of, quadrature, shape_of
 from flexura.solid.mesh.solid_mesh import CELLS, SolidMesh, rigid_motions
@@ -152,11 +152,6 @@ def test_patch_of_distorted_cells_carries_constant_stress(kind, curved):
     u = exact.copy()
     u[free] = -factorise_large(K[free][:, free]).solve(K[free][:, fixed] @ exact[fixed])
     assert np.abs(u - exact).max() < 1e-12 * np.abs(exact).max()
-    strain = (slope + slope.T) / 2
-    lame = ALUMINIUM.E * ALUMINIUM.nu / (1 + ALUMINIUM.nu) / (1 - 2 * ALUMINIUM.nu)
-    S = ALUMINIUM.E / (1 + ALUMINIUM.nu) * strain + lame * np.trace(strain) * np.eye(3)
-    expected = [S[0, 0], S[1, 1], S[2, 2], S[1, 2], S[2, 0], S[0, 1]]
-    assert np.allclose(stresses(mesh, u)[kind], expected, rtol=0, atol=1e-10 * np.abs(S).max())
 
 
 def walls(mesh):

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.testing.identification.ema import poles_by_ema
 from flexura.testing.identification.residues import fit_modes
 from flexura.testing.measurement.response_matrices import response_matrices
+from helpers.ema import poles_by_ema
 from helpers.modal_systems import channels, measured, modal, noisy, random_modal
 
 HZ = np.arange(0.0, 100.0, 0.125)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.angle_doubts import angle_doubts
 from flexura.analysis.body_doubts import body_doubts
@@ -31,8 +30,6 @@ from flexura.structure.plan import plan_of
 from flexura.structure.solids import solids_of
 from flexura.systems.damping import damping_law
 from flexura.systems.placed import Placement
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from flexura.structure import FullOrderModel, assemble
 from flexura.structure.solids import Bars
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FLAT = 3.0
 """Width over least thickness from which a member is a leaf, with a thin and a wide direction."""

@@ -23,7 +23,6 @@ def _arm_basis() -> FloatArray:
 
 _SKEW_BASIS = _skew_basis()
 _ARM_BASIS = _arm_basis()
-_I3 = np.eye(3)
 _I6_FLAT = np.eye(6).ravel()
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.deadline import stage
@@ -20,8 +20,6 @@ from flexura.reduction.goal import Coordinates, Goal
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
 from flexura.structure.full_order import FullOrderModel, assemble, design
 from flexura.structure.plan import Plan, plan_of
-
-Array = NDArray[np.float64]
 
 Method = Literal["craig_bampton", "rubin"]
 

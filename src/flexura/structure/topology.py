@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from flexura.errors import ModelError, OptionError, Problem
@@ -19,8 +18,6 @@ from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.structure.part import Part
 from flexura.structure.slots import Index
-
-Array = NDArray[np.float64]
 
 
 @dataclass

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     pass
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 WORTH = 0.01
 """Share of a channel's largest response that may be neglected without a warning."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
@@ -17,8 +16,6 @@ from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.residual_modes import with_residual_modes
 from flexura.systems.state_space import StateSpace
 from flexura.systems.system import System
-
-Array = NDArray[np.float64]
 
 
 @verb

@@ -104,26 +104,6 @@ def mesh_mass(mesh: SolidMesh) -> MassProperties:
     return MassProperties(mass, centre, np.trace(second) * np.eye(3) - second, volume)
 
 
-def stresses(mesh: SolidMesh, u: Array) -> dict[str, Array]:
-    """Stresses xx yy zz yz zx xy, Pa, (cells, places, 6) by kind for displacements u (3 points,), m.
-
-    The places are those of the Gauss rule with two points per direction, where hexahedra give stresses best (Barlow
-    1976).
-    """
-    found = {kind: np.zeros((len(cells), len(quadrature(kind, 2)[1]), 6)) for kind, cells in mesh.cells.items()}
-    for batch in _batches(mesh):
-        D, _ = _gradients(batch, quadrature(batch.kind, 2)[0])
-        cells = mesh.cells[batch.kind][batch.chosen]
-        slope = np.einsum("cqin,cnj->cqij", D, u.reshape(-1, 3)[cells], optimize=True)
-        material = mesh.cell_materials[batch.kind][batch.chosen]
-        E, nu = (np.array([getattr(m, key) for m in mesh.materials])[material][:, None] for key in ("E", "nu"))
-        strain = slope + np.swapaxes(slope, -1, -2)
-        pressure = E * nu / ((1 + nu) * (1 - 2 * nu)) * np.einsum("cqii->cq", strain) / 2
-        stress = (E / (2 * (1 + nu)))[..., None, None] * strain + pressure[..., None, None] * np.eye(3)
-        found[batch.kind][batch.chosen] = stress[..., (0, 1, 2, 1, 2, 0), (0, 1, 2, 2, 0, 1)]
-    return found
-
-
 def _check(mesh: SolidMesh) -> None:
     if not mesh.cells or not all(len(cells) for cells in mesh.cells.values()):
         raise OptionError("a solid mesh needs at least one cell of every kind it lists")

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError, Problem
@@ -25,7 +25,6 @@ from flexura.solid.geometry.members import MemberSolid
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.plan import one_design
 
-Array = NDArray[np.float64]
 Members = Mapping[str, Link | Flexure]
 
 

@@ -209,10 +209,6 @@ class Joints:
     tied: NDArray[np.bool_]
     fused: NDArray[np.bool_]
 
-    def tied_names(self, members: Sequence[MemberSolid]) -> tuple[str, ...]:
-        """Names of the tied end faces, such as `branch1.hinge start`."""
-        return tuple(f"{members[k].name} {ENDS[end]}" for k, end in np.argwhere(self.tied))
-
 
 def joints(model: FullOrderModel, members: Sequence[MemberSolid]) -> Joints:
     """Find which members are fused where they meet.

@@ -1,4 +1,4 @@
-"""CalculiX as a second solver: meshes written as input decks, frequencies and matrices read back.
+"""CalculiX as a second solver: meshes written as input decks, matrices read back.
 
 CalculiX (Dhondt and Wittig) is a program of its own, run in a temporary folder. Stiffness and the mass of C3D20 are
 integrated as in `elastic_matrices` for affine cells. The mass of C3D10 is integrated at the 4 points of the stiffness
@@ -37,42 +37,21 @@ INSTALL = "install CalculiX, on Debian and Ubuntu by `apt-get install calculix-c
 def write_calculix(
     mesh: SolidMesh,
     path: str | Path,
-    n: int = 6,
     *,
     fixed: Sequence[str] = (),
     rigid: Mapping[str, ArrayLike] | None = None,
-    matrices: bool = False,
 ) -> Path:
-    """Write a deck that asks for the `n` lowest modes, or with `matrices` for K and M; SI units.
+    """Write a deck that asks for K and M; SI units.
 
     All points of the sets `fixed` are held; those of each set of `rigid` follow a reference point (3,), m, rigidly, of
     two further nodes for its translation and rotation. Raises OptionError for hexahedron27, for which CalculiX has no
     element, and for unknown sets.
     """
     lines = [*_mesh_lines(mesh), *_set_lines(mesh, fixed, rigid or {})]
-    lines += ["*STEP", "*FREQUENCY" + (",SOLVER=MATRIXSTORAGE" if matrices else ""), str(n), "*END STEP", ""]
+    lines += ["*STEP", "*FREQUENCY,SOLVER=MATRIXSTORAGE", "6", "*END STEP", ""]
     with complete_file(path) as temporary:
         temporary.write_text("\n".join(lines))
     return Path(path)
-
-
-def calculix_frequencies(
-    mesh: SolidMesh,
-    n: int = 6,
-    *,
-    fixed: Sequence[str] = (),
-    rigid: Mapping[str, ArrayLike] | None = None,
-    timeout: float = 600.0,
-    program: str = "ccx",
-) -> Array:
-    """The `n` lowest natural frequencies (n,), Hz, by CalculiX; arguments as in `write_calculix`.
-
-    Raises OptionError when the program is not installed, and SolverError when it fails or takes longer than `timeout`.
-    """
-    with scratch_folder() as folder:
-        deck = write_calculix(mesh, folder / "solid.inp", n, fixed=fixed, rigid=rigid)
-        run_calculix(deck, timeout, program)
-        return read_frequencies(deck.with_suffix(".dat"))[:n]
 
 
 def calculix_matrices(
@@ -85,10 +64,11 @@ def calculix_matrices(
 ) -> StoredMatrices:
     """K and M of a mesh by CalculiX, to some 14 digits; nodes are its points, from 1 on, then references of `rigid`.
 
-    Arguments and errors as in `calculix_frequencies`.
+    Arguments as in `write_calculix`. Raises OptionError when the program is not installed, and SolverError when it
+    fails or takes longer than `timeout`.
     """
     with scratch_folder() as folder:
-        deck = write_calculix(mesh, folder / "solid.inp", fixed=fixed, rigid=rigid, matrices=True)
+        deck = write_calculix(mesh, folder / "solid.inp", fixed=fixed, rigid=rigid)
         run_calculix(deck, timeout, program)
         stored = read_calculix(deck)
     sets = {name: points + 1 for name, points in mesh.point_sets.items()}
@@ -102,7 +82,7 @@ def need_program(program: str = "ccx") -> None:
 
 
 def run_calculix(deck: Path, timeout: float = 600.0, program: str = "ccx") -> str:
-    """Run a deck in its own folder and return what the program says. Errors as in `calculix_frequencies`."""
+    """Run a deck in its own folder and return what the program says. Errors as in `calculix_matrices`."""
     need_program(program)
     try:
         done = subprocess.run(
@@ -115,26 +95,6 @@ def run_calculix(deck: Path, timeout: float = 600.0, program: str = "ccx") -> st
         told = " ".join(wrong) or done.stderr.strip()[-300:] or f"it ended with code {done.returncode}"
         raise SolverError(f"CalculiX failed: {told}")
     return done.stdout
-
-
-def read_frequencies(path: str | Path) -> Array:
-    """Natural frequencies, Hz, ascending, from the table of eigenvalues of a .dat file; unstable modes are below zero.
-
-    Raises SolverError when there is no such table.
-    """
-    found: list[float] = []
-    inside = False
-    for line in Path(path).read_text().splitlines():
-        if "E I G E N V A L U E" in line:
-            inside = True
-        elif inside and "P A R T I C I P A T I O N" in line:
-            break
-        elif inside and len(line.split()) == 5 and line.split()[0].isdigit():
-            _, eigenvalue, _, cycles, imaginary = (float(text) for text in line.split())
-            found.append(cycles if eigenvalue >= 0 else -abs(imaginary) / (2 * np.pi))
-    if not found:
-        raise SolverError(f"{path} holds no eigenvalues")
-    return np.sort(found)
 
 
 def _mesh_lines(mesh: SolidMesh) -> list[str]:

@@ -18,7 +18,6 @@ from flexura.modelfile.superelements import unit_factors
 from flexura.solid.interchange.deck import read_deck
 from flexura.solid.interchange.stored import SYMMETRIC, StoredMatrices
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 STORED = (".sti", ".mas", ".dof")

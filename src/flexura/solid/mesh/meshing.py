@@ -1,8 +1,8 @@
-"""Meshes of a mechanism's members, piece by piece."""
+"""Meshes of members, or of fused ones as one piece."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from types import ModuleType
 from typing import NamedTuple
 
@@ -13,13 +13,12 @@ from flexura.errors import OptionError, SolverError
 from flexura.solid.geometry import occ
 from flexura.solid.geometry.contours import Outline
 from flexura.solid.geometry.figures import GROWTH, swept
-from flexura.solid.geometry.members import ENDS, MemberSolid, joints, normalised, solids
+from flexura.solid.geometry.members import ENDS, MemberSolid, normalised
 from flexura.solid.geometry.occ import MILLIMETRE
 from flexura.solid.mesh.blocks import section_mesh, shape_cells, stations
 from flexura.solid.mesh.shape_functions import quadrature, shape_of
 from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
 from flexura.solid.mesh.sweep import EDGES, swept_cells, turned
-from flexura.structure.full_order import FullOrderModel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -60,45 +59,8 @@ def group_mesh(
     cut short at equal volume where members are not mapped. Raises OptionError for other sizes than 0.05 to 5 and when
     about more than `limit` points would be needed, and SolverError when a mesh is not that of its solid.
     """
-    _check_size([members], size, hexahedra, limit)
-    return _joined([_piece(normalised(members), size, hexahedra)], [members])
-
-
-def solid_mesh(
-    model: FullOrderModel,
-    size: float = 1.0,
-    only: str | None = None,
-    limit: int = LIMIT,
-    *,
-    hexahedra: bool = True,
-) -> SolidMesh:
-    """Mesh the members, or those of the instance or member with the path `only`, piece by piece (`group_mesh`).
-
-    Pieces that are equal but for their place, size and metal are meshed once. Raises errors as `group_mesh` does, and
-    ModelError when members intersect.
-    """
-    members = solids(model, only)
-    groups = [[members[k] for k in group] for group in joints(model, members).groups]
-    _check_size(groups, size, hexahedra, limit)
-    occ.check_intersections(members)
-    known: dict[Hashable, Piece] = {}
-    pieces = []
-    for group in groups:
-        own = normalised(group)
-        key = tuple(member.key for member in own)
-        if key not in known:
-            known[key] = _piece(own, size, hexahedra)
-        pieces.append(known[key])
-    return _joined(pieces, groups)
-
-
-def estimate_points(
-    model: FullOrderModel, size: float = 1.0, only: str | None = None, *, hexahedra: bool = True
-) -> int:
-    """About how many points `solid_mesh` would make. Raises OptionError as `solids` does."""
-    members = solids(model, only)
-    groups = joints(model, members).groups
-    return round(sum(_estimate([members[k] for k in group], size, hexahedra) for group in groups))
+    _check_size(members, size, hexahedra, limit)
+    return _placed(_piece(normalised(members), size, hexahedra), members)
 
 
 def _check_webs(group: Sequence[MemberSolid]) -> None:
@@ -114,14 +76,14 @@ def _check_webs(group: Sequence[MemberSolid]) -> None:
             )
 
 
-def _check_size(groups: Sequence[Sequence[MemberSolid]], size: float, hexahedra: bool, limit: int) -> None:
+def _check_size(group: Sequence[MemberSolid], size: float, hexahedra: bool, limit: int) -> None:
     if not 0.05 <= size <= 5:
         raise OptionError(f"size = {size!r}: the relative size of cells lies between 0.05 and 5")
-    estimate = sum(_estimate(group, size, hexahedra) for group in groups)
+    estimate = estimated_points(group, size, hexahedra)
     if estimate > limit:
         raise OptionError(
-            f"{groups[0][0].name}{' and others' if len(groups) + len(groups[0]) > 2 else ''}: about {estimate:.2g} "
-            f"points would be needed, more than {limit}; raise size or limit, or mesh one instance with only"
+            f"{group[0].name}{' and others' if len(group) > 1 else ''}: about {estimate:.2g} points would be needed, "
+            f"more than {limit}; raise size"
         )
 
 
@@ -222,7 +184,7 @@ def _wanted(shape: Outline, local: Array, size: float) -> Array:
     return size * _own_size(shape, x) + GROWTH * away
 
 
-def _estimate(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> float:
+def estimated_points(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> float:
     """About how many points a piece will have."""
     if len(group) == 1 and hexahedra:
         shape = group[0].shape
@@ -281,34 +243,24 @@ def _straightened(points: Array, cells: Index) -> Array:
     return points
 
 
-def _joined(pieces: Sequence[Piece], groups: Sequence[Sequence[MemberSolid]]) -> SolidMesh:
-    """Normalised pieces in the places of their groups as one mesh with its materials, members and end faces."""
-    materials = tuple(dict.fromkeys(member.material for group in groups for member in group))
-    points: list[Array] = []
-    cells: dict[str, list[Index]] = {}
-    kinds: dict[str, list[Index]] = {}
-    names: dict[str, list[str]] = {}
+def _placed(piece: Piece, group: Sequence[MemberSolid]) -> SolidMesh:
+    """A normalised piece in the place of its group, with its materials, members and end faces."""
+    materials = tuple(dict.fromkeys(member.material for member in group))
+    kind = _KINDS[piece.cells.shape[1]]
+    points = group[0].placed(group[0].length * piece.points)
     sets: dict[str, Index] = {}
-    first = 0
-    for piece, group in zip(pieces, groups, strict=True):
-        kind = _KINDS[piece.cells.shape[1]]
-        points.append(group[0].placed(group[0].length * piece.points))
-        cells.setdefault(kind, []).append(piece.cells + first)
-        kinds.setdefault(kind, []).append(np.array([materials.index(m.material) for m in group])[piece.owner])
-        names.setdefault(kind, []).extend(group[k].name for k in piece.owner)
-        for member in group:
-            near = 1e-6 * max(member.length, float(member.outline.y.max()))
-            for end, word in enumerate(ENDS):
-                on = np.flatnonzero(member.on_end(end, points[-1], near))
-                if not len(on):
-                    raise SolverError(f"no point of the mesh lies on the face {member.name} {word}; try a smaller size")
-                sets[f"{member.name} {word}"] = on + first
-        first += len(piece.points)
+    for member in group:
+        near = 1e-6 * max(member.length, float(member.outline.y.max()))
+        for end, word in enumerate(ENDS):
+            on = np.flatnonzero(member.on_end(end, points, near))
+            if not len(on):
+                raise SolverError(f"no point of the mesh lies on the face {member.name} {word}; try a smaller size")
+            sets[f"{member.name} {word}"] = on
     return SolidMesh(
-        np.concatenate(points),
-        {kind: np.concatenate(own) for kind, own in cells.items()},
-        {kind: np.concatenate(own) for kind, own in kinds.items()},
+        points,
+        {kind: piece.cells},
+        {kind: np.array([materials.index(member.material) for member in group])[piece.owner]},
         materials,
         sets,
-        {kind: tuple(own) for kind, own in names.items()},
+        {kind: tuple(group[k].name for k in piece.owner)},
     )

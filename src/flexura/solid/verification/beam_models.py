@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.doubts import corrected
 from flexura.errors import FlexuraError, OptionError
@@ -21,7 +20,6 @@ from flexura.reduction.certificate import full_order_modes, low_order_modes
 from flexura.solid.fem.parts import as_beams, with_solid_parts
 from flexura.structure import FullOrderModel, assemble
 
-Array = NDArray[np.float64]
 Solve = Callable[[FullOrderModel, int], Solution]
 Described = Literal["plain", "corrected", "as described"]
 

@@ -12,7 +12,6 @@ from flexura.testing.identification.residues import Fit
 from flexura.testing.measurement.identified import responses
 from flexura.testing.measurement.response_matrices import ResponseMatrix
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 CARRIED, CARRIED_EACH = 30.0, 5.0
