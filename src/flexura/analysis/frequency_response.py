@@ -31,6 +31,7 @@ from flexura.systems.band import (
     resonance_limits,
     truncation_limits,
 )
+from flexura.systems.channel import response_columns, unit_of_response
 from flexura.systems.remainder import stiffening
 from flexura.systems.system import as_quantity
 
@@ -104,12 +105,9 @@ class FrequencyResponse(Tabular):
 
     def unit(self, output: str, input: str) -> str:
         """Unit of a response, e.g. `m/N`."""
-        units = {(c.name, k): c.unit for k, channels in enumerate((self.outputs, self.inputs)) for c in channels}
-        above, below = units[output, 0], units[input, 1]
-        if above == below:
-            return "1"
-        above, below = (f"({u})" if compound & set(u) else u for u, compound in ((above, {"/"}), (below, {"*", "/"})))
-        return f"{above}/{below}"
+        known = ({c.name: c for c in channels} for channels in (self.outputs, self.inputs))
+        out, into = (own[name] for own, name in zip(known, (output, input), strict=True))
+        return unit_of_response(out, into)
 
     def _data(self) -> dict[str, Any]:
         return {
@@ -126,13 +124,7 @@ class FrequencyResponse(Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """Frequency, then magnitude and phase of every pair."""
-        columns = {"frequency [Hz]": self.frequency_hz}
-        for out in self.outputs:
-            for into in self.inputs:
-                H, pair = self.of(out.name, into.name), f"{out.name} / {into.name}"
-                columns[f"{pair} [{self.unit(out.name, into.name)}]"] = np.abs(H)
-                columns[f"phase of {pair} [deg]"] = np.degrees(np.angle(H))
-        return columns
+        return response_columns(self.frequency_hz, self.response, self.inputs, self.outputs)
 
 
 @verb

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, Strict, print_json, read
+from flexura.cli.options import File, Json, Settings, Strict, print_result, read
 from flexura.cli.tables import console_of_width
 from flexura.errors import OptionError
 
@@ -118,15 +118,7 @@ def calibrate_command(
 
         written.append(save_calibration(result, plot))
     if as_json:
-        extra: dict[str, Any] = {"files": [str(path) for path in written]}
-        if sampled is not None:
-            extra["sampled"] = {
-                "effective_draws": sampled.effective,
-                "r_hat": sampled.r_hat,
-                "acceptance": sampled.acceptance,
-                "intervals": {n: list(map(float, i)) for n, i in zip(result.values, sampled.interval, strict=True)},
-            }
-        print_json(result.to_dict() | extra)
+        print_result(result.to_dict() | ({} if sampled is None else {"sampled": sampled.to_dict()}), written)
         return
     print_calibration(result)
     if sampled is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, named, print_json, read, seconds_of
+from flexura.cli.options import File, Json, Settings, named, print_result, read, seconds_of
 from flexura.cli.progress import steps_shown
 from flexura.cli.tables import console_of_width
 
@@ -47,7 +47,7 @@ def compare_command(
         interrupted = True
         done = None if done is None else done.ended(names, "interrupted before it was done")
     if done is not None and as_json:
-        print_json(done.to_dict())
+        print_result(done.to_dict())
     elif done is not None:
         print_comparison(done)
     if interrupted:

@@ -20,7 +20,7 @@ from flexura.cli.options import (
     Settings,
     band_of,
     picked,
-    print_json,
+    print_result,
     quantity_of,
     read,
 )
@@ -92,7 +92,7 @@ def correlate_command(
 
         written = save_correlation(result, plot)
     if as_json:
-        print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
+        print_result(result.to_dict(), written)
     else:
         print_correlation(result, written)
 
@@ -120,7 +120,7 @@ def place_sensors_command(
 
         written = save_figures({"sensors.png": draw_sensors(result)}, plot)
     if as_json:
-        print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
+        print_result(result.to_dict(), written)
     else:
         print_placement(result, written)
 

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, print_json, read
+from flexura.cli.options import File, Json, Settings, print_json, print_result, read
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def check_command(
 
         pictures = save_doubts(assemble(mechanism, parameters), report, plot)
     if as_json:
-        print_json(report.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
+        print_result(report.to_dict(), pictures)
     else:
         print_check(report, pictures)
 

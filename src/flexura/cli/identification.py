@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, picked, print_json
+from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, picked, print_result
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def identify_command(
 
         written = save_identification(result, measurement, plot)
     if as_json:
-        print_json(result.to_dict() | ({"pictures": [str(p) for p in written]} if plot is not None else {}))
+        print_result(result.to_dict(), written)
     else:
         print_identified(result, written)
 

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Channels, Json, band_of, print_json, quantity_of
+from flexura.cli.options import Channels, Json, band_of, print_result, quantity_of
 from flexura.cli.tables import console_of_width
 
 
@@ -56,24 +56,11 @@ def estimate_frf_command(
         accept=accept or (),
     )
     written = [] if out is None else [write_measurement(Measurement(measurement.name, (), frfs), out)]
-    rows = [
-        {
-            "setup": f.setup,
-            "inputs": [c.name for c in f.inputs],
-            "outputs": [c.name for c in f.outputs],
-            "lines": len(f.frequency_hz),
-            "from_hz": float(f.frequency_hz[0]),
-            "to_hz": float(f.frequency_hz[-1]),
-            "averages": f.averages,
-            "median_coherence": None if f.coherence is None else sorted(f.coherence.ravel())[f.coherence.size // 2],
-            "decay": f.decay,
-            "notes": list(f.notes),
-        }
-        for f in frfs
-    ]
+    estimated = Measurement(measurement.name, measurement.recordings, frfs, measurement.notes).to_dict()
     if as_json:
-        print_json({"name": measurement.name, "responses": rows, "files": [str(p) for p in written]})
+        print_result(estimated, written)
         return
+    rows = estimated["responses"]
     console = console_of_width()
     console.print(f"{measurement.name}: {len(measurement.recordings)} records", style="bold", markup=False)
     table = Table("setup", "inputs", "outputs", "lines", "Hz", "averages", "coherence", box=None, pad_edge=False)

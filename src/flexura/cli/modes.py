@@ -23,7 +23,7 @@ from flexura.cli.options import (
     gravity_of,
     limit_of,
     loads_of,
-    print_json,
+    print_result,
     read,
 )
 from flexura.cli.tables import console_of_width, print_warnings
@@ -95,7 +95,7 @@ def modes_command(
 
         pictures = save_modes(result, plot)
     if as_json:
-        print_json(result.to_dict() | ({"pictures": [str(p) for p in pictures]} if plot else {}))
+        print_result(result.to_dict(), pictures)
     else:
         print_modes(result, pictures)
 
@@ -122,7 +122,7 @@ def buckling_command(
         state.raise_warnings()
     data = state.to_dict(n)
     if as_json:
-        print_json(data)
+        print_result(data)
     else:
         print_preload(data)
 

@@ -7,7 +7,7 @@ import math
 import re
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from pathlib import Path
@@ -123,6 +123,12 @@ def settings_of(mechanism: Any, settings: list[str] | None) -> dict[str, float]:
 def print_json(data: Any) -> None:
     """Print one JSON document."""
     sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+
+
+def print_result(data: dict[str, Any], written: Iterable[Path] = ()) -> None:
+    """Print what the `to_dict` of a result gives, with the `files` that were written where there are any."""
+    files = [str(path) for path in written]
+    print_json(data | ({"files": files} if files else {}))
 
 
 @contextmanager

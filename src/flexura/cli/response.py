@@ -25,7 +25,7 @@ from flexura.cli.options import (
     gravity_of,
     hertz_of,
     loads_of,
-    print_json,
+    print_result,
     quantity_of,
     read,
     seconds_of,
@@ -89,7 +89,7 @@ def statics_command(
     if strict:
         result.raise_warnings()
     if as_json:
-        print_json(result.to_dict(node))
+        print_result(result.to_dict(node))
     else:
         print_statics(result, node or list(loads))
 
@@ -113,7 +113,7 @@ def kinetostatics_command(
     if strict:
         result.raise_warnings()
     if as_json:
-        print_json(result.to_dict())
+        print_result(result.to_dict())
     else:
         print_kinetostatics(mechanism.name, result)
 
@@ -164,7 +164,7 @@ def frequency_response_command(
             figures["matrix.png"] = draw_response_matrix(result)
         written += _save(figures, plot)
     if as_json:
-        print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
+        print_result(result.to_dict(), written)
     else:
         print_frequency_response(result, written)
 
@@ -244,7 +244,7 @@ def time_response_command(
 
         written += _save({"time.png": draw_time(result)}, plot)
     if as_json:
-        print_json(result.to_dict() | ({"files": [str(p) for p in written]} if written else {}))
+        print_result(result.to_dict(), written)
     else:
         print_time_response(result, written)
 

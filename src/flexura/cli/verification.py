@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, print_json, settings_of
+from flexura.cli.options import File, Json, Settings, print_result, settings_of
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def verify_command(
 
         written += save_verification(done, plot)
     if done is not None and as_json:
-        print_json(done.to_dict() | {"files": [str(path) for path in written]})
+        print_result(done.to_dict(), written)
     elif done is not None:
         print_verification(done, written)
     if interrupted:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, print_json, read
+from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, print_result, read
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def virtual_test_command(
     if as_json:
         known = {} if beside is None else beside.by_number
         more = {} if beside is None else {"measured_hz": [known.get(n) for n in range(1, max(known) + 1)]}
-        print_json(result.to_dict() | more | {"files": [str(p) for p in written]})
+        print_result(result.to_dict() | more, written)
     else:
         print_virtual_test(result, written, beside)
 

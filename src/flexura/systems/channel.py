@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
 
+import numpy as np
+
 from flexura.errors import OptionError
 from flexura.mechanism.layout import is_pattern
 
@@ -54,6 +56,28 @@ class Channel:
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
         return {**asdict(self), "unit": self.unit}
+
+
+def unit_of_response(output: Channel, input: Channel) -> str:
+    """Unit of an output per input, e.g. `m/N`; `1` where both have the same."""
+    above, below = output.unit, input.unit
+    if above == below:
+        return "1"
+    above = f"({above})" if "/" in above else above
+    return f"{above}/({below})" if {"*", "/"} & set(below) else f"{above}/{below}"
+
+
+def response_columns(
+    frequency_hz: Any, response: Any, inputs: Sequence[Channel], outputs: Sequence[Channel]
+) -> dict[str, Any]:
+    """Columns of responses (f, p, m): frequency, then magnitude with its unit and phase of every pair."""
+    columns = {"frequency [Hz]": frequency_hz}
+    for i, out in enumerate(outputs):
+        for j, into in enumerate(inputs):
+            pair = f"{out.name} / {into.name}"
+            columns[f"{pair} [{unit_of_response(out, into)}]"] = np.abs(response[:, i, j])
+            columns[f"phase of {pair} [deg]"] = np.degrees(np.angle(response[:, i, j]))
+    return columns
 
 
 def matched(names: Iterable[str], known: Sequence[str]) -> dict[str, list[str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from flexura.modal.criteria import largest_motion, mac, orthogonality, space_mac
 from flexura.modal.mode_pairing import CLOSE, ModePairing
 from flexura.reduction import LowOrderModel
 from flexura.reduction.certificate import full_order_modes, low_order_modes
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.testing.correlation.expansion import Expansion, ReducedMass, sensor_mass, serep
 from flexura.testing.correlation.faulty_channels import checked_pairing
@@ -78,8 +79,8 @@ class ModePair:
     expansion_error: float
 
 
-@dataclass(frozen=True)
-class Correlation:
+@dataclass(frozen=True, repr=False)
+class Correlation(Tabular):
     """A test against a model of the mechanism.
 
     Shapes at the q matched sensors: `test_shapes` (q, n) complex, `model_shapes` (q, k), rotations times `reach`, m.
@@ -131,36 +132,49 @@ class Correlation:
         own = {int(k) + 1 for k in np.flatnonzero(self.model_hz <= self.test_hz.max(initial=0.0))}
         return tuple(sorted(own - {p.model for p in self.pairs}))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the shapes over the mechanism, as plain data for JSON."""
+    def _data(self) -> dict[str, Any]:
+        """Everything but the shapes over the mechanism."""
         numbers = ("test_hz", "test_damping", "model_hz", "mac", "auto_mac_test", "auto_mac_model")
         tables = ("self_orthogonality", "cross_orthogonality")
         return {
             "mechanism": self.name,
             "test": self.test_name,
-            "pairs": [asdict(pair) for pair in self.pairs],
-            "unpaired_test": list(self.unpaired_test),
-            "unpaired_model": list(self.unpaired_model),
+            "pairs": self.pairs,
+            "unpaired_test": self.unpaired_test,
+            "unpaired_model": self.unpaired_model,
             "channels": [
                 {
                     "name": m.channel.name,
                     "node": m.node,
                     "how": m.how,
                     "distance": m.distance,
-                    "gain": _finite(g),
+                    "gain": g,
                     "used": u,
                 }
-                for m, g, u in zip(self.matched, self.gain, self.used.tolist(), strict=True)
+                for m, g, u in zip(self.matched, self.gain, self.used, strict=True)
             ],
             "unmatched": [
                 {"name": u.channel.name, "reason": u.reason, "nearest": u.nearest, "distance": u.distance}
                 for u in self.unmatched
             ],
-            **{name: getattr(self, name).tolist() for name in (*numbers, *tables)},
-            "comac": [_finite(c) for c in self.comac],
+            **{name: getattr(self, name) for name in (*numbers, *tables)},
+            "comac": self.comac,
             "reduced_mass": self.reduced_mass,
-            "frac": [{"setup": o.measured.setup, "frac": o.frac.tolist()} for o in self.frfs],
-            "notes": list(self.notes),
+            "frac": [{"setup": o.measured.setup, "frac": o.frac} for o in self.frfs],
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each pair of modes."""
+        own = self.pairs
+        return {
+            "test mode": [p.test for p in own],
+            "model mode": [p.model for p in own],
+            "test frequency [Hz]": [p.test_hz for p in own],
+            "model frequency [Hz]": [p.model_hz for p in own],
+            "relative error": [p.error for p in own],
+            "damping ratio": [p.damping_ratio for p in own],
+            "mac": [p.mac for p in own],
+            "space mac": [p.space_mac for p in own],
         }
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.results import Tabular
 from flexura.testing.measurement.channels import MeasuredChannel
 
 Array = NDArray[np.float64]
@@ -66,8 +67,8 @@ class Poles:
     stable: NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class IdentifiedModes:
+@dataclass(frozen=True, repr=False)
+class IdentifiedModes(Tabular):
     """Modes of a test: `poles` (n,), rad/s, ascending in frequency, with `shapes` (p, n) and `participation` (m, n).
 
     The residue of mode r from input j to output i is shapes[i, r] participation[j, r]. Shapes are displacements.
@@ -78,6 +79,8 @@ class IdentifiedModes:
     With several setups, `setups` has the modes of each, whose frequencies differ as their sensors' masses do, and
     `poles` are weighted means.
     """
+
+    _shown = ("name", "setup", "frequency_hz", "outputs")
 
     name: str
     poles: Complex
@@ -121,27 +124,35 @@ class IdentifiedModes:
         s = 2j * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
         return responses(s, self.poles, self.shapes, self.participation, self.lower, self.upper)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but diagrams as plain data, complex numbers as two lists."""
-        shapes = {"shapes_real": self.shapes.real.tolist(), "shapes_imaginary": self.shapes.imag.tolist()}
-        part = self.participation
-        turn = {"participation_real": part.real.tolist(), "participation_imaginary": part.imag.tolist()}
+    def _data(self) -> dict[str, Any]:
+        """Everything but diagrams."""
         return {
             "name": self.name,
             "setup": self.setup,
-            "frequency_hz": self.frequency_hz.tolist(),
-            "angular_frequency": np.abs(self.poles).tolist(),
-            "damping_ratio": self.damping_ratio.tolist(),
-            **shapes,
-            "real_shapes": self.real_shapes.tolist(),
-            **turn,
-            "scaling": list(self.scaling),
-            "inputs": [_plain(c) for c in self.inputs],
-            "outputs": [_plain(c) for c in self.outputs],
-            "evidence": [{k: _finite(v) for k, v in vars(e).items()} for e in self.evidence],
+            "frequency_hz": self.frequency_hz,
+            "angular_frequency": np.abs(self.poles),
+            "damping_ratio": self.damping_ratio,
+            "shapes": self.shapes,
+            "real_shapes": self.real_shapes,
+            "participation": self.participation,
+            "scaling": self.scaling,
+            "inputs": self.inputs,
+            "outputs": self.outputs,
+            "evidence": self.evidence,
             "synthesis_error": self.synthesis_error,
-            "setups": [own.to_dict() for own in self.setups],
-            "notes": list(self.notes),
+            "setups": self.setups,
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "mode": np.arange(1, len(self.poles) + 1),
+            "frequency [Hz]": self.frequency_hz,
+            "damping ratio": self.damping_ratio,
+            "confidence": self.confidence,
+            "frequency spread": [e.frequency_spread for e in self.evidence],
+            "damping spread": [e.damping_spread for e in self.evidence],
+            "modal phase collinearity": [e.modal_phase_collinearity for e in self.evidence],
+            "mean phase deviation [deg]": [e.mean_phase_deviation_deg for e in self.evidence],
         }
 
 

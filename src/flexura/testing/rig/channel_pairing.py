@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody
 from flexura.mechanism.evaluation import evaluated, parameter_values
 from flexura.mechanism.placement import rotation_matrix
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.structure.slots import Index
 from flexura.systems.placed import DERIVATIVE, Placement
@@ -58,14 +60,17 @@ class UnmatchedChannel:
     distance: float | None = None
 
 
-@dataclass(frozen=True)
-class ChannelPairing:
+@dataclass(frozen=True, repr=False)
+class ChannelPairing(Tabular):
     """Channels of a test among the DOFs of a model.
 
     `rows` (q, n) give what the matched channels read, displacement or rotation, from a full-order DOF vector; `at` (q,)
     are their positions among all channels and `turns` (q,) tells those that read rotations. Sensors sit at `positions`
     (q, 3), m, and look along `directions` (q, 3); both are nan where a sensor of the description reads between nodes.
     """
+
+    _shown = ("matched", "unmatched")
+    _told = ("matched", "unmatched", "at", "turns", "positions", "directions")
 
     matched: tuple[ChannelMatch, ...]
     unmatched: tuple[UnmatchedChannel, ...]
@@ -75,6 +80,16 @@ class ChannelPairing:
     positions: Array
     directions: Array
     notes: tuple[str, ...] = ()
+
+    def _columns(self) -> dict[str, Any]:
+        """The matched channels."""
+        own = self.matched
+        return {
+            "channel": [m.channel.name for m in own],
+            "node": [m.node for m in own],
+            "how": [m.how for m in own],
+            "distance [m]": [m.distance for m in own],
+        }
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Exceeded, OptionError
 from flexura.mechanism.substructure import Mechanism
+from flexura.results import Tabular
 from flexura.testing.updating.markov_chain import Progress
 from flexura.testing.updating.misfit import Misfit
 from flexura.testing.updating.posterior import LEAST_GAIN, Direction, Sample, draw
@@ -68,8 +69,8 @@ class CalibratedMode:
         return self.calibrated_hz / self.measured_hz - 1
 
 
-@dataclass(frozen=True)
-class Calibration:
+@dataclass(frozen=True, repr=False)
+class Calibration(Tabular):
     """The outcome of a calibration: the `mechanism` with its new values, and how far these can be trusted.
 
     `also` are the other mechanisms that were calibrated with it. `directions` are combinations of parameters, best
@@ -89,13 +90,20 @@ class Calibration:
     residuals: int
     evaluations: int
     converged: bool
-    notes: tuple[str, ...]
     problem: Problem = field(repr=False)
     z: Array = field(repr=False)
     covariance: Array = field(repr=False)
     also: tuple[Mechanism, ...] = ()
     misfits: tuple[Misfit, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    warnings: tuple[Exceeded, ...] = ()
+
+    _shown = ("name", "method", "parameters", "chi_square")
+
+    @property
+    def name(self) -> str:
+        """Name of the first mechanism."""
+        return self.mechanism.name
 
     @property
     def values(self) -> dict[str, float]:
@@ -106,11 +114,6 @@ class Calibration:
     def unresolved(self) -> tuple[Direction, ...]:
         """Combinations of parameters that the data cannot tell."""
         return tuple(d for d in self.directions if d.information_gain < LEAST_GAIN)
-
-    def raise_warnings(self) -> None:
-        """Raise SolverError with all warnings, if there are any."""
-        if self.warnings:
-            raise SolverError("; ".join(self.warnings))
 
     def sample(self, draws: int = 1000, seed: int = 0, progress: Progress | None = None) -> Sample:
         """Draws of the posterior with the model itself, which check the Gaussian intervals (theory eq. K19).
@@ -131,34 +134,37 @@ class Calibration:
             return float(r @ r + z @ z) / 2
 
         bounds, values = own.unknown.z_bounds, own.unknown.values
-        return draw(self.z, self.covariance, bounds, cost, values, draws, seed, progress)
+        names = [p.name for p in self.parameters]
+        return draw(self.z, self.covariance, bounds, cost, values, names, draws, seed, progress)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the mechanism, as plain data for JSON; infinite numbers are None."""
+    def _data(self) -> dict[str, Any]:
+        """Everything but the mechanisms."""
+        return {
+            "name": self.name,
+            "also": [own.name for own in self.also],
+            "method": self.method,
+            "parameters": self.parameters,
+            "modes": [{**vars(m), "start_error": m.start_error, "error": m.error} for m in self.modes],
+            "directions": self.directions,
+            "correlation": self.correlation,
+            "chi_square": self.chi_square,
+            "start_chi_square": self.start_chi_square,
+            "residuals": self.residuals,
+            "evaluations": self.evaluations,
+            "converged": self.converged,
+            "misfits": self.misfits,
+        }
 
-        def plain(x: Any) -> Any:
-            if isinstance(x, dict):
-                return {k: plain(v) for k, v in x.items()}
-            if isinstance(x, list | tuple):
-                return [plain(v) for v in x]
-            return None if isinstance(x, float) and not np.isfinite(x) else x
-
-        return plain(
-            {
-                "name": self.mechanism.name,
-                "also": [own.name for own in self.also],
-                "method": self.method,
-                "parameters": [asdict(p) for p in self.parameters],
-                "modes": [{**asdict(m), "start_error": m.start_error, "error": m.error} for m in self.modes],
-                "directions": [asdict(d) for d in self.directions],
-                "correlation": self.correlation.tolist(),
-                "chi_square": self.chi_square,
-                "start_chi_square": self.start_chi_square,
-                "residuals": self.residuals,
-                "evaluations": self.evaluations,
-                "converged": self.converged,
-                "misfits": [m.to_dict() for m in self.misfits],
-                "warnings": list(self.warnings),
-                "notes": list(self.notes),
-            }
-        )
+    def _columns(self) -> dict[str, Any]:
+        """A row for each parameter, in the unit of its own."""
+        own = self.parameters
+        return {
+            "parameter": [p.name for p in own],
+            "unit": [p.unit for p in own],
+            "start [SI]": [p.start for p in own],
+            "value [SI]": [p.value for p in own],
+            "lower [SI]": [p.interval[0] for p in own],
+            "upper [SI]": [p.interval[1] for p in own],
+            "information gain": [p.information_gain for p in own],
+            "at bound": [p.at_bound for p in own],
+        }

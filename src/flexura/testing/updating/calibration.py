@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
 from flexura.arguments import verb
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism.substructure import Mechanism
 from flexura.sensitivity.variation import Order
 from flexura.structure import Plan
 from flexura.structure.plan import one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.testing.updating.configuration import Configuration, configurations
-from flexura.testing.updating.misfit import Misfit, misfits, widening
+from flexura.testing.updating.misfit import UNLIKELY, Misfit, misfits, widening
 from flexura.testing.updating.posterior import LEAST_GAIN, QUANTILE, Direction, covariance, directions
 from flexura.testing.updating.residuals import Problem
 from flexura.testing.updating.targets import ModalTarget, Target, targets_of
@@ -241,7 +241,7 @@ def _outcome(
         for k, name in enumerate(own.names)
     )
     modes = _modes(problem, z, start_modes)
-    warnings = _warnings(missed, converged)
+    warnings = _warnings(missed, None if converged else evaluations)
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = np.nan_to_num(cov / np.outer(deviation, deviation), nan=0.0)
     np.fill_diagonal(correlation, 1.0)
@@ -260,12 +260,12 @@ def _outcome(
         count,
         evaluations + problem.evaluations,
         converged,
-        tuple(notes),
         problem,
         z,
         cov,
         tuple(mechanisms[1:]),
         missed,
+        tuple(notes),
         tuple(warnings),
     )
 
@@ -303,18 +303,21 @@ def _modes(
     return tuple(found)
 
 
-def _warnings(missed: Sequence[Misfit], converged: bool) -> list[str]:
+def _warnings(missed: Sequence[Misfit], stopped: int | None) -> list[Exceeded]:
+    """What the data contradict, and that the search `stopped` after so many steps where it did not converge."""
     found = []
-    if not converged:
-        found.append("the search stopped before it converged: allow more steps, or start nearer")
+    if stopped is not None:
+        text = "the search stopped before it converged: allow more steps, or start nearer"
+        found.append(Exceeded("convergence", "", float(stopped), float(stopped), "1", text))
     for own in missed:
         if own.is_unlikely:
-            found.append(
+            text = (
                 f"the model misses the data: {own.kind} by {own.ratio:.2g} standard deviations where {own.spare:.2g} of"
                 f" {own.data} are to spare (probability {own.probability:.1g}): it lacks something that the freed"
                 " parameters cannot make up, or sigma is too small; intervals are widened for an error of that size,"
                 " not for one that the parameters have taken up"
             )
+            found.append(Exceeded("misfit", own.kind, own.probability, UNLIKELY, "1", text))
     return found
 
 

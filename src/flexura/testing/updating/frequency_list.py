@@ -17,6 +17,7 @@ from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError
 from flexura.files import read_text
 from flexura.modelfile.document import parse_any
+from flexura.results import Tabular
 from flexura.testing.measurement.channels import MeasuredChannel
 
 Array = NDArray[np.float64]
@@ -30,8 +31,8 @@ NOT_MEASURED = ("", "-", "\N{EN DASH}", "\N{EM DASH}")
 _NUMBER = re.compile(r"\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
 
 
-@dataclass(frozen=True)
-class MeasuredFrequencies:
+@dataclass(frozen=True, repr=False)
+class MeasuredFrequencies(Tabular):
     """Natural frequencies `frequency_hz` (n,), ascending, and their relative standard deviations `sigma` (n,).
 
     Nan in `sigma`: not known. `number` (n,) counts modes from 1; a number that is not there was not measured. `setups`
@@ -47,6 +48,10 @@ class MeasuredFrequencies:
     def __post_init__(self) -> None:
         if not len(self.number):
             object.__setattr__(self, "number", np.arange(1, len(self.frequency_hz) + 1))
+
+    def _columns(self) -> dict[str, Any]:
+        own = {"frequency [Hz]": self.frequency_hz, "relative standard deviation": self.sigma}
+        return {"mode": self.number, **own}
 
     @property
     def by_number(self) -> dict[int, float]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import ranked, turned
+from flexura.results import Tabular
 from flexura.testing.updating.markov_chain import Cost, Progress, effective_draws, metropolis, split_r_hat
 
 Array = NDArray[np.float64]
@@ -70,15 +72,19 @@ def covariance(J: Array, with_prior: bool) -> Array:
     return found
 
 
-@dataclass(frozen=True)
-class Sample:
-    """Draws of the posterior: `values` (chains, d, P) in SI, with their `mean` (P,) and 95 % `interval` (P, 2).
+@dataclass(frozen=True, repr=False)
+class Sample(Tabular):
+    """Draws of the posterior of the parameters `names`: `values` (chains, d, P) in SI, with their `mean` (P,) and 95 %
+    `interval` (P, 2).
 
     `effective` is the number of independent draws that they are worth for the worst of the parameters, and `r_hat` the
     largest potential scale reduction: above 1.05 chains do not tell the same yet. `acceptance` is the share of steps
     taken; `is_whole` is false when drawing was interrupted.
     """
 
+    _shown = ("names", "effective", "r_hat", "acceptance")
+
+    names: tuple[str, ...]
     values: Array
     effective: float
     r_hat: float
@@ -92,6 +98,22 @@ class Sample:
         """Whether the chains agree and are long enough for their intervals."""
         return self.r_hat < SETTLED and self.effective >= ENOUGH
 
+    def _data(self) -> dict[str, Any]:
+        """Everything but the draws."""
+        return {
+            "effective_draws": self.effective,
+            "r_hat": self.r_hat,
+            "acceptance": self.acceptance,
+            "is_whole": self.is_whole,
+            "means": dict(zip(self.names, self.mean, strict=True)),
+            "intervals": dict(zip(self.names, self.interval, strict=True)),
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each parameter."""
+        ends = {"lower [SI]": self.interval[:, 0], "upper [SI]": self.interval[:, 1]}
+        return {"parameter": self.names, "mean [SI]": self.mean, **ends}
+
 
 def draw(
     centre: Array,
@@ -99,6 +121,7 @@ def draw(
     bounds: tuple[Array, Array],
     cost: Cost,
     values: Callable[[Array], Array],
+    names: Sequence[str],
     count: int,
     seed: int,
     progress: Progress | None = None,
@@ -107,6 +130,7 @@ def draw(
     found = metropolis(centre, cov, bounds, cost, count, seed, progress)
     flat = values(found.z.reshape(-1, len(centre)))
     return Sample(
+        tuple(names),
         flat.reshape(found.z.shape),
         float(effective_draws(found.z).min()),
         float(split_r_hat(found.z).max()),

@@ -18,6 +18,7 @@ from flexura.mechanism.layout import is_pattern
 from flexura.mechanism.substructure import Mechanism
 from flexura.modal.criteria import largest_motion, mac
 from flexura.reduction.certificate import full_order_modes
+from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.slots import Index
 from flexura.systems.placed import Placement
@@ -39,8 +40,8 @@ ROUNDS = 100
 """Most exchanges of sensors."""
 
 
-@dataclass(frozen=True)
-class SensorPlacement:
+@dataclass(frozen=True, repr=False)
+class SensorPlacement(Tabular):
     """The chosen sensors and how well they tell the modes apart.
 
     `sensors` name DOFs or described sensors, the most important one first; `positions` and `directions` (k, 3), m;
@@ -49,6 +50,8 @@ class SensorPlacement:
     of the share of the information of all candidates that the chosen ones have; `mac` (n, n) the AutoMAC of the modes,
     and `condition` the condition number of their shapes, at the chosen sensors.
     """
+
+    _shown = ("name", "sensors", "information", "condition")
 
     name: str
     frequency_hz: Array
@@ -70,30 +73,34 @@ class SensorPlacement:
         """Largest MAC of two different modes at the chosen sensors."""
         return float((self.mac - np.eye(len(self.mac))).max(initial=0.0))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the model as plain data for JSON."""
+    def _data(self) -> dict[str, Any]:
+        """Everything but the model."""
         chosen = zip(self.sensors, self.positions, self.directions, self.turns, self.independence, strict=True)
         return {
             "mechanism": self.name,
-            "frequency_hz": self.frequency_hz.tolist(),
+            "frequency_hz": self.frequency_hz,
             "sensors": [
                 {
                     "name": name,
-                    "position": _plain(x),
-                    "direction": _plain(d),
-                    "rotation": bool(turn),
-                    "independence": float(own),
+                    "position": x,
+                    "direction": d,
+                    "rotation": turn,
+                    "independence": own,
                 }
                 for name, x, d, turn, own in chosen
             ],
             "information": self.information,
-            "mac": self.mac.tolist(),
+            "mac": self.mac,
             "worst_mac": self.worst_mac,
             "condition": self.condition,
             "candidates": len(self.candidates),
             "exchanges": self.exchanges,
-            "notes": list(self.notes),
         }
+
+    def _columns(self) -> dict[str, Any]:
+        """The sensors, the most important one first."""
+        places = {f"{axis} [m]": self.positions[:, k] for k, axis in enumerate("xyz")}
+        return {"sensor": self.sensors, **places, "rotation": self.turns, "independence": self.independence}
 
 
 @verb

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from flexura.mechanism.damping import Damping
 from flexura.modal.assignment import assignment, best_pairs
 from flexura.modal.criteria import mac, space_mac
 from flexura.modal.mode_pairing import pair_modes
+from flexura.results import Tabular
 from flexura.structure import Plan
 from flexura.systems import ModalSystem
 from flexura.testing.identification.identification import identify
@@ -76,8 +77,8 @@ class FoundMode:
         return self.identified_damping / self.damping_ratio - 1
 
 
-@dataclass(frozen=True)
-class VirtualTest:
+@dataclass(frozen=True, repr=False)
+class VirtualTest(Tabular):
     """A simulated modal test: the `measurement` with records and frequency responses, what was `identified` from it,
     and the truth, without sensors (`bare`) and in every placement (`mass_loaded`), up to half the sample rate.
 
@@ -97,19 +98,33 @@ class VirtualTest:
     seed: int
     notes: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but records and responses as plain data."""
-        own = [asdict(m) | {"error": m.error, "damping_error": m.damping_error} for m in self.modes]
+    def _data(self) -> dict[str, Any]:
+        """Everything but records and responses."""
+        own = [{**vars(m), "error": m.error, "damping_error": m.damping_error} for m in self.modes]
         return {
             "name": self.name,
-            "band": list(self.band),
+            "band": self.band,
             "seed": self.seed,
-            "placements": {k: list(v) for k, v in self.test.placed().items()},
+            "placements": self.test.placed(),
             "records": len(self.measurement.recordings),
             "modes": own,
-            "false_hz": list(self.false_hz),
-            "identified": None if self.identified is None else self.identified.to_dict(),
-            "notes": list(self.notes),
+            "false_hz": self.false_hz,
+            "identified": self.identified,
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        """What was found of each mode, beside the truth."""
+        own = self.modes
+        return {
+            "mode": [m.number for m in own],
+            "bare frequency [Hz]": [m.bare_hz for m in own],
+            "mass-loaded frequency [Hz]": [m.mass_loaded_hz for m in own],
+            "identified frequency [Hz]": [m.identified_hz for m in own],
+            "relative error": [m.error for m in own],
+            "damping ratio": [m.damping_ratio for m in own],
+            "identified damping ratio": [m.identified_damping for m in own],
+            "mac": [m.mac for m in own],
+            "confidence": [m.confidence for m in own],
         }
 
 
