@@ -10,10 +10,24 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
-from flexura.beam.dynamic import dynamic_beam, dynamic_stiffness
+from flexura.beam import UniformBeam, rigid_arm
+from flexura.beam.dynamic import dynamic_beam
 from flexura.linalg import count_below
 from flexura.structure.segments import Segments
+
+
+def end_stiffness(beam: UniformBeam, omega: float | complex) -> NDArray[np.float64]:
+    """The dynamic stiffness (..., 12, 12) of uniform beams over the displacements of both ends, in own axes, at an
+    angular frequency, rad/s: the usual form, which loses digits of the inertia of short beams."""
+    arm = np.zeros((*np.shape(beam.length), 3))
+    arm[..., 0] = -np.asarray(beam.length)
+    T = np.zeros((*arm.shape[:-1], 12, 12))
+    T[..., :6, :6], T[..., 6:, :6] = np.eye(6), -np.eye(6)
+    T[..., 6:, 6:] = rigid_arm(arm)
+    K = np.swapaxes(T, -1, -2) @ dynamic_beam(beam, omega**2).K @ T
+    return (K + np.swapaxes(K, -1, -2)) / 2
 
 
 class NodalStiffness:
@@ -26,7 +40,7 @@ class NodalStiffness:
 
     def matrix(self, omega: float | complex) -> Any:
         """K(omega) (n, n), sparse by columns, at an angular frequency, rad/s; complex for complex omega."""
-        k = dynamic_stiffness(self.own.beam, omega)[self.own.kind]
+        k = end_stiffness(self.own.beam, omega)[self.own.kind]
         k = np.swapaxes(self._transforms, -1, -2) @ k @ self._transforms
         K: Any = self._scatter.sparse([k.real]) + self.own.K - (omega**2) * self.own.M
         if np.iscomplexobj(k):

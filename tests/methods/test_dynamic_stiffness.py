@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 
 import flexura as fx
 from flexura.beam.dynamic import dynamic_beam
-from flexura.beam.dynamic import dynamic_stiffness as end_stiffness
 from flexura.beam.dynamic_series import BeamSeries
 from flexura.beam.uniform import UniformBeam
 from flexura.linalg import lowest
@@ -22,7 +21,7 @@ from flexura.methods.finite_elements import finite_elements
 from flexura.methods.member_shapes import inside_member
 from flexura.structure import assemble
 from flexura.structure.segments import segments
-from helpers.nodal_stiffness import NodalStiffness
+from helpers.nodal_stiffness import NodalStiffness, end_stiffness
 from helpers.stages import E, G, guide
 
 ROOT = Path(__file__).parents[2]

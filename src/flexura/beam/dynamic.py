@@ -110,17 +110,6 @@ def dynamic_beam(beam: UniformBeam, lam: float | complex) -> DynamicBeam:
     return piece
 
 
-def dynamic_stiffness(beam: UniformBeam, omega: float | complex) -> Array:
-    """The dynamic stiffness (..., 12, 12) of uniform beams over the displacements of both ends, in own axes, at an
-    angular frequency, rad/s: the usual form, which loses digits of the inertia of short beams."""
-    arm = np.zeros((*np.shape(beam.length), 3))
-    arm[..., 0] = -np.asarray(beam.length)
-    T = np.zeros((*arm.shape[:-1], 12, 12))
-    T[..., :6, :6], T[..., 6:, :6] = np.eye(6), -np.eye(6)
-    T[..., 6:, 6:] = rigid_arm(arm)
-    return _symmetric(np.swapaxes(T, -1, -2) @ dynamic_beam(beam, omega**2).K @ T)
-
-
 def radians(beam: UniformBeam, lam: float) -> NDArray[np.float64]:
     """Upper estimate (...) of the number of radians of the shortest wave along each beam."""
     L2 = beam.length**2

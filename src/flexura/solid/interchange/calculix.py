@@ -15,15 +15,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.errors import OptionError, SolverError
 from flexura.files import complete_file, scratch_folder
 from flexura.solid.interchange.readers import read_calculix
 from flexura.solid.interchange.stored import StoredMatrices
 from flexura.solid.mesh.solid_mesh import SolidMesh
-
-Array = NDArray[np.float64]
 
 ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
 """CalculiX's names of the cells it has; their points come in the same order."""
