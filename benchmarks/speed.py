@@ -30,6 +30,9 @@ import numpy as np
 import flexura
 from flexura.linalg import lowest
 from flexura.reduction.equal_branches import split
+from flexura.structure.assembler import full_order
+from flexura.structure.design import Design
+from flexura.structure.full_order import stiffness_and_mass
 
 ROOT = Path(__file__).parents[1]
 RPR = ROOT / "examples" / "rpr" / "rpr.yaml"
@@ -69,8 +72,7 @@ def single_design() -> None:
     webs = (3e-4 * (1 + 1e-4 * k) for k in count())
 
     def full() -> np.ndarray:
-        values = plan.values({"r_web": next(webs)})
-        K, M = plan.full_order(values, plan.geometry(values))
+        K, M = stiffness_and_mass(Design.of(plan, {"r_web": next(webs)}))
         return lowest(K, M, 6).values
 
     def low() -> np.ndarray:
@@ -83,16 +85,18 @@ def single_design() -> None:
     opensees(plan, low_ms)
     certified(plan, webs)
 
-    values = plan.values({"r_web": next(webs)})
-    geometry = plan.geometry(values)
-    report("full-order assembly of K and M, general", median_ms(lambda: plan.full_order(values, geometry), 200), "ms")
-    prepared = plan.full_order
-    prepared.prepare(geometry)
-    report(
-        "full-order assembly of K and M, prepared, from sizes", median_ms(lambda: prepared(values, geometry), 200), "ms"
-    )
-    K, M = plan.element_coefficients(values, geometry)
-    lumps = plan.lumps(values, geometry)
+    sizes = {"r_web": next(webs)}
+    values = plan.values(sizes)
+
+    def assembled() -> None:
+        stiffness_and_mass(Design.at(plan, values, sizes))
+
+    report("full-order assembly of K and M, general", median_ms(assembled, 200), "ms")
+    prepared, design = full_order(plan), Design.at(plan, values, sizes)
+    prepared.prepare(design)
+    report("full-order assembly of K and M, prepared, from sizes", median_ms(assembled, 200), "ms")
+    K, M = design.element_coefficients()
+    lumps = design.lumps()
     linear_ms = median_ms(lambda: prepared.from_coefficients(K, M, lumps), 200)
     report("full-order assembly of K and M, prepared, from element coefficients", linear_ms, "ms")
 

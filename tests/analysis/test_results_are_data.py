@@ -41,7 +41,7 @@ def loaded(mechanism) -> fx.Statics:
 # What makes each object of a mechanism, and numbers that are worked out with it.
 OBJECTS = {
     "Plan": (fx.Plan, lambda plan: fx.reduce(plan, tolerance=1e-3, modes=3).K),
-    "FullOrderModel": (fx.assemble, lambda model: [fx.reduce(model, keep=1).K, model.carried]),
+    "FullOrderModel": (fx.assemble, lambda model: [fx.reduce(model, keep=1).K, model.base_inertia_forces]),
     "LowOrderModel": (
         lambda m: fx.reduce(m, keep=1),
         lambda low: [fx.modes(low, n=3).frequency_hz, low.recovery.toarray(), low.compliance()],

@@ -44,7 +44,7 @@ class ExactModel:
             part = model.plan.parts[name]
             number = np.array(topology.placed[name].offset)[:, None] + np.arange(part.n_nodes)
             dof = topology.dof[topology.root[number]]
-            G = model.plan.node_transforms(name, np.arange(part.n_nodes), model.geometry)
+            G = model.design.node_transforms(name, np.arange(part.n_nodes))
             for copy in range(len(dof)):
                 if len(part.connectivity):
                     blocks += self._elements(part, matrices, dof[copy], G[copy])

@@ -12,6 +12,7 @@ import scipy.linalg as la
 
 from flexura.beam import rigid_arm
 from flexura.reduction.assembler import low_order
+from flexura.structure.design import Design
 
 Wide = np.longdouble
 
@@ -38,17 +39,15 @@ def _arm(x: np.ndarray) -> np.ndarray:
 
 def wide_model(plan, parameters=None) -> tuple[np.ndarray, np.ndarray]:
     """K and M (n, n) of the full order in extended precision."""
-    values = plan.values(parameters)
-    geometry = plan.geometry(values)
-    matrices = plan.matrices(values, geometry)
+    design = Design.of(plan, parameters)
     topology = plan.topology
     n = topology.n_dof + 1
     K, M = np.zeros((n, n), dtype=Wide), np.zeros((n, n), dtype=Wide)
     for name, reducer in low_order(plan).reducers.items():
-        part, own = reducer.part, matrices[name]
+        part, own = reducer.part, design.matrices[name]
         every = np.arange(part.n_nodes)
-        G = plan.node_transforms(name, every, geometry).astype(Wide)
-        x = geometry.parts[name].positions
+        G = design.node_transforms(name, every).astype(Wide)
+        x = design.geometry.parts[name].positions
         number = np.array(topology.placed[name].offset)[:, None] + every
         dofs = topology.dof[topology.root[number]]
 

@@ -11,6 +11,7 @@ from flexura.solid.geometry import occ
 from flexura.solid.geometry.members import ENDS, joints, solids
 from flexura.solid.mesh.meshing import group_mesh
 from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.structure.assembler import full_order
 from helpers.direct_solids import lowest_modes
 
 
@@ -79,8 +80,8 @@ def with_lumps(mesh, model, at_nodes, kind="rigid"):
         for name, number in zip(at_nodes, numbers, strict=True)
     ]
     ties = face_ties(mesh, faces)
-    rows = model.plan.node_rows(np.array(different), model.geometry)
-    lumps = model.plan.full_order.lumped(model.values, model.geometry)
+    rows = model.design.node_rows(np.array(different))
+    lumps = full_order(model.plan).lumped(model.design)
     used = np.zeros(model.order, bool)
     for A in (*lumps, rows):
         used[np.unique(sp.coo_matrix(A).col)] = True

@@ -16,6 +16,7 @@ from scipy.integrate import quad
 from flexura.mechanism import CircularContour, Flexure, Material, Mechanism, Notch
 from flexura.reduction.low_order import low_order, reduce
 from flexura.structure import Plan, assemble
+from flexura.structure.design import Design
 from helpers.verification_report import Case
 
 CLOSED_FORMS = {  # (R, t): rotation per moment, extension per force, deflection per force
@@ -50,7 +51,7 @@ def compliances(mechanism):
     plan = Plan(mechanism)
     model, low = assemble(plan), reduce(plan)
     assert low.coordinate_names == [f"b.{dof}" for dof in ("tx", "ty", "tz", "rx", "ry", "rz")]
-    chain, _ = low_order(plan).stack(plan.values())
+    chain, _ = low_order(plan).stack(Design.of(plan))
     exact = np.diagonal(np.linalg.inv(chain))[[4, 0, 2]]
     b = [model.dof_names.index(f"b.{dof}") for dof in ("ry", "tx", "tz")]
     np.testing.assert_allclose(np.linalg.inv(model.K.toarray())[b, b], exact, rtol=2e-6)

@@ -121,7 +121,7 @@ def test_two_levels_deep():
 
 def full_compliance(model, node):
     """Compliance (6, 6) of a full-order model at a node."""
-    B = model.plan.node_rows(model.plan.topology.numbers([node]), model.geometry).toarray()
+    B = model.design.node_rows(model.plan.topology.numbers([node])).toarray()
     K = model.K.toarray()
     d = 1 / np.sqrt(K.diagonal())
     return B @ (d[:, None] * np.linalg.solve(K * d[:, None] * d, d[:, None] * B.T))

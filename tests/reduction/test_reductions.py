@@ -26,7 +26,7 @@ def hertz(model, count):
 
 def full_compliance(model, low):
     """Compliance of the full-order model at the static nodes, and what round-off of the solve may change."""
-    B = model.plan.node_rows(model.plan.topology.numbers(low.static_nodes), model.geometry).toarray()
+    B = model.design.node_rows(model.plan.topology.numbers(low.static_nodes)).toarray()
     K = model.K.toarray()
     d = 1 / np.sqrt(K.diagonal())
     factor = la.cho_factor(K * d[:, None] * d)

@@ -168,7 +168,7 @@ def test_inertia_of_what_is_carried_along(described):
     free = fx.assemble(described.model_copy(update={"ground": {}}))
     whole = free.M @ free.rigid_body_motions()
     rows = [free.dof_names.index(name) for name in held.dof_names]
-    assert np.abs(held.carried - whole[rows]).max() < 1e-12 * np.abs(whole).max()
+    assert np.abs(held.base_inertia_forces - whole[rows]).max() < 1e-12 * np.abs(whole).max()
 
 
 @SOME

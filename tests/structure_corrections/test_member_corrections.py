@@ -7,7 +7,10 @@ from numpy.testing import assert_allclose
 import flexura as fx
 from flexura.beam import element_mass, element_stiffness, rectangle
 from flexura.linalg import lowest
-from flexura.structure.full_order import block_diagonal
+from flexura.structure import Design
+from flexura.structure.assembler import full_order
+from flexura.structure.full_order import stiffness_and_mass
+from flexura.structure.scatter import block_diagonal
 from flexura.structure.segments import segments
 
 LEAF = fx.Leaf(width=10e-3, thickness=0.5e-3)
@@ -249,11 +252,10 @@ def test_coefficients_are_those_of_the_matrices():
     m = m.model_copy(update={"nodes": {k: x for k, x in m.nodes.items() if k != "n5"}})
     m = m.model_copy(update={"bodies": {"tip": m.bodies["tip"].model_copy(update={"carries": ("n4",)})}})
     plan = fx.Plan(m)
-    values = plan.values()
-    geometry = plan.geometry(values)
-    K, M = plan.full_order(values, geometry)
-    plan.full_order.prepare(geometry)
-    K2, M2 = plan.full_order(values, geometry)
+    design = Design.of(plan)
+    K, M = stiffness_and_mass(design)
+    full_order(plan).prepare(design)
+    K2, M2 = stiffness_and_mass(design)
     assert abs(K - K2).max() < 1e-12 * abs(K).max()
     assert abs(M - M2).max() < 1e-12 * abs(M).max()
 

@@ -84,7 +84,7 @@ def test_the_corner_of_a_box_is_not_on_the_drum(floating):
 def test_by_the_name_of_the_node(bar):
     found = pair_channels(bar, [c.channel("a", (0, 0, -2.0), node="n3"), c.channel("b", c.Y, (0.06, 0, 0), "n3")])
     assert [(m.node, m.how) for m in found.matched] == [("n3", "node"), ("n3", "node")]
-    assert np.allclose(found.rows[0], -bar.plan.node_rows(bar.plan.topology.numbers(["n3"]), bar.geometry).toarray()[2])
+    assert np.allclose(found.rows[0], -bar.design.node_rows(bar.plan.topology.numbers(["n3"])).toarray()[2])
 
 
 def test_a_node_that_is_elsewhere_is_not_taken(bar):

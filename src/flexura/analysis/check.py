@@ -26,6 +26,7 @@ from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.assembler import full_order
 from flexura.structure.plan import plan_of
 from flexura.structure.solids import solids_of
 from flexura.systems.damping import damping_law
@@ -172,9 +173,9 @@ def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
 def _channels(full: FullOrderModel) -> dict[str, Any]:
     """Actuators, sensors and damping in words."""
     plan = full.plan
-    place = Placement(plan, full.values, full.geometry)
+    place = Placement(full.design)
     law = damping_law(plan.mechanism.damping, plan.parameter_values(full.parameters), None)
-    C, H = plan.full_order.dissipation(full.values, full.geometry, law.loss_factor)
+    C, H = full_order(plan).dissipation(full.design, law.loss_factor)
     words = []
     if law.is_modal:
         ratios = sorted({law.ratio, *law.ratios, *(ratio for _, ratio in law.bands)} - {0.0})

@@ -185,7 +185,7 @@ def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
             if lump.name not in placed.part.springs or lump.K is None:
                 continue
             for instance, offset in zip(placed.number, placed.offset, strict=True):
-                rows = model.plan.node_rows(np.array([offset + n for n in lump.nodes]), model.geometry)
+                rows = model.design.node_rows(np.array([offset + n for n in lump.nodes]))
                 Q = model.geometry.Q[instance].T
                 own = block_rotation(Q)
                 own[3:, 3:] *= round(float(np.linalg.det(Q)))

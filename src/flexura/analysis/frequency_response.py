@@ -21,6 +21,8 @@ from flexura.methods.exact_response import ExactResponse
 from flexura.reduction import LowOrderModel
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.design import Design
+from flexura.structure.full_order import stiffness_and_mass
 from flexura.structure.plan import plan_of
 from flexura.systems import Channel, ModalSystem, SecondOrder, StateSpace, System, system
 from flexura.systems.band import (
@@ -266,8 +268,7 @@ def proven_reduction(
     plan = plan_of(mechanism)
     described = plan.mechanism.reduction
     tolerance = TOLERANCE if described is None or described.tolerance is None else described.tolerance
-    values = plan.values(parameters)
-    K, M = plan.full_order(values, plan.geometry(values))
+    K, M = stiffness_and_mass(Design.of(plan, parameters))
     if count_below(K, M, (2 * np.pi * top) ** 2):
         return {"tolerance": tolerance, "up_to": top, "coordinates": "substructures"}
     return {}

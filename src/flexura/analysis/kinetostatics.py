@@ -155,12 +155,12 @@ def kinetostatics(
     """
     model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
     node = _platform(model, platform)
-    place = Placement(model.plan, model.values, model.geometry)
+    place = Placement(model.design)
     inputs = place.inputs(actuators)
     if any(i.base is not None for i in inputs):
         inputs = [i for i in inputs if i.base is None]
     number = model.plan.topology.numbers([node])
-    P = model.plan.node_rows(number, model.geometry).toarray()
+    P = model.design.node_rows(number).toarray()
     a = len(inputs)
     R = np.stack([i.row for i in inputs]) if a else np.zeros((0, model.order))
     rows = np.vstack([P, R])

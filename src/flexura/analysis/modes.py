@@ -20,12 +20,13 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.modal.close_modes import close_groups
 from flexura.modal.mode_pairing import REPEATED, mac_with_spaces, pair_by_mac
 from flexura.reduction import Certificate, LowOrderModel, reduce
-from flexura.reduction.certificate import HERTZ, certificate, design_of, lowest_pairs, model_pairs
+from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs, model_pairs
 from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.equal_branches import split
 from flexura.reduction.low_order import TOLERANCE, Method, reduction_of
 from flexura.reduction.model import STATE
 from flexura.structure import Plan, assemble
+from flexura.structure.full_order import full_order_model
 from flexura.structure.plan import one_design, plan_of
 
 Array = NDArray[np.float64]
@@ -69,8 +70,8 @@ def modes(
     if isinstance(mechanism, LowOrderModel):
         if parameters or order == "full" or given:
             raise OptionError("a reduced model has its design and its reduction already; only n can be asked of it")
-        full = chained(design_of(mechanism))
-        return _low_modes(full, mechanism, min(n, mechanism.order), dict(mechanism.parameters), TOLERANCE)
+        full = chained(full_order_model(mechanism.design))
+        return _low_modes(full, mechanism, min(n, mechanism.order), one_design(mechanism.parameters), TOLERANCE)
     plan, single = plan_of(mechanism), one_design(parameters)
     stage("assembling the full order")
     model = assemble(plan, single)

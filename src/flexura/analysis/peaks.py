@@ -125,7 +125,7 @@ def _left_out(system: SecondOrder, shapes: Array, gain: Array) -> Array:
 
 def _merged(system: SecondOrder, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
     full, names = system.full_order, [c.name for c in system.inputs]
-    place = Placement(full.plan, full.values, full.geometry)
+    place = Placement(full.design)
     at_rest = np.zeros((full.order, 1 if columns is None else 0))
     if full.plan.is_loaded:
         # what is described as loaded moves about its displaced state

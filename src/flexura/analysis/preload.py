@@ -86,7 +86,7 @@ class Preload(Tabular):
         if factor is not None:
             u = factor * solve_definite(self._definite(factor), self.load)
         plan = self.model.plan
-        return np.asarray(plan.node_rows(plan.topology.numbers([node]), self.model.geometry) @ u)
+        return np.asarray(self.model.design.node_rows(plan.topology.numbers([node])) @ u)
 
     def natural_frequencies(self, n: int = 6, factor: float = 1.0) -> Certificate:
         """The `n` lowest natural frequencies, Hz, about the state under `factor` times the loads, each with a proven
@@ -154,7 +154,7 @@ def preload(
 
 def _drive(model: FullOrderModel, actuators: Mapping[str, float]) -> Drive:
     """What actuator commands do to a state."""
-    place = Placement(model.plan, model.values, model.geometry)
+    place = Placement(model.design)
     named = [(own, float(value)) for name, value in actuators.items() for own in place.inputs([name])]
     if any(own.base is not None or not np.isfinite(value) for own, value in named):
         raise OptionError("commands are finite numbers of forces, moments and piezo stacks; a base at rest is assumed")

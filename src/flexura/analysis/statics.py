@@ -61,7 +61,7 @@ class Statics(Tabular):
     def displacement(self, node: str) -> Array:
         """Displacement (6,) of a node, m and rad, global frame. Raises OptionError for unknown nodes."""
         plan = self.model.plan
-        rows = plan.node_rows(plan.topology.numbers([node]), self.model.geometry)
+        rows = self.model.design.node_rows(plan.topology.numbers([node]))
         return np.asarray(rows @ self.displacement_vector)
 
     def stresses(self) -> Stresses:
@@ -76,7 +76,7 @@ class Statics(Tabular):
     def warnings(self) -> tuple[Exceeded, ...]:
         """Where this response stops holding: large motion, ranges of actuators, yield, buckling and coarse meshes."""
         states = States(self.model, self.displacement_vector[:, None])
-        place = Placement(self.model.plan, self.model.values, self.model.geometry)
+        place = Placement(self.model.design)
         commands = {a.name: np.array([a.command]) for a in self.actuators}
         return (
             *command_limits(place.inputs(list(commands)), np.array(list(commands.values())).reshape(-1, 1)),
@@ -168,10 +168,10 @@ def response_to(
 def _about(
     model: FullOrderModel, g: Array, load: Array, loads: Mapping[str, ArrayLike], actuators: Mapping[str, float]
 ) -> Statics:
-    place = Placement(model.plan, model.values, model.geometry)
+    place = Placement(model.design)
     forces = {node: finite_numbers(f"load on {node}", value, 6) for node, value in loads.items()}
     for node, force in forces.items():
-        load = load + model.plan.node_rows(model.plan.topology.numbers([node]), model.geometry).T @ force
+        load = load + model.design.node_rows(model.plan.topology.numbers([node])).T @ force
     named = matched(actuators, place.actuators)
     commands = {own: _number(name, value) for name, value in actuators.items() for own in named[name]}
     driven = place.inputs(list(commands))
@@ -180,7 +180,7 @@ def _about(
         load = load + value * own.load
         if own.base is not None:
             base += value * own.base
-    load = load - model.carried @ base
+    load = load - model.base_inertia_forces @ base
     u = flexibility(model).held(load[:, None])[:, 0]
     known = {i.channel.name: i for i in place.inputs(place.actuators)} | {i.channel.name: i for i in driven}
     states = tuple(_state(own, commands.get(name, 0.0), u) for name, own in known.items() if own.base is None)
@@ -232,6 +232,6 @@ def compliance(
     move freely.
     """
     model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
-    rows = model.plan.node_rows(model.plan.topology.numbers(nodes), model.geometry).toarray()
+    rows = model.design.node_rows(model.plan.topology.numbers(nodes)).toarray()
     C = rows @ flexibility(model).held(np.ascontiguousarray(rows.T))
     return (C + C.T) / 2

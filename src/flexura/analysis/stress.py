@@ -318,7 +318,7 @@ def internal_force_rows(model: FullOrderModel, member: str, position: float = 0.
     to_end, to_section = rigid_arm((length, 0.0, 0.0)), rigid_arm((rest, 0.0, 0.0))
     P = to_section.T @ np.linalg.solve(matrices.elements.C[e], np.hstack([-to_end, np.eye(6)])) @ matrices.T[e]
     nodes = part.connectivity[e]
-    G = model.plan.node_transforms(name, nodes, model.geometry)[copy]
+    G = model.design.node_transforms(name, nodes)[copy]
     topology = model.plan.topology
     dof = topology.dof[topology.root[topology.placed[name].offset[copy] + nodes]].ravel()
     rows = np.hstack([P[:, :6] @ G[0], P[:, 6:] @ G[1]])[:, dof >= 0]

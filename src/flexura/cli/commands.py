@@ -89,13 +89,13 @@ class CommandReader:
     @cached_property
     def _placement(self) -> Any:
         """The inputs of the mechanism, found once and only when a unit is to be judged."""
+        from flexura.structure import Design
         from flexura.structure.plan import plan_of
         from flexura.systems.placed import Placement
 
         plan = plan_of(self._mechanism)
         plan.verify(self._parameters)
-        values = plan.values(self._parameters)
-        return Placement(plan, values, plan.geometry(values))
+        return Placement(Design.of(plan, self._parameters))
 
 
 def _times_second(unit: str) -> str:

@@ -10,7 +10,7 @@ from flexura.beam.dynamic import Array
 from flexura.methods.dense import refuse_large
 from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.methods.exact_chains import ExactChains
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import Scatter
 from flexura.structure.slots import Index
 
@@ -67,7 +67,7 @@ class ChainEquations(ABC):
     def matrix(self, omega: complex) -> Array:
         """The matrix (n, n) of all equations at an angular frequency, rad/s; real for real omega."""
         lam = omega**2
-        transforms = self.exact.assembler.transforms(self.exact.model.geometry)
+        transforms = self.exact.assembler.transforms(self.exact.model.design)
         blocks = []
         for name in self.exact.parts:
             T = transforms[name]

@@ -26,8 +26,8 @@ from flexura.methods.solution import Solution
 from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.certificate import full_order_modes
 from flexura.reduction.parts import PartReducer
-from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import ElementSlice
+from flexura.structure.model import FullOrderModel
 from flexura.structure.part import Lump
 from flexura.structure.slots import Index
 
@@ -146,7 +146,7 @@ class DynamicStiffness:
             parts = {name: part.at(lam) for name, part in self.parts.items()}
         except np.linalg.LinAlgError:
             raise SolverError("a member has an eigenvalue of its own at exactly this frequency") from None
-        transforms = self.assembler.transforms(self.model.geometry)
+        transforms = self.assembler.transforms(self.model.design)
         K, M = [], []
         for name, own in parts.items():
             T = transforms[name]

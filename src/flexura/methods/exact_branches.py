@@ -20,8 +20,8 @@ from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.methods.exact_chains import ExactChains, exact_chains
 from flexura.reduction.parts import PartReducer
-from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import Cut, ElementSlice
+from flexura.structure.model import FullOrderModel
 from flexura.structure.slots import Index
 
 FINEST = 2**20

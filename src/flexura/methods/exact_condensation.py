@@ -23,8 +23,8 @@ from flexura.linalg import inverse_roots, scaled, unit_scale
 from flexura.methods.dense import refuse_large, refuse_large_parts
 from flexura.methods.exact_branches import PartBranches, branches_below
 from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
-from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import TAPERED_PIECES
+from flexura.structure.model import FullOrderModel
 from flexura.structure.part import Lump
 from flexura.structure.scatter import Scatter, node_dofs
 from flexura.structure.slots import Index
@@ -216,7 +216,7 @@ class ExactCondensation:
 
     @cached_property
     def _transforms(self) -> dict[str, Array]:
-        transforms = self.assembler.transforms(self.model.geometry)
+        transforms = self.assembler.transforms(self.model.design)
         return {name: with_modes(transforms[name], m) for name, m in zip(self._parts, self._modes, strict=True)}
 
     @cached_property
@@ -277,7 +277,7 @@ class ExactCondensation:
             interior = part.own.reducer.part.interior
             nodes = _node_displacements(part, u[name], twists[part.span])[:, :, interior]
             number = np.array(topology.placed[name].offset, dtype=np.intp)[:, None] + interior
-            G = self.model.plan.node_transforms(name, interior, self.model.geometry)
+            G = self.model.design.node_transforms(name, interior)
             outward = (np.swapaxes(G, -1, -2) @ nodes[..., None])[..., 0]
             found[topology.dof[number]] = np.moveaxis(outward, 0, -1)
         return self.model.node_displacements(found[:-1])

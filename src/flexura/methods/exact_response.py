@@ -11,7 +11,8 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import scaled, unit_scale
 from flexura.methods.dynamic_stiffness import DynamicStiffness
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.assembler import full_order
+from flexura.structure.model import FullOrderModel
 from flexura.systems.damping import DampingLaw
 from flexura.systems.placed import PlacedInput, PlacedOutput
 from flexura.systems.system import uniform_loss
@@ -44,7 +45,7 @@ class ExactResponse:
         self.stiffness = DynamicStiffness(model)
         self.model, self.law, self.direct = model, law, direct
         plan = model.plan
-        C, H = plan.full_order.dissipation(model.values, model.geometry, law.loss_factor)
+        C, H = full_order(plan).dissipation(model.design, law.loss_factor)
         loss = uniform_loss(H, model.K)
         if loss is None:
             hint = "use the full-order model with method direct"
@@ -92,7 +93,7 @@ class ExactResponse:
         Springs to ground ride along and are left out (theory eq. T13).
         """
         plan, assembler = self.model.plan, self.stiffness.assembler
-        transforms = assembler.transforms(self.model.geometry)
+        transforms = assembler.transforms(self.model.design)
         found = np.zeros((len(self.kept) + 1, 6), dtype=complex)
         for name, part in self.stiffness.parts.items():
             own = part.at(mu**2).K.astype(complex)

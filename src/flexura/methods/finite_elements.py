@@ -11,7 +11,7 @@ from flexura.errors import OptionError
 from flexura.linalg import lowest_modes
 from flexura.methods.solution import Solution
 from flexura.reduction.chained import chained
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 
 Array = NDArray[np.float64]
 

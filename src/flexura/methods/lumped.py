@@ -20,7 +20,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, lowest
 from flexura.methods.solution import Solution
 from flexura.reduction import reduce
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]

@@ -13,8 +13,8 @@ from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
 from flexura.methods.exact_chains import in_series, twists_inside
 from flexura.methods.solution import Solution
-from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import ElementSlice
+from flexura.structure.model import FullOrderModel
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from flexura.methods.solution import Solution
 from flexura.modal.close_modes import close_groups
 from flexura.modal.frequency_pairing import in_order
 from flexura.modal.mode_pairing import REPEATED, mac_with_spaces, pair_by_mac
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 
 Array = NDArray[np.float64]
 

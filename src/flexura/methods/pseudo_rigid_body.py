@@ -16,7 +16,8 @@ from flexura.linalg import lowest
 from flexura.methods.solution import Solution
 from flexura.reduction.chain import ChainGroup
 from flexura.reduction.serial_chains import SegmentChains, segment_chains
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.assembler import full_order
+from flexura.structure.model import FullOrderModel
 from flexura.structure.part import Part
 from flexura.structure.scatter import block_diagonal, node_dofs
 from flexura.structure.slots import Index
@@ -108,7 +109,7 @@ def pseudo_rigid_body_model(model: FullOrderModel) -> PseudoRigidBodyModel:
     for chains in links:
         at, T = _to_bodies(model, bodies, chains)
         M.add(at, at, np.swapaxes(T, -1, -2) @ _end_masses(chains, chains.X.shape[1]) @ T)
-    stiffness, mass = model.plan.full_order.lumped(model.values, model.geometry)
+    stiffness, mass = full_order(model.plan).lumped(model.design)
     Z = bodies.Z
     count = bodies.count - int((~model.plan.topology.has_place).sum())
     note = f"{count} rigid {'body' if count == 1 else 'bodies'} on {_placed(model, springs)} flexures"

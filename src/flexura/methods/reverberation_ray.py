@@ -23,7 +23,7 @@ from flexura.methods.exact_chains import ExactChains, in_series
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
 from flexura.reduction.certificate import full_order_modes
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 from flexura.structure.slots import Index
 
 MEMBER = 7

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexura.deadline import checkpoint
 from flexura.linalg.contour import real_eigenvalues
 from flexura.reduction.certificate import full_order_modes
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 
 Array = NDArray[np.float64]
 

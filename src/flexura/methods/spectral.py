@@ -21,7 +21,7 @@ from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 from flexura.structure.slots import Index
 
 DECAY = 1e-6
@@ -85,7 +85,7 @@ def spectral_response(
     plan, assembler = model.plan, equations.exact.assembler
     physical = np.full(plan.topology.n_dof, -1)
     physical[plan.topology.dof.ravel()[assembler.physical]] = np.arange(equations.physical)
-    rows = plan.node_rows(plan.topology.numbers([at[0], *sensors]), model.geometry).toarray()
+    rows = model.design.node_rows(plan.topology.numbers([at[0], *sensors])).toarray()
     if (rows[:, physical < 0] != 0).any():
         raise OptionError("force and sensors act at nodes that the substructures keep; make these an interface")
     B = np.zeros((len(rows), equations.physical))

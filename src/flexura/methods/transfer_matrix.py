@@ -15,7 +15,7 @@ from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 from flexura.structure.slots import Index
 
 

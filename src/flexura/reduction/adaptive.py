@@ -18,7 +18,7 @@ from flexura.reduction.craig_bampton import CraigBampton
 from flexura.reduction.full_modes import reduce_by_modes, wide_parts
 from flexura.reduction.goal import Coordinates, Goal, proven, smallest
 from flexura.reduction.model import LowOrderModel, assembled
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 
 Array = NDArray[np.float64]
 
@@ -40,10 +40,8 @@ class _Refinement:
 
     def __init__(self, assembler: LowOrderAssembler, full: ChainedModel, exact_at: tuple[str, ...], goal: Goal) -> None:
         self.assembler, self.exact_at, self.goal = assembler, exact_at, goal
-        self.values, self.geometry = values, geometry = full.model.values, full.model.geometry
-        plan = assembler.plan
-        self.chained = full
-        matrices = plan.matrices(values, geometry)
+        self.chained, self.design = full, full.model.design
+        matrices, geometry = self.design.matrices, self.design.geometry
         self.modes: dict[str, CraigBampton] = {
             name: reducer.craig_bampton(matrices[name], geometry) for name, reducer in assembler.reducers.items()
         }
@@ -60,7 +58,7 @@ class _Refinement:
     def model(self) -> LowOrderModel:
         """The low-order model with the modes kept so far."""
         parts = {name: modes.reduced(self.counts[name]) for name, modes in self.modes.items()}
-        return assembled(self.assembler, self.values, self.geometry, parts, self.exact_at)
+        return assembled(self.assembler, self.design, parts, self.exact_at)
 
     def below(self, low: LowOrderModel) -> tuple[Eigenpairs, int]:
         """The lowest pairs of a model and how many of them count: all that are asked for, and what is repeated."""

@@ -12,7 +12,8 @@ from flexura.linalg.stacked import GUARD
 from flexura.records import Kept, Latest
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
-from flexura.structure.plan import Geometry, Plan
+from flexura.structure.design import Design
+from flexura.structure.plan import Plan
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
@@ -48,14 +49,14 @@ class LowOrderAssembler:
         modal = first + np.arange(len(number) * modes).reshape(len(number), modes)
         return np.hstack([physical, modal])
 
-    def transforms(self, geometry: Geometry) -> dict[str, Array]:
+    def transforms(self, design: Design) -> dict[str, Array]:
         """Block-diagonal boundary transforms (..., copies, b, b) per prototype, kept while geometry stays the same."""
 
         def found() -> dict[str, Array]:
             own = {name: reducer.part.boundary for name, reducer in self.reducers.items()}
-            return {name: block_diagonal(self.plan.node_transforms(name, at, geometry)) for name, at in own.items()}
+            return {name: block_diagonal(design.node_transforms(name, at)) for name, at in own.items()}
 
-        return self._latest.get(geometry, found)
+        return self._latest.get(design.geometry, found)
 
     def scatter(self, modes: tuple[int, ...]) -> Scatter:
         """Assembly pattern for so many kept modes per prototype."""
@@ -72,22 +73,20 @@ class LowOrderAssembler:
 
     def start(self, count: int) -> Eigenpairs:
         """Eigenpairs of the default design from which the iteration for `count` frequencies of others starts."""
-        return self._prepared.once(count, lambda: lowest(*self.stack(self.plan.values()), count + GUARD))
+        return self._prepared.once(count, lambda: lowest(*self.stack(Design.of(self.plan)), count + GUARD))
 
-    def stack(self, values: Array) -> tuple[Array, Array]:
-        """K and M (..., n, n) with constraint modes alone for slot values (..., s): the paper's model, every design.
+    def stack(self, design: Design) -> tuple[Array, Array]:
+        """K and M (..., n, n) with constraint modes alone: the paper's model, every design of a stack.
 
         Raises ImpossibleDesignError.
         """
-        lead = values.shape[:-1]
-        geometry = self.plan.geometry(values)
-        matrices = self.plan.matrices(values, geometry)
+        lead, matrices = design.values.shape[:-1], design.matrices
         refuse_impossible(matrices, math.prod(lead))
-        transforms = self.transforms(geometry)
+        transforms = self.transforms(design)
         K, M = [], []
         for name, reducer in self.reducers.items():
             T = transforms[name]
-            k, m = reducer.condensed(matrices[name], geometry, lead)
+            k, m = reducer.condensed(matrices[name], design.geometry, lead)
             Tt = np.swapaxes(T, -1, -2)
             K.append(Tt @ k[..., None, :, :] @ T)
             M.append(Tt @ m[..., None, :, :] @ T)

@@ -18,9 +18,9 @@ from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, ChainOrder, Kind
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
-from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, stacks
+from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
 from flexura.results import Tabular
-from flexura.structure import assemble
+from flexura.structure import Design, assemble
 from flexura.structure.plan import Plan, plan_of
 
 Array = NDArray[np.float64]
@@ -187,21 +187,25 @@ class _Batch:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
             sampled = np.unique(np.linspace(0, len(values) - 1, SAMPLES).astype(int)) if len(values) else []
             for d in sampled:
-                self._choose(values[d : d + 1], int(d))
+                self._choose(self._designs(values, slice(d, d + 1)), int(d))
             self.is_stacked = self.chains.order >= count and bool(np.isfinite(self.chains.start(count).values).all())
 
     def _chosen(self) -> dict[Kind, int]:
         """Kept modes that the default design needs."""
-        self._choose(self.plan.values()[None])
+        self._choose(Design.of(self.plan).stacked())
         return self.counts
 
     def _use(self, counts: dict[Kind, int]) -> None:
         self.counts, self.chains = dict(counts), _chains(self.plan, counts)
 
-    def _choose(self, values: Array, number: int = 0) -> None:
+    def _designs(self, values: Array, own: slice) -> Design:
+        """Some designs of all."""
+        return Design.at(self.plan, values[own], some_of(self.parameters, own))
+
+    def _choose(self, design: Design, number: int = 0) -> None:
         """Keep more modes of the slowest chains until the intervals of a design are well within the tolerance."""
         for _ in range(ROUNDS):
-            own, top = self._order(values, number), np.inf
+            own, top = self._order(design, number), np.inf
             if self.chains.order >= self.count and np.isfinite(self.chains.start(self.count).values).all():
                 bounds = chain_bounds(own, self.count, self.chains.start(self.count), HEADROOM * self.tolerance)
                 if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
@@ -222,16 +226,16 @@ class _Batch:
             found[name or "mechanism"] += forces.shape[0] * forces.shape[-1]
         return found
 
-    def _order(self, values: Array, first: int) -> ChainOrder:
+    def _order(self, design: Design, first: int) -> ChainOrder:
         try:
-            return self.chains(values)
+            return self.chains(design)
         except ImpossibleDesignError as error:
             raise named(error, first, self.parameters) from None
 
     def __call__(self, values: Array, own: slice) -> tuple[Array, Array, Array]:
         """Frequencies, lower and upper bounds (designs, count), Hz, of the designs of a stack."""
         if self.is_stacked:
-            order = self._order(values[own], own.start)
+            order = self._order(self._designs(values, own), own.start)
             return _hertz(chain_bounds(order, self.count, self.chains.start(self.count), self.tolerance))
         found = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(own.start, own.stop)]
         f, low, up = (np.array(column) for column in zip(*found, strict=True))
@@ -245,7 +249,7 @@ def _chains(plan: Plan, counts: dict[Kind, int] | None) -> ChainAssembler:
     def made() -> ChainAssembler:
         assembler = ChainAssembler(plan, low_order(plan).reducers)
         if counts:
-            assembler.keep(counts, plan.values())
+            assembler.keep(counts, Design.of(plan))
         return assembler
 
     return plan.prepared.once(("chains", kept if any(kept) else ()), made)

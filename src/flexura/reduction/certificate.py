@@ -23,6 +23,7 @@ from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.intervals import HERTZ, Certificate
 from flexura.reduction.model import LowOrderModel
 from flexura.structure import FullOrderModel
+from flexura.structure.full_order import full_order_model
 
 Array = NDArray[np.float64]
 
@@ -65,14 +66,8 @@ def certify(
         raise OptionError("a certificate is for at least one mode, and up to a positive frequency")
     if up_to is not None:
         n = max(count_below(low.K, low.M, (HERTZ * up_to) ** 2), 1)
-    own = chained(design_of(low) if full is None else full)
+    own = chained(full_order_model(low.design) if full is None else full)
     return certificate(own, model_pairs(low, own, n), n, up_to)
-
-
-def design_of(low: LowOrderModel) -> FullOrderModel:
-    """The full-order model that a low-order model was reduced from."""
-    K, M = low.plan.full_order(low.values, low.geometry)
-    return FullOrderModel(low.plan, low.parameters, low.values, low.geometry, K, M)
 
 
 def model_pairs(low: LowOrderModel, full: ChainedModel, n: int) -> Eigenpairs:

@@ -18,8 +18,9 @@ from flexura.reduction.chain import kinematics
 from flexura.reduction.chain_moments import EPS, ChainMoments, PoleFrame, interior_modes, moments
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
+from flexura.structure.design import Design
 from flexura.structure.part import Lump
-from flexura.structure.plan import Geometry, Plan
+from flexura.structure.plan import Plan
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
@@ -107,18 +108,16 @@ class ChainAssembler:
             Scatter(chains, first),
         )
 
-    def keep(self, counts: dict[Kind, int], values: Array) -> None:
-        """Keep so many fixed-interface modes of each kind of chain, those of the design `values` (s,)."""
-        geometry = self.plan.geometry(values)
-        matrices = self.plan.matrices(values, geometry)
+    def keep(self, counts: dict[Kind, int], design: Design) -> None:
+        """Keep so many fixed-interface modes of each kind of chain, those of one design."""
         for kind, count in counts.items():
             name, g = kind
             group = self.reducers[name].chains[g]
-            frame = PoleFrame(group, kinematics(self.reducers[name].part, group, geometry))
-            self.forces[kind] = interior_modes(frame, matrices[name].elements, count)
+            frame = PoleFrame(group, kinematics(self.reducers[name].part, group, design.geometry))
+            self.forces[kind] = interior_modes(frame, design.matrices[name].elements, count)
         self._number()
 
-    def _maps(self, geometry: Geometry) -> Maps:
+    def _maps(self, design: Design) -> Maps:
         """What depends on geometry alone: for every kind of chain its pole frame and the map L (..., copies, c, 12, 12)
         from global displacements of its ends to its twists, with |L| before digits cancel; maps of the lumps."""
 
@@ -126,25 +125,23 @@ class ChainAssembler:
             chains, lumps = {}, []
             for name, g in self._groups:
                 group = self.reducers[name].chains[g]
-                kin = kinematics(self.reducers[name].part, group, geometry)
-                G = self.plan.node_transforms(name, group.nodes[:, [0, -1]].ravel(), geometry)
+                kin = kinematics(self.reducers[name].part, group, design.geometry)
+                G = design.node_transforms(name, group.nodes[:, [0, -1]].ravel())
                 T = block_diagonal(G.reshape(*G.shape[:-3], len(group.nodes), 2, 6, 6))
                 B = kin.B[..., None, :, :, :]
                 chains[name, g] = (PoleFrame(group, kin), B @ T, abs(B) @ abs(T))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.lump_nodes():
-                    lumps.append(block_diagonal(self.plan.node_transforms(name, np.array(nodes), geometry)))
+                    lumps.append(block_diagonal(design.node_transforms(name, np.array(nodes))))
             return chains, lumps
 
-        return self._latest.get(geometry, found)
+        return self._latest.get(design.geometry, found)
 
-    def __call__(self, values: Array) -> ChainOrder:
-        """Assemble designs of slot values (designs, s). Raises ImpossibleDesignError."""
-        designs = len(values)
-        geometry = self.plan.geometry(values)
-        matrices = self.plan.matrices(values, geometry)
+    def __call__(self, design: Design) -> ChainOrder:
+        """Assemble a stack of designs. Raises ImpossibleDesignError."""
+        designs, matrices = len(design.values), design.matrices
         refuse_impossible(matrices, designs)
-        chains, lump_maps = self._maps(geometry)
+        chains, lump_maps = self._maps(design)
         K: list[Array] = []
         M: list[Array] = []
         R: list[Array] = []
@@ -183,7 +180,7 @@ class ChainAssembler:
     def start(self, count: int) -> Eigenpairs:
         """Eigenpairs of the default design from which the search for `count` frequencies of others starts."""
         if count not in self._starts:
-            own = self(self.plan.values()[None])
+            own = self(Design.of(self.plan).stacked())
             self._starts[count] = self._lowest(own, count)
         return self._starts[count]
 

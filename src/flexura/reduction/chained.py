@@ -22,8 +22,9 @@ from flexura.linalg import Pencil
 from flexura.records import Record
 from flexura.reduction.chain import find_chains
 from flexura.reduction.serial_chains import SegmentChains, element_chains, factor, growth, segment_chains
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.full_order import described_prestress
 from flexura.structure.members import TAPERED_PIECES
+from flexura.structure.model import FullOrderModel
 from flexura.structure.part import Lump
 from flexura.structure.scatter import block_diagonal
 from flexura.structure.slots import Index
@@ -210,7 +211,7 @@ def _chained(
             sums.add_lump(name, lump, strain)
     own = ChainedModel(model, chains, first, position, sums.pencil())
     if geometric is None and plan.is_loaded:
-        geometric = plan.full_order.prestress(model.values, model.geometry).K_g
+        geometric = described_prestress(model.design).K_g
     return own if geometric is None else _stressed(own, sums, geometric)
 
 
@@ -270,7 +271,7 @@ class _Sums:
         plan, geometry = self.model.plan, self.model.geometry
         number = np.array(plan.topology.placed[name].offset, dtype=np.intp)[:, None] + np.array(lump.nodes)
         at = _columns(self.model, self.position, number)
-        G = block_diagonal(plan.node_transforms(name, np.array(lump.nodes), geometry))
+        G = block_diagonal(self.model.design.node_transforms(name, np.array(lump.nodes)))
         Gt = np.swapaxes(G, -1, -2)
         if lump.M is not None:
             self._mass.add(at, at, Gt @ lump.M @ G)

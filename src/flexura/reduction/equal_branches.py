@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
 from flexura.records import Kept, Record
 from flexura.reduction.certificate import Certificate
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]

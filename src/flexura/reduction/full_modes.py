@@ -53,9 +53,7 @@ def reduce_by_modes(
     reason = f"modes of the full order, not constraint modes: {'; '.join(wide)}"
     state = (STATE,) if model.plan.is_loaded else ()
     steps = (reason, *state, proven(found))
-    whole = LowOrderModel(
-        model.plan, model.values, model.geometry, model.K, model.M, FullBasis(model.plan), steps, exact_at
-    )
+    whole = LowOrderModel(model.design, model.K, model.M, FullBasis(model.plan), steps, exact_at)
     if coordinates == "modal":
         shapes = full.recover(pairs.vectors[:, :n])
         small = whole.in_modes(pairs.values[:n], shapes, f"modal coordinates; {smallest(n)}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -18,7 +17,8 @@ from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
 from flexura.reduction.goal import Coordinates, Goal
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
-from flexura.structure.full_order import FullOrderModel, assemble, design
+from flexura.structure.full_order import checked_design, full_order_model
+from flexura.structure.model import FullOrderModel
 from flexura.structure.plan import Plan, plan_of
 
 Method = Literal["craig_bampton", "rubin"]
@@ -80,22 +80,21 @@ def reduce(
         raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
     if coordinates not in get_args(Coordinates):
         raise OptionError(f"coordinates are modal, physical or substructures, not {coordinates!r}")
-    _, single, values, geometry = design(mechanism if isinstance(mechanism, FullOrderModel) else plan, parameters)
+    design = checked_design(mechanism if isinstance(mechanism, FullOrderModel) else plan, parameters)
     exact_at = static_nodes(assembler, static_at)
     if tolerance is not None:
         goal = Goal(tolerance, up_to, modes, best_effort)
         stage("assembling the full order")
-        model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(plan, single)
-        low = reduce_to_tolerance(assembler, model, exact_at, goal, coordinates)
-        return replace(low, parameters=single)
-    parts, matrices = {}, plan.matrices(values, geometry)
+        model = mechanism if isinstance(mechanism, FullOrderModel) else full_order_model(design)
+        return reduce_to_tolerance(assembler, model, exact_at, goal, coordinates)
+    parts = {}
     for name, reducer in assembler.reducers.items():
-        own = reducer.craig_bampton(matrices[name], geometry)
+        own = reducer.craig_bampton(design.matrices[name], design.geometry)
         if method == "rubin":
             parts[name] = free_interface(own, counts[name], keep_below)
         else:
             parts[name] = own.reduced(own.whole(max(counts[name], own.count_below(keep_below))))
-    return replace(assembled(assembler, values, geometry, parts, exact_at), parameters=single)
+    return assembled(assembler, design, parts, exact_at)
 
 
 TOLERANCE = 1e-3

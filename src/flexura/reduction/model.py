@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, scaled, unit_scale
@@ -22,6 +22,8 @@ from flexura.reduction.craig_bampton import ReducedPart
 from flexura.reduction.intervals import Certificate
 from flexura.results import Result
 from flexura.sizes import within
+from flexura.structure.design import Design
+from flexura.structure.full_order import described_prestress, stiffness_and_mass
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.prestress import solve_definite
 from flexura.structure.slots import Index
@@ -35,14 +37,13 @@ class SubstructureBasis(Record):
 
     _shown = ("parts",)
 
-    plan: Plan
-    geometry: Geometry
+    design: Design
     parts: dict[str, ReducedPart]
 
     @property
     def assembler(self) -> LowOrderAssembler:
         """The prepared low-order assembly."""
-        return low_order(self.plan)
+        return low_order(self.design.plan)
 
     @cached_property
     def coordinate_names(self) -> list[str]:
@@ -91,9 +92,9 @@ class SubstructureBasis(Record):
             if len(own.interior):
                 q = padded[self.assembler.coordinates(name, k, first)]
                 b = q.shape[1] - k
-                q[:, :b] = self.assembler.transforms(self.geometry)[name] @ q[:, :b]
+                q[:, :b] = self.assembler.transforms(self.design)[name] @ q[:, :b]
                 number = np.array(topology.placed[name].offset)[:, None] + own.interior
-                G = self.assembler.plan.node_transforms(name, own.interior, self.geometry)
+                G = self.design.node_transforms(name, own.interior)
                 inside = (part.T[self.assembler.reducers[name].interior_dofs] @ q).reshape(*number.shape, 6, -1)
                 found[topology.dof[number]] = np.swapaxes(G, -1, -2) @ inside
             first += k * len(topology.placed[name].paths)
@@ -101,17 +102,17 @@ class SubstructureBasis(Record):
 
     def _interior_rows(self, name: str, part: ReducedPart) -> tuple[Index, Array]:
         """Full-order DOF numbers (copies, i) of the interior and their recovery (copies, i, b + k), global frame."""
-        plan, reducer = self.assembler.plan, self.assembler.reducers[name]
+        topology, reducer = self.assembler.plan.topology, self.assembler.reducers[name]
         interior = reducer.part.interior
-        number = np.array(plan.topology.placed[name].offset)[:, None] + interior
-        G = plan.node_transforms(name, interior, self.geometry)
-        Tb = self.assembler.transforms(self.geometry)[name]
+        number = np.array(topology.placed[name].offset)[:, None] + interior
+        G = self.design.node_transforms(name, interior)
+        Tb = self.assembler.transforms(self.design)[name]
         b = Tb.shape[-1]
         own = part.T[reducer.interior_dofs]
         local = np.concatenate([own[:, :b] @ Tb, np.broadcast_to(own[:, b:], (len(Tb), *own[:, b:].shape))], axis=-1)
         blocks = local.reshape(len(Tb), len(interior), 6, -1)
         value = np.swapaxes(G, -1, -2) @ blocks
-        return plan.topology.dof[number].reshape(len(Tb), -1), value.reshape(*local.shape)
+        return topology.dof[number].reshape(len(Tb), -1), value.reshape(*local.shape)
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,9 +189,7 @@ class LowOrderModel(Result):
     _shown = ("name", "order", "steps")
     _told = ("name", "order", "parameters", "coordinate_names", "K", "M", "steps", "static_nodes", "certificate")
 
-    plan: Plan
-    values: Array
-    geometry: Geometry
+    design: Design
     K: Any
     M: Any
     basis: Basis
@@ -198,12 +197,31 @@ class LowOrderModel(Result):
     static_nodes: tuple[str, ...] = ()
     origin: LowOrderModel | None = None
     certificate: Certificate | None = None
-    parameters: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
         """Name of the mechanism."""
-        return self.plan.name
+        return self.design.name
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the mechanism."""
+        return self.design.plan
+
+    @property
+    def parameters(self) -> Mapping[str, ArrayLike]:
+        """The parameters that the design replaces."""
+        return self.design.parameters
+
+    @property
+    def values(self) -> Array:
+        """Slot values (s,) of the design."""
+        return self.design.values
+
+    @property
+    def geometry(self) -> Geometry:
+        """Where everything is in the design."""
+        return self.design.geometry
 
     @property
     def order(self) -> int:
@@ -235,7 +253,7 @@ class LowOrderModel(Result):
         Raises OptionError for names that are no nodes.
         """
         numbers = self.plan.topology.numbers(nodes)
-        rows = self.plan.node_rows(numbers, self.geometry) @ self.recovery
+        rows = self.design.node_rows(numbers) @ self.recovery
         return np.asarray(rows.toarray() if hasattr(rows, "toarray") else rows)
 
     def compliance(self, nodes: Sequence[str] | None = None) -> Array:
@@ -271,8 +289,8 @@ class LowOrderModel(Result):
 
     def _full_flexibility(self, nodes: Sequence[str]) -> Array:
         """Flexibility (6k, 6k) at named nodes of the full-order model."""
-        K, _ = self.plan.full_order(self.values, self.geometry)
-        rows = self.plan.node_rows(self.plan.topology.numbers(nodes), self.geometry).toarray()
+        K, _ = stiffness_and_mass(self.design)
+        rows = self.design.node_rows(self.plan.topology.numbers(nodes)).toarray()
         return np.asarray(rows @ solve_definite(K, rows.T))
 
     def _own_flexibility(self, nodes: Sequence[str]) -> Array:
@@ -303,31 +321,26 @@ class LowOrderModel(Result):
 
 
 def assembled(
-    assembler: LowOrderAssembler,
-    values: Array,
-    geometry: Geometry,
-    parts: dict[str, ReducedPart],
-    exact_at: tuple[str, ...],
+    assembler: LowOrderAssembler, design: Design, parts: dict[str, ReducedPart], exact_at: tuple[str, ...]
 ) -> LowOrderModel:
     """The low-order model made of reduced parts, each placed as often as its prototype."""
     scatter = assembler.scatter(tuple(len(part.frequencies) for part in parts.values()))
     K, M = [], []
     for name, part in parts.items():
-        T = with_modes(assembler.transforms(geometry)[name], len(part.frequencies))
+        T = with_modes(assembler.transforms(design)[name], len(part.frequencies))
         Tt = np.swapaxes(T, -1, -2)
         K.append(Tt @ part.K @ T)
         M.append(Tt @ part.M @ T)
     build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
-    plan = assembler.plan
-    basis = SubstructureBasis(plan, geometry, parts)
+    basis = SubstructureBasis(design, parts)
     own, mass = ((A + A.T) / 2 if isinstance(A, np.ndarray) else A for A in (build(K), build(M)))
     steps = (_step(parts),)
-    if plan.is_loaded:
-        added = basis.recovery.T @ plan.full_order.prestress(values, geometry).K_g @ basis.recovery
+    if design.plan.is_loaded:
+        added = basis.recovery.T @ described_prestress(design).K_g @ basis.recovery
         added = sp.csc_matrix((added + added.T) / 2)
         own = own + added.toarray() if isinstance(own, np.ndarray) else sp.csc_matrix(own + added)
         steps = (*steps, STATE)
-    return LowOrderModel(plan, values, geometry, own, mass, basis, steps, exact_at)
+    return LowOrderModel(design, own, mass, basis, steps, exact_at)
 
 
 def _step(parts: dict[str, ReducedPart]) -> str:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from flexura.beam import block_rotation, element_mass, flexibility, rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.reduction.chain import ChainGroup, kinematics
-from flexura.structure.full_order import FullOrderModel
 from flexura.structure.members import TAPERED_PIECES, Cut, ElementSlice
+from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import block_diagonal
 from flexura.structure.slots import Index
 
@@ -118,13 +118,13 @@ class SegmentChains:
 
     def transforms(self, model: FullOrderModel) -> Array:
         """G (copies, c, 12, 12): displacements of the end nodes, part's frame, from those of their roots."""
-        G = model.plan.node_transforms(self.name, self.nodes[:, [0, -1]].ravel(), model.geometry)
+        G = model.design.node_transforms(self.name, self.nodes[:, [0, -1]].ravel())
         return block_diagonal(G.reshape(len(G), -1, 2, 6, 6))
 
     def outward(self, model: FullOrderModel) -> Array:
         """(copies, c, e - 1, 6, 6): displacements of the nodes between, global frame, from twists in the part's."""
         number = self.nodes[:, 1:-1]
-        G = model.plan.node_transforms(self.name, number.ravel(), model.geometry)
+        G = model.design.node_transforms(self.name, number.ravel())
         turn = rigid_arm(self.arms[:, 1:-1]) @ np.swapaxes(self.axes, -1, -2)[:, None]
         return np.swapaxes(G.reshape(len(G), *number.shape, 6, 6), -1, -2) @ turn
 

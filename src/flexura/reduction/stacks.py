@@ -70,6 +70,11 @@ def _said(parameters: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:g}" for name, value in parameters.items()) or "default parameters"
 
 
+def some_of(parameters: Mapping[str, ArrayLike], own: slice) -> dict[str, ArrayLike]:
+    """Parameters of some designs of many."""
+    return {name: np.ravel(v)[own] if np.ndim(v) else v for name, v in parameters.items()}
+
+
 def one_of(parameters: Mapping[str, ArrayLike], number: int) -> dict[str, float]:
     """Parameters of one design of many."""
     return {name: float(np.ravel(v)[number if np.ndim(v) else 0]) for name, v in parameters.items()}

@@ -12,7 +12,8 @@ from flexura.errors import OptionError
 from flexura.linalg.stacked import lowest_values
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import low_order
-from flexura.reduction.stacks import ImpossibleDesignError, named, refuse_turned, stacks
+from flexura.reduction.stacks import ImpossibleDesignError, named, refuse_turned, some_of, stacks
+from flexura.structure.design import Design
 from flexura.structure.plan import Plan, plan_of
 
 Array = NDArray[np.float64]
@@ -30,8 +31,9 @@ def unproven_frequencies(
     """
     plan = plan_of(mechanism)
     plan.refuse_loads("frequencies of many designs")
+    parameters = parameters or {}
     values = plan.values(parameters)
-    refuse_turned(plan, values, parameters or {})
+    refuse_turned(plan, values, parameters)
     assembler = low_order(plan)
     if count < 1:
         raise OptionError(f"the number of frequencies is at least 1, not {count}")
@@ -40,9 +42,9 @@ def unproven_frequencies(
     found = np.empty((len(many), count))
     for own in stacks(len(many)):
         try:
-            K, M = assembler.stack(many[own] if values.ndim > 1 else values)
+            K, M = assembler.stack(Design.at(plan, many[own], some_of(parameters, own)))
         except ImpossibleDesignError as error:
-            raise named(error, own.start, parameters or {}) from None
+            raise named(error, own.start, parameters) from None
         found[own] = lowest_values(K, M, count, assembler.start(count))
     hz = np.sqrt(np.maximum(found, 0.0)) / (2 * np.pi)
     return hz if values.ndim > 1 else hz[0]

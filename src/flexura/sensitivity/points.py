@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.sensitivity.variation import Rows
-from flexura.structure import FullOrderModel
+from flexura.structure import Design
 
 Array = NDArray[np.float64]
 
@@ -51,11 +51,11 @@ def displacement_rows(places: Sequence[Reading]) -> Rows:
         else:
             six[at, :3], six[at, 3:] = place.direction, np.cross(place.arm, place.direction)
 
-    def rows(model: FullOrderModel) -> Any:
-        found = np.zeros((len(places), model.plan.topology.n_dof))
+    def rows(design: Design) -> Any:
+        found = np.zeros((len(places), design.plan.topology.n_dof))
         if own:
-            numbers = model.plan.topology.numbers([places[k].node for k in own])
-            of_nodes = model.plan.node_rows(numbers, model.geometry).toarray().reshape(len(own), 6, -1)
+            numbers = design.plan.topology.numbers([places[k].node for k in own])
+            of_nodes = design.node_rows(numbers).toarray().reshape(len(own), 6, -1)
             found[own] = np.einsum("oi,oin->on", six, of_nodes)
         for k, place in enumerate(places):
             if place.row is not None:

@@ -19,14 +19,15 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel, reduce
-from flexura.structure import FullOrderModel, Plan
+from flexura.structure import Design, FullOrderModel, Plan
+from flexura.structure.full_order import described_prestress, full_order_model
 from flexura.structure.part import PartGeometry, PartMatrices
 from flexura.structure.plan import plan_of
 from flexura.structure.slots import Index
 
 Array = NDArray[np.float64]
-Rows = Callable[[FullOrderModel], Any]
-"""Rows (o, n) over the DOFs of the full-order model that read something off a model, for its sizes."""
+Rows = Callable[[Design], Any]
+"""Rows (o, n) over the DOFs of the full-order model that read something off it, for the sizes of a design."""
 
 STEP = 0.02
 """First difference step, relative to the parameter; it is halved twice."""
@@ -58,13 +59,6 @@ def unbounded(mechanism: Mechanism | Plan) -> Plan:
     return Plan(own.model_copy(update={"parameters": free}))
 
 
-def full_order(plan: Plan, parameters: Mapping[str, float]) -> FullOrderModel:
-    """The full-order model for one design, without checking the description anew."""
-    values = plan.values(parameters)
-    geometry = plan.geometry(values)
-    return FullOrderModel(plan, dict(parameters), values, geometry, *plan.full_order(values, geometry))
-
-
 class FullOrderFamily:
     """The full-order models of a plan over its parameters."""
 
@@ -73,47 +67,42 @@ class FullOrderFamily:
 
     def model(self, parameters: Mapping[str, float]) -> FullOrderModel:
         """The model for one design."""
-        return full_order(self.plan, parameters)
+        return full_order_model(Design.of(self.plan, parameters))
 
     def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
         """K X, M X (n, k) and readings (o, k) for one design, from its elements (theory eq. K1)."""
-        values = self.plan.values(parameters)
-        geometry = self.plan.geometry(values)
-        topology = self.plan.topology
+        design, topology = Design.of(self.plan, parameters), self.plan.topology
         KX, MX = np.zeros((2, topology.n_dof + 1, X.shape[1]))
         padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-        matrices = self.plan.matrices(values, geometry)
-        for name, own in matrices.items():
+        for name, own in design.matrices.items():
             part = self.plan.parts[name]
             number = np.array(topology.placed[name].offset)[:, None] + np.arange(part.n_nodes)
-            G = self.plan.node_transforms(name, np.arange(part.n_nodes), geometry)
+            G = design.node_transforms(name, np.arange(part.n_nodes))
             dofs = topology.dof[topology.root[number]]
             u = G @ padded[dofs]
-            for nodes, k, m in _forces(own, part.connectivity, part.n_placed, geometry.parts[name], u):
+            for nodes, k, m in _forces(own, part.connectivity, part.n_placed, design.geometry.parts[name], u):
                 for into, f in ((KX, k), (MX, m)):
                     if f is not None:
                         back = np.swapaxes(G[:, nodes], -1, -2) @ f.reshape(*u[:, nodes].shape)
                         np.add.at(into, dofs[:, nodes], back)
         if self.plan.is_loaded:
-            KX[:-1] += self.plan.full_order.prestress(values, geometry).K_g @ X
-        return KX[:-1], MX[:-1], self.readings(parameters, X)
+            KX[:-1] += described_prestress(design).K_g @ X
+        return KX[:-1], MX[:-1], self._read(design, X)
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off DOF vectors X: (o, k)."""
-        if self._rows is None:
-            return X
-        values = self.plan.values(parameters)
-        geometry = self.plan.geometry(values)
-        empty: Any = None
-        return np.asarray(self._rows(FullOrderModel(self.plan, {}, values, geometry, empty, empty)) @ X)
+        return self._read(Design.of(self.plan, parameters), X)
+
+    def _read(self, design: Design, X: Array) -> Array:
+        return X if self._rows is None else np.asarray(self._rows(design) @ X)
 
     def rows(self, parameters: Mapping[str, float]) -> Array:
         """The rows themselves over the coordinates: (o, n)."""
         if self._rows is None:
             return np.eye(self.plan.topology.n_dof)
-        return np.asarray(self._rows(self.model(parameters)))
+        return np.asarray(self._rows(Design.of(self.plan, parameters)))
 
-    def carried(self, _parameters: Mapping[str, float], rows: Any) -> Any:
+    def over_coordinates(self, _parameters: Mapping[str, float], rows: Any) -> Any:
         """Rows (q, N) over the DOFs of the full-order model, over the coordinates."""
         return rows
 
@@ -215,17 +204,14 @@ class LowOrderFamily:
         """The rows themselves over the coordinates: (o, n)."""
         return self.readings(parameters, np.eye(self._reduced(parameters).order))
 
-    def carried(self, parameters: Mapping[str, float], rows: Any) -> Array:
+    def over_coordinates(self, parameters: Mapping[str, float], rows: Any) -> Array:
         """Rows (q, N) over the DOFs of the full-order model, over the coordinates."""
         low = self._reduced(parameters)
         return np.asarray(rows @ low.recover(self._turn(low)))
 
     def _read(self, low: LowOrderModel, coordinates: Array) -> Array:
         u = low.recover(coordinates)
-        if self._rows is None:
-            return u
-        empty: Any = None
-        return np.asarray(self._rows(FullOrderModel(low.plan, {}, low.values, low.geometry, empty, empty)) @ u)
+        return u if self._rows is None else np.asarray(self._rows(low.design) @ u)
 
 
 Family = FullOrderFamily | LowOrderFamily

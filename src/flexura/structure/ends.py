@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.mechanism.layout import TOP, Layout, matching
-
-if TYPE_CHECKING:
-    from flexura.structure.part import Part, PartGeometry
+from flexura.structure.part import Part, PartGeometry
 
 Array = NDArray[np.float64]
 

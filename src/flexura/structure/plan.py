@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.beam import rigid_arm
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import ParameterTable
@@ -22,13 +19,10 @@ from flexura.mechanism.substructure import Mechanism, solid_members
 from flexura.records import Kept, Latest, Record
 from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
-from flexura.structure.members import ElementSlice, Members
-from flexura.structure.part import Lump, Part, PartGeometry, PartMatrices
+from flexura.structure.members import Members
+from flexura.structure.part import Part, PartGeometry
 from flexura.structure.slots import Index, SlotTable
 from flexura.structure.topology import Topology
-
-if TYPE_CHECKING:
-    from flexura.structure.full_order import FullOrderAssembler
 
 Array = NDArray[np.float64]
 
@@ -134,7 +128,7 @@ class Plan(Record):
         self.slots = SlotTable()
         self.parts = {name: Part(self.layout, name, self.slots) for name in self.layout.prototypes}
         members = [m for part in self.parts.values() for m in part.members.values()]
-        self._members = Members(members, mechanism, self.slots)
+        self.members = Members(members, mechanism, self.slots)
         self._children = {
             name: [_ChildPlacement(child, self.slots) for child in children]
             for name, children in self.layout.children.items()
@@ -156,13 +150,6 @@ class Plan(Record):
         """Name of the mechanism."""
         return self.mechanism.name
 
-    @cached_property
-    def full_order(self) -> FullOrderAssembler:
-        """The prepared assembly of the full-order model."""
-        from flexura.structure.full_order import FullOrderAssembler
-
-        return FullOrderAssembler(self)
-
     @property
     def is_loaded(self) -> bool:
         """Whether loads or gravity are described, about whose state stiffness then is."""
@@ -175,14 +162,14 @@ class Plan(Record):
 
     def _settle_corrections(self) -> None:
         """Work out how far ends are clamped at the default parameters, where a correction asks for it."""
-        if not self._members.corrections.wanted.any():
+        if not self.members.corrections.wanted.any():
             return
         values = self.values()
         geometry = self.geometry(values)
         settled = [settle_ends(self.layout, p, values, geometry.parts[name]) for name, p in self.parts.items()]
         for part, found in zip(self.parts.values(), settled, strict=True):
             part.table.corrections.settle(found)
-        self._members.corrections.settle(np.concatenate(settled))
+        self.members.corrections.settle(np.concatenate(settled))
 
     def _find_geometry_slots(self) -> Index:
         """Slots with expressions on which positions, lengths and orientations depend."""
@@ -300,66 +287,6 @@ class Plan(Record):
         for step in reversed(steps):
             x = step.points(x)
         return x
-
-    def matrices(self, values: Array, geometry: Geometry) -> dict[str, PartMatrices]:
-        """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
-        lengths = np.concatenate([g.length for g in geometry.parts.values()], axis=-1)
-        elements = self._members.elements(values, lengths)
-        found, start = {}, 0
-        for name, part in self.parts.items():
-            stop = start + len(part.connectivity)
-            if part.has_matrices:
-                own = ElementSlice(elements, start, stop)
-                found[name] = PartMatrices(own, geometry.T[name], part.lumps(values, geometry.parts[name]))
-            start = stop
-        return found
-
-    def lumps(self, values: Array, geometry: Geometry) -> dict[str, list[Lump]]:
-        """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
-        return {
-            name: part.lumps(values, geometry.parts[name]) for name, part in self.parts.items() if part.has_matrices
-        }
-
-    def element_coefficients(self, values: Array, geometry: Geometry) -> tuple[Array, Array]:
-        """Coefficients (elements * 10,) and (elements * 14,) of all prototypes' elements in the bases of K and M."""
-        lengths = np.concatenate([g.length for g in geometry.parts.values()], axis=-1)
-        K, M = self._members.elements(values, lengths).coefficients()
-        return K.ravel(), M.ravel()
-
-    def node_transforms(self, name: str, nodes: Index, geometry: Geometry) -> Array:
-        """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame
-        (theory eq. 36).
-
-        i counts the placed copies of the prototype. Nodes that are their own root are turned only; others follow
-        the root on a rigid arm (eq. 32). Rotations are axial vectors: mirror images turn them the other way. Amplitudes
-        are not turned.
-        """
-        placed = self.topology.placed[name]
-        Q = np.swapaxes(geometry.Q[..., placed.number, :, :], -1, -2)
-        axial = np.linalg.det(Q).round()[..., None, None] * Q
-        number = np.array(placed.offset)[:, None] + nodes
-        G = np.zeros((*Q.shape[:-3], *number.shape, 6, 6))
-        G[..., :3, :3] = Q[..., None, :, :]
-        G[..., 3:, 3:] = axial[..., None, :, :]
-        topology = self.topology
-        slaved = topology.is_rigid[number] & (topology.root[number] != number)
-        if slaved.any():
-            at = number[slaved]
-            arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
-            G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(arm)
-        G[..., np.asarray(nodes) >= self.parts[name].n_placed, :, :] = np.eye(6)
-        return G
-
-    def node_rows(self, numbers: Index, geometry: Geometry) -> sp.csr_matrix:
-        """B (6k, n): displacements of the nodes `numbers` (k,), global frame, from the DOFs of the full-order model."""
-        topology = self.topology
-        root = topology.root[numbers]
-        arm = np.where(topology.is_rigid[numbers, None], geometry.positions[numbers] - geometry.positions[root], 0.0)
-        D, dof = rigid_arm(arm), topology.dof[root]
-        free = np.broadcast_to((dof >= 0)[:, None, :], D.shape) & (D != 0)
-        row = np.broadcast_to(np.arange(6 * len(numbers)).reshape(-1, 6, 1), D.shape)
-        column = np.broadcast_to(dof[:, None, :], D.shape)
-        return sp.csr_matrix((D[free], (row[free], column[free])), shape=(6 * len(numbers), topology.n_dof))
 
 
 def _span(offsets: list[int], n: int) -> Index:

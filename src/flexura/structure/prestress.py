@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,13 +14,11 @@ from flexura.beam.geometric import arm_stiffness
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import critical_factors, factorise, is_definite
 from flexura.records import Record
+from flexura.structure.model import FullOrderModel, dead_load
+from flexura.structure.part import Part, PartMatrices
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
-
-if TYPE_CHECKING:
-    from flexura.structure.full_order import FullOrderModel
-    from flexura.structure.part import Part, PartMatrices
-    from flexura.structure.topology import Placed
+from flexura.structure.topology import Placed
 
 Array = NDArray[np.float64]
 
@@ -64,16 +62,6 @@ class Drive:
     load: Array | float = 0.0
     pushes: tuple[Pushes, ...] = ()
     expansion: Mapping[str, float] = field(default_factory=dict)
-
-
-def dead_load(model: FullOrderModel, gravity: ArrayLike, wrenches: Mapping[str, Array]) -> Array:
-    """Load vector (n,) of the weight of everything and of forces and moments (6,) by node; OptionError for unknown
-    nodes."""
-    plan = model.plan
-    load = model.carried[:, :3] @ np.asarray(gravity, dtype=float)
-    for node, wrench in wrenches.items():
-        load = load + plan.node_rows(plan.topology.numbers([node]), model.geometry).T @ wrench
-    return load
 
 
 def prestress(
@@ -155,7 +143,7 @@ class _PartState:
         self.number = np.array(self.placed.offset, dtype=np.intp)[:, None] + np.arange(self.part.n_nodes)
         self.root = topology.root[self.number]
         self.dof = topology.dof[self.root]
-        self.G = plan.node_transforms(name, np.arange(self.part.n_nodes), geometry)
+        self.G = state.model.design.node_transforms(name, np.arange(self.part.n_nodes))
         self.v = (self.G @ state.u[self.dof][..., None])[..., 0]
         """Displacements (copies, nodes, 6) in the part's frame."""
         self.pull = self.state.gravity @ self.Q

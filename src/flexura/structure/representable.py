@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
 
 from flexura.errors import ModelError, Path, Problem
 from flexura.mechanism.layout import TOP
+from flexura.structure.design import Design
 from flexura.structure.part import PartMatrices
-
-if TYPE_CHECKING:
-    from flexura.structure.plan import Plan
+from flexura.structure.plan import Plan
 
 RULE = "stiffness or mass is not finite: sizes here lie further apart than double precision can hold"
 
 
-def refuse_unrepresentable(plan: Plan, matrices: Mapping[str, PartMatrices]) -> None:
+def refuse_unrepresentable(design: Design) -> None:
     """Raise ModelError that names every member, body, spring and superelement with a matrix that is not finite.
 
     One design.
     """
-    found = [problem for name, own in matrices.items() for problem in _problems(plan, name, own)]
+    with np.errstate(all="ignore"):  # what is not finite is refused by name
+        matrices = design.matrices
+        found = [problem for name, own in matrices.items() for problem in _problems(design.plan, name, own)]
     if found:
         raise ModelError(found)
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from flexura.beam.uniform import UniformBeam
 from flexura.errors import OptionError
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.assembler import full_order
 from flexura.structure.members import TAPERED_PIECES, ElementSlice
+from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.slots import Index
 
@@ -86,7 +87,7 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
         e = np.repeat(np.arange(len(counts)), counts)
         at_start, at_end = np.zeros(len(e), bool), np.zeros(len(e), bool)
         at_start[start[:-1]], at_end[start[1:] - 1] = True, True
-        G = plan.node_transforms(name, np.arange(part.n_nodes), model.geometry)
+        G = model.design.node_transforms(name, np.arange(part.n_nodes))
         T = matrices.T
         for copy, (path, offset) in enumerate(zip(placed.paths, placed.offset, strict=True)):
             X = np.broadcast_to(np.eye(6), (len(e), 2, 6, 6)).copy()
@@ -108,7 +109,7 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
                 members.append(PlacedMember(".".join((*path, member)), name, k, is_flexure, span))
             first_segment += len(e)
         first_kind += len(own.beam.length)
-    K, M = (_enlarged(A, n) for A in plan.full_order.lumped(model.values, model.geometry))
+    K, M = (_enlarged(A, n) for A in full_order(plan).lumped(model.design))
     if not beams:
         empty = UniformBeam(*(np.empty(0) for _ in UniformBeam._fields))
         return Segments(model, empty, np.empty(0, int), np.empty((0, 2, 6), int), np.empty((0, 2, 6, 6)), (), n, K, M)

@@ -24,7 +24,8 @@ from flexura.mechanism.channels import Actuator, Sensor
 from flexura.mechanism.checks.survey import suggestion
 from flexura.mechanism.layout import is_pattern
 from flexura.records import Record
-from flexura.structure.plan import Geometry, Plan
+from flexura.structure.design import Design
+from flexura.structure.plan import Plan
 from flexura.structure.slots import Index
 from flexura.systems.channel import Channel
 
@@ -93,8 +94,9 @@ class Placement:
     is the acceleration of everything that is held.
     """
 
-    def __init__(self, plan: Plan, values: Array, geometry: Geometry) -> None:
-        self.plan, self.values, self.geometry = plan, values, geometry
+    def __init__(self, design: Design) -> None:
+        self.design = design
+        self.plan, self.values, self.geometry = design.plan, design.values, design.geometry
         self._actuators = dict(self._described("actuator"))
         self._sensors = dict(self._described("sensor"))
 
@@ -160,7 +162,7 @@ class Placement:
 
     def _rows(self, numbers: Sequence[int]) -> Array:
         """Displacements (6k, n) of global nodes."""
-        return self.plan.node_rows(np.array(numbers, dtype=np.intp), self.geometry).toarray()
+        return self.design.node_rows(np.array(numbers, dtype=np.intp)).toarray()
 
     def _rigid(self, number: int) -> Array:
         """Displacement (6, 6) of a node in unit rigid motions of and about the global origin."""

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
 from flexura.reduction import LowOrderModel
-from flexura.reduction.certificate import design_of
 from flexura.reduction.chained import chained
 from flexura.reduction.flexibility import WELL, Flexibility, flexibility, stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel
+from flexura.structure.full_order import full_order_model
 from flexura.systems.channel import Channel, positions
 from flexura.systems.damping import DampingLaw
 from flexura.systems.placed import PlacedInput, PlacedOutput
@@ -178,4 +178,4 @@ class SecondOrder(Result):
 
 def full_order_of(model: Model) -> FullOrderModel:
     """The full-order model behind a model."""
-    return model if isinstance(model, FullOrderModel) else design_of(model)
+    return model if isinstance(model, FullOrderModel) else full_order_model(model.design)

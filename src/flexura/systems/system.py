@@ -20,6 +20,7 @@ from flexura.reduction.flexibility import flexibility, stored_flexibility
 from flexura.reduction.low_order import reduction_of
 from flexura.reduction.model import static_nodes
 from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.assembler import full_order
 from flexura.structure.plan import one_design, plan_of
 from flexura.systems.damping import damping_law
 from flexura.systems.modal import ModalSystem, modal_system
@@ -72,12 +73,12 @@ def system(
     Raises ModelError for a description that cannot be used and OptionError for impossible arguments.
     """
     model = _model(mechanism, parameters, order, how)
-    plan, values, geometry = model.plan, model.values, model.geometry
-    place = Placement(plan, values, geometry)
+    plan = model.plan
+    place = Placement(model.design)
     ins, outs = _channels(place, inputs, outputs)
     full = full_order_of(model)
     law = damping_law(plan.mechanism.damping, plan.parameter_values(model.parameters), damping)
-    C_full, H_full = plan.full_order.dissipation(values, geometry, law.loss_factor)
+    C_full, H_full = full_order(plan).dissipation(model.design, law.loss_factor)
     recover = None if isinstance(model, FullOrderModel) else model.recovery
     C, H = (_projected(A, recover, model.K) for A in (C_full, H_full))
     loss = uniform_loss(H_full, full.K)
@@ -183,7 +184,7 @@ def _load(placed: PlacedInput, full: FullOrderModel) -> Array:
     """Load (n,) of one unit of an input; that of an accelerated base is the inertia of everything (theory eq. T3)."""
     if placed.base is None:
         return placed.load
-    return -(full.carried @ placed.base)
+    return -(full.base_inertia_forces @ placed.base)
 
 
 def _direct(ins: list[PlacedInput], outs: list[PlacedOutput]) -> Array:

@@ -16,6 +16,7 @@ from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.fem.reduced import LEAST_MODES, Announce, Matrices, ReducedPiece, reduced_piece
 from flexura.solid.mesh.surface import SurfaceShape
 from flexura.structure import FullOrderModel
+from flexura.structure.assembler import full_order
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -123,7 +124,7 @@ def _solved(
     total = model.order + sum(len(c.copies) * own.amplitudes for c, own in made)
     K, M = (
         sp.csc_matrix((A.data, A.indices, np.append(A.indptr, [A.nnz] * (total - model.order))), (total, total))
-        for A in model.plan.full_order.lumped(model.values, model.geometry)
+        for A in full_order(model.plan).lumped(model.design)
     )
     placed, first = [], model.order
     for component, own in made:
@@ -173,7 +174,7 @@ def _placing(
     """S (6 k + amplitudes, total): a component's coordinates from all coordinates, for a copy (theory eq. E4)."""
     numbers = np.array([copy.node[i] for i in component.nodes])
     turn = sp.kron(sp.eye(len(numbers)), turned(copy.Q).T)
-    rows = sp.coo_matrix(turn @ model.plan.node_rows(numbers, model.geometry))
+    rows = sp.coo_matrix(turn @ model.design.node_rows(numbers))
     inner = np.arange(amplitudes)
     data = np.concatenate([rows.data, np.ones(amplitudes)])
     row = np.concatenate([rows.row, 6 * len(numbers) + inner])

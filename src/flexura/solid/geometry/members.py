@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.solid.geometry.contours import DIGITS, MemberShape, Outline
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 from flexura.structure.sections import SectionGroup
 from flexura.structure.slots import Index
 

@@ -20,7 +20,7 @@ from flexura.mechanism.placement import rotation_matrix
 from flexura.solid.geometry import occ
 from flexura.solid.geometry.members import joints, solids
 from flexura.solid.geometry.occ import MILLIMETRE
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.model import FullOrderModel
 
 Array = NDArray[np.float64]
 

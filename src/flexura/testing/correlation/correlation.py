@@ -19,6 +19,7 @@ from flexura.reduction import LowOrderModel
 from flexura.reduction.certificate import full_order_modes, low_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure.full_order import full_order_model
 from flexura.testing.correlation.expansion import Expansion, ReducedMass, sensor_mass, serep
 from flexura.testing.correlation.faulty_channels import checked_pairing
 from flexura.testing.correlation.overlay import FRFOverlay, overlays
@@ -299,10 +300,7 @@ def _full(mechanism: Any, parameters: Mapping[str, ArrayLike] | None) -> FullOrd
     if isinstance(mechanism, FullOrderModel | LowOrderModel):
         if parameters:
             raise OptionError("parameters belong to a mechanism, not to a finished model")
-        if isinstance(mechanism, FullOrderModel):
-            return mechanism
-        m = mechanism
-        return FullOrderModel(m.plan, m.parameters, m.values, m.geometry, *m.plan.full_order(m.values, m.geometry))
+        return mechanism if isinstance(mechanism, FullOrderModel) else full_order_model(mechanism.design)
     return assemble(mechanism, parameters)
 
 

@@ -14,6 +14,7 @@ from flexura.mechanism import Mechanism
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.modelfile.document import parse
 from flexura.modelfile.extension import text_of
+from flexura.structure.design import Design
 from flexura.structure.plan import Plan, plan_of
 from flexura.systems.placed import Placement
 from flexura.testing.measurement.channel_units import quantity_of, refuse_unknown
@@ -134,9 +135,8 @@ def places_of(mechanism: Mechanism | Plan, names: Sequence[str]) -> dict[str, Pl
     cannot be used.
     """
     plan = plan_of(mechanism)
-    values = plan.values(None)
-    geometry = plan.geometry(values)
-    placement = Placement(plan, values, geometry)
+    design = Design.of(plan)
+    placement = Placement(design)
     found: dict[str, Place] = {}
     for name in names:
         node, _, dof = name.partition(":")[0].rpartition(".")
@@ -148,7 +148,7 @@ def places_of(mechanism: Mechanism | Plan, names: Sequence[str]) -> dict[str, Pl
                     found[name] = Place(channel.node, channel.direction, channel.position, channel.quantity)
             else:
                 number = int(plan.topology.numbers([node])[0])
-                x, y, z = geometry.positions[number].tolist()
+                x, y, z = design.geometry.positions[number].tolist()
                 found[name] = Place(node, axis("xyz"[DOF_NAMES.index(dof) % 3], name), (x, y, z))
         except (FlexuraError, ValueError, IndexError):
             continue

@@ -170,7 +170,7 @@ def _rows(model: FullOrderModel, found: list[_Found]) -> Array:
         of_node = np.concatenate(
             [np.where(turns, 0.0, d), np.where(turns, d, np.cross(x - model.geometry.positions[numbers], d))], axis=1
         )
-        node_rows = np.asarray(model.plan.node_rows(numbers, model.geometry).toarray()).reshape(len(own), 6, -1)
+        node_rows = np.asarray(model.design.node_rows(numbers).toarray()).reshape(len(own), 6, -1)
         rows[own] = np.einsum("qi,qin->qn", of_node, node_rows)
     for k, f in enumerate(found):
         if f.row is not None:
@@ -190,9 +190,9 @@ class _Places:
         self.tolerance = (WITHIN * size or POINT) if tolerance is None else float(tolerance)
         if not self.tolerance > 0:
             raise OptionError(f"the tolerance of positions is a positive length in m, not {self.tolerance:g}")
-        self.described = Placement(model.plan, model.values, model.geometry)
+        self.described = Placement(model.design)
         self.bodies = list(_solid_bodies(model))
-        described = None if model.plan.mechanism.test is None else PlacesOfTest(model)
+        described = None if model.plan.mechanism.test is None else PlacesOfTest(model.design)
         self.hammer = {} if described is None else described.hammer
         self.accelerometers = {} if described is None else described.accelerometers
         self.points = [*self.hammer.values(), *self.accelerometers.values()]

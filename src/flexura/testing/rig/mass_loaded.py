@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.sensitivity.variation import Family, Matrices
-from flexura.structure import FullOrderModel
+from flexura.structure import Design, FullOrderModel
 from flexura.testing.rig.test_points import PlacesOfTest
 
 Array = NDArray[np.float64]
@@ -39,14 +39,14 @@ class MassLoadedFamily:
         added = self._places(at).added(self._placements)
         if isinstance(own, FullOrderModel):
             return replace(own, M=sp.csc_matrix(own.M + added.on()))
-        return replace(own, M=own.M + added.on(self._family.carried(at, added.motion)))
+        return replace(own, M=own.M + added.on(self._family.over_coordinates(at, added.motion)))
 
     def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
         """K X, M X (n, k) with the sensors, and readings (o, k), for one design."""
         KX, MX, Y = self._family.products(parameters, X)
         added = self._places(parameters).added(self._placements)
-        carried = self._family.carried(parameters, added.motion)
-        return KX, MX + carried.T @ (np.repeat(added.mass, 3)[:, None] * (carried @ X)), Y
+        rows = self._family.over_coordinates(parameters, added.motion)
+        return KX, MX + rows.T @ (np.repeat(added.mass, 3)[:, None] * (rows @ X)), Y
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off coordinate vectors X: (o, k)."""
@@ -57,10 +57,7 @@ class MassLoadedFamily:
         return self._family.rows(parameters)
 
     def _places(self, parameters: Mapping[str, float]) -> PlacesOfTest:
-        plan, empty = self._family.plan, None
-        values = plan.values(parameters)
-        model: Any = FullOrderModel(plan, dict(parameters), values, plan.geometry(values), empty, empty)  # type: ignore[arg-type]
-        return PlacesOfTest(model)
+        return PlacesOfTest(Design.of(self._family.plan, parameters))
 
 
 AnyFamily = Family | MassLoadedFamily

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.mechanism import Accelerometer, HammerPoint, ModalTest
 from flexura.mechanism.evaluation import evaluated
-from flexura.structure import FullOrderModel, Plan
+from flexura.structure import Design, FullOrderModel, Plan
 from flexura.testing.measurement.channels import MeasuredChannel
 
 Array = NDArray[np.float64]
@@ -55,9 +55,9 @@ class AddedMass:
     mass: Array
     motion: Any
 
-    def on(self, carried: Any = None) -> Any:
-        """Mass matrix (n, n), kg, over the DOFs, or over coordinates that have `carried` (3 q, m) for the motion."""
-        rows: Any = self.motion if carried is None else carried
+    def on(self, rows: Any = None) -> Any:
+        """Mass matrix (n, n), kg, over the DOFs, or over coordinates that have `rows` (3 q, m) for the motion."""
+        rows = self.motion if rows is None else rows
         weight = np.repeat(self.mass, 3)
         across: Any = rows.T
         return across @ (sp.csr_array(sp.diags_array(weight)) @ rows)
@@ -69,12 +69,11 @@ class PlacesOfTest:
     Raises OptionError for a name that the mechanism does not have.
     """
 
-    def __init__(self, model: FullOrderModel, described: ModalTest | None = None) -> None:
-        self.model = model
-        described = described or model.plan.mechanism.test
+    def __init__(self, design: Design) -> None:
+        self.design, described = design, design.plan.mechanism.test
         if described is None:
-            raise OptionError(f"{model.plan.mechanism.name} describes no test: add the key test to its file")
-        self._values = model.plan.parameter_values(model.parameters)
+            raise OptionError(f"{design.name} describes no test: add the key test to its file")
+        self._values = design.plan.parameter_values(design.parameters)
         numbers = evaluated(described, self._values)  # type: ignore[arg-type]
         self.test = ModalTest(**{name: getattr(numbers, name) for name in ModalTest.model_fields})
 
@@ -95,7 +94,7 @@ class PlacesOfTest:
         weight = [own[name].mass * (share[name] - isinstance(self.test.accelerometers[name], str)) for name in own]
         used = [k for k, w in enumerate(weight) if w]
         places = list(own.values())
-        n = self.model.plan.topology.n_dof
+        n = self.design.plan.topology.n_dof
         motion = sp.vstack([sp.csr_array((0, n)), *(places[k].motion for k in used)], format="csr")
         return AddedMass(np.array([weight[k] for k in used], dtype=float), motion)
 
@@ -111,17 +110,16 @@ class PlacesOfTest:
         return replace(place, mass=float(sensor.mass))  # type: ignore[arg-type]
 
     def _inline(self, name: str, quantity: str, part: HammerPoint | Accelerometer) -> Place:
-        number = int(self.model.plan.topology.numbers([part.node])[0])
-        here = self.model.geometry.positions[number]
+        number = int(self.design.plan.topology.numbers([part.node])[0])
+        here = self.design.geometry.positions[number]
         at = here if part.at is None else np.asarray(part.at, dtype=float)
         label = part.node if part.at is None else name
         return self._place(name, quantity, number, label, at, np.asarray(part.direction, dtype=float))
 
     def _place(self, name: str, quantity: str, number: int, label: str, at: Array, direction: Array) -> Place:
-        plan, geometry = self.model.plan, self.model.geometry
-        arm = at - geometry.positions[number]
+        arm = at - self.design.geometry.positions[number]
         S = np.array([[0.0, arm[2], -arm[1]], [-arm[2], 0.0, arm[0]], [arm[1], -arm[0], 0.0]])
-        motion = sp.csr_matrix(np.hstack([np.eye(3), S])) @ plan.node_rows(np.array([number]), geometry)
+        motion = sp.csr_matrix(np.hstack([np.eye(3), S])) @ self.design.node_rows(np.array([number]))
         dx, dy, dz = (direction / np.linalg.norm(direction)).tolist()
         x, y, z = at.tolist()
         channel = MeasuredChannel(name, quantity, label, (dx, dy, dz), (x, y, z))
@@ -129,7 +127,7 @@ class PlacesOfTest:
 
     def _described(self, kind: str, name: str, described: str) -> Place:
         """A force or a sensor of the mechanism, under its name in the test."""
-        plan, geometry = self.model.plan, self.model.geometry
+        plan, geometry = self.design.plan, self.design.geometry
         *path, key = described.split(".")
         for placed in plan.topology.placed.values():
             channels = placed.part.channels
@@ -138,7 +136,7 @@ class PlacesOfTest:
                 continue
             copy = placed.paths.index(tuple(path))
             number = placed.offset[copy] + channels.nodes[kind, key][0]
-            own = channels.number(kind, key, "direction", self.model.values)
+            own = channels.number(kind, key, "direction", self.design.values)
             direction = geometry.Q[placed.number[copy]] @ np.asarray(own)
             quantity = "force" if kind == "actuator" else "acceleration"
             label = plan.topology.node_names[number]
@@ -168,7 +166,7 @@ def placements_of(plan: Plan, setups: Sequence[tuple[str, Sequence[MeasuredChann
 
 def added_mass(model: FullOrderModel, placements: Sequence[str]) -> AddedMass | None:
     """Mean mass that the sensors of some placements add to a model; None for no placements."""
-    return PlacesOfTest(model).added(placements) if placements else None
+    return PlacesOfTest(model.design).added(placements) if placements else None
 
 
 def with_sensors(model: FullOrderModel, placements: Sequence[str]) -> FullOrderModel:
@@ -182,7 +180,7 @@ def placement_frequencies(model: FullOrderModel, placements: Sequence[str], hz: 
     the space of these)."""
     if not placements:
         return np.empty((0, len(hz)))
-    places = PlacesOfTest(model)
+    places = PlacesOfTest(model.design)
     mean = places.added(placements)
     mean_mass = mean.on(mean.motion @ vectors)
     found = np.empty((len(placements), len(hz)))

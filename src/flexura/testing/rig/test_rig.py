@@ -57,7 +57,7 @@ class ModalTestRig:
         if test is not None:
             plan = plan_of(plan.mechanism.model_copy(update={"test": test}))
         self.model = assemble(plan, single)
-        self._places = PlacesOfTest(self.model)
+        self._places = PlacesOfTest(self.model.design)
         self.test = self._places.test
         self._built = system(self.model, inputs=[], outputs=[], damping=damping)
         self.hammer = list(self._places.hammer.values())

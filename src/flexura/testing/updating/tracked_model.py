@@ -15,8 +15,10 @@ from flexura.sensitivity.eigenpairs import moved_clusters, whole_clusters
 from flexura.sensitivity.frequencies import family_of
 from flexura.sensitivity.points import displacement_rows
 from flexura.sensitivity.responses import first_columns, static_vectors
-from flexura.sensitivity.variation import Order, changes_of, full_order
+from flexura.sensitivity.variation import Order, changes_of
 from flexura.structure import Plan
+from flexura.structure.design import Design
+from flexura.structure.full_order import full_order_model
 from flexura.testing.rig.channel_readings import readings_of
 from flexura.testing.rig.mass_loaded import AnyFamily, MassLoadedFamily
 from flexura.testing.updating.targets import ModalTarget, ResponseTarget, State, Target
@@ -52,7 +54,7 @@ class TrackedModel:
     ) -> None:
         self._is_tracked, self._reference = tracked, reference
         channels = [c for t in targets for c in t.channels]
-        places = readings_of(full_order(plan, start), channels) if channels else []
+        places = readings_of(full_order_model(Design.of(plan, start)), channels) if channels else []
         ends = np.cumsum([0, *(len(t.channels) for t in targets)])
         self.rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         bare = family_of(plan, order, start, keep, displacement_rows(places))

@@ -214,11 +214,7 @@ def _candidates(model: FullOrderModel, wanted: Sequence[str] | None, vectors: Ar
 
 def candidate_names(model: FullOrderModel, wanted: Sequence[str] | None = None) -> tuple[str, ...]:
     """Names of candidate sensors, wildcards written out. Raises OptionError for names that mean nothing."""
-    described = [
-        name
-        for name in Placement(model.plan, model.values, model.geometry).sensors
-        if _sensor_type(model, name) != "force"
-    ]
+    described = [name for name in Placement(model.design).sensors if _sensor_type(model, name) != "force"]
     if wanted is None:
         return tuple(described or [f"{node}.{dof}" for node in _nodes(model, True) for dof in DOF_NAMES[:3]])
     wanted = [wanted] if isinstance(wanted, str) else wanted

@@ -1,0 +1,123 @@
+"""Designs: the numbers of a plan, for one design or for a stack of them, and the matrices that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.beam import rigid_arm
+from flexura.records import Record
+from flexura.structure.members import Elements, ElementSlice
+from flexura.structure.part import Lump, PartMatrices
+from flexura.structure.plan import Geometry, Plan
+from flexura.structure.slots import Index
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class Design(Record):
+    """One design of a plan, or a stack of them along a leading axis.
+
+    `parameters` are those that were replaced, `values` (..., s) the slot values, `geometry` where everything then is.
+    Matrices have the leading axis of `values`; whatever does not vary along it may lack it.
+    """
+
+    _shown = ("name", "parameters")
+
+    plan: Plan
+    parameters: Mapping[str, ArrayLike]
+    values: Array = field(compare=False)
+    geometry: Geometry = field(compare=False)
+
+    @staticmethod
+    def of(plan: Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Design:
+        """The design with some parameters replaced, or the stack where these are arrays over designs.
+
+        Raises OptionError for unknown parameters and values outside their bounds.
+        """
+        return Design.at(plan, plan.values(parameters), parameters or {})
+
+    @staticmethod
+    def at(plan: Plan, values: Array, parameters: Mapping[str, ArrayLike]) -> Design:
+        """The design of slot values (..., s) that have been worked out from these parameters."""
+        return Design(plan, dict(parameters), values, plan.geometry(values))
+
+    def stacked(self) -> Design:
+        """A stack of this one design."""
+        return replace(self, values=self.values[None])
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.plan.name
+
+    @cached_property
+    def matrices(self) -> dict[str, PartMatrices]:
+        """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
+        elements, lumps = self._elements(), self.lumps()
+        found, start = {}, 0
+        for name, part in self.plan.parts.items():
+            stop = start + len(part.connectivity)
+            if part.has_matrices:
+                found[name] = PartMatrices(ElementSlice(elements, start, stop), self.geometry.T[name], lumps[name])
+            start = stop
+        return found
+
+    def lumps(self) -> dict[str, list[Lump]]:
+        """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
+        parts = self.plan.parts.items()
+        return {name: part.lumps(self.values, self.geometry.parts[name]) for name, part in parts if part.has_matrices}
+
+    def element_coefficients(self) -> tuple[Array, Array]:
+        """Coefficients (elements * 10,) and (elements * 14,) of all prototypes' elements in the bases of K and M."""
+        K, M = self._elements().coefficients()
+        return K.ravel(), M.ravel()
+
+    def _elements(self) -> Elements:
+        """The elements of all prototypes in one table."""
+        lengths = np.concatenate([g.length for g in self.geometry.parts.values()], axis=-1)
+        return self.plan.members.elements(self.values, lengths)
+
+    def node_transforms(self, name: str, nodes: Index) -> Array:
+        """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame
+        (theory eq. 36).
+
+        i counts the placed copies of the prototype. Nodes that are their own root are turned only; others follow
+        the root on a rigid arm (eq. 32). Rotations are axial vectors: mirror images turn them the other way. Amplitudes
+        are not turned.
+        """
+        topology, geometry = self.plan.topology, self.geometry
+        placed = topology.placed[name]
+        Q = np.swapaxes(geometry.Q[..., placed.number, :, :], -1, -2)
+        axial = np.linalg.det(Q).round()[..., None, None] * Q
+        number = np.array(placed.offset)[:, None] + nodes
+        G = np.zeros((*Q.shape[:-3], *number.shape, 6, 6))
+        G[..., :3, :3] = Q[..., None, :, :]
+        G[..., 3:, 3:] = axial[..., None, :, :]
+        slaved = topology.is_rigid[number] & (topology.root[number] != number)
+        if slaved.any():
+            at = number[slaved]
+            arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
+            G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(arm)
+        G[..., np.asarray(nodes) >= self.plan.parts[name].n_placed, :, :] = np.eye(6)
+        return G
+
+    def node_rows(self, numbers: Index) -> sp.csr_matrix:
+        """B (6k, n): displacements of the nodes `numbers` (k,), global frame, from the DOFs of the full-order model.
+
+        One design.
+        """
+        topology, x = self.plan.topology, self.geometry.positions
+        root = topology.root[numbers]
+        arm = np.where(topology.is_rigid[numbers, None], x[numbers] - x[root], 0.0)
+        D, dof = rigid_arm(arm), topology.dof[root]
+        free = np.broadcast_to((dof >= 0)[:, None, :], D.shape) & (D != 0)
+        row = np.broadcast_to(np.arange(6 * len(numbers)).reshape(-1, 6, 1), D.shape)
+        column = np.broadcast_to(dof[:, None, :], D.shape)
+        return sp.csr_matrix((D[free], (row[free], column[free])), shape=(6 * len(numbers), topology.n_dof))

@@ -1,0 +1,149 @@
+"""The full-order model: K and M, sparse, of one design, and what its DOFs are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import OptionError
+from flexura.records import Kept
+from flexura.results import Result
+from flexura.structure.assembler import full_order
+from flexura.structure.design import Design
+from flexura.structure.part import PartMatrices
+from flexura.structure.plan import Geometry, Plan
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class FullOrderModel(Result):
+    """K and M of the full-order model of one design, with what is needed to make sense of a vector of its DOFs.
+
+    K, M: (n, n) sparse, SI; rows follow `dof_names`. K is about the state under the loads and gravity that are
+    described.
+    """
+
+    _shown = ("name", "order")
+    _told = ("name", "order", "parameters", "dof_names", "K", "M")
+
+    design: Design
+    K: sp.csc_matrix
+    M: sp.csc_matrix
+    prepared: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    """What later steps have worked out from this model alone, to be used again."""
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.design.name
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the mechanism."""
+        return self.design.plan
+
+    @property
+    def parameters(self) -> Mapping[str, ArrayLike]:
+        """The parameters that the design replaces."""
+        return self.design.parameters
+
+    @property
+    def values(self) -> Array:
+        """Slot values (s,) of the design."""
+        return self.design.values
+
+    @property
+    def geometry(self) -> Geometry:
+        """Where everything is in the design."""
+        return self.design.geometry
+
+    @property
+    def order(self) -> int:
+        """Number of DOFs."""
+        return self.K.shape[0]
+
+    @cached_property
+    def dof_names(self) -> list[str]:
+        """Names of the DOFs in order, e.g. `platform.rz`."""
+        return self.plan.topology.dof_names()
+
+    @property
+    def matrices(self) -> dict[str, PartMatrices]:
+        """Element and lump matrices of every prototype's own part, in its own frame."""
+        return self.design.matrices
+
+    def node_displacements(self, vectors: Array) -> Array:
+        """Displacements (n_nodes, 6, k) of all nodes, global frame, for DOF vectors (n, k); held DOFs are zero.
+
+        Nodes without a place, after the others of each part, hold the amplitudes of superelements.
+        """
+        topology = self.plan.topology
+        padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
+        u = padded[topology.dof[topology.root]]
+        arm = self.geometry.positions - self.geometry.positions[topology.root]
+        arm[~topology.is_rigid] = 0.0
+        u[:, :3] += np.cross(u[:, 3:], arm[:, :, None], axis=1)
+        return u
+
+    def rigid_body_motions(self) -> Array:
+        """The DOF vectors (n, 6) of three translations and three rotations about the global origin."""
+        topology = self.plan.topology
+        nodes, components = np.nonzero(topology.dof >= 0)
+        motions = np.zeros((len(nodes), 6))
+        x = self.geometry.positions[nodes]
+        for j in range(3):
+            motions[components == j, j] = 1.0
+            turn = np.cross(np.eye(3)[j], x)
+            translational = components < 3
+            motions[translational, 3 + j] = turn[translational, components[translational]]
+            motions[components == 3 + j, 3 + j] = 1.0
+        motions[~topology.has_place[nodes]] = 0.0
+        return motions
+
+    @cached_property
+    def base_inertia_forces(self) -> Array:
+        """Forces (n, 6) that accelerate everything, what is held included, in unit rigid motions of and about the
+        global origin: kg, kg m, kg m^2. Times gravity they are the weight of everything.
+        """
+        return full_order(self.plan).base_inertia_forces(self.design)
+
+    @cached_property
+    def dead_load(self) -> Array:
+        """Load (n,) of the loads and gravity that are described, N and N m."""
+        loads = self.plan.loads
+        return dead_load(self, loads.gravity(self.values), loads.wrenches(self.values))
+
+    def superelement_coordinates(self, vectors: Array, name: str) -> Array:
+        """Coordinates (6k + amplitudes, m) of a placed superelement, in its own frame, for DOF vectors (n, m).
+
+        `name` is written NAME or INSTANCE.NAME. Raises OptionError when there is no such superelement.
+        """
+        topology = self.plan.topology
+        *path, key = name.split(".")
+        for prototype, placed in topology.placed.items():
+            if tuple(path) in placed.paths and key in placed.part.superelements:
+                copy = placed.paths.index(tuple(path))
+                nodes, K, _ = placed.part.superelements[key]
+                u = self.node_displacements(vectors)[placed.offset[copy] + np.array(nodes)]
+                Q = self.geometry.Q[placed.number[copy]].T
+                own = len(nodes) - sum(n >= placed.part.n_placed for n in nodes)
+                u[:own, :3] = Q @ u[:own, :3]
+                u[:own, 3:] = np.linalg.det(Q).round() * Q @ u[:own, 3:]
+                amplitudes = len(self.plan.layout.prototypes[prototype].superelements[key].stiffness.array) - 6 * own
+                return u.reshape(len(K), -1)[: 6 * own + amplitudes]
+        raise OptionError(f"there is no superelement {name!r}; it is written NAME or INSTANCE.NAME")
+
+
+def dead_load(model: FullOrderModel, gravity: ArrayLike, wrenches: Mapping[str, Array]) -> Array:
+    """Load vector (n,) of the weight of everything and of forces and moments (6,) by node; OptionError for unknown
+    nodes."""
+    load = model.base_inertia_forces[:, :3] @ np.asarray(gravity, dtype=float)
+    for node, wrench in wrenches.items():
+        load = load + model.design.node_rows(model.plan.topology.numbers([node])).T @ wrench
+    return load
