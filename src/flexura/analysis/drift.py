@@ -26,8 +26,8 @@ FAR = 1e6
 """Distance, m, of an axis beyond which a motion counts as a translation."""
 
 
-@dataclass(frozen=True)
-class ScrewAxis:
+@dataclass(frozen=True, repr=False)
+class ScrewAxis(Result):
     """The axis about and along which a rigid body moves at an instant (theory eq. S22).
 
     `direction` is a unit vector; `point` is the point of the axis nearest to the point that was asked for, m; `pitch`
@@ -57,6 +57,7 @@ class Drift(Result):
     displaced: ScrewAxis
     twists: Array
 
+    _shown = ("distance", "tilt")
     _told = ("rest", "displaced", "twists", "shift", "distance", "tilt")
 
     @property

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import read_text
+from flexura.results import Tabular
 
 Array = NDArray[np.float64]
 Signal = Callable[[Array], Array]
@@ -102,13 +103,20 @@ def _positive(**numbers: float) -> None:
             raise OptionError(f"{name} is a positive number, not {value}")
 
 
-@dataclass(frozen=True)
-class SignalFile:
+@dataclass(frozen=True, repr=False)
+class SignalFile(Tabular):
     """Signals of a file: the step `dt`, s, times (N,) from zero on, and samples (N,) by the name of their column."""
 
     dt: float
     time: Array
     signals: dict[str, Array]
+
+    def _data(self) -> dict[str, Any]:
+        return {"dt_s": self.dt, "time_s": self.time, "signals": self.signals}
+
+    def _columns(self) -> dict[str, Any]:
+        """Time and the signals by name, each in the SI unit of its input."""
+        return {"time [s]": self.time, **{f"{name} [SI]": own for name, own in self.signals.items()}}
 
 
 @verb

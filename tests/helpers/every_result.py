@@ -1,0 +1,174 @@
+"""One of each kind of result, of small mechanisms with a name that a page must not run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+import flexura as fx
+from flexura.results import Result
+from helpers.tested_stage import STAGE, TEST
+
+NAME = "<script>alert('&')</script>"
+GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "guide.yaml"
+NODE = "carriage"
+LOAD = {NODE: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]}
+GRAVITY = (0.0, 0.0, -9.81)
+HZ = np.array([3.0, 40.0])
+
+
+def named(text: str) -> str:
+    """A description with the name."""
+    lines = [line for line in text.strip().splitlines() if not line.startswith("name:")]
+    return "\n".join([lines[0], f'name: "{NAME}"', *lines[1:], ""])
+
+
+GUIDE_TEXT = named(GUIDE.read_text(encoding="utf-8"))
+STAGE_TEXT = named(STAGE + TEST)
+
+
+@cache
+def guide() -> fx.Mechanism:
+    return fx.loads(GUIDE_TEXT)
+
+
+@cache
+def stage() -> fx.Mechanism:
+    return fx.loads(STAGE_TEXT)
+
+
+@cache
+def virtual_test() -> fx.VirtualTest:
+    return fx.virtual_test(stage(), seed=1)
+
+
+def identified() -> fx.IdentifiedModes:
+    found = virtual_test().identified
+    assert found is not None
+    return found
+
+
+@cache
+def statics() -> fx.Statics:
+    return fx.statics(guide(), loads=LOAD)
+
+
+@cache
+def system() -> fx.System:
+    return fx.system(guide(), [f"{NODE}.tx"], [f"{NODE}.tx", f"{NODE}.rz"])
+
+
+def frequency_response(frequency_hz: np.ndarray = HZ) -> fx.FrequencyResponse:
+    ends = [f"{NODE}.tx", f"{NODE}.rz"]
+    return fx.frequency_response(guide(), frequency_hz=frequency_hz, inputs=ends, outputs=ends)
+
+
+def time_response() -> fx.TimeResponse:
+    return fx.time_response(
+        guide(), {f"{NODE}.tx": np.ones(12)}, dt=1e-3, outputs=[f"{NODE}.tx", f"{NODE}.rz:velocity"]
+    )
+
+
+def natural_frequencies() -> fx.NaturalFrequencies:
+    return fx.natural_frequencies(guide(), {"thickness": np.array([5e-4, 6e-4])}, 3)
+
+
+def neglected() -> fx.Neglected:
+    found = fx.state_space(system(), 3).neglected
+    assert found is not None
+    return found
+
+
+def calibration() -> fx.Calibration:
+    hz = [56.0, 170.0]
+    return fx.calibrate(guide(), data=hz, free=["thickness", "length"])
+
+
+def drift() -> fx.Drift:
+    found = statics()
+    turning = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    return fx.drift(found.model, found.displacement_vector, NODE, turning)
+
+
+def screw_axis() -> fx.ScrewAxis:
+    return fx.screw_axis([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+
+
+def signal_file() -> fx.SignalFile:
+    time = np.array([0.0, 1e-3, 2e-3])
+    return fx.SignalFile(1e-3, time, {NODE: time})
+
+
+def left_out() -> fx.LeftOut:
+    found = time_response().neglected
+    assert found is not None
+    return found
+
+
+def mode_pairing() -> fx.ModePairing:
+    found = fx.modes(guide(), n=3)
+    shapes = found.shapes.reshape(-1, 3)
+    return fx.pair_modes(found.frequency_hz, shapes, found.frequency_hz, shapes)
+
+
+def imported_part() -> fx.ImportedPart:
+    folder = GUIDE.parents[1] / "imported"
+    stored = fx.read_calculix(folder / "leaf.inp", units={"length": "mm", "mass": "t", "time": "s"})
+    return fx.imported(stored, {"foot": "FOOT", "head": "HEAD"})
+
+
+def stored_matrices() -> fx.StoredMatrices:
+    one = np.array([1], dtype=np.intp)
+    K = sp.csc_matrix(np.array([[2.0]]))
+    return fx.StoredMatrices(K, K, one, np.array([0], dtype=np.intp), one, np.zeros((1, 3)))
+
+
+RESULTS: dict[str, Callable[[], Result]] = {
+    "Calibration": calibration,
+    "Certificate": lambda: fx.certify(fx.reduce(guide()), n=2),
+    "ChannelPairing": lambda: fx.pair_channels(fx.assemble(stage()), identified().outputs),
+    "CheckReport": lambda: fx.check(guide()),
+    "Comparison": lambda: fx.compare(guide(), n=2, methods=["constraint_modes"]),
+    "ComplexModes": lambda: system().modal(3).complex_modes,
+    "ComplianceSpectrum": lambda: fx.kinetostatics(guide(), NODE).spectrum,
+    "Correlation": lambda: fx.correlate(stage(), virtual_test().measurement),
+    "Drift": drift,
+    "FrequencyResponse": frequency_response,
+    "FullOrderModel": lambda: fx.assemble(guide()),
+    "IdentifiedModes": identified,
+    "ImportedPart": imported_part,
+    "Kinetostatics": lambda: fx.kinetostatics(guide(), NODE),
+    "LeftOut": left_out,
+    "LowOrderModel": lambda: fx.reduce(guide(), keep=1),
+    "MeasuredFRF": lambda: virtual_test().measurement.frfs[0],
+    "MeasuredFrequencies": lambda: fx.MeasuredFrequencies.of([10.0, None, 30.0], name=NAME),
+    "Measurement": lambda: virtual_test().measurement,
+    "ModalSystem": lambda: system().modal(3),
+    "ModePairing": mode_pairing,
+    "Modes": lambda: fx.modes(guide(), n=3),
+    "NaturalFrequencies": natural_frequencies,
+    "Neglected": neglected,
+    "NestedModel": lambda: fx.nested(fx.reduce(guide()), [NODE], keep=0),
+    "Preload": lambda: fx.preload(guide(), gravity=GRAVITY),
+    "Recording": lambda: virtual_test().measurement.recordings[0],
+    "ResponseSensitivities": lambda: fx.response_sensitivities(
+        guide(), free=["length"], inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], frequency_hz=HZ
+    ),
+    "ScrewAxis": screw_axis,
+    "Sensitivities": lambda: fx.sensitivities(guide(), free=["length"], n=2),
+    "SensorPlacement": lambda: fx.place_sensors(guide(), k=2, n=1),
+    "SignalFile": signal_file,
+    "StateSpace": lambda: fx.state_space(system(), 3),
+    "Statics": statics,
+    "StoredMatrices": stored_matrices,
+    "Stresses": lambda: statics().stresses(),
+    "System": system,
+    "TimeResponse": time_response,
+    "Verification": lambda: fx.verify(guide(), n=1, size=2.0),
+    "VirtualTest": virtual_test,
+}
+"""How to make one of each public class of results, by its name."""
