@@ -45,7 +45,7 @@ def test_the_shell_command_itself() -> None:
     command = [sys.executable, "-m", "flexura", "modes", str(GUIDE), "-n", "1", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0
-    assert json.loads(done.stdout)["mechanism"] == "parallel leaf-spring guide"
+    assert json.loads(done.stdout)["name"] == "parallel leaf-spring guide"
 
 
 def test_modes_prints_both_models_and_the_evidence(run) -> None:

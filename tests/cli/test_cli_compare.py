@@ -142,7 +142,7 @@ def test_json_is_one_document(run) -> None:
     assert status == 0
     data = json.loads(out)
     assert [row["method"] for row in data["rows"]][1:] == ["constraint modes alone", "lumped parameter"]
-    assert data["mechanism"] == "parallel leaf-spring guide" and data["n"] == 2
+    assert data["name"] == "parallel leaf-spring guide" and data["n"] == 2
 
 
 def test_set_replaces_a_parameter(run) -> None:

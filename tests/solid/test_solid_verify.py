@@ -142,7 +142,7 @@ def test_masses_agree(guide):
 
 def test_results_are_plain_data(guide):
     data = json.loads(json.dumps(guide.to_dict(), allow_nan=False))
-    assert data["mechanism"] == guide.name
+    assert data["name"] == guide.name
     assert data["rows"][0]["number"][1] is None
     assert "corrected" in repr(guide)
 

@@ -103,6 +103,11 @@ class Modes(Tabular):
         return f"Modes({self.name!r}, order {self.order} of {self.full_order}, {hz} Hz{missing})"
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """The steps of the reduction."""
+        return self.steps
+
+    @property
     def frequency_hz(self) -> Array:
         """Natural frequencies (n,), Hz."""
         return np.array([mode.frequency_hz for mode in self.modes])
@@ -120,11 +125,10 @@ class Modes(Tabular):
     def _data(self) -> dict[str, Any]:
         """Everything but the shapes."""
         return {
-            "mechanism": self.name,
+            "name": self.name,
             "order": self.order,
             "full_order": self.full_order,
             "parameters": self.parameters,
-            "steps": self.steps,
             "tolerance": self.tolerance,
             "modes": self.modes,
             "certificate": self.certificate,

@@ -90,10 +90,6 @@ class Comparison(Tabular):
     parameters: dict[str, float]
     rows: tuple[ComparisonRow, ...]
 
-    def _data(self) -> dict[str, Any]:
-        own = super()._data()
-        return {"mechanism": self.name, **{name: value for name, value in own.items() if name != "name"}}
-
     def _columns(self) -> dict[str, Any]:
         """A row for each frequency of each method."""
         found = [

@@ -187,7 +187,7 @@ class LowOrderModel(Result):
     """
 
     _shown = ("name", "order", "steps")
-    _told = ("name", "order", "parameters", "coordinate_names", "K", "M", "steps", "static_nodes", "certificate")
+    _told = ("name", "order", "parameters", "coordinate_names", "K", "M", "static_nodes", "certificate")
 
     design: Design
     K: Any
@@ -222,6 +222,11 @@ class LowOrderModel(Result):
     def geometry(self) -> Geometry:
         """Where everything is in the design."""
         return self.design.geometry
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The steps of the reduction."""
+        return self.steps
 
     @property
     def order(self) -> int:

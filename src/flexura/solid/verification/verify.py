@@ -138,8 +138,7 @@ class Verification(Tabular):
 
     def _data(self) -> dict[str, Any]:
         """Everything but the shapes."""
-        own = {name: value for name, value in super()._data().items() if name != "name"}
-        return {"mechanism": self.name, **own, "mass_error": self.mass_error}
+        return {**super()._data(), "mass_error": self.mass_error}
 
     def _columns(self) -> dict[str, Any]:
         """A row for each mode of the solid and each model."""

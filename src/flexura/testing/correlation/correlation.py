@@ -138,7 +138,7 @@ class Correlation(Tabular):
         numbers = ("test_hz", "test_damping", "model_hz", "mac", "auto_mac_test", "auto_mac_model")
         tables = ("self_orthogonality", "cross_orthogonality")
         return {
-            "mechanism": self.name,
+            "name": self.name,
             "test": self.test_name,
             "pairs": self.pairs,
             "unpaired_test": self.unpaired_test,

@@ -77,7 +77,7 @@ class SensorPlacement(Tabular):
         """Everything but the model."""
         chosen = zip(self.sensors, self.positions, self.directions, self.turns, self.independence, strict=True)
         return {
-            "mechanism": self.name,
+            "name": self.name,
             "frequency_hz": self.frequency_hz,
             "sensors": [
                 {
