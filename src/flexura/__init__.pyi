@@ -43,6 +43,8 @@ from flexura.errors import ModelError as ModelError
 from flexura.errors import OptionError as OptionError
 from flexura.errors import Problem as Problem
 from flexura.errors import SolverError as SolverError
+from flexura.expressions import Expression as Expression
+from flexura.expressions import parameter as parameter
 from flexura.io import export as export
 from flexura.io import to_control as to_control
 from flexura.io.measurements import read_measurement as read_measurement
@@ -64,7 +66,6 @@ from flexura.mechanism import Dashpot as Dashpot
 from flexura.mechanism import DiagonalDamping as DiagonalDamping
 from flexura.mechanism import DiagonalStiffness as DiagonalStiffness
 from flexura.mechanism import EllipticalContour as EllipticalContour
-from flexura.mechanism import Expression as Expression
 from flexura.mechanism import Flexure as Flexure
 from flexura.mechanism import ForceActuator as ForceActuator
 from flexura.mechanism import ForceSensor as ForceSensor
@@ -105,7 +106,6 @@ from flexura.mechanism import TabulatedContour as TabulatedContour
 from flexura.mechanism import Tube as Tube
 from flexura.mechanism import TwoAxisNotch as TwoAxisNotch
 from flexura.mechanism import VShapedContour as VShapedContour
-from flexura.mechanism import parameter as parameter
 from flexura.methods import Comparison as Comparison
 from flexura.methods import ComparisonRow as ComparisonRow
 from flexura.methods import compare as compare

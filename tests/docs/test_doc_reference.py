@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 
 import flexura
-from flexura.mechanism import expression
+from flexura.expressions import expression
 from flexura.mechanism import member as members
 from flexura.mechanism import substructure as placing
 from flexura.mechanism.checks import assembly

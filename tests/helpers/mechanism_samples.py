@@ -3,17 +3,8 @@
 from __future__ import annotations
 
 from flexura.errors import Problem
-from flexura.mechanism import (
-    Circle,
-    Flexure,
-    Link,
-    Mechanism,
-    Parameter,
-    Rectangle,
-    Substructure,
-    Support,
-    parameter,
-)
+from flexura.expressions import parameter
+from flexura.mechanism import Circle, Flexure, Link, Mechanism, Parameter, Rectangle, Substructure, Support
 from flexura.mechanism.checks import problems
 
 t = parameter("t")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flexura.expressions import parameter
 from flexura.mechanism import (
     Box,
     Circle,
@@ -19,7 +20,6 @@ from flexura.mechanism import (
     Substructure,
     Superelement,
     Tube,
-    parameter,
 )
 from flexura.mechanism.checks import problems
 from helpers.mechanism_samples import (

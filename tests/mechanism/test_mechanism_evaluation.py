@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from flexura.errors import ExpressionError, ModelError, OptionError
+from flexura.expressions import parameter
 from flexura.mechanism import (
     Circle,
     CircularPattern,
@@ -22,7 +23,6 @@ from flexura.mechanism import (
     TabulatedContour,
     TwoAxisNotch,
     VShapedContour,
-    parameter,
 )
 from flexura.mechanism.evaluation import evaluated, parameter_dimensions, parameter_order, parameter_values, scalars
 from flexura.mechanism.layout import Layout

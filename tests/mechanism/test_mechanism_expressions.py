@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexura.errors import ExpressionError, ModelError
-from flexura.mechanism import Circle, Expression, Parameter, parameter
-from flexura.mechanism.dimension import AREA, INERTIA, LENGTH, MASS, NUMBER, PRESSURE, Dimension
-from flexura.mechanism.expression import Binary, Call, Name, Negative, Number, Tree
+from flexura.expressions import Expression, parameter
+from flexura.expressions.dimension import AREA, INERTIA, LENGTH, MASS, NUMBER, PRESSURE, Dimension
+from flexura.expressions.expression import Binary, Call, Name, Negative, Number, Tree
+from flexura.mechanism import Circle, Parameter
 
 VALUES = {"x": 2.0, "y": 3.0, "z": -0.5}
 

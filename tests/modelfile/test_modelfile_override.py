@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from flexura.errors import OptionError
-from flexura.mechanism import Link, Mechanism, Parameter, SectionConstants, parameter
+from flexura.expressions import parameter
+from flexura.mechanism import Link, Mechanism, Parameter, SectionConstants
 from flexura.modelfile import loads, parse_override
 from helpers.modelfile_samples import AMPLIFIER
 

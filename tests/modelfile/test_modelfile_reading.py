@@ -10,7 +10,8 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array
 
 from flexura.errors import ModelError
-from flexura.mechanism import CATALOGUE, Circle, Link, Mechanism, Parameter, Superelement, Support, parameter
+from flexura.expressions import parameter
+from flexura.mechanism import CATALOGUE, Circle, Link, Mechanism, Parameter, Superelement, Support
 from flexura.mechanism.evaluation import parameter_values
 from flexura.modelfile import load, loads
 from helpers.modelfile_samples import AMPLIFIER, BEAM, only_problem_in

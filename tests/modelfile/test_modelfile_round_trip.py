@@ -13,12 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexura.errors import ModelError, OptionError
+from flexura.expressions import Expression, parameter
+from flexura.expressions.expression import Call, Number
 from flexura.mechanism import (
     Circle,
     CircularContour,
     CircularPattern,
     DiagonalStiffness,
-    Expression,
     Flexure,
     Instance,
     Leaf,
@@ -39,10 +40,8 @@ from flexura.mechanism import (
     Superelement,
     Support,
     Tube,
-    parameter,
 )
 from flexura.mechanism.base import CONTROL
-from flexura.mechanism.expression import Call, Number
 from flexura.modelfile import dumps, load, loads, save
 from helpers.modelfile_samples import AMPLIFIER, BEAM
 

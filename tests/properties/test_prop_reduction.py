@@ -9,19 +9,10 @@ import scipy.linalg as la
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexura.expressions import parameter
 from flexura.linalg import lowest
 from flexura.linalg.stacked import lowest_values
-from flexura.mechanism import (
-    CircularPattern,
-    Instance,
-    Link,
-    Mechanism,
-    Parameter,
-    Rectangle,
-    RigidBody,
-    Substructure,
-    parameter,
-)
+from flexura.mechanism import CircularPattern, Instance, Link, Mechanism, Parameter, Rectangle, RigidBody, Substructure
 from flexura.reduction.low_order import low_order, reduce
 from flexura.reduction.unproven import unproven_frequencies
 from flexura.structure import Plan, assemble

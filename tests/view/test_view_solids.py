@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from flexura.errors import OptionError
+from flexura.expressions import parameter
 from flexura.mechanism import (
     Box,
     Circle,
@@ -32,7 +33,6 @@ from flexura.mechanism import (
     Support,
     Tube,
     TwoAxisNotch,
-    parameter,
 )
 from flexura.structure import assemble
 from flexura.view import Kind, solids

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis.recurrences import Hold, motion
 from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.reduction.flexibility import stored_flexibility
@@ -15,7 +16,6 @@ from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel, ModalSystem
 from flexura.systems.neglected import FAINT, WORTH, rounded_up
-from flexura.systems.recurrences import Hold, motion
 from flexura.systems.system import input_loads
 
 Array = NDArray[np.float64]

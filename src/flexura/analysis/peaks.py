@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
+from flexura.analysis.recurrences import Hold, motion
 from flexura.analysis.response_meshes import response_meshes
 from flexura.errors import Exceeded
 from flexura.reduction.flexibility import stored_flexibility
@@ -16,7 +17,6 @@ from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, SecondOrder
 from flexura.systems.band import UNDAMPED
 from flexura.systems.placed import Placement
-from flexura.systems.recurrences import Hold, motion
 from flexura.systems.system import input_loads
 
 Array = NDArray[np.float64]

@@ -10,10 +10,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.blocks import block_response, suits_blocks
 from flexura.analysis.frequency_response import proven_reduction
 from flexura.analysis.integration import generalised_alpha
 from flexura.analysis.left_out import LeftOut, left_out, references
 from flexura.analysis.peaks import Run, integrated_warnings
+from flexura.analysis.recurrences import Hold, motion
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError
@@ -24,10 +26,8 @@ from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.plan import plan_of
 from flexura.systems import Channel, ModalSystem, System, system
-from flexura.systems.blocks import block_response, suits_blocks
 from flexura.systems.channel import matched
 from flexura.systems.placed import actuator_names
-from flexura.systems.recurrences import Hold, motion
 from flexura.systems.residual_modes import with_residual_modes
 
 Array = NDArray[np.float64]

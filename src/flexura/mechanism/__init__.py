@@ -23,7 +23,6 @@ from flexura.mechanism.channels import (
     PiezoStack,
 )
 from flexura.mechanism.damping import Damping, DampingBand, Dashpot, DiagonalDamping, Rayleigh
-from flexura.mechanism.expression import Expression, parameter
 from flexura.mechanism.loads import Load
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Flexure, Link
@@ -74,7 +73,6 @@ __all__ = [
     "DiagonalDamping",
     "DiagonalStiffness",
     "EllipticalContour",
-    "Expression",
     "Flexure",
     "ForceActuator",
     "ForceSensor",
@@ -115,5 +113,4 @@ __all__ = [
     "Tube",
     "TwoAxisNotch",
     "VShapedContour",
-    "parameter",
 ]

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
+from flexura.expressions.dimension import Dimension
 from flexura.mechanism.base import Part, Text, refuse
-from flexura.mechanism.dimension import Dimension
 from flexura.mechanism.quantity import AnyQuantity
 
 

@@ -7,8 +7,8 @@ from itertools import groupby
 
 import numpy as np
 
+from flexura.expressions.expression import Expression
 from flexura.mechanism.base import Vector
-from flexura.mechanism.expression import Expression
 from flexura.mechanism.layout import Child, Layout
 from flexura.mechanism.placement import Affine, Reflect, Step, Turn, reflect, turn
 from flexura.mechanism.quantity import Scalar

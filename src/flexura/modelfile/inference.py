@@ -5,10 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 
 from flexura.errors import ExpressionError
-from flexura.mechanism import Expression, Mechanism
-from flexura.mechanism.dimension import NUMBER, Dimension
+from flexura.expressions import Expression
+from flexura.expressions.dimension import NUMBER, Dimension
+from flexura.expressions.expression import Binary, Call, Name, Negative, Number, Tree
+from flexura.mechanism import Mechanism
 from flexura.mechanism.evaluation import parameter_dimensions, scalars
-from flexura.mechanism.expression import Binary, Call, Name, Negative, Number, Tree
 
 MaybeDimension = Dimension | None
 

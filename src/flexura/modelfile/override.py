@@ -8,7 +8,8 @@ from difflib import get_close_matches
 import numpy as np
 
 from flexura.errors import ExpressionError, OptionError
-from flexura.mechanism import Expression, Mechanism
+from flexura.expressions import Expression
+from flexura.mechanism import Mechanism
 from flexura.mechanism.evaluation import parameter_dimensions
 from flexura.mechanism.quantity import Quantity
 from flexura.modelfile.parameters import ANY, measure

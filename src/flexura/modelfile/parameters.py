@@ -6,9 +6,9 @@ from contextlib import suppress
 from typing import Any
 
 from flexura.errors import ExpressionError, ModelError, Problem
-from flexura.mechanism.dimension import NUMBER, Dimension
+from flexura.expressions.dimension import NUMBER, Dimension
+from flexura.expressions.expression import Expression
 from flexura.mechanism.evaluation import parameter_dimensions
-from flexura.mechanism.expression import Expression
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Quantity, Scalar
 from flexura.modelfile.quantities import QuantityReader

@@ -9,9 +9,9 @@ from contextlib import suppress
 from typing import Any
 
 from flexura.errors import ExpressionError
+from flexura.expressions.dimension import FREQUENCY, NUMBER, Dimension
+from flexura.expressions.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.checks.survey import suggestion
-from flexura.mechanism.dimension import FREQUENCY, NUMBER, Dimension
-from flexura.mechanism.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.quantity import Quantity, Scalar
 from flexura.units import FAMILIAR, customary_unit, parse_quantity, parse_unit
 

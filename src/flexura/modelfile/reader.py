@@ -11,7 +11,8 @@ from pydantic import ValidationError
 
 from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError, Path, Problem
-from flexura.mechanism import Expression, Mechanism
+from flexura.expressions import Expression
+from flexura.mechanism import Mechanism
 from flexura.mechanism.base import UNKNOWN_KEY, Part, problems_of, validated
 from flexura.mechanism.checks import problems as problems_of_whole
 from flexura.mechanism.quantity import CONTEXT_KEY

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import ExpressionError, OptionError, Path, Problem
+from flexura.expressions.dimension import LENGTH, MASS, Dimension
 from flexura.files import MISSING, read_bytes
-from flexura.mechanism.dimension import LENGTH, MASS, Dimension
 from flexura.modelfile.matrix_market import read_entries, read_header
 from flexura.sizes import beyond
 from flexura.units import parse_unit

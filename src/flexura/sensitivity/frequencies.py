@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.mechanism.expression import Expression
+from flexura.expressions.expression import Expression
 from flexura.mechanism.substructure import Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity.eigenpairs import branches, moved_clusters, whole_clusters

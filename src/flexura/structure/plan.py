@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import ModelError, OptionError, Problem
+from flexura.expressions.expression import Expression
 from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import ParameterTable
-from flexura.mechanism.expression import Expression
 from flexura.mechanism.layout import TOP, Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
 from flexura.mechanism.substructure import Mechanism, solid_members

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.mechanism.expression import Expression
+from flexura.expressions.expression import Expression
 from flexura.mechanism.quantity import Scalar
 from flexura.records import Record
 

@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from flexura.errors import ExpressionError, Path, Problem
+from flexura.expressions.dimension import Dimension
+from flexura.expressions.expression import Expression
 from flexura.mechanism.checks.survey import suggestion
-from flexura.mechanism.dimension import Dimension
 from flexura.mechanism.evaluation import parameter_dimensions, scalars
-from flexura.mechanism.expression import Expression
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Quantity
 from flexura.mechanism.substructure import Mechanism

@@ -10,11 +10,11 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from flexura.errors import Path, Problem
+from flexura.expressions.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.base import Part, Vector, problems_of, validated
 from flexura.mechanism.checks.dimensions import undefined, wrong_dimensions
 from flexura.mechanism.checks.survey import shown
 from flexura.mechanism.evaluation import evaluated, parameter_order, scalars
-from flexura.mechanism.expression import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Scalar
 from flexura.mechanism.substructure import Mechanism, Substructure

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError, Problem
-from flexura.mechanism import Expression, Matrix, Mechanism, Meshed, Parameter, Substructure, Superelement
+from flexura.expressions import Expression
+from flexura.mechanism import Matrix, Mechanism, Meshed, Parameter, Substructure, Superelement
 from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import scalars
 from flexura.mechanism.layout import TOP, Layout, matching

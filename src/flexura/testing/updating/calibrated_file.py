@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 
 from flexura.arguments import verb
+from flexura.expressions.dimension import NUMBER
 from flexura.files import write_file
-from flexura.mechanism.dimension import NUMBER
 from flexura.mechanism.evaluation import parameter_dimensions
 from flexura.modelfile.reader import VERSION
 from flexura.testing.updating.calibrated import Calibration

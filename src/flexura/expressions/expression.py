@@ -22,7 +22,7 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.errors import ExpressionError
-from flexura.mechanism.dimension import NUMBER, Dimension
+from flexura.expressions.dimension import NUMBER, Dimension
 
 UnitReader = Callable[[str, str], tuple[float, Dimension]]
 """Turns the text of a number and of its unit into (value in SI, dimension)."""

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis.recurrences import CRITICAL, Hold, step_weights
 from flexura.systems.modal import ModalSystem
-from flexura.systems.recurrences import CRITICAL, Hold, step_weights
 
 Array = NDArray[np.float64]
 
