@@ -159,8 +159,8 @@ from flexura.systems import System as System
 from flexura.systems import neglected_bound as neglected_bound
 from flexura.systems import state_space as state_space
 from flexura.systems import system as system
-from flexura.testing.correlation.correlation import Correlation as Correlation
-from flexura.testing.correlation.correlation import ModePair as ModePair
+from flexura.testing.correlation.correlated import Correlation as Correlation
+from flexura.testing.correlation.correlated import ModePair as ModePair
 from flexura.testing.correlation.correlation import correlate as correlate
 from flexura.testing.correlation.overlay import FRFOverlay as FRFOverlay
 from flexura.testing.identification.identification import identify as identify

@@ -27,7 +27,7 @@ from flexura.cli.options import (
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
-    from flexura.testing.correlation.correlation import Correlation, ModePair
+    from flexura.testing.correlation.correlated import Correlation, ModePair
     from flexura.testing.virtual.sensor_placement import SensorPlacement
 
 MOST_CHANNELS = 40

@@ -156,20 +156,6 @@ class IdentifiedModes(Tabular):
         }
 
 
-def _plain(channel: MeasuredChannel) -> dict[str, Any]:
-    return {
-        "name": channel.name,
-        "quantity": channel.quantity,
-        "node": channel.node,
-        "direction": None if channel.direction is None else list(channel.direction),
-        "position": None if channel.position is None else list(channel.position),
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
-
-
 def responses(
     s: Complex,
     poles: Complex,

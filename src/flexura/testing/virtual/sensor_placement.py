@@ -323,8 +323,3 @@ def _quantity(model: FullOrderModel, name: str) -> str:
     if kind:
         return "rotation" if kind in TURNS else "displacement"
     return "rotation" if name.rpartition(".")[2][:1] == "r" else "displacement"
-
-
-def _plain(vector: Array) -> list[float] | None:
-    """A vector as a list; None where it is not known."""
-    return [float(v) for v in vector] if np.isfinite(vector).all() else None
