@@ -16,7 +16,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.linalg.inertia import bracket
-from flexura.linalg.pencil import EPS, Pencil
+from flexura.linalg.pencil import Pencil
 from flexura.linalg.scaling import scaled, unit_scale
 
 Array = NDArray[np.float64]
@@ -67,9 +67,24 @@ class Enclosures:
 
 def upper_bounds(pencil: Pencil, values: Array, X: Array) -> tuple[Array, Array]:
     """Upper bounds (k,) of the k lowest eigenvalues from Ritz pairs of `Pencil.ritz`, and what round-off adds to each
-    (k,): the largest of those up to it, since the j-th bound is one of the first j vectors alone."""
-    margin = np.maximum.accumulate(pencil.margin(X))
-    return np.maximum.accumulate(values) * (1 + 16 * len(values) * EPS) + margin, margin
+    (k,) (theory eq. C9).
+
+    The j-th bound is the largest eigenvalue of the first j rows and columns of X' K X z = mu X' M X z. With all that
+    these may be off from `values` and one, the former is at most its largest row sum, the latter at least one less its.
+    """
+    stiff, massive = pencil.errors(X)
+    eye = np.eye(len(values))
+    stiff = stiff + np.abs(pencil.energies(X)) * (1 - eye)
+    massive = massive + np.abs(X.T @ (pencil.M @ X) - eye) + DOT * eye
+    highest, of_K, of_M = (np.maximum.accumulate(values), _leading_sums(stiff), _leading_sums(massive))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upper = np.where(of_M < 1, (highest * (1 + DOT) + of_K) / (1 - of_M), np.inf)
+    return upper, upper - highest
+
+
+def _leading_sums(A: Array) -> Array:
+    """Largest row sum (k,) of the first j rows and columns of A (k, k), not negative, for every j."""
+    return np.array([A[:j, :j].sum(axis=1).max() for j in range(1, len(A) + 1)])
 
 
 def enclose(pencil: Pencil, vectors: Array, rho: float) -> Enclosures:

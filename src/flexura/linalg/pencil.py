@@ -105,6 +105,26 @@ class Pencil:
             found += size * max(self.rounding, EXACT)
         return found
 
+    def mass_margin(self, X: Array) -> Array:
+        """How far x' M x may be off (k,) for the columns of X (n, k) from round-off: cancellation in it costs digits."""
+        return self.unit * np.einsum("ik,ik->k", np.abs(X), abs(self.M) @ np.abs(X))
+
+    def errors(self, X: Array) -> tuple[Array, Array]:
+        """How far the entries of X' K X and X' M X (k, k) may be off: from round-off in F and M, in positions and in
+        sums (theory eqs. C7, C9)."""
+        unit, size = self.unit, np.abs(X)
+        stiff = np.zeros((X.shape[1], X.shape[1]))
+        if self.strain is not None and self.spread is not None:
+            e, a = np.abs(self.strain @ X), unit * (self.spread @ size)
+            across = e.T @ a
+            stiff += across + across.T + a.T @ a + 3 * unit * (e.T @ e)
+        if self.rest is not None:
+            stiff += max(self.rounding, EXACT) * (size.T @ (abs(self.rest) @ size))
+            if not self.rounding:  # K x is right, x' (K x) a sum in double precision
+                of_sum = unit * (size.T @ np.abs(_product(self.rest, X)))
+                stiff += np.maximum(of_sum, of_sum.T)
+        return stiff, unit * (size.T @ (abs(self.M) @ size))
+
     def ritz(self, X: Array) -> tuple[Array, Array]:
         """Rayleigh quotients (k,), ascending, and the M-orthonormal vectors (n, k) in the span of X that have them.
 

@@ -37,7 +37,7 @@ def residual_intervals(pencil: Pencil, values: Array, vectors: Array) -> tuple[A
     """
     radius, shift = _weinstein(pencil, values, vectors)
     distance = values - shift
-    margin = pencil.margin(vectors)
+    margin = pencil.margin(vectors) + np.abs(values) * pencil.mass_margin(vectors)
     radius = radius + margin / distance
     upper = np.where(radius < 1, shift + distance / np.where(radius < 1, 1 - radius, 1.0), np.inf)
     return shift + distance / (1 + radius) - margin, upper + margin
