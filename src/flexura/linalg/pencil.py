@@ -106,7 +106,7 @@ class Pencil:
         return found
 
     def mass_margin(self, X: Array) -> Array:
-        """How far x' M x may be off (k,) for the columns of X (n, k) from round-off: cancellation in it costs digits."""
+        """How far x' M x may be off (k,) from round-off, for the columns of X (n, k): cancellation costs digits."""
         return self.unit * np.einsum("ik,ik->k", np.abs(X), abs(self.M) @ np.abs(X))
 
     def errors(self, X: Array) -> tuple[Array, Array]:
