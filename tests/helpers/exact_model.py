@@ -42,15 +42,15 @@ class ExactModel:
         blocks = []
         for name, matrices in model.matrices.items():
             part = model.plan.parts[name]
-            number = np.array(topology.placed[name].offset)[:, None] + np.arange(part.n_nodes)
+            number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
             dof = topology.dof[topology.root[number]]
             G = model.design.node_transforms(name, np.arange(part.n_nodes))
             for copy in range(len(dof)):
                 if len(part.connectivity):
                     blocks += self._elements(part, matrices, dof[copy], G[copy])
                 resisted = part.resisted(model.values, model.geometry.parts[name])
-                for lump, own in zip(matrices.lumps, resisted, strict=True):
-                    blocks.append(self._lump(lump, own, dof[copy], G[copy]))
+                for discrete, own in zip(matrices.discrete_elements, resisted, strict=True):
+                    blocks.append(self._discrete(discrete, own, dof[copy], G[copy]))
         self._assemble(blocks)
 
     @staticmethod
@@ -67,21 +67,21 @@ class ExactModel:
         return [(dof[ends[e]].ravel(), K[e], M[e]) for e in range(len(ends))]
 
     @staticmethod
-    def _lump(lump, resisted, dof, G):
-        m = len(lump.nodes)
+    def _discrete(discrete, resisted, dof, G):
+        m = len(discrete.nodes)
         turn = np.zeros((6 * m, 6 * m))
-        for k, node in enumerate(lump.nodes):
+        for k, node in enumerate(discrete.nodes):
             turn[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = G[node]
         T = Pairs.of(turn)
         K = M = None
-        if lump.M is not None:
-            M = T.T @ (Pairs.of(lump.M) @ T)
-        if lump.K is not None and resisted is not None:
+        if discrete.M is not None:
+            M = T.T @ (Pairs.of(discrete.M) @ T)
+        if discrete.K is not None and resisted is not None:
             B = Pairs.of(resisted[1]) @ T
             K = B.T @ (Pairs.of(resisted[0]) @ B)
-        elif lump.K is not None:
-            K = T.T @ (Pairs.of(lump.K) @ T)
-        return dof[lump.nodes].ravel(), K, M
+        elif discrete.K is not None:
+            K = T.T @ (Pairs.of(discrete.K) @ T)
+        return dof[discrete.nodes].ravel(), K, M
 
     def _assemble(self, blocks) -> None:
         rows = np.concatenate([np.repeat(at, len(at)) for at, _, _ in blocks])

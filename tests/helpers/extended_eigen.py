@@ -48,7 +48,7 @@ def wide_model(plan, parameters=None) -> tuple[np.ndarray, np.ndarray]:
         every = np.arange(part.n_nodes)
         G = design.node_transforms(name, every).astype(Wide)
         x = design.geometry.parts[name].positions
-        number = np.array(topology.placed[name].offset)[:, None] + every
+        number = np.array(topology.copies[name].offset)[:, None] + every
         dofs = topology.dof[topology.root[number]]
 
         def add(out, nodes, A, G=G, dofs=dofs):
@@ -77,10 +77,10 @@ def wide_model(plan, parameters=None) -> tuple[np.ndarray, np.ndarray]:
             for e, nodes in enumerate(part.connectivity):
                 add(K, list(nodes), k[e])
                 add(M, list(nodes), m[e])
-        for lump in own.lumps:
-            for out, A in ((K, lump.K), (M, lump.M)):
+        for discrete in own.discrete_elements:
+            for out, A in ((K, discrete.K), (M, discrete.M)):
                 if A is not None:
-                    add(out, list(lump.nodes), A.astype(Wide))
+                    add(out, list(discrete.nodes), A.astype(Wide))
     return K[:-1, :-1], M[:-1, :-1]
 
 

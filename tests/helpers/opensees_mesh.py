@@ -52,7 +52,7 @@ class OpenSeesMesh:
         part, own = plan.parts[name], geometry.parts[name]
         E, rho, nu, G = part.table.moduli(values)
         sections = part.table.section_properties(values, nu, own.length)
-        placed = plan.topology.placed[name]
+        placed = plan.topology.copies[name]
         beams = []
         for instance, offset in zip(placed.number, placed.offset, strict=True):
             Q = geometry.Q[instance]
@@ -74,12 +74,12 @@ class OpenSeesMesh:
 
     def _part_masses(self, name: str) -> list[tuple[int, list[float]]]:
         plan = self._model.plan
-        part, placed = plan.parts[name], plan.topology.placed[name]
+        part, placed = plan.parts[name], plan.topology.copies[name]
         masses = []
         for instance, offset in zip(placed.number, placed.offset, strict=True):
             Q = self._model.geometry.Q[instance]
-            for node, lump in part.bodies.values():
-                mass, inertia = lump.mass_and_inertia(self._model.values)
+            for node, discrete in part.bodies.values():
+                mass, inertia = discrete.mass_and_inertia(self._model.values)
                 turned = Q @ inertia @ Q.T
                 if not np.allclose(turned, np.diag(np.diagonal(turned)), atol=1e-12 * np.abs(turned).max()):
                     raise ValueError("OpenSees takes principal inertias along the axes only")

@@ -71,8 +71,9 @@ def set_ties(mesh, places, kind="rigid"):
     return face_ties(mesh, faces)
 
 
-def with_lumps(mesh, model, at_nodes, kind="rigid"):
-    """A mesh with its sets tied to nodes of a beam model, with the lumps of that model and without its members."""
+def with_discrete_elements(mesh, model, at_nodes, kind="rigid"):
+    """A mesh with its sets tied to nodes of a beam model, with the discrete elements of that model and without its
+    members."""
     numbers = model.plan.topology.numbers(list(at_nodes.values()))
     different = list(dict.fromkeys(numbers.tolist()))
     faces = [
@@ -81,9 +82,9 @@ def with_lumps(mesh, model, at_nodes, kind="rigid"):
     ]
     ties = face_ties(mesh, faces)
     rows = model.design.node_rows(np.array(different))
-    lumps = full_order(model.plan).lumped(model.design)
+    discrete_elements = full_order(model.plan).discrete_matrices(model.design)
     used = np.zeros(model.order, bool)
-    for A in (*lumps, rows):
+    for A in (*discrete_elements, rows):
         used[np.unique(sp.coo_matrix(A).col)] = True
     kept = np.flatnonzero(used)
     n = len(ties.free)
@@ -91,7 +92,7 @@ def with_lumps(mesh, model, at_nodes, kind="rigid"):
     padding = sp.csr_matrix((n, n))
     K, M = (
         sp.csc_matrix(T.T @ A @ T + sp.block_diag([padding, B[kept][:, kept]]))
-        for A, B in zip(elastic_matrices(mesh), lumps, strict=True)
+        for A, B in zip(elastic_matrices(mesh), discrete_elements, strict=True)
     )
     return Whole(K, M, T, n, kept)
 
@@ -107,5 +108,5 @@ def whole_frequencies(model, n, size):
         for m in members
         for end, node in zip(("start", "end"), m.nodes, strict=True)
     }
-    whole = with_lumps(mesh, model, {name: at[name] for name in at if name in names})
+    whole = with_discrete_elements(mesh, model, {name: at[name] for name in at if name in names})
     return lowest_modes(whole.K, whole.M, n).frequency_hz

@@ -46,8 +46,8 @@ def test_coordinates_may_be_as_small_as_round_off() -> None:
 @pytest.mark.parametrize("call", [fx.modes, fx.assemble, fx.reduce])
 def test_matrices_that_are_not_finite_name_what_they_belong_to(call, monkeypatch) -> None:
     block = fx.RigidBody(centre=(0.1, 0, 0), mass=1.0, inertia=(1, 1, 1), carries=("b",))
-    lumps = import_module("flexura.structure.lumps")
-    monkeypatch.setattr(lumps, "rigid_mass", lambda mass, *_: np.full((*np.shape(mass), 6, 6), np.inf))
+    discrete_elements = import_module("flexura.structure.discrete_elements")
+    monkeypatch.setattr(discrete_elements, "rigid_mass", lambda mass, *_: np.full((*np.shape(mass), 6, 6), np.inf))
     with pytest.raises(fx.ModelError, match=r"bodies\.block: stiffness or mass is not finite") as caught:
         call(cantilever(bodies={"block": block}))
     assert len(caught.value.problems) == 1

@@ -367,7 +367,7 @@ class TestShapes:
         model = load("tip_tilt")
         solution = dynamic_stiffness(model, 4)
         u, topology = solution.shapes, model.plan.topology
-        name, placed = next((n, p) for n, p in topology.placed.items() if p.part.members and p.paths[0])
+        name, placed = next((n, p) for n, p in topology.copies.items() if p.part.members and p.paths[0])
         member = next(k for k, m in placed.part.members.items() if k in model.plan.layout.prototypes[name].flexures)
         k = list(placed.part.members).index(member)
         path = placed.paths[-1]

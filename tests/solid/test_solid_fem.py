@@ -29,7 +29,7 @@ from flexura.solid.mesh.shape_functions import face_rule, faces_of, quadrature, 
 from flexura.solid.mesh.solid_mesh import CELLS, SolidMesh, rigid_motions
 from helpers.direct_solids import lowest_modes, negative_count
 from helpers.solid_boxes import ALUMINIUM, KUHN, box, distorted, leaf_and_block, mesh_of
-from helpers.solid_wholes import set_ties, with_lumps
+from helpers.solid_wholes import set_ties, with_discrete_elements
 
 KINDS = [*CELLS]
 
@@ -355,9 +355,9 @@ def stage_mesh():
 
 
 @pytest.mark.parametrize("how", ["rigid", "averaged"])
-def test_solid_bar_with_the_lumps_of_the_beam_model_has_its_frequencies(how):
+def test_solid_bar_with_the_discrete_elements_of_the_beam_model_has_its_frequencies(how):
     model = fx.assemble(stage())
-    system = with_lumps(stage_mesh(), model, {"x0": "a", "x1": "b"}, how)
+    system = with_discrete_elements(stage_mesh(), model, {"x0": "a", "x1": "b"}, how)
     assert system.K.shape == (system.n_free + 6,) * 2
     found = lowest_modes(system.K, system.M, 5)
     beam = fx.modes(stage(), n=5, order="full")

@@ -47,7 +47,7 @@ def test_a_sensor_reads_rigid_motions_where_it_sits(floating):
 def corner(model, name, local):
     """A point of a body, given in the axes of its part about the body's centre."""
     number = int(model.plan.topology.numbers([name])[0])
-    placed = model.plan.topology.placed["half"]
+    placed = model.plan.topology.copies["half"]
     copy = placed.paths.index((name.split(".")[0],))
     return model.geometry.positions[number] + model.geometry.Q[placed.number[copy]] @ np.asarray(local)
 

@@ -36,7 +36,7 @@ from flexura.mechanism import (
 )
 from flexura.structure import assemble
 from flexura.view import Kind, solids
-from flexura.view.lumps import body_mesh, equivalent_box
+from flexura.view.discrete_elements import body_mesh, equivalent_box
 from flexura.view.meshes import box, cylinder, normals, sphere
 from flexura.view.pictures import MODE_SIZE, MOST_TURN, mode_scale
 from flexura.view.solids import FACE_BUDGET

@@ -157,7 +157,7 @@ def _bodies(full: FullOrderModel, values: Mapping[str, Any]) -> list[_Loaded]:
             if body.solid is None:
                 continue
             solid, axes = _solid(body, full.plan.mechanism, values)
-            placed = topology.placed[name]
+            placed = topology.copies[name]
             for path, number, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
                 kind = place_of(name, key)
                 turned = full.geometry.Q[number] @ axes
@@ -217,7 +217,7 @@ def _wrenches(full: FullOrderModel, displacements: Array) -> Iterator[tuple[int,
     """For every end of a member: its node, its place (3,), half sides of its section (2, 3), m, and the wrench (6, k)
     with which it pulls at what holds it, global."""
     for name, matrices in full.matrices.items():
-        part, placed = full.plan.parts[name], full.plan.topology.placed[name]
+        part, placed = full.plan.parts[name], full.plan.topology.copies[name]
         if not part.members:
             continue
         geometry = full.geometry.parts[name]
@@ -259,7 +259,7 @@ def _outside(full: FullOrderModel, bodies: Sequence[_Loaded], told: Collection[i
         together = [b for b in bodies if root[_node(full, b.name)] == root[own]]
         if len(together) > 1:
             continue
-        on_body = np.flatnonzero((root == root[own]) & full.plan.topology.has_place)
+        on_body = np.flatnonzero((root == root[own]) & full.plan.topology.has_position)
         nodes = [int(n) for n in on_body if int(n) not in told]
         far = max(nodes, key=lambda n: body.distance(full.geometry.positions[n]), default=own)
         reach = body.distance(full.geometry.positions[far])

@@ -106,10 +106,10 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     full = assemble(plan, parameters)
     assembler = low_order(plan)
     bodies = {
-        ".".join((*path, key)): float(lump.mass_and_inertia(full.values)[0])
+        ".".join((*path, key)): float(body.mass_and_inertia(full.values)[0])
         for name, part in plan.parts.items()
-        for key, (_, lump) in part.bodies.items()
-        for path in plan.topology.placed[name].paths
+        for key, (_, body) in part.bodies.items()
+        for path in plan.topology.copies[name].paths
     }
     used = plan.parameter_values(parameters)
     given, own = parameters or {}, plan.mechanism.parameters
@@ -155,15 +155,15 @@ def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = 
 
 
 def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
-    part, placed = full.plan.parts[name], full.plan.topology.placed[name]
+    part, placed = full.plan.parts[name], full.plan.topology.copies[name]
     x = np.zeros((6 * part.n_nodes, 1))
-    x[: 6 * part.n_placed : 6] = 1.0
+    x[: 6 * part.n_positioned : 6] = 1.0
     return SubstructureSummary(
         name=name or "mechanism",
         copies=len(placed.paths),
         members=len(part.members),
         elements=len(part.connectivity),
-        nodes=part.n_placed,
+        nodes=part.n_positioned,
         interior_dofs=int((~part.unused[part.interior]).sum()),
         interface=tuple(part.node_names[k] for k in part.boundary),
         mass=float(rigid_mass_of(part, full.matrices[name], x)[0, 0]),
@@ -228,7 +228,7 @@ def _overlapping(full: FullOrderModel) -> list[Doubt]:
     named = np.concatenate(
         [
             (np.array(placed.offset, dtype=np.intp)[:, None] + np.arange(placed.part.n_named)).ravel()
-            for placed in topology.placed.values()
+            for placed in topology.copies.values()
         ]
     )
     x = full.geometry.positions[named]

@@ -39,13 +39,13 @@ def energies(model: FullOrderModel, displacements: Array) -> list[PartEnergy]:
 def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> Iterator[tuple[tuple[str, ...], Array]]:
     """Path of every placed copy of a prototype, and displacements (n, 6, k) of its nodes in its own frame,
     for those (n_nodes, 6, k) of all nodes, global frame, m and rad."""
-    placed, part = model.plan.topology.placed[name], model.plan.parts[name]
+    placed, part = model.plan.topology.copies[name], model.plan.parts[name]
     for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
         Q = model.geometry.Q[instance].T
         turned = block_rotation(Q)
         turned[3:, 3:] *= round(float(np.linalg.det(Q)))
         u = displacements[offset : offset + part.n_nodes].copy()
-        u[: part.n_placed] = np.einsum("ij,njk->nik", turned, u[: part.n_placed])
+        u[: part.n_positioned] = np.einsum("ij,njk->nik", turned, u[: part.n_positioned])
         yield path, u
 
 
@@ -59,11 +59,11 @@ def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnerg
                 for member, first, n in zip(part.members, part.first, part.counts, strict=False)
             }
             kinetic = kinetic.sum(axis=0)
-            for lump in matrices.lumps:
-                kinetic += quadratic(lump.M, lump.nodes, u)
-                if lump.K is not None:
-                    by_name[lump.name] = np.zeros((len(KINDS), u.shape[-1]))
-                    by_name[lump.name][-1] = quadratic(lump.K, lump.nodes, u)
+            for discrete in matrices.discrete_elements:
+                kinetic += quadratic(discrete.M, discrete.nodes, u)
+                if discrete.K is not None:
+                    by_name[discrete.name] = np.zeros((len(KINDS), u.shape[-1]))
+                    by_name[discrete.name][-1] = quadratic(discrete.K, discrete.nodes, u)
             yield PartEnergy(".".join(path) or "mechanism", name, kinetic, by_name)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexura.beam import rigid_arm
 from flexura.records import Record
 from flexura.structure import FullOrderModel
-from flexura.structure.lumps import rigid_mass
+from flexura.structure.discrete_elements import rigid_mass
 from flexura.structure.part import Part, PartGeometry, PartMatrices
 from flexura.structure.scatter import node_dofs
 
@@ -92,7 +92,7 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
         R = _rigid_motions(part, geometry)
         worst = max(worst, _rigid_residual(part, matrices, R))
         masses = (rigid_mass_of(part, matrices, R), _described(part, model.values, geometry))
-        for instance in model.plan.topology.placed[name].number:
+        for instance in model.plan.topology.copies[name].number:
             Q, t = model.geometry.Q[instance], model.geometry.t[instance]
             X = np.zeros((6, 6))
             X[:3, :3], X[3:, 3:] = Q.T, np.linalg.det(Q).round() * Q.T
@@ -110,13 +110,14 @@ def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
 
 
 def rigid_mass_of(part: Part, matrices: PartMatrices, R: Array) -> Array:
-    """R' M R (k, k) of a part for displacements R (6n, k) of its nodes, summed over its elements and lumps."""
+    """R' M R (k, k) of a part for displacements R (6n, k) of its nodes, summed over its elements and discrete
+    elements."""
     k, local = R.shape[1], matrices.T @ R[node_dofs(part.connectivity)]
     found = local.reshape(-1, k).T @ (matrices.elements.M @ local).reshape(-1, k)
-    for lump in matrices.lumps:
-        if lump.M is not None:
-            own = R[node_dofs(lump.nodes)]
-            found += own.T @ lump.M @ own
+    for discrete in matrices.discrete_elements:
+        if discrete.M is not None:
+            own = R[node_dofs(discrete.nodes)]
+            found += own.T @ discrete.M @ own
     return found
 
 
@@ -127,12 +128,12 @@ def _rigid_residual(part: Part, matrices: PartMatrices, R: Array) -> float:
     on_ends = np.concatenate([np.swapaxes(T, -1, -2) @ (KT @ R[at]), np.einsum("eij,eij->ej", T, KT)[..., None]], -1)
     summed = [np.bincount(at.ravel(), column.ravel(), len(R)) for column in np.moveaxis(on_ends, -1, 0)]
     forces, squares = np.stack(summed[:-1], axis=1).astype(float), summed[-1].astype(float)
-    for lump in matrices.lumps:
-        if lump.K is not None:
-            rows = node_dofs(lump.nodes)
-            squares[rows] += np.diagonal(lump.K)
-            if len(lump.nodes) > 1:
-                forces[rows] += lump.K @ R[rows]
+    for discrete in matrices.discrete_elements:
+        if discrete.K is not None:
+            rows = node_dofs(discrete.nodes)
+            squares[rows] += np.diagonal(discrete.K)
+            if len(discrete.nodes) > 1:
+                forces[rows] += discrete.K @ R[rows]
     stiff = np.sqrt(squares)
     size = np.outer(stiff, stiff @ np.abs(R))
     return float(np.max(np.abs(forces[size > 0]) / size[size > 0], initial=0.0))
@@ -148,9 +149,9 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
         for mass, inertia, centre in part.prisms(values, geometry):
             D = rigid_arm(centre)
             total += np.einsum("eji,ejk,ekl->il", D, rigid_mass(mass, inertia), D)
-    for node, lump in [*part.bodies.values(), *part.points.values()]:
+    for node, discrete in [*part.bodies.values(), *part.points.values()]:
         D = rigid_arm(geometry.positions[node])
-        total += D.T @ lump.matrix(values) @ D
+        total += D.T @ discrete.matrix(values) @ D
     for key, piezo in part.channels.piezos.items():
         total += part.channels.described_mass(key, values, geometry.positions[piezo.nodes])
     for _, node, M in part.channels.mass_matrices(values):
@@ -166,5 +167,5 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
 def _rigid_motions(part: Part, geometry: PartGeometry) -> Array:
     """Displacements (6n, 6) of all nodes in rigid motions of the part about its origin; amplitudes stay zero."""
     motions = rigid_arm(geometry.positions)
-    motions[part.n_placed :] = 0.0
+    motions[part.n_positioned :] = 0.0
     return motions.reshape(-1, 6)

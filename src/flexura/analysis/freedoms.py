@@ -156,17 +156,19 @@ def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
     middle: list[Array] = []
     spread: list[float] = []
     for name in model.matrices:
-        placed, geometry = topology.placed[name], model.geometry.parts[name]
+        placed, geometry = topology.copies[name], model.geometry.parts[name]
         part = placed.part
         ends = geometry.positions[part.ends] + geometry.offsets
-        lumps = [(own.nodes, 0.0) for own in part.springs.values()]
-        lumps += [(own.nodes, 1 / 3) for own in part.channels.piezos.values()]
-        lumps += [([n for n in nodes if n < part.n_placed], 1.0) for nodes, _, _ in part.superelements.values()]
+        discrete_elements = [(own.nodes, 0.0) for own in part.springs.values()]
+        discrete_elements += [(own.nodes, 1 / 3) for own in part.channels.piezos.values()]
+        discrete_elements += [
+            ([n for n in nodes if n < part.n_positioned], 1.0) for nodes, _, _ in part.superelements.values()
+        ]
         for instance, offset in zip(placed.number, placed.offset, strict=True):
             m = np.flatnonzero(mine[offset + part.ends].sum(axis=1) == 1)
             middle += list(ends[m].mean(axis=1) @ model.geometry.Q[instance].T + model.geometry.t[instance])
             spread += (geometry.length[m] ** 2 / 12).tolist()
-            for nodes, share in lumps:
+            for nodes, share in discrete_elements:
                 own = offset + np.array(nodes, dtype=np.intp)
                 if mine[own].any() and not (mine[own].all() and len(own) > 1):
                     x = model.geometry.positions[own]
@@ -180,17 +182,17 @@ def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
     K: Any = model.K.tocsc(copy=True)
     topology = model.plan.topology
     for name, matrices in model.matrices.items():
-        placed = topology.placed[name]
-        for lump in matrices.lumps:
-            if lump.name not in placed.part.springs or lump.K is None:
+        placed = topology.copies[name]
+        for discrete in matrices.discrete_elements:
+            if discrete.name not in placed.part.springs or discrete.K is None:
                 continue
             for instance, offset in zip(placed.number, placed.offset, strict=True):
-                rows = model.design.node_rows(np.array([offset + n for n in lump.nodes]))
+                rows = model.design.node_rows(np.array([offset + n for n in discrete.nodes]))
                 Q = model.geometry.Q[instance].T
                 own = block_rotation(Q)
                 own[3:, 3:] *= round(float(np.linalg.det(Q)))
-                B = sp.block_diag([own] * len(lump.nodes)) @ rows
-                K = K - B.T @ sp.csc_matrix(lump.K) @ B
+                B = sp.block_diag([own] * len(discrete.nodes)) @ rows
+                K = K - B.T @ sp.csc_matrix(discrete.K) @ B
     left = K.diagonal()
     if not any(part.springs for part in model.plan.parts.values()) or (left < NOISE * model.K.diagonal()).any():
         return None
@@ -270,7 +272,7 @@ def _member_axes(model: FullOrderModel) -> Array:
 def _frames(model: FullOrderModel) -> Iterator[Array]:
     """Axes (3m, 3) of the members of every placed part; of round ones those along them."""
     for name in model.matrices:
-        placed, R = model.plan.topology.placed[name], model.geometry.parts[name].R
+        placed, R = model.plan.topology.copies[name], model.geometry.parts[name].R
         is_round = placed.part.table.is_round
         local = np.concatenate([R[is_round, 0], R[~is_round].reshape(-1, 3)])
         for instance in placed.number:

@@ -215,7 +215,7 @@ def _platform(model: FullOrderModel, platform: str | None) -> str:
     bodies = [
         ".".join((*path, key))
         for name, part in model.plan.parts.items()
-        for path in model.plan.topology.placed[name].paths
+        for path in model.plan.topology.copies[name].paths
         for key in part.bodies
     ]
     if len(bodies) != 1:

@@ -93,7 +93,7 @@ def motion_limits(states: States) -> tuple[Exceeded, ...]:
 
 def _rotation(states: States) -> Iterator[Exceeded]:
     topology = states.model.plan.topology
-    own = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_place)
+    own = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_position)
     rows = states.model.node_displacements(states.columns)[own, 3:]
     worst = _largest(rows, np.full(len(own), ROTATION), states)
     if worst is not None:
@@ -123,7 +123,7 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
     names: list[str] = []
     lengths, rows = [np.empty(0)], [np.empty((0, 3, columns.shape[1]))]
     for name in model.matrices:
-        part, placed = model.plan.parts[name], model.plan.topology.placed[name]
+        part, placed = model.plan.parts[name], model.plan.topology.copies[name]
         if part.members:
             own = model.geometry.parts[name].length
             one = element_motions(model, name, columns, part.first[:-1])[:, :, :6]
@@ -141,14 +141,14 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
 
 def _superelement_rows(model: FullOrderModel, name: str, columns: Array) -> tuple[list[str], Array, Array]:
     """As `_member_rows` for the superelements of a prototype: its first node and each other one of them."""
-    part, placed = model.plan.parts[name], model.plan.topology.placed[name]
+    part, placed = model.plan.parts[name], model.plan.topology.copies[name]
     u, x = model.node_displacements(columns), model.geometry.positions
     names: list[str] = []
     lengths: list[float] = []
     rows = [np.empty((0, 3, columns.shape[1]))]
     for offset, path in zip(placed.offset, placed.paths, strict=True):
         for key, (nodes, _, _) in part.superelements.items():
-            a, *others = (offset + node for node in nodes if node < part.n_placed)
+            a, *others = (offset + node for node in nodes if node < part.n_positioned)
             for b in others:
                 arm = x[b] - x[a]
                 if (length := float(np.linalg.norm(arm))) > 0:

@@ -83,7 +83,7 @@ def motions(model: FullOrderModel, displacements: Array) -> list[Motion]:
 def _placed(model: FullOrderModel) -> Iterator[tuple[tuple[str, ...], Part, int, int]]:
     """Path, part, instance and number of the first node of all that has matrices, in the order of `energies`."""
     for name in model.matrices:
-        placed = model.plan.topology.placed[name]
+        placed = model.plan.topology.copies[name]
         for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
             yield path, model.plan.parts[name], instance, offset
 
@@ -121,18 +121,18 @@ def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid
     found = []
     for number, (path, part, instance, offset) in enumerate(_placed(model)):
         Q = model.geometry.Q[instance]
-        for lump in model.matrices[part.name].lumps:
-            if len(lump.nodes) > 1 or lump.K is not None or lump.M is None or not lump.M.any():
+        for discrete in model.matrices[part.name].discrete_elements:
+            if len(discrete.nodes) > 1 or discrete.K is not None or discrete.M is None or not discrete.M.any():
                 continue
-            node = offset + lump.nodes[0]
-            m = lump.M[0, 0]
-            coupling = lump.M[3:, :3] / (m or 1.0)
+            node = offset + discrete.nodes[0]
+            m = discrete.M[0, 0]
+            coupling = discrete.M[3:, :3] / (m or 1.0)
             arm = Q @ np.array([coupling[2, 1], coupling[0, 2], coupling[1, 0]])
             turn = u[node, 3:]
             v = np.asarray(u[node, :3] + np.cross(turn, arm, axis=0), dtype=np.float64)
-            inertia = Q @ (lump.M[3:, 3:] - m * coupling @ coupling.T) @ Q.T
+            inertia = Q @ (discrete.M[3:, 3:] - m * coupling @ coupling.T) @ Q.T
             turning = np.einsum("ik,ij,jk->k", turn, inertia, turn) / 2
-            own = (".".join((*path, lump.name)), lump.name in part.bodies, node, number)
+            own = (".".join((*path, discrete.name)), discrete.name in part.bodies, node, number)
             found.append(_Rigid(*own, m * (v**2).sum(axis=0) / 2, turning, v, turn, total))
     return found
 
@@ -142,7 +142,7 @@ def _loose(model: FullOrderModel, number: int, u: Array) -> str:
     most, or the member that vibrates between its nodes."""
     path, part, _, offset = next(own for k, own in enumerate(_placed(model)) if k == number)
     prefix = "".join(f"{step}." for step in path)
-    own, turn = (np.linalg.norm(u[offset : offset + part.n_placed, at], axis=1) for at in (slice(3), slice(3, 6)))
+    own, turn = (np.linalg.norm(u[offset : offset + part.n_positioned, at], axis=1) for at in (slice(3), slice(3, 6)))
     if not len(own):
         return f"{'.'.join(path) or 'mechanism'} vibrates"
     size = float(np.ptp(model.geometry.positions, axis=0).max())

@@ -61,13 +61,13 @@ def _sizes(full: FullOrderModel) -> Iterator[_Size]:
         for group, _, _ in part.table.groups:
             if group.family == "constants":
                 continue
-            for size, slots in group.slots.items():
+            for size, entries in group.entries.items():
                 if size.endswith(("angle", "positions", "thicknesses", "shift")):
                     continue
-                for k, slot in zip(group.index, slots, strict=True):
-                    yield _Size(f"{kinds[k]} {size}", _place(name, keys[k]), size, float(full.values[slot]))
-        for key, (_, lump) in part.bodies.items():
-            form = lump.form(full.values)
+                for k, entry in zip(group.index, entries, strict=True):
+                    yield _Size(f"{kinds[k]} {size}", _place(name, keys[k]), size, float(full.values[entry]))
+        for key, (_, body) in part.bodies.items():
+            form = body.form(full.values)
             if form is not None:
                 yield _Size("body", _place(name, key), "largest size", 2 * float(form.half.max()))
 

@@ -124,7 +124,7 @@ class Statics(Tabular):
     def _columns(self) -> dict[str, Any]:
         """Displacements of all nodes."""
         topology = self.model.plan.topology
-        placed = np.flatnonzero(topology.has_place)
+        placed = np.flatnonzero(topology.has_position)
         u = self.model.node_displacements(self.displacement_vector[:, None])[placed, :, 0]
         moves = {f"{dof} [{'m' if dof[0] == 't' else 'rad'}]": u[:, k] for k, dof in enumerate(DOF_NAMES)}
         return {"node": [topology.node_names[k] for k in placed], **moves}

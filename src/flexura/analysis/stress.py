@@ -22,7 +22,7 @@ from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.sections import SectionGroup
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -135,7 +135,7 @@ def _reported(model: FullOrderModel, part: Part, group: SectionGroup, worst: _Wo
     names, known = list(part.members), group.family != "constants"
     strength = part.table.yield_stress(model.values)
     flexures = model.plan.layout.prototypes[part.name].flexures
-    for copy, path in enumerate(model.plan.topology.placed[part.name].paths):
+    for copy, path in enumerate(model.plan.topology.copies[part.name].paths):
         for k, member in enumerate(group.index):
             N, Vy, Vz, T, My, Mz = worst.force[copy, k].tolist()
             yield MemberStress(
@@ -164,7 +164,7 @@ def _end_forces(
     model: FullOrderModel, name: str, matrices: PartMatrices, states: Array, g: Array | None
 ) -> tuple[Array, Array]:
     """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies (theory eq. S1)."""
-    placed = model.plan.topology.placed[name]
+    placed = model.plan.topology.copies[name]
     v = element_motions(model, name, states)
     arm = np.zeros((v.shape[1], 3))
     arm[:, 0] = matrices.elements.length
@@ -183,7 +183,7 @@ def _end_forces(
 
 def element_motions(model: FullOrderModel, name: str, states: Array, at: Index | slice = slice(None)) -> Array:
     """Motions (i, e, 12, k) of both ends of elements `at` of all copies of a prototype, element axes."""
-    part, placed = model.plan.parts[name], model.plan.topology.placed[name]
+    part, placed = model.plan.parts[name], model.plan.topology.copies[name]
     number = np.array(placed.offset)[:, None] + np.arange(part.n_named + len(part.mesh_member))
     Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
     axial = np.linalg.det(Q).round()[..., None, None] * Q
@@ -224,7 +224,7 @@ def yield_ratios(
             ratio = np.concatenate(blocks, axis=-1) / limit[group.index][:, None]
             has = np.flatnonzero(~np.isnan(limit[group.index]))
             ratios.append(ratio[:, has].reshape(-1, u.shape[1]))
-            paths = model.plan.topology.placed[name].paths
+            paths = model.plan.topology.copies[name].paths
             names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
     return names, np.concatenate(ratios)
 
@@ -320,7 +320,7 @@ def internal_force_rows(model: FullOrderModel, member: str, position: float = 0.
     nodes = part.connectivity[e]
     G = model.design.node_transforms(name, nodes)[copy]
     topology = model.plan.topology
-    dof = topology.dof[topology.root[topology.placed[name].offset[copy] + nodes]].ravel()
+    dof = topology.dof[topology.root[topology.copies[name].offset[copy] + nodes]].ravel()
     rows = np.hstack([P[:, :6] @ G[0], P[:, 6:] @ G[1]])[:, dof >= 0]
     dof = np.broadcast_to(dof[dof >= 0], rows.shape)
     at = np.broadcast_to(np.arange(6)[:, None], rows.shape)
@@ -360,14 +360,14 @@ def _find(model: FullOrderModel, member: str, position: float) -> tuple[str, int
     if not 0 <= position <= 1:
         raise OptionError(f"a position is a fraction of the member's length, from 0 to 1, not {position!r}")
     *path, key = member.split(".")
-    for name, placed in model.plan.topology.placed.items():
+    for name, placed in model.plan.topology.copies.items():
         if tuple(path) in placed.paths and key in placed.part.members:
             return name, placed.paths.index(tuple(path)), list(placed.part.members).index(key)
     raise OptionError(_unknown(member, list(_names(model))))
 
 
 def _names(model: FullOrderModel) -> Iterator[str]:
-    for placed in model.plan.topology.placed.values():
+    for placed in model.plan.topology.copies.values():
         for path in placed.paths:
             yield from (".".join((*path, member)) for member in placed.part.members)
 

@@ -18,7 +18,7 @@ from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 from flexura.structure.scatter import Scatter
 from flexura.structure.segments import Segments, segments
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def _refuse_springs_on_arms(model: FullOrderModel) -> None:
     """Raise OptionError where a spring, superelement or piezo stack pulls on a rigid arm: how its force turns is not
     known."""
     topology = model.plan.topology
-    for name, placed in topology.placed.items():
+    for name, placed in topology.copies.items():
         part = model.plan.parts[name]
         ends = [n for spring in part.springs.values() for n in spring.nodes]
         ends += [n for nodes, *_ in part.superelements.values() for n in nodes]
@@ -106,7 +106,7 @@ def _elements(model: FullOrderModel, cut: Segments) -> _Elements:
     lever = -np.swapaxes(true, -1, -2) @ cut.X[..., :3, 3:]
     arm = np.stack([lever[..., 2, 1], lever[..., 0, 2], lever[..., 1, 0]], axis=-1)
     flexibility = [
-        np.tile(own.elements.C, (len(model.plan.topology.placed[name].paths), 1, 1))
+        np.tile(own.elements.C, (len(model.plan.topology.copies[name].paths), 1, 1))
         for name, own in model.matrices.items()
         if len(model.plan.parts[name].connectivity)
     ]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from flexura.errors import OptionError
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 from flexura.systems.state_space import StateSpace
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexura.io.contents import Array
 from flexura.structure import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 KINDS = ("link", "flexure", "body", "spring", "superelement")
 
@@ -32,10 +32,10 @@ class Lines:
 def lines_of(model: FullOrderModel) -> Lines:
     """Points and lines of a full-order model; arms from members' ends to nodes that stand apart are not drawn."""
     topology = model.plan.topology
-    node = np.flatnonzero(topology.has_place)
-    point = np.cumsum(topology.has_place) - 1
+    node = np.flatnonzero(topology.has_position)
+    point = np.cumsum(topology.has_position) - 1
     found: list[tuple[str, str, Index]] = []
-    for name, placed in topology.placed.items():
+    for name, placed in topology.copies.items():
         part = model.plan.parts[name]
         flexures = set(model.plan.layout.prototypes[name].flexures)
         own = [
@@ -45,7 +45,7 @@ def lines_of(model: FullOrderModel) -> Lines:
         own += [(b, "body", _star(n, part.carried.get(n, []))) for b, (n, _) in part.bodies.items()]
         own += [(key, "spring", _star(s.nodes[0], s.nodes[1:])) for key, s in part.springs.items()]
         own += [
-            (s, "superelement", _star(n[0], [k for k in n[1:] if k < part.n_placed]))
+            (s, "superelement", _star(n[0], [k for k in n[1:] if k < part.n_positioned]))
             for s, (n, _, _) in part.superelements.items()
         ]
         for path, offset in zip(placed.paths, placed.offset, strict=True):

@@ -54,10 +54,10 @@ def write_matrix_market(what: Any, path: str | Path, damping: Any | None = None)
 def _rows(own: SecondOrder) -> list[tuple[Any, ...]]:
     """Number, name, node, DOF and place of every coordinate."""
     topology, x = own.model.plan.topology, own.model.geometry.positions
-    number = {name: k for k, name in enumerate(topology.node_names) if topology.has_place[k]}
+    number = {name: k for k, name in enumerate(topology.node_names) if topology.has_position[k]}
     amplitudes = np.empty(0)
     if isinstance(own.model, FullOrderModel):
-        amplitudes = np.flatnonzero(~topology.has_place[np.nonzero(topology.dof >= 0)[0]])
+        amplitudes = np.flatnonzero(~topology.has_position[np.nonzero(topology.dof >= 0)[0]])
     skip, rows = set(amplitudes.tolist()), []
     for k, name in enumerate(own.coordinate_names):
         node, _, dof = name.rpartition(".")

@@ -12,7 +12,7 @@ from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.methods.exact_chains import ExactChains
 from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import Scatter
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 LARGE = 400
 """Unknowns of chains beyond which they are eliminated."""
@@ -21,9 +21,9 @@ LARGE = 400
 class ChainEquations(ABC):
     """Equations over the displacements of all junctions and further unknowns of every chain.
 
-    Junctions are the nodes that substructures keep, in the global frame, and those where members branch or lumps sit,
-    in the frame of their part. Elements are cut into `pieces` uniform beams. `is_real` says that the equations are real
-    at real frequencies. Raises SolverError where the equations are too many.
+    Junctions are the nodes that substructures keep, in the global frame, and those where members branch or discrete
+    elements sit, in the frame of their part. Elements are cut into `pieces` uniform beams. `is_real` says that the
+    equations are real at real frequencies. Raises SolverError where the equations are too many.
     """
 
     pieces = 1
@@ -87,7 +87,7 @@ class ChainEquations(ABC):
         size = n + sum(more * len(own.kind) for more, own in zip(extra, part.chains, strict=True))
         local = np.zeros((size, size), dtype=np.result_type(lam, float if self.is_real else complex))
         zeros = [np.zeros((len(group.nodes), 12, 12)) for group in part.reducer.chains]
-        local[:n, :n], _ = part.reducer.assembled_chains(zeros, zeros, lam, part.lumps)
+        local[:n, :n], _ = part.reducer.assembled_chains(zeros, zeros, lam, part.discrete_elements)
         at = n
         for own, more, (first, last) in zip(part.chains, extra, self._ends[name], strict=True):
             unknowns = at + np.arange(more * len(own.kind)).reshape(-1, more)

@@ -28,8 +28,8 @@ from flexura.reduction.certificate import full_order_modes
 from flexura.reduction.parts import PartReducer
 from flexura.structure.members import ElementSlice
 from flexura.structure.model import FullOrderModel
-from flexura.structure.part import Lump
-from flexura.structure.slots import Index
+from flexura.structure.part import DiscreteElement
+from flexura.structure.value_table import Index
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class ExactPart:
         self.reducer = reducer
         matrices = model.matrices[reducer.part.name]
         assert isinstance(matrices.elements, ElementSlice)
-        self.lumps: list[Lump] = matrices.lumps
+        self.discrete_elements: list[DiscreteElement] = matrices.discrete_elements
         self.chains: list[ExactChains] = []
         self.groups: list[list[int]] = []
         if len(reducer.part.connectivity):
@@ -104,8 +104,8 @@ class ExactPart:
         return self._eliminated(lam, K, slope, J0)
 
     def _eliminated(self, lam: float | complex, K: list[Array], slope: list[Array], J0: int) -> PartAt:
-        """Assemble chains and lumps over the remaining nodes and eliminate those behind the boundary."""
-        whole, rate = self.reducer.assembled_chains(K, slope, lam, self.lumps)
+        """Assemble chains and discrete elements over the remaining nodes and eliminate those behind the boundary."""
+        whole, rate = self.reducer.assembled_chains(K, slope, lam, self.discrete_elements)
         b = len(self.reducer.boundary_dofs)
         if whole.shape[0] == b:
             return PartAt(whole, rate, J0)
@@ -134,7 +134,7 @@ class DynamicStiffness:
             raise OptionError("every node that the substructures keep is held: cut a member in two to see it move")
         refuse_large_parts(self.assembler)
         self.parts = {name: ExactPart(model, reducer, pieces) for name, reducer in self.assembler.reducers.items()}
-        self.copies = [len(model.plan.topology.placed[name].paths) for name in self.parts]
+        self.copies = [len(model.plan.topology.copies[name].paths) for name in self.parts]
 
     def at(self, omega: float | complex) -> tuple[Array, Array, int]:
         """K (n, n), -dK/d(omega^2) (n, n) and J0 at an angular frequency, rad/s, over the kept nodes' DOFs.

@@ -22,7 +22,7 @@ from flexura.methods.exact_chains import ExactChains, exact_chains
 from flexura.reduction.parts import PartReducer
 from flexura.structure.members import Cut, ElementSlice
 from flexura.structure.model import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 FINEST = 2**20
 """Most pieces of one element."""

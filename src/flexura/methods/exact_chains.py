@@ -14,7 +14,7 @@ from flexura.reduction.chain import ChainGroup, kinematics
 from flexura.structure.members import Cut
 from flexura.structure.part import Part
 from flexura.structure.plan import Geometry
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 
 @dataclass(frozen=True)

@@ -25,9 +25,9 @@ from flexura.methods.exact_branches import PartBranches, branches_below
 from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
 from flexura.structure.members import TAPERED_PIECES
 from flexura.structure.model import FullOrderModel
-from flexura.structure.part import Lump
+from flexura.structure.part import DiscreteElement
 from flexura.structure.scatter import Scatter, node_dofs
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 BATCH = 4_000_000
 """About how many numbers matrices hold at once."""
@@ -97,13 +97,13 @@ class _Elimination:
 
 @dataclass
 class _Part:
-    """One prototype: where its branches and lumps go, and what its condensation keeps."""
+    """One prototype: where its branches and discrete elements go, and what its condensation keeps."""
 
     own: PartBranches
-    lumps: list[Lump]
+    discrete_elements: list[DiscreteElement]
     span: slice
     ends: Index
-    lump_dofs: list[Index]
+    discrete_dofs: list[Index]
     scatter: Scatter
     boundary: int
     elimination: _Elimination | None = None
@@ -144,7 +144,7 @@ class ExactCondensation:
             K = self._part_stiffness(part, exact.K, both)
             part.elimination = _Elimination.at(K[0], K[1], part.boundary)
             T[name] = part.elimination.shapes(K)
-        modes = sum(m * len(model.plan.topology.placed[name].paths) for name, m in zip(T, self._modes, strict=True))
+        modes = sum(m * len(model.plan.topology.copies[name].paths) for name, m in zip(T, self._modes, strict=True))
         refuse_large(len(self.assembler.physical) + modes, "kept nodes and modes of substructures")
         K = self._global(self._condensed(exact.K, both, T))
         self._elimination = _Elimination.at(K[0], K[1], 0)
@@ -184,14 +184,14 @@ class ExactCondensation:
         number[reducer.remaining] = np.arange(len(reducer.remaining))
         pairs = np.array([branch.junctions for branch in own.branches], dtype=np.intp).reshape(-1, 2)
         ends = node_dofs(pairs)
-        lumps = self.model.matrices[name].lumps
-        at = [node_dofs(number[lump.nodes]) for lump in lumps]
+        discrete_elements = self.model.matrices[name].discrete_elements
+        at = [node_dofs(number[discrete.nodes]) for discrete in discrete_elements]
         scatter = Scatter([*([ends] if len(ends) else []), *(dofs[None] for dofs in at)], 6 * own.n_junctions)
-        return _Part(own, lumps, self.branches.span[name], ends, at, scatter, len(reducer.boundary_dofs))
+        return _Part(own, discrete_elements, self.branches.span[name], ends, at, scatter, len(reducer.boundary_dofs))
 
     def _part_stiffness(self, part: _Part, K: Array, lam: Array) -> Array:
         """K (l, n, n) of a part over its junctions, in its own frame."""
-        matrices = [_lump(lump, lam)[:, None] for lump in part.lumps]
+        matrices = [_discrete(discrete, lam)[:, None] for discrete in part.discrete_elements]
         if len(part.ends):
             B = self.branches.B[part.span, None]
             matrices = [np.swapaxes(np.swapaxes(B, -1, -2) @ K[part.span] @ B, 0, 1), *matrices]
@@ -249,17 +249,17 @@ class ExactCondensation:
         return state.T[name][:, None] @ (self._transforms[name] @ padded[:, self._coordinates[name]])
 
     def _energies(self, state: _State) -> tuple[Array, Array]:
-        """K and M (l, n, n) from the energies of branches and lumps (theory eq. D12)."""
+        """K and M (l, n, n) from the energies of branches and discrete elements (theory eq. D12)."""
         K, M = np.zeros((2, len(state.lam), self.count, self.count))
         for name, part in self._parts.items():
             u = self._junctions(name, state, state.X)
             motion = self.branches.B[part.span] @ u[:, :, part.ends]
             K += _energy(motion, np.swapaxes(state.branches.K[part.span], 0, 1)[:, None])
             M -= _energy(motion, np.swapaxes(state.branches.slope[part.span], 0, 1)[:, None])
-            for lump, dofs in zip(part.lumps, part.lump_dofs, strict=True):
-                K += _energy(u[:, :, dofs], _lump(lump, state.lam)[:, None])
-                if lump.M is not None:
-                    M += _energy(u[:, :, dofs], lump.M)
+            for discrete, dofs in zip(part.discrete_elements, part.discrete_dofs, strict=True):
+                K += _energy(u[:, :, dofs], _discrete(discrete, state.lam)[:, None])
+                if discrete.M is not None:
+                    M += _energy(u[:, :, dofs], discrete.M)
         return (K + np.swapaxes(K, -1, -2)) / 2, (M + np.swapaxes(M, -1, -2)) / 2
 
     def _recovered(self, state: _State, x: Array) -> Array:
@@ -276,7 +276,7 @@ class ExactCondensation:
         for name, part in self._parts.items():
             interior = part.own.reducer.part.interior
             nodes = _node_displacements(part, u[name], twists[part.span])[:, :, interior]
-            number = np.array(topology.placed[name].offset, dtype=np.intp)[:, None] + interior
+            number = np.array(topology.copies[name].offset, dtype=np.intp)[:, None] + interior
             G = self.model.design.node_transforms(name, interior)
             outward = (np.swapaxes(G, -1, -2) @ nodes[..., None])[..., 0]
             found[topology.dof[number]] = np.moveaxis(outward, 0, -1)
@@ -296,11 +296,11 @@ def _node_displacements(part: _Part, u: Array, twists: list[Array]) -> Array:
     return nodes
 
 
-def _lump(lump: Lump, lam: Array) -> Array:
-    """K - lam M (l, n, n) of a lump."""
-    n = 6 * len(lump.nodes)
-    K = np.zeros((n, n)) if lump.K is None else lump.K
-    return K - lam[:, None, None] * (0.0 if lump.M is None else lump.M) + np.zeros((len(lam), 1, 1))
+def _discrete(discrete: DiscreteElement, lam: Array) -> Array:
+    """K - lam M (l, n, n) of a discrete element."""
+    n = 6 * len(discrete.nodes)
+    K = np.zeros((n, n)) if discrete.K is None else discrete.K
+    return K - lam[:, None, None] * (0.0 if discrete.M is None else discrete.M) + np.zeros((len(lam), 1, 1))
 
 
 def _energy(motion: Array, matrix: Array) -> Array:

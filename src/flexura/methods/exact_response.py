@@ -99,12 +99,12 @@ class ExactResponse:
             own = part.at(mu**2).K.astype(complex)
             boundary = assembler.reducers[name].part.boundary
             position = {int(node): k for k, node in enumerate(boundary)}
-            for lump in part.lumps:
-                if lump.K is not None and len(lump.nodes) == 1:
-                    at = 6 * position[lump.nodes[0]] + np.arange(6)
-                    own[np.ix_(at, at)] -= lump.K
+            for discrete in part.discrete_elements:
+                if discrete.K is not None and len(discrete.nodes) == 1:
+                    at = 6 * position[discrete.nodes[0]] + np.arange(6)
+                    own[np.ix_(at, at)] -= discrete.K
             T = transforms[name]
-            number = np.array(plan.topology.placed[name].offset)[:, None] + boundary
+            number = np.array(plan.topology.copies[name].offset)[:, None] + boundary
             root = plan.topology.root[number]
             rigid = rigid_arm(self.model.geometry.positions[root]).reshape(len(T), -1, 6)
             force = np.swapaxes(T, -1, -2) @ (own @ (T @ rigid))

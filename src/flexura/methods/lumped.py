@@ -21,7 +21,7 @@ from flexura.linalg import factorise, is_definite, lowest
 from flexura.methods.solution import Solution
 from flexura.reduction import reduce
 from flexura.structure.model import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def _bodies(model: FullOrderModel) -> list[str]:
     topology = model.plan.topology
     at = [
         offset + node
-        for name, placed in topology.placed.items()
+        for name, placed in topology.copies.items()
         for offset in placed.offset
         for node, _ in model.plan.parts[name].bodies.values()
     ]

@@ -64,7 +64,7 @@ def inside_member(model: FullOrderModel, solution: Solution, member: str, fracti
 def _find(model: FullOrderModel, member: str) -> _Placed:
     *path, key = member.split(".")
     topology = model.plan.topology
-    for name, placed in topology.placed.items():
+    for name, placed in topology.copies.items():
         if tuple(path) not in placed.paths or key not in placed.part.members:
             continue
         copy, k = placed.paths.index(tuple(path)), list(placed.part.members).index(key)

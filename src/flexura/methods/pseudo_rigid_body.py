@@ -20,8 +20,8 @@ from flexura.structure.assembler import full_order
 from flexura.structure.model import FullOrderModel
 from flexura.structure.part import Part
 from flexura.structure.scatter import block_diagonal, node_dofs
-from flexura.structure.slots import Index
 from flexura.structure.triplets import Triplets
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -109,9 +109,9 @@ def pseudo_rigid_body_model(model: FullOrderModel) -> PseudoRigidBodyModel:
     for chains in links:
         at, T = _to_bodies(model, bodies, chains)
         M.add(at, at, np.swapaxes(T, -1, -2) @ _end_masses(chains, chains.X.shape[1]) @ T)
-    stiffness, mass = full_order(model.plan).lumped(model.design)
+    stiffness, mass = full_order(model.plan).discrete_matrices(model.design)
     Z = bodies.Z
-    count = bodies.count - int((~model.plan.topology.has_place).sum())
+    count = bodies.count - int((~model.plan.topology.has_position).sum())
     note = f"{count} rigid {'body' if count == 1 else 'bodies'} on {_placed(model, springs)} flexures"
     note += f", {compliant} of them links more compliant than the stiffest flexure" if compliant else ""
     note += f"; {_placed(model, links)} links taken as rigid" if links else ""

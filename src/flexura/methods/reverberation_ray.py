@@ -24,7 +24,7 @@ from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
 from flexura.reduction.certificate import full_order_modes
 from flexura.structure.model import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 MEMBER = 7
 """At least so many equal pieces in line are a member that carries rays: more than one element of a stepped flexure."""

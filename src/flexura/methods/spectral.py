@@ -22,7 +22,7 @@ from flexura.methods.exact_chains import ExactChains
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
 from flexura.structure.model import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 DECAY = 1e-6
 """To this part of its size a motion decays within the period, by exp(-sigma t)."""

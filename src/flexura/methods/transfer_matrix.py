@@ -16,7 +16,7 @@ from flexura.methods.exact_chains import ExactChains
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
 from flexura.structure.model import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 
 class TransferMatrices(ChainEquations):

@@ -83,7 +83,7 @@ class _Refinement:
         topology = self.assembler.plan.topology
         found = {}
         for name, reducer in self.assembler.reducers.items():
-            number = np.array(topology.placed[name].offset, dtype=np.intp)[:, None] + reducer.part.interior
+            number = np.array(topology.copies[name].offset, dtype=np.intp)[:, None] + reducer.part.interior
             found[name] = abs(float(density[topology.dof[number].ravel()].sum()))
         return found
 

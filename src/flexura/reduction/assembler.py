@@ -15,7 +15,7 @@ from flexura.reduction.stacks import refuse_impossible
 from flexura.structure.design import Design
 from flexura.structure.plan import Plan
 from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class LowOrderAssembler:
         self._latest: Latest[dict[str, Array]] = Latest()
 
     def _numbers(self, name: str, nodes: Index) -> Index:
-        return np.array(self.plan.topology.placed[name].offset, dtype=np.intp)[:, None] + nodes
+        return np.array(self.plan.topology.copies[name].offset, dtype=np.intp)[:, None] + nodes
 
     def coordinates(self, name: str, modes: int, first: int) -> Index:
         """Low-order coordinate (copies, b + modes) of every coordinate of a reduced part; -1 where held."""

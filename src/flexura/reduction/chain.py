@@ -4,8 +4,8 @@ In a chain that is loaded at its ends only, every element carries the same wrenc
 one pole, the flexibilities of the elements simply add up, and eq. 18 of the RPR paper holds for the chain as a whole:
 its stiffness is the inverse of the 6 x 6 sum, and its constraint modes are running sums times that inverse.
 This is what makes reducing a design cheap: no interior matrix is assembled or solved. Other interior nodes, where
-members branch or lumps sit, are left for static condensation (Guyan 1965), which commutes with this step (theory
-eqs. 46-52).
+members branch or discrete elements sit, are left for static condensation (Guyan 1965), which commutes with this step
+(theory eqs. 46-52).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from flexura.beam import rigid_arm
 from flexura.structure.members import Elements, ElementSlice
 from flexura.structure.part import Part
 from flexura.structure.plan import Geometry
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -54,8 +54,8 @@ class ChainKinematics:
 
 
 def find_chains(part: Part) -> list[ChainGroup]:
-    """Split the elements of a part into chains between nodes that are kept, branch or carry lumps."""
-    lumped = {n for nodes, _, _ in part.lump_nodes() for n in nodes}
+    """Split the elements of a part into chains between nodes that are kept, branch or carry discrete elements."""
+    lumped = {n for nodes, _, _ in part.discrete_nodes() for n in nodes}
     degree = np.bincount(part.connectivity.ravel(), minlength=part.n_nodes)
     passable = degree == 2
     passable[part.boundary] = False

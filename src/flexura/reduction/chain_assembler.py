@@ -19,10 +19,10 @@ from flexura.reduction.chain_moments import EPS, ChainMoments, PoleFrame, interi
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
 from flexura.structure.design import Design
-from flexura.structure.part import Lump
+from flexura.structure.part import DiscreteElement
 from flexura.structure.plan import Plan
 from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ class ChainAssembler:
         self._latest: Latest[Maps] = Latest()
 
     def _numbers(self, name: str, nodes: Index) -> Index:
-        return np.array(self.plan.topology.placed[name].offset, dtype=np.intp)[:, None] + np.ravel(nodes)
+        return np.array(self.plan.topology.copies[name].offset, dtype=np.intp)[:, None] + np.ravel(nodes)
 
     def _nodal(self, name: str, nodes: Index) -> Index:
         """Coordinates (copies, nodes, 6) of nodes of a prototype; -1 where held."""
@@ -87,7 +87,7 @@ class ChainAssembler:
 
     def _number(self) -> None:
         """Number the coordinates for the kept motions that there are."""
-        first, chains, lumps = self.n_nodal, [], []
+        first, chains, discrete_elements = self.n_nodal, [], []
         for name, g in self._groups:
             group, kept = self.reducers[name].chains[g], self.forces[name, g].shape[-1]
             ends = self._nodal(name, group.nodes[:, [0, -1]])
@@ -97,14 +97,14 @@ class ChainAssembler:
             first += own.size
         self.order = first
         for name, reducer in self.reducers.items():
-            for nodes, _, _ in reducer.part.lump_nodes():
+            for nodes, _, _ in reducer.part.discrete_nodes():
                 dofs = self._nodal(name, np.array(nodes))
-                lumps.append(dofs.reshape(len(dofs), -1))
-        self._places = [*chains, *lumps]
-        has = [k_m for reducer in self.reducers.values() for k_m in reducer.part.lump_nodes()]
+                discrete_elements.append(dofs.reshape(len(dofs), -1))
+        self._places = [*chains, *discrete_elements]
+        has = [k_m for reducer in self.reducers.values() for k_m in reducer.part.discrete_nodes()]
         self._scatters = (
-            Scatter([*chains, *(p for p, (_, K, _) in zip(lumps, has, strict=True) if K)], first),
-            Scatter([*chains, *(p for p, (_, _, M) in zip(lumps, has, strict=True) if M)], first),
+            Scatter([*chains, *(p for p, (_, K, _) in zip(discrete_elements, has, strict=True) if K)], first),
+            Scatter([*chains, *(p for p, (_, _, M) in zip(discrete_elements, has, strict=True) if M)], first),
             Scatter(chains, first),
         )
 
@@ -119,10 +119,11 @@ class ChainAssembler:
 
     def _maps(self, design: Design) -> Maps:
         """What depends on geometry alone: for every kind of chain its pole frame and the map L (..., copies, c, 12, 12)
-        from global displacements of its ends to its twists, with |L| before digits cancel; maps of the lumps."""
+        from global displacements of its ends to its twists, with |L| before digits cancel; maps of the discrete
+        elements."""
 
         def found() -> Maps:
-            chains, lumps = {}, []
+            chains, discrete_elements = {}, []
             for name, g in self._groups:
                 group = self.reducers[name].chains[g]
                 kin = kinematics(self.reducers[name].part, group, design.geometry)
@@ -131,9 +132,9 @@ class ChainAssembler:
                 B = kin.B[..., None, :, :, :]
                 chains[name, g] = (PoleFrame(group, kin), B @ T, abs(B) @ abs(T))
             for name, reducer in self.reducers.items():
-                for nodes, _, _ in reducer.part.lump_nodes():
-                    lumps.append(block_diagonal(design.node_transforms(name, np.array(nodes))))
-            return chains, lumps
+                for nodes, _, _ in reducer.part.discrete_nodes():
+                    discrete_elements.append(block_diagonal(design.node_transforms(name, np.array(nodes))))
+            return chains, discrete_elements
 
         return self._latest.get(design.geometry, found)
 
@@ -141,7 +142,7 @@ class ChainAssembler:
         """Assemble a stack of designs. Raises ImpossibleDesignError."""
         designs, matrices = len(design.values), design.matrices
         refuse_impossible(matrices, designs)
-        chains, lump_maps = self._maps(design)
+        chains, discrete_maps = self._maps(design)
         K: list[Array] = []
         M: list[Array] = []
         R: list[Array] = []
@@ -155,12 +156,12 @@ class ChainAssembler:
             slowness = np.maximum(slowness, own.slowness.max(axis=-1))
             loss = np.maximum(loss, own.loss.max(axis=-1))
             slow[kind] = float(own.slowness.max())
-        lumps = [lump for name in self.reducers for lump in matrices[name].lumps]
-        for lump, T in zip(lumps, lump_maps, strict=True):
-            for out, A in ((K, lump.K), (M, lump.M)):
+        discrete_elements = [discrete for name in self.reducers for discrete in matrices[name].discrete_elements]
+        for discrete, T in zip(discrete_elements, discrete_maps, strict=True):
+            for out, A in ((K, discrete.K), (M, discrete.M)):
                 if A is not None:
                     out.append(np.swapaxes(T, -1, -2) @ A[..., None, :, :] @ T)
-            spread.append(_lump_spread(lump, T))
+            spread.append(_discrete_spread(discrete, T))
         lead = (designs,)
         k, m, r = (scatter.dense(A, lead) for scatter, A in zip(self._scatters, (K, M, R), strict=True))
         return ChainOrder(k, m, r, self._slack(spread, designs), slowness * (1 + 1e-6), loss, slow)
@@ -198,7 +199,7 @@ class ChainAssembler:
 
     def order_with(self, counts: dict[Kind, int]) -> int:
         """Number of coordinates with so many kept modes."""
-        placed = self.plan.topology.placed
+        placed = self.plan.topology.copies
         return self.n_nodal + sum(
             count * len(self.forces[name, g]) * len(placed[name].offset) for (name, g), count in counts.items()
         )
@@ -245,10 +246,10 @@ def _joined(shape: tuple[int, ...]) -> tuple[int, ...]:
     return (*lead, copies * chains, n)
 
 
-def _lump_spread(lump: Lump, T: Array) -> Array:
-    """The same (3, ..., copies, m) of a lump."""
+def _discrete_spread(discrete: DiscreteElement, T: Array) -> Array:
+    """The same (3, ..., copies, m) of a discrete element."""
     found = []
-    for A in (lump.K, lump.M):
+    for A in (discrete.K, discrete.M):
         diagonal = np.zeros(T.shape[-1]) if A is None else np.einsum("...ii->...i", A)
         found.append(np.einsum("...ij,...i->...j", abs(T), np.sqrt(abs(diagonal))[..., None, :]) ** 2)
     shape = np.broadcast_shapes(*(f.shape for f in found))

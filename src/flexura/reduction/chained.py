@@ -25,10 +25,10 @@ from flexura.reduction.serial_chains import SegmentChains, element_chains, facto
 from flexura.structure.full_order import described_prestress
 from flexura.structure.members import TAPERED_PIECES
 from flexura.structure.model import FullOrderModel
-from flexura.structure.part import Lump
+from flexura.structure.part import DiscreteElement
 from flexura.structure.scatter import block_diagonal
-from flexura.structure.slots import Index
 from flexura.structure.triplets import Triplets
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -44,8 +44,8 @@ CONSISTENT = 1e-11
 
 @dataclass(frozen=True, repr=False)
 class ChainedModel(Record):
-    """The full-order model, or a refinement of it, over DOFs of chain ends and lumps, then displacements of the segment
-    ends within chains relative to their static shape, in segment axes.
+    """The full-order model, or a refinement of it, over DOFs of chain ends and discrete elements, then displacements
+    of the segment ends within chains relative to their static shape, in segment axes.
 
     `position` (full order,) is the coordinate of every full-order DOF, -1 within chains; `first` is the first
     coordinate of every set of chains.
@@ -117,7 +117,7 @@ class ChainedModel(Record):
         parts, part_of = connected_components(abs(pencil.K) + abs(pencil.M), directed=False)
         if parts > MOST_PARTS:
             parts, part_of = 1, np.zeros(pencil.order, dtype=np.intp)
-        nodes, components = np.nonzero((topology.dof >= 0) & topology.has_place[:, None])
+        nodes, components = np.nonzero((topology.dof >= 0) & topology.has_position[:, None])
         at = self.position[topology.dof[nodes, components]]
         kept = at >= 0
         nodes, components, at = nodes[kept], components[kept], at[kept]
@@ -207,8 +207,8 @@ def _chained(
         sums.add_chains(own, start)
     for name, matrices in model.matrices.items():
         resisted = plan.parts[name].resisted(model.values, model.geometry.parts[name])
-        for lump, strain in zip(matrices.lumps, resisted, strict=True):
-            sums.add_lump(name, lump, strain)
+        for discrete, strain in zip(matrices.discrete_elements, resisted, strict=True):
+            sums.add_discrete(name, discrete, strain)
     own = ChainedModel(model, chains, first, position, sums.pencil())
     if geometric is None and plan.is_loaded:
         geometric = described_prestress(model.design).K_g
@@ -226,7 +226,7 @@ def _stressed(own: ChainedModel, sums: _Sums, K_g: sp.csc_matrix) -> ChainedMode
 
 
 class _Sums:
-    """Strains, mass and what else is stiff, summed over chains and lumps."""
+    """Strains, mass and what else is stiff, summed over chains and discrete elements."""
 
     def __init__(self, model: FullOrderModel, position: Index, n: int) -> None:
         self.model, self.position = model, position
@@ -266,23 +266,24 @@ class _Sums:
             sums.shape = (first + count * r, sums.shape[1])
             sums.add(rows, at, values)
 
-    def add_lump(self, name: str, lump: Lump, resisted: tuple[Array, Array] | None) -> None:
-        """Add all copies of a lump of a prototype: as strain where it resists a displacement or a relative one."""
+    def add_discrete(self, name: str, discrete: DiscreteElement, resisted: tuple[Array, Array] | None) -> None:
+        """Add all copies of a discrete element of a prototype: as strain where it resists a displacement or a
+        relative one."""
         plan, geometry = self.model.plan, self.model.geometry
-        number = np.array(plan.topology.placed[name].offset, dtype=np.intp)[:, None] + np.array(lump.nodes)
+        number = np.array(plan.topology.copies[name].offset, dtype=np.intp)[:, None] + np.array(discrete.nodes)
         at = _columns(self.model, self.position, number)
-        G = block_diagonal(self.model.design.node_transforms(name, np.array(lump.nodes)))
+        G = block_diagonal(self.model.design.node_transforms(name, np.array(discrete.nodes)))
         Gt = np.swapaxes(G, -1, -2)
-        if lump.M is not None:
-            self._mass.add(at, at, Gt @ lump.M @ G)
-        if lump.K is None:
+        if discrete.M is not None:
+            self._mass.add(at, at, Gt @ discrete.M @ G)
+        if discrete.K is None:
             return
         if resisted is None:
-            strain = _strain_of(lump, geometry.parts[name].positions[lump.nodes])
+            strain = _strain_of(discrete, geometry.parts[name].positions[discrete.nodes])
         else:
             strain = factor(resisted[0]), resisted[1]
         if strain is None:
-            self._rest.add(at, at, Gt @ lump.K @ G)
+            self._rest.add(at, at, Gt @ discrete.K @ G)
         else:
             f, B = (np.broadcast_to(A, (len(G), *A.shape)) for A in strain)
             self.add_strain(at, f, B, G)
@@ -321,9 +322,10 @@ class _Sums:
         self._mass.add(ends, inner, np.swapaxes(at_end, -1, -2))
 
 
-def _strain_of(lump: Lump, positions: Array) -> tuple[Array, Array] | None:
-    """f (6, 6) and B (6, 6k) with B' f' f B the stiffness of a lump over one or two nodes; None where it is no such."""
-    K = lump.K
+def _strain_of(discrete: DiscreteElement, positions: Array) -> tuple[Array, Array] | None:
+    """f (6, 6) and B (6, 6k) with B' f' f B the stiffness of a discrete element over one or two nodes; None where it
+    is no such."""
+    K = discrete.K
     assert K is not None
     if len(K) == 6:
         f, B = factor(K), np.eye(6)

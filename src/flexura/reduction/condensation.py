@@ -17,7 +17,7 @@ from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
 from flexura.reduction.model import LowOrderModel, SubstructureBasis
 from flexura.sizes import within
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 Condensation = Literal["guyan", "irs", "iterated_irs", "serep", "modal"]
@@ -159,7 +159,7 @@ def _chosen(low: LowOrderModel, modes: Array, weight: Array) -> Index:
     bodies = {
         ".".join((*path, key))
         for name, part in plan.parts.items()
-        for path in plan.topology.placed[name].paths
+        for path in plan.topology.copies[name].paths
         for key in part.bodies
     }
     of_bodies = np.array([k for k, name in enumerate(names) if name.rpartition(".")[0] in bodies], dtype=np.intp)

@@ -16,7 +16,7 @@ from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below, factorise, lowest, scaled, unit_scale
 from flexura.linalg.factor import DENSE_LIMIT
 from flexura.records import Record
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest,
 from flexura.records import Kept, Record
 from flexura.reduction.certificate import Certificate
 from flexura.structure.model import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -239,7 +239,7 @@ def _equal_instances(model: FullOrderModel) -> list[tuple[Index, list[int]]]:
     topology = model.plan.topology
     place = {
         path[0]: (offset, number, name)
-        for name, placed in topology.placed.items()
+        for name, placed in topology.copies.items()
         for path, offset, number in zip(placed.paths, placed.offset, placed.number, strict=True)
         if len(path) == 1
     }
@@ -255,7 +255,7 @@ def _equal_instances(model: FullOrderModel) -> list[tuple[Index, list[int]]]:
         root, dof = topology.root[start:end], topology.dof[start:end]
         foreign = (root >= top) & ((root < start) | (root >= end))
         free = dof >= 0
-        partly = free.any(axis=1) & ~free.all(axis=1) & topology.has_place[start:end]
+        partly = free.any(axis=1) & ~free.all(axis=1) & topology.has_position[start:end]
         if foreign.any() or partly.any() or touched[start:end].any() or not free.any():
             continue
         follows = np.where(root < top, -1, root - start)
@@ -273,7 +273,7 @@ def _turn(model: FullOrderModel, groups: list[tuple[Index, list[int]]]) -> sp.cs
     turned = np.zeros(model.order, dtype=bool)
     for dofs, numbers in groups:
         Q = model.geometry.Q[numbers]
-        placed = dofs[:, topology.has_place[dof_node[dofs[0]]]]
+        placed = dofs[:, topology.has_position[dof_node[dofs[0]]]]
         own = placed.reshape(len(dofs), -1, 2, 3)  # nodes, displacement and rotation
         both = np.stack([Q, np.linalg.det(Q).round()[:, None, None] * Q], axis=1)[:, None]
         shape = (*own.shape, 3)

@@ -26,7 +26,7 @@ from flexura.structure.design import Design
 from flexura.structure.full_order import described_prestress, stiffness_and_mass
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.prestress import solve_definite
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class SubstructureBasis(Record):
         names = topology.node_names
         labels = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
         for name, part in self.parts.items():
-            for path in topology.placed[name].paths:
+            for path in topology.copies[name].paths:
                 where = ".".join(path) or "mechanism"
                 labels += [f"{where} mode {k + 1}" for k in range(len(part.frequencies))]
         return labels
@@ -75,7 +75,7 @@ class SubstructureBasis(Record):
                 rows.append(np.broadcast_to(row[:, :, None], value.shape)[keep])
                 columns.append(np.broadcast_to(column[:, None, :], value.shape)[keep])
                 entries.append(value[keep])
-            first += len(part.frequencies) * len(topology.placed[name].paths)
+            first += len(part.frequencies) * len(topology.copies[name].paths)
         where = (np.concatenate(rows), np.concatenate(columns))
         return sp.csr_matrix((np.concatenate(entries), where), shape=(topology.n_dof, first))
 
@@ -93,18 +93,18 @@ class SubstructureBasis(Record):
                 q = padded[self.assembler.coordinates(name, k, first)]
                 b = q.shape[1] - k
                 q[:, :b] = self.assembler.transforms(self.design)[name] @ q[:, :b]
-                number = np.array(topology.placed[name].offset)[:, None] + own.interior
+                number = np.array(topology.copies[name].offset)[:, None] + own.interior
                 G = self.design.node_transforms(name, own.interior)
                 inside = (part.T[self.assembler.reducers[name].interior_dofs] @ q).reshape(*number.shape, 6, -1)
                 found[topology.dof[number]] = np.swapaxes(G, -1, -2) @ inside
-            first += k * len(topology.placed[name].paths)
+            first += k * len(topology.copies[name].paths)
         return found[:-1]
 
     def _interior_rows(self, name: str, part: ReducedPart) -> tuple[Index, Array]:
         """Full-order DOF numbers (copies, i) of the interior and their recovery (copies, i, b + k), global frame."""
         topology, reducer = self.assembler.plan.topology, self.assembler.reducers[name]
         interior = reducer.part.interior
-        number = np.array(topology.placed[name].offset)[:, None] + interior
+        number = np.array(topology.copies[name].offset)[:, None] + interior
         G = self.design.node_transforms(name, interior)
         Tb = self.assembler.transforms(self.design)[name]
         b = Tb.shape[-1]
@@ -215,7 +215,7 @@ class LowOrderModel(Result):
 
     @property
     def values(self) -> Array:
-        """Slot values (s,) of the design."""
+        """Values (s,) of the design."""
         return self.design.values
 
     @property
@@ -368,7 +368,7 @@ def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> t
         chosen = [
             ".".join((*path, key))
             for name, part in plan.parts.items()
-            for path in topology.placed[name].paths
+            for path in topology.copies[name].paths
             for key in part.bodies
         ] or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
     kept = set(np.unravel_index(assembler.physical, topology.dof.shape)[0].tolist())

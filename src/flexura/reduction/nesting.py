@@ -19,7 +19,7 @@ from flexura.reduction.model import LowOrderModel
 from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ from flexura.records import Latest
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.sizes import beyond
-from flexura.structure.part import Lump, Part, PartMatrices
+from flexura.structure.part import DiscreteElement, Part, PartMatrices
 from flexura.structure.plan import Geometry
 from flexura.structure.scatter import Scatter, node_dofs
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class PartReducer:
         """Nodes that are left after chains are condensed: the boundary first, then the rest."""
         part = self.part
         ends = {int(n) for group in self.chains for n in group.nodes[:, [0, -1]].ravel()}
-        ends |= {n for nodes, _, _ in part.lump_nodes() for n in nodes}
+        ends |= {n for nodes, _, _ in part.discrete_nodes() for n in nodes}
         return np.array([*part.boundary, *sorted(ends - set(part.boundary.tolist()))], dtype=np.intp)
 
     @cached_property
@@ -66,27 +66,34 @@ class PartReducer:
         return self._scatter([group.nodes[:, [0, -1]] for group in self.chains], self.remaining, 2)
 
     def _scatter(self, connected: list[Index], nodes: Index, which: int) -> Scatter:
-        """The pattern over some nodes of what connects them, and of the lumps that have stiffness (1) or mass (2)."""
+        """The pattern over some nodes of what connects them, and of the discrete elements that have stiffness (1) or
+        mass (2)."""
         number = np.full(self.part.n_nodes, -1)
         number[nodes] = np.arange(len(nodes))
-        lumps = [node_dofs(number[own[0]])[None] for own in self.part.lump_nodes() if own[which]]
-        return Scatter([*(node_dofs(number[each]) for each in connected), *lumps], 6 * len(nodes))
+        discrete_elements = [node_dofs(number[own[0]])[None] for own in self.part.discrete_nodes() if own[which]]
+        return Scatter([*(node_dofs(number[each]) for each in connected), *discrete_elements], 6 * len(nodes))
 
     def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (6n, 6n) of the part in its own frame, one design."""
         T = matrices.T
         Tt = np.swapaxes(T, -1, -2)
-        K = [Tt @ matrices.elements.K @ T, *(lump.K[None] for lump in matrices.lumps if lump.K is not None)]
-        M = [Tt @ matrices.elements.M @ T, *(lump.M[None] for lump in matrices.lumps if lump.M is not None)]
+        K = [
+            Tt @ matrices.elements.K @ T,
+            *(e.K[None] for e in matrices.discrete_elements if e.K is not None),
+        ]
+        M = [
+            Tt @ matrices.elements.M @ T,
+            *(e.M[None] for e in matrices.discrete_elements if e.M is not None),
+        ]
         return self._stiffness.sparse(K), self._mass.sparse(M)
 
     def assembled_chains(
-        self, K: list[Any], slope: list[Any], lam: float | complex, lumps: list[Lump]
+        self, K: list[Any], slope: list[Any], lam: float | complex, discrete_elements: list[DiscreteElement]
     ) -> tuple[Any, Any]:
         """Chains' matrices at one squared frequency lam (K and its derivative, (c, 12, 12) per group) assembled with
-        lumps' K - lam M over the `remaining` nodes."""
-        stiff = [lump.K[None] for lump in lumps if lump.K is not None]
-        masses = [-lump.M[None] for lump in lumps if lump.M is not None]
+        discrete elements' K - lam M over the `remaining` nodes."""
+        stiff = [discrete.K[None] for discrete in discrete_elements if discrete.K is not None]
+        masses = [-discrete.M[None] for discrete in discrete_elements if discrete.M is not None]
         empty = [np.zeros(k.shape) for k in K]
         stiffness = self._chain_stiffness.dense([*K, *stiff])
         inertia = self._chain_mass.dense([*empty, *masses])
@@ -135,8 +142,8 @@ class PartReducer:
             k, m = condense(group, kin, matrices.elements)
             K.append(k)
             M.append(m)
-        K += [lump.K[..., None, :, :] for lump in matrices.lumps if lump.K is not None]
-        M += [lump.M[..., None, :, :] for lump in matrices.lumps if lump.M is not None]
+        K += [discrete.K[..., None, :, :] for discrete in matrices.discrete_elements if discrete.K is not None]
+        M += [discrete.M[..., None, :, :] for discrete in matrices.discrete_elements if discrete.M is not None]
         b = len(self.boundary_dofs)
         if not lead and self._chain_stiffness.n > SPARSE_FROM:
             return _sparse_guyan(self._chain_stiffness.sparse(K), self._chain_mass.sparse(M), b)

@@ -20,7 +20,7 @@ from flexura.reduction.chain import ChainGroup, kinematics
 from flexura.structure.members import TAPERED_PIECES, Cut, ElementSlice
 from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import block_diagonal
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ class SegmentChains:
 
     def numbers(self, model: FullOrderModel) -> Index:
         """Global numbers (copies, c, e + 1) of the nodes passed."""
-        return np.array(model.plan.topology.placed[self.name].offset, dtype=np.intp)[:, None, None] + self.nodes
+        return np.array(model.plan.topology.copies[self.name].offset, dtype=np.intp)[:, None, None] + self.nodes
 
     def transforms(self, model: FullOrderModel) -> Array:
         """G (copies, c, 12, 12): displacements of the end nodes, part's frame, from those of their roots."""

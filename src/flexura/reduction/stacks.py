@@ -29,14 +29,15 @@ def stacks(designs: int) -> list[slice]:
 
 
 def refuse_impossible(matrices: Mapping[str, PartMatrices], designs: int) -> None:
-    """Raise ImpossibleDesignError for the first design with an element or a lump that is not positive and finite."""
+    """Raise ImpossibleDesignError for the first design with an element, of a beam or discrete, that is not positive
+    and finite."""
     good = np.ones(designs, dtype=bool)
     for own in matrices.values():
         for diagonals, least in ((own.elements.C, np.finfo(float).tiny), (own.elements.M, 0.0)):
             found = np.einsum("...ii->...i", diagonals)
             good &= ((found >= least) & (found < np.inf)).all(axis=(-1, -2))
-        for lump in own.lumps:
-            for A in (lump.K, lump.M):
+        for discrete in own.discrete_elements:
+            for A in (discrete.K, discrete.M):
                 if A is not None:
                     found = np.einsum("...ii->...i", A)
                     good &= ((found >= 0) & (found < np.inf)).all(axis=-1)
@@ -45,7 +46,7 @@ def refuse_impossible(matrices: Mapping[str, PartMatrices], designs: int) -> Non
 
 
 def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[str, ArrayLike]) -> None:
-    """Raise OptionError for the first design of slot values (..., s) that has a size on the other side of zero than the
+    """Raise OptionError for the first design of values (..., s) that has a size on the other side of zero than the
     default one, which breaks the description: a section's formula does not always see its sign."""
     for d in plan.turned(np.atleast_2d(values)):
         own = one_of(parameters, int(d))

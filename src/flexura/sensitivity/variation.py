@@ -23,7 +23,7 @@ from flexura.structure import Design, FullOrderModel, Plan
 from flexura.structure.full_order import described_prestress, full_order_model
 from flexura.structure.part import PartGeometry, PartMatrices
 from flexura.structure.plan import plan_of
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 Rows = Callable[[Design], Any]
@@ -76,11 +76,11 @@ class FullOrderFamily:
         padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
         for name, own in design.matrices.items():
             part = self.plan.parts[name]
-            number = np.array(topology.placed[name].offset)[:, None] + np.arange(part.n_nodes)
+            number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
             G = design.node_transforms(name, np.arange(part.n_nodes))
             dofs = topology.dof[topology.root[number]]
             u = G @ padded[dofs]
-            for nodes, k, m in _forces(own, part.connectivity, part.n_placed, design.geometry.parts[name], u):
+            for nodes, k, m in _forces(own, part.connectivity, part.n_positioned, design.geometry.parts[name], u):
                 for into, f in ((KX, k), (MX, m)):
                     if f is not None:
                         back = np.swapaxes(G[:, nodes], -1, -2) @ f.reshape(*u[:, nodes].shape)
@@ -108,9 +108,10 @@ class FullOrderFamily:
 
 
 def _forces(
-    own: PartMatrices, connectivity: Index, n_placed: int, geometry: PartGeometry, u: Array
+    own: PartMatrices, connectivity: Index, n_positioned: int, geometry: PartGeometry, u: Array
 ) -> list[tuple[Any, Array | None, Array | None]]:
-    """Nodes, K u and M u of the elements and of every lump of a part for displacements u (copies, nodes, 6, k)."""
+    """Nodes, K u and M u of the elements and of every discrete element of a part for displacements u (copies, nodes,
+    6, k)."""
     found: list[tuple[Any, Array | None, Array | None]] = []
     if len(connectivity):
         local = own.T @ u[:, connectivity].reshape(len(u), len(connectivity), 12, -1)
@@ -119,19 +120,19 @@ def _forces(
         strain = local[..., 6:, :] - rigid_arm(reach) @ local[..., :6, :]
         Tt = np.swapaxes(own.T, -1, -2)
         found.append((connectivity, Tt @ (own.elements.K[..., 6:] @ strain), Tt @ (own.elements.M @ local)))
-    for lump in own.lumps:
-        v, placed = u[:, lump.nodes], [k for k, node in enumerate(lump.nodes) if node < n_placed]
-        flat = v.reshape(len(u), 6 * len(lump.nodes), -1)
-        mass = None if lump.M is None else lump.M @ flat
+    for discrete in own.discrete_elements:
+        v, placed = u[:, discrete.nodes], [k for k, node in enumerate(discrete.nodes) if node < n_positioned]
+        flat = v.reshape(len(u), 6 * len(discrete.nodes), -1)
+        mass = None if discrete.M is None else discrete.M @ flat
         force = None
-        if lump.K is not None and len(placed) > 1:
-            arms = geometry.positions[[lump.nodes[k] for k in placed]] - geometry.positions[lump.nodes[0]]
+        if discrete.K is not None and len(placed) > 1:
+            arms = geometry.positions[[discrete.nodes[k] for k in placed]] - geometry.positions[discrete.nodes[0]]
             rigid = np.zeros_like(v)
             rigid[:, placed] = rigid_arm(arms) @ v[:, :1]
-            force = lump.K @ (v - rigid).reshape(flat.shape)
-        elif lump.K is not None:
-            force = lump.K @ flat
-        found.append((np.array(lump.nodes), force, mass))
+            force = discrete.K @ (v - rigid).reshape(flat.shape)
+        elif discrete.K is not None:
+            force = discrete.K @ flat
+        found.append((np.array(discrete.nodes), force, mass))
     return found
 
 
@@ -186,7 +187,7 @@ class LowOrderFamily:
         return la.block_diag(*blocks)
 
     def _copies(self, name: str) -> int:
-        return len(self.plan.topology.placed[name].paths)
+        return len(self.plan.topology.copies[name].paths)
 
     def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
         """K X, M X (n, k) and readings (o, k) of coordinate vectors X for one design."""

@@ -10,10 +10,10 @@ from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
 from flexura.errors import OptionError
 from flexura.records import Latest
 from flexura.structure.design import Design
-from flexura.structure.part import Lump
+from flexura.structure.part import DiscreteElement
 from flexura.structure.plan import Plan
 from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -30,32 +30,37 @@ class FullOrderAssembler:
         self._names = [name for name, part in plan.parts.items() if part.has_matrices]
         self._dofs = {name: self._node_dofs(name) for name in self._names}
         members = [_dofs(self._dofs[name], plan.parts[name].connectivity) for name in self._names]
-        lumps = [
+        discrete_elements = [
             (_dofs(self._dofs[name], np.array([nodes])), has_K, has_M)
             for name in self._names
-            for nodes, has_K, has_M in plan.parts[name].lump_nodes()
+            for nodes, has_K, has_M in plan.parts[name].discrete_nodes()
         ]
         n = plan.topology.n_dof
-        stiff, massive = [dofs for dofs, has_K, _ in lumps if has_K], [dofs for dofs, _, has_M in lumps if has_M]
+        stiff, massive = (
+            [dofs for dofs, has_K, _ in discrete_elements if has_K],
+            [dofs for dofs, _, has_M in discrete_elements if has_M],
+        )
         self._stiffness = Scatter([*members, *stiff], n)
-        same = all(has_K and has_M for _, has_K, has_M in lumps)
+        same = all(has_K and has_M for _, has_K, has_M in discrete_elements)
         self._mass = self._stiffness if same else Scatter([*members, *massive], n)
-        self._lump_stiffness, self._lump_mass = Scatter(stiff, n), Scatter(massive, n)
+        self._discrete_stiffness, self._discrete_mass = Scatter(stiff, n), Scatter(massive, n)
         self._transformed: Latest[dict[str, Array]] = Latest()
         self._prepared: tuple[Design, sp.csr_matrix, sp.csr_matrix] | None = None
 
     def _node_dofs(self, name: str) -> Index:
         """DOF numbers (i, nodes, 6) of the roots of all nodes of a prototype's placed copies."""
         topology = self.plan.topology
-        number = np.array(topology.placed[name].offset)[:, None] + np.arange(self.plan.parts[name].n_nodes)
+        number = np.array(topology.copies[name].offset)[:, None] + np.arange(self.plan.parts[name].n_nodes)
         return topology.dof[topology.root[number]]
 
     def elastic(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), of one design without any load."""
         if self._prepared is not None and self._prepared[0].geometry is design.geometry:
-            return self.from_coefficients(*design.element_coefficients(), design.lumps())
+            return self.from_coefficients(*design.element_coefficients(), design.discrete_elements())
         transforms, matrices = self._transforms(design), design.matrices
-        lumps_K, lumps_M = self._lumps({name: part.lumps for name, part in matrices.items()}, transforms)
+        discrete_K, discrete_M = self._discrete(
+            {name: part.discrete_elements for name, part in matrices.items()}, transforms
+        )
         K: list[Array] = []
         M: list[Array] = []
         for name, G in transforms.items():
@@ -64,12 +69,12 @@ class FullOrderAssembler:
             Tt = np.swapaxes(T, -1, -2)
             K.append(Tt @ elements.K @ T)
             M.append(Tt @ elements.M @ T)
-        return self._stiffness.sparse([*K, *lumps_K]), self._mass.sparse([*M, *lumps_M])
+        return self._stiffness.sparse([*K, *discrete_K]), self._mass.sparse([*M, *discrete_M])
 
-    def lumped(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+    def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
-        lumps_K, lumps_M = self._lumps(design.lumps(), self._transforms(design))
-        return self._lump_stiffness.sparse(lumps_K), self._lump_mass.sparse(lumps_M)
+        discrete_K, discrete_M = self._discrete(design.discrete_elements(), self._transforms(design))
+        return self._discrete_stiffness.sparse(discrete_K), self._discrete_mass.sparse(discrete_M)
 
     def dissipation(self, design: Design, default: float = 0.0) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """C (N s/m, N s, N m s) of dashpots and H (N/m, N, N m) of structural damping, K + i H, both (n, n).
@@ -80,24 +85,24 @@ class FullOrderAssembler:
         values, matrices = design.values, design.matrices
         C: list[Array] = []
         H: list[Array] = []
-        lumps: list[Array] = []
+        discrete_elements: list[Array] = []
         places: list[Index] = []
         for name, G in self._transforms(design).items():
             part, own = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
             T = own.T @ block_diagonal(G[:, part.connectivity])
             H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * own.elements.K) @ T)
-            for lump, loss in zip(own.lumps, part.lump_losses(values, default), strict=True):
-                if lump.K is not None:
-                    T = block_diagonal(G[:, lump.nodes])
-                    lumps.append(np.swapaxes(T, -1, -2) @ (loss * lump.K) @ T)
+            for discrete, loss in zip(own.discrete_elements, part.discrete_losses(values, default), strict=True):
+                if discrete.K is not None:
+                    T = block_diagonal(G[:, discrete.nodes])
+                    discrete_elements.append(np.swapaxes(T, -1, -2) @ (loss * discrete.K) @ T)
             for dashpot, matrix in zip(
                 part.dashpots.values(), part.dashpot_matrices(values, design.geometry.parts[name]), strict=True
             ):
                 T = block_diagonal(G[:, dashpot.nodes])
                 C.append(np.swapaxes(T, -1, -2) @ matrix @ T)
                 places.append(_dofs(self._dofs[name], np.array([dashpot.nodes])))
-        return Scatter(places, self.plan.topology.n_dof).sparse(C), self._stiffness.sparse([*H, *lumps])
+        return Scatter(places, self.plan.topology.n_dof).sparse(C), self._stiffness.sparse([*H, *discrete_elements])
 
     def base_inertia_forces(self, design: Design) -> Array:
         """Forces (n, 6) on the DOFs that it takes to accelerate everything, what is held included, in unit rigid
@@ -108,11 +113,13 @@ class FullOrderAssembler:
         topology, found = self.plan.topology, np.zeros((self.plan.topology.n_dof + 1, 6))
         for name, G in self._transforms(design).items():
             part, own = self.plan.parts[name], design.matrices[name]
-            number = np.array(topology.placed[name].offset)[:, None] + np.arange(part.n_nodes)
+            number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
             rigid = rigid_arm(design.geometry.positions[topology.root[number]])
-            rigid[~topology.has_place[number]] = 0.0
+            rigid[~topology.has_position[number]] = 0.0
             groups = [(part.connectivity, own.T, own.elements.M)]
-            groups += [(np.array([u.nodes]), np.eye(6 * len(u.nodes)), u.M) for u in own.lumps if u.M is not None]
+            groups += [
+                (np.array([u.nodes]), np.eye(6 * len(u.nodes)), u.M) for u in own.discrete_elements if u.M is not None
+            ]
             for nodes, turn, M in groups:
                 T = turn @ block_diagonal(G[:, nodes])
                 force = np.swapaxes(T, -1, -2) @ (M @ (T @ rigid[:, nodes].reshape(*T.shape[:-1], 6)))
@@ -134,17 +141,17 @@ class FullOrderAssembler:
         self._prepared = (design, self._stiffness.linear(bases_K), self._mass.linear(bases_M))
 
     def from_coefficients(
-        self, of_K: Array, of_M: Array, lumps: dict[str, list[Lump]]
+        self, of_K: Array, of_M: Array, discrete_elements: dict[str, list[DiscreteElement]]
     ) -> tuple[sp.csc_matrix, sp.csc_matrix]:
-        """K and M for the prepared geometry from `Design.element_coefficients` and `Design.lumps`.
+        """K and M for the prepared geometry from `Design.element_coefficients` and `Design.discrete_elements`.
 
         Raises OptionError when nothing has been prepared.
         """
         if self._prepared is None:
             raise OptionError("prepare the assembler with a geometry first")
         design, map_K, map_M = self._prepared
-        lumps_K, lumps_M = self._lumps(lumps, self._transforms(design))
-        return self._stiffness.sparse(lumps_K, map_K @ of_K), self._mass.sparse(lumps_M, map_M @ of_M)
+        discrete_K, discrete_M = self._discrete(discrete_elements, self._transforms(design))
+        return self._stiffness.sparse(discrete_K, map_K @ of_K), self._mass.sparse(discrete_M, map_M @ of_M)
 
     def _transforms(self, design: Design) -> dict[str, Array]:
         """Transforms of the nodes by prototype, kept while the geometry stays the same."""
@@ -156,13 +163,15 @@ class FullOrderAssembler:
         return self._transformed.get(design.geometry, found)
 
     @staticmethod
-    def _lumps(lumps: dict[str, list[Lump]], transforms: dict[str, Array]) -> tuple[list[Array], list[Array]]:
+    def _discrete(
+        discrete_elements: dict[str, list[DiscreteElement]], transforms: dict[str, Array]
+    ) -> tuple[list[Array], list[Array]]:
         K: list[Array] = []
         M: list[Array] = []
-        for name, own_lumps in lumps.items():
-            for lump in own_lumps:
-                T = block_diagonal(transforms[name][:, lump.nodes])
-                for out, own in ((K, lump.K), (M, lump.M)):
+        for name, own_elements in discrete_elements.items():
+            for discrete in own_elements:
+                T = block_diagonal(transforms[name][:, discrete.nodes])
+                for out, own in ((K, discrete.K), (M, discrete.M)):
                     if own is not None:
                         out.append(np.swapaxes(T, -1, -2) @ own @ T)
         return K, M

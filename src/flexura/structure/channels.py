@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from flexura.beam import rigid_arm
 from flexura.mechanism import MotionSensor, PiezoStack
 from flexura.mechanism.substructure import Substructure
-from flexura.structure.lumps import PiezoLump, rigid_mass
-from flexura.structure.slots import Index, SlotTable
+from flexura.structure.discrete_elements import PiezoElement, rigid_mass
+from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 
@@ -22,21 +22,21 @@ class PartChannels:
     `actuators` and `sensors` are the descriptions, `nodes` the numbers of their nodes in the part, by kind and name.
     """
 
-    def __init__(self, slots: SlotTable, prototype: Substructure, number: Callable[[str], int]) -> None:
+    def __init__(self, table: ValueTable, prototype: Substructure, number: Callable[[str], int]) -> None:
         self.actuators, self.sensors = prototype.actuators, prototype.sensors
         self.nodes: dict[tuple[str, str], list[int]] = {}
-        self._slots: dict[tuple[str, str], dict[str, Index]] = {}
-        self.piezos: dict[str, PiezoLump] = {}
+        self._entries: dict[tuple[str, str], dict[str, Index]] = {}
+        self.piezos: dict[str, PiezoElement] = {}
         self.masses: list[tuple[str, int, tuple[int, float]]] = []
-        """Name, node, and slot with share of the mass of sensors that have one."""
+        """Name, node, and entry with share of the mass of sensors that have one."""
         for kind, entries in (("actuator", self.actuators), ("sensor", self.sensors)):
             for key, part in entries.items():
                 at = self.nodes[kind, key] = [number(n) for n in getattr(part, "nodes", ())]
-                self._slots[kind, key] = _numbers(slots, part)
+                self._entries[kind, key] = _numbers(table, part)
                 if isinstance(part, PiezoStack):
-                    self.piezos[key] = PiezoLump(slots, part, at)
+                    self.piezos[key] = PiezoElement(table, part, at)
                 if isinstance(part, MotionSensor) and part.mass != 0:
-                    own = slots.add(part.mass)
+                    own = table.add(part.mass)
                     self.masses += [(key, node, (own, 1 / len(at))) for node in at]
 
     @property
@@ -45,31 +45,31 @@ class PartChannels:
         return bool(self.piezos or self.masses)
 
     def number(self, kind: str, key: str, name: str, values: Array) -> Array | None:
-        """A number or vector of an actuator or sensor at slot values (s,); None where it has none."""
-        slots = self._slots[kind, key].get(name)
-        return None if slots is None else values[slots]
+        """A number or vector of an actuator or sensor at values (s,); None where it has none."""
+        entries = self._entries[kind, key].get(name)
+        return None if entries is None else values[entries]
 
     def mass_matrices(self, values: Array) -> list[tuple[str, int, Array]]:
         """Name, node and mass matrix (..., 6, 6) of the sensors that have a mass."""
         nothing = np.zeros((3, 3))
         found = []
-        for key, node, (slot, share) in self.masses:
-            mass = share * values[..., slot]
+        for key, node, (entry, share) in self.masses:
+            mass = share * values[..., entry]
             found.append((key, node, rigid_mass(mass, np.broadcast_to(nothing, (*mass.shape, 3, 3)))))
         return found
 
     def described_mass(self, key: str, values: Array, positions: Array) -> Array:
         """Rigid-body mass matrix (6, 6) of a piezo stack about the part's origin, from its mass and section alone."""
-        lump = self.piezos[key]
-        mass = float(lump.mass(values))
+        discrete = self.piezos[key]
+        mass = float(discrete.mass(values))
         total = np.zeros((6, 6))
-        section = lump.section(values)
+        section = discrete.section(values)
         if section is None:
             pieces = [(mass / 2, np.zeros((3, 3)), x) for x in positions]
         else:
             axis = positions[1] - positions[0]
             L = float(np.linalg.norm(axis))
-            R = lump.frame(positions)
+            R = discrete.frame(positions)
             slender = L * L / 12
             local = np.array([(section.Iy + section.Iz) / section.A, slender + section.Iy / section.A,
                               slender + section.Iz / section.A])  # fmt: skip
@@ -80,13 +80,13 @@ class PartChannels:
         return total
 
 
-def _numbers(slots: SlotTable, part: object) -> dict[str, Index]:
-    """Slots of the numbers that an actuator or a sensor may have."""
+def _numbers(table: ValueTable, part: object) -> dict[str, Index]:
+    """Entries of the numbers that an actuator or a sensor may have."""
     found: dict[str, Index] = {}
     for name in ("direction", "point", "limit", "stiffness", "free_stroke", "blocked_force", "gain"):
         value = getattr(part, name, None)
         if value is not None:
             found[name] = np.array(
-                slots.add_all(value) if isinstance(value, tuple) else slots.add(value), dtype=np.intp
+                table.add_all(value) if isinstance(value, tuple) else table.add(value), dtype=np.intp
             )
     return found

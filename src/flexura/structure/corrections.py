@@ -13,7 +13,7 @@ from flexura.mechanism.corrections import CORRECTIONS
 from flexura.mechanism.member import Flexure, Link, possible_corrections
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure.sections import SectionGroup
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 Bools = NDArray[Any]
@@ -69,7 +69,7 @@ class MemberCorrections:
         self.any = bool((plate | warping | notch).any())
 
     def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
-        """Factors of all elements for slot values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.
+        """Factors of all elements for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.
 
         `first` (m + 1,) is the first element of every member.
         """

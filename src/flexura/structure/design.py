@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam import rigid_arm
 from flexura.records import Record
 from flexura.structure.members import Elements, ElementSlice
-from flexura.structure.part import Lump, PartMatrices
+from flexura.structure.part import DiscreteElement, PartMatrices
 from flexura.structure.plan import Geometry, Plan
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 class Design(Record):
     """One design of a plan, or a stack of them along a leading axis.
 
-    `parameters` are those that were replaced, `values` (..., s) the slot values, `geometry` where everything then is.
+    `parameters` are those that were replaced, `values` (..., s) the values, `geometry` where everything then is.
     Matrices have the leading axis of `values`; whatever does not vary along it may lack it.
     """
 
@@ -45,7 +45,7 @@ class Design(Record):
 
     @staticmethod
     def at(plan: Plan, values: Array, parameters: Mapping[str, ArrayLike]) -> Design:
-        """The design of slot values (..., s) that have been worked out from these parameters."""
+        """The design of values (..., s) that have been worked out from these parameters."""
         return Design(plan, dict(parameters), values, plan.geometry(values))
 
     def stacked(self) -> Design:
@@ -60,19 +60,25 @@ class Design(Record):
     @cached_property
     def matrices(self) -> dict[str, PartMatrices]:
         """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
-        elements, lumps = self._elements(), self.lumps()
+        elements, discrete_elements = self._elements(), self.discrete_elements()
         found, start = {}, 0
         for name, part in self.plan.parts.items():
             stop = start + len(part.connectivity)
             if part.has_matrices:
-                found[name] = PartMatrices(ElementSlice(elements, start, stop), self.geometry.T[name], lumps[name])
+                found[name] = PartMatrices(
+                    ElementSlice(elements, start, stop), self.geometry.T[name], discrete_elements[name]
+                )
             start = stop
         return found
 
-    def lumps(self) -> dict[str, list[Lump]]:
+    def discrete_elements(self) -> dict[str, list[DiscreteElement]]:
         """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
         parts = self.plan.parts.items()
-        return {name: part.lumps(self.values, self.geometry.parts[name]) for name, part in parts if part.has_matrices}
+        return {
+            name: part.discrete_elements(self.values, self.geometry.parts[name])
+            for name, part in parts
+            if part.has_matrices
+        }
 
     def element_coefficients(self) -> tuple[Array, Array]:
         """Coefficients (elements * 10,) and (elements * 14,) of all prototypes' elements in the bases of K and M."""
@@ -93,10 +99,10 @@ class Design(Record):
         are not turned.
         """
         topology, geometry = self.plan.topology, self.geometry
-        placed = topology.placed[name]
-        Q = np.swapaxes(geometry.Q[..., placed.number, :, :], -1, -2)
+        copies = topology.copies[name]
+        Q = np.swapaxes(geometry.Q[..., copies.number, :, :], -1, -2)
         axial = np.linalg.det(Q).round()[..., None, None] * Q
-        number = np.array(placed.offset)[:, None] + nodes
+        number = np.array(copies.offset)[:, None] + nodes
         G = np.zeros((*Q.shape[:-3], *number.shape, 6, 6))
         G[..., :3, :3] = Q[..., None, :, :]
         G[..., 3:, 3:] = axial[..., None, :, :]
@@ -105,7 +111,7 @@ class Design(Record):
             at = number[slaved]
             arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
             G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(arm)
-        G[..., np.asarray(nodes) >= self.plan.parts[name].n_placed, :, :] = np.eye(6)
+        G[..., np.asarray(nodes) >= self.plan.parts[name].n_positioned, :, :] = np.eye(6)
         return G
 
     def node_rows(self, numbers: Index) -> sp.csr_matrix:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.mechanism.layout import TOP, Layout, matching
-from flexura.structure.slots import SlotTable
+from flexura.structure.value_table import ValueTable
 
 Array = NDArray[np.float64]
 
@@ -14,21 +14,21 @@ Array = NDArray[np.float64]
 class DeadLoads:
     """The keys `loads` and `gravity` of a mechanism, laid out once."""
 
-    def __init__(self, layout: Layout, slots: SlotTable) -> None:
+    def __init__(self, layout: Layout, table: ValueTable) -> None:
         mechanism, exposed = layout.mechanism, layout.exposed(TOP)
         self.any = bool(mechanism.loads) or any(component != 0 for component in mechanism.gravity)
         """Whether anything is loaded."""
-        self._gravity = np.array(slots.add_all(mechanism.gravity), dtype=np.intp)
+        self._gravity = np.array(table.add_all(mechanism.gravity), dtype=np.intp)
         self._wrenches = {
-            node: np.array(slots.add_all((*load.force, *load.moment)), dtype=np.intp)
+            node: np.array(table.add_all((*load.force, *load.moment)), dtype=np.intp)
             for text, load in mechanism.loads.items()
             for node in matching(text, exposed)
         }
 
     def gravity(self, values: Array) -> Array:
-        """Acceleration of free fall (..., 3), m/s^2, global axes, at slot values (..., s)."""
+        """Acceleration of free fall (..., 3), m/s^2, global axes, at values (..., s)."""
         return values[..., self._gravity]
 
     def wrenches(self, values: Array) -> dict[str, Array]:
-        """Forces and moments (..., 6) by node, N and N m, global axes, at slot values (..., s)."""
-        return {node: values[..., slots] for node, slots in self._wrenches.items()}
+        """Forces and moments (..., 6) by node, N and N m, global axes, at values (..., s)."""
+        return {node: values[..., entries] for node, entries in self._wrenches.items()}

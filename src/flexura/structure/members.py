@@ -18,7 +18,7 @@ from flexura.mechanism.member import Flexure, Link
 from flexura.mechanism.substructure import Mechanism
 from flexura.structure.corrections import Factors, MemberCorrections
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
-from flexura.structure.slots import Index, SlotTable
+from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 Stations = list[tuple[Index, SectionProperties]]
@@ -255,26 +255,26 @@ def _uniform(
 
 
 class Members:
-    """Slots and groups of a list of members; elements are numbered member by member."""
+    """Entries and groups of a list of members; elements are numbered member by member."""
 
-    def __init__(self, members: Sequence[Link | Flexure], mechanism: Mechanism, slots: SlotTable) -> None:
+    def __init__(self, members: Sequence[Link | Flexure], mechanism: Mechanism, table: ValueTable) -> None:
         self.counts = np.array([m.elements for m in members], dtype=np.intp)
         self.first = np.concatenate([[0], np.cumsum(self.counts)]).astype(np.intp)
         self.element_member = np.repeat(np.arange(len(self.counts)), self.counts)
         materials = [mechanism.material(m.material) for m in members]
-        self._E = np.array([slots.add(m.E) for m in materials], dtype=np.intp)
-        self._rho = np.array([slots.add(m.rho) for m in materials], dtype=np.intp)
+        self._E = np.array([table.add(m.E) for m in materials], dtype=np.intp)
+        self._rho = np.array([table.add(m.rho) for m in materials], dtype=np.intp)
         loss = [
             m.loss_factor if m.loss_factor is not None else own.loss_factor
             for m, own in zip(members, materials, strict=True)
         ]
-        self._loss = np.array([slots.add(np.nan if eta is None else eta) for eta in loss], dtype=np.intp)
+        self._loss = np.array([table.add(np.nan if eta is None else eta) for eta in loss], dtype=np.intp)
         self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
         elastic = [m.nu if m.nu is not None else m.G for m in materials]
-        self._nu_or_G = np.array([slots.add(v) for v in elastic if v is not None], dtype=np.intp)
+        self._nu_or_G = np.array([table.add(v) for v in elastic if v is not None], dtype=np.intp)
         strength = [np.nan if m.yield_stress is None else m.yield_stress for m in materials]
-        self._yield = np.array([slots.add(value) for value in strength], dtype=np.intp)
-        groups = SectionGroups(slots)
+        self._yield = np.array([table.add(value) for value in strength], dtype=np.intp)
+        groups = SectionGroups(table)
         for position, member in enumerate(members):
             own = member.section if isinstance(member, Link) else None
             groups.add(position, member, mechanism.sections[own] if isinstance(own, str) else own)
@@ -346,7 +346,7 @@ class Members:
         return stations
 
     def elements(self, values: Array, length: Array) -> Elements:
-        """Elements for slot values (..., s) and member lengths (..., m), m."""
+        """Elements for values (..., s) and member lengths (..., m), m."""
         E, rho, nu, G = self.moduli(values)
         sections = self.section_properties(values, nu, length)
         m = self.element_member

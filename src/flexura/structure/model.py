@@ -55,7 +55,7 @@ class FullOrderModel(Result):
 
     @property
     def values(self) -> Array:
-        """Slot values (s,) of the design."""
+        """Values (s,) of the design."""
         return self.design.values
 
     @property
@@ -75,13 +75,13 @@ class FullOrderModel(Result):
 
     @property
     def matrices(self) -> dict[str, PartMatrices]:
-        """Element and lump matrices of every prototype's own part, in its own frame."""
+        """Element and discrete element matrices of every prototype's own part, in its own frame."""
         return self.design.matrices
 
     def node_displacements(self, vectors: Array) -> Array:
         """Displacements (n_nodes, 6, k) of all nodes, global frame, for DOF vectors (n, k); held DOFs are zero.
 
-        Nodes without a place, after the others of each part, hold the amplitudes of superelements.
+        Nodes without a position, after the others of each part, hold the amplitudes of superelements.
         """
         topology = self.plan.topology
         padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
@@ -103,7 +103,7 @@ class FullOrderModel(Result):
             translational = components < 3
             motions[translational, 3 + j] = turn[translational, components[translational]]
             motions[components == 3 + j, 3 + j] = 1.0
-        motions[~topology.has_place[nodes]] = 0.0
+        motions[~topology.has_position[nodes]] = 0.0
         return motions
 
     @cached_property
@@ -126,13 +126,13 @@ class FullOrderModel(Result):
         """
         topology = self.plan.topology
         *path, key = name.split(".")
-        for prototype, placed in topology.placed.items():
-            if tuple(path) in placed.paths and key in placed.part.superelements:
-                copy = placed.paths.index(tuple(path))
-                nodes, K, _ = placed.part.superelements[key]
-                u = self.node_displacements(vectors)[placed.offset[copy] + np.array(nodes)]
-                Q = self.geometry.Q[placed.number[copy]].T
-                own = len(nodes) - sum(n >= placed.part.n_placed for n in nodes)
+        for prototype, copies in topology.copies.items():
+            if tuple(path) in copies.paths and key in copies.part.superelements:
+                copy = copies.paths.index(tuple(path))
+                nodes, K, _ = copies.part.superelements[key]
+                u = self.node_displacements(vectors)[copies.offset[copy] + np.array(nodes)]
+                Q = self.geometry.Q[copies.number[copy]].T
+                own = len(nodes) - sum(n >= copies.part.n_positioned for n in nodes)
                 u[:own, :3] = Q @ u[:own, :3]
                 u[:own, 3:] = np.linalg.det(Q).round() * Q @ u[:own, 3:]
                 amplitudes = len(self.plan.layout.prototypes[prototype].superelements[key].stiffness.array) - 6 * own

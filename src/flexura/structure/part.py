@@ -2,7 +2,7 @@
 
 Quantities are in the prototype's own frame. Nodes are numbered: own nodes, bodies, nodes of instances that own parts
 refer to ("foreign" nodes), then the mesh nodes inside members. Amplitudes of superelements come last, six to a node
-that has no place: frames and rigid arms leave them alone, and what the last of these nodes does not use is unit
+that has no position: frames and rigid arms leave them alone, and what the last of these nodes does not use is unit
 stiffness without mass in the part's matrices and has no DOF.
 """
 
@@ -21,9 +21,9 @@ from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.member import Flexure, Link
 from flexura.structure.channels import PartChannels
-from flexura.structure.lumps import BodyLump, PointLump, SpringLump, least_aligned
+from flexura.structure.discrete_elements import BodyElement, PointMassElement, SpringElement, least_aligned
 from flexura.structure.members import STATIONS, WEIGHTS, Elements, ElementSlice, Members
-from flexura.structure.slots import Index, SlotTable
+from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ class PartGeometry(NamedTuple):
     offsets: Array
 
 
-class Lump(NamedTuple):
+class DiscreteElement(NamedTuple):
     """A dense matrix over some nodes of a part, by the name of what it stands for; K and M may be None."""
 
     name: str
@@ -57,7 +57,7 @@ class PartMatrices:
 
     elements: Elements | ElementSlice
     T: Array
-    lumps: list[Lump]
+    discrete_elements: list[DiscreteElement]
 
 
 class _Nodes:
@@ -77,7 +77,7 @@ class _Nodes:
 class Part:
     """Layout of one prototype's own part."""
 
-    def __init__(self, layout: Layout, name: str, slots: SlotTable) -> None:
+    def __init__(self, layout: Layout, name: str, table: ValueTable) -> None:
         self.name = name
         prototype = layout.prototypes[name]
         mechanism = layout.mechanism
@@ -86,26 +86,28 @@ class Part:
         self.members: dict[str, Link | Flexure] = {**prototype.links, **prototype.flexures}
         ends = [[nodes.get(end) for end in member.nodes] for member in self.members.values()]
         self.springs = {
-            key: SpringLump(slots, spring, [nodes.get(n) for n in spring.nodes])
+            key: SpringElement(table, spring, [nodes.get(n) for n in spring.nodes])
             for key, spring in prototype.springs.items()
         }
-        self.points = {key: (nodes.get(point.node), PointLump(slots, point)) for key, point in prototype.masses.items()}
+        self.points = {
+            key: (nodes.get(point.node), PointMassElement(table, point)) for key, point in prototype.masses.items()
+        }
         self.bodies = {
-            key: (nodes.get(key), BodyLump(slots, body, mechanism)) for key, body in prototype.bodies.items()
+            key: (nodes.get(key), BodyElement(table, body, mechanism)) for key, body in prototype.bodies.items()
         }
         self.superelements = {
             key: ([nodes.get(n) for n in part.nodes], part.stiffness.array, part.mass.array)
             for key, part in prototype.superelements.items()
         }
         self.dashpots = {
-            key: SpringLump(slots, dashpot, [nodes.get(n) for n in dashpot.nodes])
+            key: SpringElement(table, dashpot, [nodes.get(n) for n in dashpot.nodes])
             for key, dashpot in prototype.dashpots.items()
         }
         self._loss = [
-            None if own.loss_factor is None else slots.add(own.loss_factor)
+            None if own.loss_factor is None else table.add(own.loss_factor)
             for own in (*prototype.springs.values(), *prototype.superelements.values())
         ]
-        self.channels = PartChannels(slots, prototype, nodes.get)
+        self.channels = PartChannels(table, prototype, nodes.get)
         exposed = layout.exposed(name)
         self.carried: dict[int, list[int]] = {
             nodes.number[key]: [nodes.get(n) for text in body.carries for n in matching(text, exposed)]
@@ -115,24 +117,24 @@ class Part:
         self.foreign = nodes.names[self.n_own :]
         self.n_named = len(nodes.names)
         own_positions = [*prototype.nodes.values(), *(body.centre for body in prototype.bodies.values())]
-        self._position_slots = np.array([slots.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
-        self._lay_out_members(layout, slots, np.array(ends, dtype=np.intp).reshape(-1, 2))
+        self._position_entries = np.array([table.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
+        self._lay_out_members(layout, table, np.array(ends, dtype=np.intp).reshape(-1, 2))
         self._mesh(nodes)
-        self.n_placed = len(nodes.names)
+        self.n_positioned = len(nodes.names)
         self._add_amplitudes(nodes)
         self.node_names, self.node_number = nodes.names, nodes.number
         self.boundary = self._boundary(layout, nodes)
 
-    def _lay_out_members(self, layout: Layout, slots: SlotTable, ends: Index) -> None:
+    def _lay_out_members(self, layout: Layout, table: ValueTable, ends: Index) -> None:
         mechanism = layout.mechanism
         members = list(self.members.values())
         self.ends = ends
         offsets = [[*m.start_offset, *m.end_offset] for m in members]
-        self._offset_slots = np.array([slots.add_all(o) for o in offsets], dtype=np.intp).reshape(-1, 2, 3)
+        self._offset_entries = np.array([table.add_all(o) for o in offsets], dtype=np.intp).reshape(-1, 2, 3)
         self._free_frame = np.array([m.reference is None for m in members], dtype=bool)
-        references = [slots.add_all(m.reference or (0.0, 0.0, 1.0)) for m in members]
-        self._reference_slots = np.array(references, dtype=np.intp).reshape(-1, 3)
-        self.table = Members(members, mechanism, slots)
+        references = [table.add_all(m.reference or (0.0, 0.0, 1.0)) for m in members]
+        self._reference_entries = np.array(references, dtype=np.intp).reshape(-1, 3)
+        self.table = Members(members, mechanism, table)
 
     def _mesh(self, nodes: _Nodes) -> None:
         """Cut the members: mesh nodes `member[k]`, and the elements in order of members."""
@@ -146,7 +148,8 @@ class Part:
         self.connectivity = np.array(connectivity, dtype=np.intp).reshape(-1, 2)
 
     def _add_amplitudes(self, nodes: _Nodes) -> None:
-        """Number nodes without a place for the amplitudes of superelements, and let their matrices reach over these."""
+        """Number nodes without a position for the amplitudes of superelements, and let their matrices reach over
+        these."""
         self.amplitude_names: dict[int, list[str]] = {}
         self.amplitude_at: list[int] = []
         for key, (own, K, M) in self.superelements.items():
@@ -183,8 +186,8 @@ class Part:
         return np.array(sorted(keep & self._active()), dtype=np.intp)
 
     def _active(self) -> set[int]:
-        """Nodes that have elements or lumps of this part."""
-        return set(self.connectivity.ravel().tolist()) | {n for nodes, _, _ in self.lump_nodes() for n in nodes}
+        """Nodes that have elements or discrete elements of this part."""
+        return set(self.connectivity.ravel().tolist()) | {n for nodes, _, _ in self.discrete_nodes() for n in nodes}
 
     @property
     def n_nodes(self) -> int:
@@ -199,8 +202,8 @@ class Part:
     @property
     def has_matrices(self) -> bool:
         """True when anything elastic or massive is declared in this prototype itself."""
-        lumps = self.bodies or self.points or self.springs or self.superelements or self.dashpots
-        return bool(self.members or lumps or self.channels.has_matrices)
+        discrete_elements = self.bodies or self.points or self.springs or self.superelements or self.dashpots
+        return bool(self.members or discrete_elements or self.channels.has_matrices)
 
     @property
     def counts(self) -> Index:
@@ -212,36 +215,38 @@ class Part:
         """First element of every member, and the number of all elements (m + 1,)."""
         return self.table.first
 
-    def lump_nodes(self) -> list[tuple[list[int], bool, bool]]:
-        """Nodes of the lumps in the order of their matrices, and whether they have stiffness and mass."""
-        lumps: list[tuple[list[int], bool, bool]] = [([node], False, True) for node, _ in self.bodies.values()]
-        lumps += [([node], False, True) for node, _ in self.points.values()]
-        lumps += [(spring.nodes, True, False) for spring in self.springs.values()]
-        lumps += [(nodes, True, True) for nodes, _, _ in self.superelements.values()]
-        lumps += [(piezo.nodes, True, True) for piezo in self.channels.piezos.values()]
-        return lumps + [([node], False, True) for _, node, _ in self.channels.masses]
+    def discrete_nodes(self) -> list[tuple[list[int], bool, bool]]:
+        """Nodes of the discrete elements in the order of their matrices, and whether they have stiffness and mass."""
+        discrete_elements: list[tuple[list[int], bool, bool]] = [
+            ([node], False, True) for node, _ in self.bodies.values()
+        ]
+        discrete_elements += [([node], False, True) for node, _ in self.points.values()]
+        discrete_elements += [(spring.nodes, True, False) for spring in self.springs.values()]
+        discrete_elements += [(nodes, True, True) for nodes, _, _ in self.superelements.values()]
+        discrete_elements += [(piezo.nodes, True, True) for piezo in self.channels.piezos.values()]
+        return discrete_elements + [([node], False, True) for _, node, _ in self.channels.masses]
 
-    def geometry_slots(self) -> set[int]:
-        """Slots on which node positions, member lengths and orientations depend."""
-        used = (self._position_slots, self._offset_slots, self._reference_slots)
-        return {int(slot) for slots in used for slot in slots.ravel()}
+    def geometry_entries(self) -> set[int]:
+        """Entries on which node positions, member lengths and orientations depend."""
+        used = (self._position_entries, self._offset_entries, self._reference_entries)
+        return {int(entry) for entries in used for entry in entries.ravel()}
 
     def geometry(self, values: Array, foreign: Array) -> PartGeometry:
-        """Geometry for slot values (..., s) and positions of the foreign nodes (..., f, 3)."""
-        own = values[..., self._position_slots]
+        """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3)."""
+        own = values[..., self._position_entries]
         lead = np.broadcast_shapes(own.shape[:-2], foreign.shape[:-2])
         positions = np.empty((*lead, self.n_nodes, 3))
         positions[..., : self.n_own, :] = own
         positions[..., self.n_own : self.n_named, :] = foreign
-        offsets = values[..., self._offset_slots]
+        offsets = values[..., self._offset_entries]
         ends = positions[..., self.ends, :] + offsets
         axis = ends[..., 1, :] - ends[..., 0, :]
         length = np.sqrt(np.einsum("...i,...i->...", axis, axis))
-        positions[..., self.n_named : self.n_placed, :] = (
+        positions[..., self.n_named : self.n_positioned, :] = (
             ends[..., self.mesh_member, 0, :] + np.array(self.mesh_fraction)[:, None] * axis[..., self.mesh_member, :]
         )
-        positions[..., self.n_placed :, :] = positions[..., self.amplitude_at, :]
-        reference = values[..., self._reference_slots]
+        positions[..., self.n_positioned :, :] = positions[..., self.amplitude_at, :]
+        reference = values[..., self._reference_entries]
         if self._free_frame.any():
             reference = np.where(self._free_frame[:, None], least_aligned(axis), reference)
         return PartGeometry(positions, length, member_frame(axis, reference), offsets)
@@ -292,22 +297,31 @@ class Part:
         local = np.stack([polar, slender + rotary * section.Iy, slender + rotary * section.Iz], axis=-1)
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre
 
-    def lumps(self, values: Array, geometry: PartGeometry) -> list[Lump]:
-        """Matrices of bodies, point masses, springs and superelements for slot values (..., s)."""
-        lumps = [Lump(key, [node], None, body.matrix(values)) for key, (node, body) in self.bodies.items()]
-        lumps += [Lump(key, [node], None, point.matrix(values)) for key, (node, point) in self.points.items()]
+    def discrete_elements(self, values: Array, geometry: PartGeometry) -> list[DiscreteElement]:
+        """Matrices of bodies, point masses, springs and superelements for values (..., s)."""
+        discrete_elements = [
+            DiscreteElement(key, [node], None, body.matrix(values)) for key, (node, body) in self.bodies.items()
+        ]
+        discrete_elements += [
+            DiscreteElement(key, [node], None, point.matrix(values)) for key, (node, point) in self.points.items()
+        ]
         for key, spring in self.springs.items():
             K = spring.matrix(values, geometry.positions[..., spring.nodes, :])
-            lumps.append(Lump(key, spring.nodes, K, None))
-        lumps += [Lump(key, nodes, K, M) for key, (nodes, K, M) in self.superelements.items()]
+            discrete_elements.append(DiscreteElement(key, spring.nodes, K, None))
+        discrete_elements += [DiscreteElement(key, nodes, K, M) for key, (nodes, K, M) in self.superelements.items()]
         for key, piezo in self.channels.piezos.items():
-            lumps.append(Lump(key, piezo.nodes, *piezo.matrices(values, geometry.positions[..., piezo.nodes, :])))
-        lumps += [Lump(key, [node], None, M) for key, node, M in self.channels.mass_matrices(values)]
-        return lumps
+            discrete_elements.append(
+                DiscreteElement(key, piezo.nodes, *piezo.matrices(values, geometry.positions[..., piezo.nodes, :]))
+            )
+        discrete_elements += [
+            DiscreteElement(key, [node], None, M) for key, node, M in self.channels.mass_matrices(values)
+        ]
+        return discrete_elements
 
     def resisted(self, values: Array, geometry: PartGeometry) -> list[tuple[Array, Array] | None]:
-        """For the lumps in the order of `lumps`, stiffness k and B (r, 6n) with K = B' k B where a lump resists
-        displacements B u of its n nodes, as springs and pinned stacks do; else None. One design."""
+        """For the discrete elements in the order of `discrete_elements`, stiffness k and B (r, 6n) with K = B' k B
+        where a discrete element resists displacements B u of its n nodes, as springs and pinned stacks do; else None.
+        One design."""
         found: list[tuple[Array, Array] | None] = [None] * (len(self.bodies) + len(self.points))
         found += [s.relative(values, geometry.positions[s.nodes]) for s in self.springs.values()]
         found += [None] * len(self.superelements)
@@ -317,10 +331,11 @@ class Part:
             found.append(None if rows is None else (piezo.stiffness(values).reshape(1, 1), rows))
         return found + [None] * len(self.channels.masses)
 
-    def lump_losses(self, values: Array, default: float) -> list[float]:
-        """Loss factors of the lumps in the order of `lumps`; `default` where there is none. One design."""
+    def discrete_losses(self, values: Array, default: float) -> list[float]:
+        """Loss factors of the discrete elements in the order of `discrete_elements`; `default` where there is none.
+        One design."""
         losses = [default] * (len(self.bodies) + len(self.points))
-        losses += [default if slot is None else float(values[slot]) for slot in self._loss]
+        losses += [default if entry is None else float(values[entry]) for entry in self._loss]
         return losses + [default] * (len(self.channels.piezos) + len(self.channels.masses))
 
     def dashpot_matrices(self, values: Array, geometry: PartGeometry) -> list[Array]:

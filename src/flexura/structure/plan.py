@@ -21,8 +21,8 @@ from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry
-from flexura.structure.slots import Index, SlotTable
 from flexura.structure.topology import Topology
+from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 
@@ -45,17 +45,17 @@ class Geometry(Record):
 
 
 class _ChildPlacement:
-    """Slots of one child's placing steps."""
+    """Entries of one child's placing steps."""
 
-    def __init__(self, child: Child, slots: SlotTable) -> None:
+    def __init__(self, child: Child, table: ValueTable) -> None:
         self.steps: list[tuple[type, list[Index], bool]] = []
         for step in child.steps:
             numbers = [f if isinstance(f, tuple) else (f,) for f in step]
             varies = any(isinstance(number, Expression) for field in numbers for number in field)
-            self.steps.append((type(step), [np.array(slots.add_all(field)) for field in numbers], varies))
+            self.steps.append((type(step), [np.array(table.add_all(field)) for field in numbers], varies))
 
     def affine(self, values: Array) -> Affine:
-        """Placement of the child in its parent for slot values (..., s)."""
+        """Placement of the child in its parent for values (..., s)."""
         result = IDENTITY
         constant = values.reshape(-1, values.shape[-1])[0]
         for kind, fields, varies in self.steps:
@@ -111,7 +111,7 @@ def _refuse_solid_members(layout: Layout) -> None:
 
 
 class Plan(Record):
-    """A mechanism laid out once: prototypes, instances, numbering; evaluated by pure functions of slot values.
+    """A mechanism laid out once: prototypes, instances, numbering; evaluated by pure functions of values.
 
     Raises ModelError with every problem of the description.
     """
@@ -125,24 +125,24 @@ class Plan(Record):
         self.mechanism = mechanism
         self.layout = Layout(mechanism)
         _refuse_solid_members(self.layout)
-        self.slots = SlotTable()
-        self.parts = {name: Part(self.layout, name, self.slots) for name in self.layout.prototypes}
+        self.value_table = ValueTable()
+        self.parts = {name: Part(self.layout, name, self.value_table) for name in self.layout.prototypes}
         members = [m for part in self.parts.values() for m in part.members.values()]
-        self.members = Members(members, mechanism, self.slots)
+        self.members = Members(members, mechanism, self.value_table)
         self._children = {
-            name: [_ChildPlacement(child, self.slots) for child in children]
+            name: [_ChildPlacement(child, self.value_table) for child in children]
             for name, children in self.layout.children.items()
         }
-        self.loads = DeadLoads(self.layout, self.slots)
+        self.loads = DeadLoads(self.layout, self.value_table)
         self._parameters = ParameterTable(mechanism)
-        self.slots.close(self._parameters.defaults)
+        self.value_table.close(self._parameters.defaults)
         self.topology = Topology(self.layout, self.parts)
         self._levels = self._group_by_level()
         self._foreign = {name: self._foreign_sources(name) for name in self.parts}
         self._latest: Latest[Geometry] = Latest()
         self.prepared = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
-        self._geometry_slots = self._find_geometry_slots()
+        self._geometry_entries = self._find_geometry_entries()
         self._settle_corrections()
 
     @property
@@ -171,18 +171,18 @@ class Plan(Record):
             part.table.corrections.settle(found)
         self.members.corrections.settle(np.concatenate(settled))
 
-    def _find_geometry_slots(self) -> Index:
-        """Slots with expressions on which positions, lengths and orientations depend."""
+    def _find_geometry_entries(self) -> Index:
+        """Entries with expressions on which positions, lengths and orientations depend."""
         placements = [c for children in self._children.values() for c in children]
         used = {int(s) for c in placements for _, fields, _ in c.steps for s in np.hstack(fields)}
         for part in self.parts.values():
-            used |= part.geometry_slots()
-        return np.array(sorted(used & set(self.slots.varying().tolist())), dtype=np.intp)
+            used |= part.geometry_entries()
+        return np.array(sorted(used & set(self.value_table.varying().tolist())), dtype=np.intp)
 
     def _group_by_level(self) -> list[tuple[str, int, Index, Index]]:
         """Instances grouped as (parent prototype, child position, instances, their parents), parents first."""
         topology = self.topology
-        prototype_of: dict[int, str] = {n: p.part.name for p in topology.placed.values() for n in p.number}
+        prototype_of: dict[int, str] = {n: p.part.name for p in topology.copies.values() for n in p.number}
         groups: dict[tuple[int, str, int], list[int]] = {}
         depth = [0] * len(topology.parent)
         for instance, parent in enumerate(topology.parent):
@@ -210,13 +210,13 @@ class Plan(Record):
         return sources
 
     def values(self, parameters: Mapping[str, ArrayLike] | None = None) -> Array:
-        """Slot values (s,), or (designs, s) when a parameter is given as an array over designs.
+        """Values (s,), or (designs, s) when a parameter is given as an array over designs.
 
         Raises OptionError for unknown parameters and values outside their bounds.
         """
         resolved, changed = self._parameters(parameters or {})
         designs = {len(value) for name in changed if isinstance(value := resolved[name], np.ndarray)}
-        return self.slots.fill(resolved, changed, designs.pop() if designs else None)
+        return self.value_table.fill(resolved, changed, designs.pop() if designs else None)
 
     def parameter_values(self, parameters: Mapping[str, ArrayLike] | None = None) -> dict[str, Any]:
         """Values of all parameters in SI, with some replaced. Raises OptionError as `values` does."""
@@ -236,17 +236,17 @@ class Plan(Record):
                 raise ModelError(replace(problem, hint=f"with {named}") for problem in found)
 
     def turned(self, values: Array) -> Index:
-        """Designs, of slot values (designs, s), with a size, no coordinate, that has gone through zero."""
-        sizes = np.setdiff1d(self.slots.varying(), self._geometry_slots)
+        """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero."""
+        sizes = np.setdiff1d(self.value_table.varying(), self._geometry_entries)
         default = self.values()[sizes]
         return np.flatnonzero(((values[:, sizes] <= 0) & (default > 0)).any(axis=1))
 
     def geometry(self, values: Array) -> Geometry:
-        """Geometry for slot values; remembered while the numbers that it depends on stay the same.
+        """Geometry for values; remembered while the numbers that it depends on stay the same.
 
         When none of them varies along the design axis the result has no design axis.
         """
-        varying = values[..., self._geometry_slots]
+        varying = values[..., self._geometry_entries]
         if varying.ndim > 1 and (varying == varying[0]).all():
             values, varying = values[0], varying[0]
         key = varying.tobytes() + str(varying.shape).encode()
@@ -271,10 +271,10 @@ class Plan(Record):
             moved = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], own.t)
             t[..., instances, :] = moved + t[..., parents, :]
         positions = np.empty((*lead, self.topology.n_nodes, 3))
-        for name, placed in self.topology.placed.items():
-            x = parts[name].positions[..., None, :, :] @ np.swapaxes(Q[..., placed.number, :, :], -1, -2)
-            x = x + t[..., placed.number, None, :]
-            positions[..., _span(placed.offset, self.parts[name].n_nodes), :] = x
+        for name, copies in self.topology.copies.items():
+            x = parts[name].positions[..., None, :, :] @ np.swapaxes(Q[..., copies.number, :, :], -1, -2)
+            x = x + t[..., copies.number, None, :]
+            positions[..., _span(copies.offset, self.parts[name].n_nodes), :] = x
         T = {name: part.element_transforms(parts[name]) for name, part in self.parts.items()}
         return Geometry(parts, T, Q, t, positions)
 

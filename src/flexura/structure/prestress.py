@@ -17,8 +17,8 @@ from flexura.records import Record
 from flexura.structure.model import FullOrderModel, dead_load
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.slots import Index
-from flexura.structure.topology import Placed
+from flexura.structure.topology import Copies
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -136,11 +136,11 @@ class _PartState:
         topology = plan.topology
         self.part: Part = plan.parts[name]
         self.own: PartMatrices = state.model.matrices[name]
-        self.placed: Placed = topology.placed[name]
+        self.copies: Copies = topology.copies[name]
         self.local_positions = geometry.parts[name].positions
-        self.Q = geometry.Q[self.placed.number]
-        self.t = geometry.t[self.placed.number]
-        self.number = np.array(self.placed.offset, dtype=np.intp)[:, None] + np.arange(self.part.n_nodes)
+        self.Q = geometry.Q[self.copies.number]
+        self.t = geometry.t[self.copies.number]
+        self.number = np.array(self.copies.offset, dtype=np.intp)[:, None] + np.arange(self.part.n_nodes)
         self.root = topology.root[self.number]
         self.dof = topology.dof[self.root]
         self.G = state.model.design.node_transforms(name, np.arange(self.part.n_nodes))
@@ -153,7 +153,7 @@ class _PartState:
         """From the node that has the DOFs to each node (copies, nodes, 3), global axes."""
 
     def _names(self, key: str) -> list[str]:
-        return [".".join((*path, key)) for path in self.placed.paths]
+        return [".".join((*path, key)) for path in self.copies.paths]
 
     def _global(self, vectors: Array) -> Array:
         """Vectors (copies, ..., 3) of the part's frame in global axes."""
@@ -201,7 +201,7 @@ class _PartState:
     def refuse_superelements(self) -> None:
         """Raise OptionError where forces go through a superelement."""
         for key, (nodes, *_) in self.part.superelements.items():
-            if sum(node < self.part.n_placed for node in nodes) > 1:
+            if sum(node < self.part.n_positioned for node in nodes) > 1:
                 raise OptionError(
                     f"what loads and gravity do to the stiffness of superelement {self._names(key)[0]} is not known:"
                     " describe it by beams, or leave loads and gravity out"
@@ -226,13 +226,13 @@ class _PartState:
 
     def weights(self) -> Iterator[Pushes]:
         """Weights of bodies, point masses, sensors and superelements of one node, where their centres are."""
-        for lump in self.own.lumps:
-            placed = [node for node in lump.nodes if node < self.part.n_placed]
-            if len(placed) > 1 or lump.M is None or not lump.M[0, 0] > 0:
+        for discrete in self.own.discrete_elements:
+            placed = [node for node in discrete.nodes if node < self.part.n_positioned]
+            if len(placed) > 1 or discrete.M is None or not discrete.M[0, 0] > 0:
                 continue
-            centre = _arm_of(lump.M[:3, 3:6] / lump.M[0, 0])
+            centre = _arm_of(discrete.M[:3, 3:6] / discrete.M[0, 0])
             arm = self.arm[:, placed] + self._global(np.array([[centre]] * len(self.v)))
-            yield Pushes.of(self.dof[:, placed], -lump.M[0, 0] * self.state.gravity, arm)
+            yield Pushes.of(self.dof[:, placed], -discrete.M[0, 0] * self.state.gravity, arm)
 
 
 def _arm_of(coupling: Array) -> Array:

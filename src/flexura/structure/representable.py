@@ -36,11 +36,11 @@ def _problems(plan: Plan, name: str, own: PartMatrices) -> Iterator[Problem]:
             if ((lost >= part.first[k]) & (lost < part.first[k + 1])).any():
                 kind = "flexures" if member in prototype.flexures else "links"
                 yield Problem((*above, kind, member), "", RULE, "check its sizes and their units")
-    for lump in own.lumps:
-        if not all(A is None or np.isfinite(A).all() for A in (lump.K, lump.M)):
-            kind = next(kind for kind in KINDS if lump.name in getattr(prototype, kind))
-            yield Problem((*above, kind, lump.name), "", RULE, "check its sizes and their units")
+    for discrete in own.discrete_elements:
+        if not all(A is None or np.isfinite(A).all() for A in (discrete.K, discrete.M)):
+            kind = next(kind for kind in KINDS if discrete.name in getattr(prototype, kind))
+            yield Problem((*above, kind, discrete.name), "", RULE, "check its sizes and their units")
 
 
 KINDS = ("bodies", "masses", "springs", "superelements", "actuators", "sensors")
-"""Where a lump may be described."""
+"""Where a discrete element may be described."""

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.sizes import within
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Scatter:
         self._mirror = np.searchsorted(unique, unique % n * n + unique // n)
         whole = len(key) == n * n and self._take is None
         self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
-        self._dense_places: dict[int, Index] = {}
+        self._dense_targets: dict[int, Index] = {}
 
     def sparse(self, matrices: Sequence[Array], start: Array | None = None) -> sp.csc_matrix:
         """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric to the last bit.
@@ -45,7 +45,7 @@ class Scatter:
         With `start`, the values that `linear` yields for the first entries of `dofs`, only the others are given.
         """
         data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
-        place = self._place[self._length - len(data) :]
+        place = self._target[self._length - len(data) :]
         if start is None:
             summed = np.bincount(place, weights=data, minlength=len(self._unique) + 1)[:-1]
         else:
@@ -63,7 +63,7 @@ class Scatter:
         The coefficients (elements of all entries * coefficients) are shared by the copies.
         """
         rows, columns, values = [], [], []
-        at, first, place = 0, 0, self._place
+        at, first, place = 0, 0, self._target
         for basis in bases:
             copies, elements, k, m, _ = basis.shape
             entries = copies * elements * m * m
@@ -79,7 +79,7 @@ class Scatter:
         return sp.csr_matrix((np.concatenate(values), where), shape=(len(self._unique), first))
 
     @cached_property
-    def _place(self) -> Index:
+    def _target(self) -> Index:
         """For every entry its position among the stored values; one past the last for those dropped."""
         if self._take is None:
             return self._inverse
@@ -104,15 +104,15 @@ class Scatter:
             entries = math.prod(m.shape[-3:])
             data[:, at : at + entries] = np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, entries)
             at += entries
-        summed = np.bincount(self._dense_place(designs), weights=data.ravel(), minlength=designs * size)
+        summed = np.bincount(self._dense_target(designs), weights=data.ravel(), minlength=designs * size)
         return summed.astype(float, copy=False).reshape(designs, size)[:, :-1].reshape(*lead, n, n)
 
-    def _dense_place(self, designs: int) -> Index:
+    def _dense_target(self, designs: int) -> Index:
         """Where the entries of so many designs go in stacked matrices, each one longer to take what is dropped."""
-        if designs not in self._dense_places:
-            place = np.append(self._unique, self.n**2)[self._place]
-            self._dense_places[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
-        return self._dense_places[designs]
+        if designs not in self._dense_targets:
+            place = np.append(self._unique, self.n**2)[self._target]
+            self._dense_targets[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
+        return self._dense_targets[designs]
 
 
 def _keys(dofs: Index, n: int) -> Index:

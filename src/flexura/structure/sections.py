@@ -13,7 +13,7 @@ from flexura.beam import SectionProperties, contour, section
 from flexura.mechanism import profile as pr
 from flexura.mechanism import section as sc
 from flexura.mechanism.member import Flexure, Link
-from flexura.structure.slots import Index, SlotTable
+from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 Sizes = dict[str, Array]
@@ -45,17 +45,17 @@ _ROOTS: dict[str, Callable[[Array, Sizes], Array]] = {
 class SectionGroup:
     """Members whose sections follow one formula.
 
-    `kind` names the formula, `members` are positions in the part's list of members, and `slots` hold the sizes.
+    `kind` names the formula, `members` are positions in the part's list of members, and `entries` hold the sizes.
     """
 
     kind: tuple[str, ...]
     members: list[int] = field(default_factory=list)
-    slots: dict[str, list[int | list[int]]] = field(default_factory=dict)
+    entries: dict[str, list[int | list[int]]] = field(default_factory=dict)
 
     def freeze(self) -> None:
         """Turn the collected lists into index arrays."""
         self.index: Index = np.array(self.members, dtype=np.intp)
-        self._slot_arrays = {name: np.array(slots, dtype=np.intp)[:, None] for name, slots in self.slots.items()}
+        self._entry_arrays = {name: np.array(entries, dtype=np.intp)[:, None] for name, entries in self.entries.items()}
 
     @property
     def family(self) -> str:
@@ -67,11 +67,11 @@ class SectionGroup:
     def sizes(self, values: Array, length: Array, fractions: Array) -> tuple[Array, ...]:
         """Arguments of the family's section formula, each (..., members, stations) or broadcastable to that.
 
-        Width and thickness; diameter; outer and inner diameter; or the six constants. `values` are all slots, `length`
-        (..., members) belongs to this group's members, and `fractions`, (stations,) or (members, stations), of it are
-        the stations.
+        Width and thickness; diameter; outer and inner diameter; or the six constants. `values` are all entries,
+        `length` (..., members) belongs to this group's members, and `fractions`, (stations,) or (members, stations),
+        of it are the stations.
         """
-        own = {name: values[..., slots] for name, slots in self._slot_arrays.items()}
+        own = {name: values[..., entries] for name, entries in self._entry_arrays.items()}
         match self.kind:
             case ("rectangle" | "leaf",):
                 return own["width"], own["thickness"]
@@ -98,7 +98,7 @@ class SectionGroup:
     def notch_ratios(self, values: Array, length: Array, fractions: Array) -> tuple[Array, Array]:
         """Half the web over the radius of the root, (..., members, stations) or broadcastable to that, of the notches
         in the faces across y and across z; zero where there is none. Arguments as in `sizes`."""
-        own = {name: values[..., slots] for name, slots in self._slot_arrays.items()}
+        own = {name: values[..., entries] for name, entries in self._entry_arrays.items()}
         L, none = length[..., None], np.zeros(1)
         match self.kind:
             case ("notch", shape):
@@ -118,9 +118,9 @@ class SectionGroup:
 
     def corners(self, values: Array, length: Array) -> Array:
         """Fractions of the length (members, points) at which the thickness of a tabulated notch turns. One design."""
-        if "positions" not in self._slot_arrays:
+        if "positions" not in self._entry_arrays:
             return np.empty((len(self.index), 0))
-        return np.clip(values[self._slot_arrays["positions"]][:, 0] / length[:, None], 0.0, 1.0)
+        return np.clip(values[self._entry_arrays["positions"]][:, 0] / length[:, None], 0.0, 1.0)
 
     def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
         """Section properties (..., members, stations); arguments as in `sizes`, `nu` (..., members)."""
@@ -150,8 +150,8 @@ FAMILY_SIZES = {"rectangle": 2, "circle": 1, "tube": 2, "constants": 6}
 class SectionGroups:
     """Collects members into groups while a part is laid out."""
 
-    def __init__(self, slots: SlotTable) -> None:
-        self._slots = slots
+    def __init__(self, table: ValueTable) -> None:
+        self._table = table
         self.groups: dict[tuple[object, ...], SectionGroup] = {}
 
     def add(self, position: int, member: Link | Flexure, own_section: sc.Section | None) -> None:
@@ -168,8 +168,8 @@ class SectionGroups:
         group = self.groups.setdefault(key, SectionGroup(kind))
         group.members.append(position)
         for name, value in sizes.items():
-            slot = self._slots.add_all(value) if isinstance(value, tuple) else self._slots.add(value)
-            group.slots.setdefault(name, []).append(slot)
+            entry = self._table.add_all(value) if isinstance(value, tuple) else self._table.add(value)
+            group.entries.setdefault(name, []).append(entry)
 
     def freeze(self) -> list[tuple[SectionGroup, int, bool]]:
         """The groups with their number of elements per member and whether they are integrated as tapered."""

@@ -14,7 +14,7 @@ from flexura.structure.assembler import full_order
 from flexura.structure.members import TAPERED_PIECES, ElementSlice
 from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
     kinds, dofs, ends, members = [], [], [], []
     first_kind, first_segment, n = 0, 0, model.order
     for name, matrices in model.matrices.items():
-        part, placed = plan.parts[name], plan.topology.placed[name]
+        part, placed = plan.parts[name], plan.topology.copies[name]
         if not len(part.connectivity):
             continue
         assert isinstance(matrices.elements, ElementSlice)
@@ -109,7 +109,7 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
                 members.append(PlacedMember(".".join((*path, member)), name, k, is_flexure, span))
             first_segment += len(e)
         first_kind += len(own.beam.length)
-    K, M = (_enlarged(A, n) for A in full_order(plan).lumped(model.design))
+    K, M = (_enlarged(A, n) for A in full_order(plan).discrete_matrices(model.design))
     if not beams:
         empty = UniformBeam(*(np.empty(0) for _ in UniformBeam._fields))
         return Segments(model, empty, np.empty(0, int), np.empty((0, 2, 6), int), np.empty((0, 2, 6, 6)), (), n, K, M)

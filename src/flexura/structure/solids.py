@@ -190,7 +190,7 @@ def _bars(model: FullOrderModel, clusters: Index) -> Bars:
     for name, part in plan.parts.items():
         if not part.members:
             continue
-        own, placed, keys = geometry.parts[name], plan.topology.placed[name], list(part.members)
+        own, placed, keys = geometry.parts[name], plan.topology.copies[name], list(part.members)
         start = own.positions[part.ends[:, 0]] + own.offsets[:, 0]
         Q, t = geometry.Q[placed.number], geometry.t[placed.number]
         for group, _, _ in part.table.groups:
@@ -242,9 +242,9 @@ def _bodies(model: FullOrderModel, clusters: Index) -> Bodies:
     nodes, origin, axes, half, is_round = [], [], [], [], []
     unknown: set[int] = set()
     for name, part in plan.parts.items():
-        placed = plan.topology.placed[name]
-        for key, (node, lump) in part.bodies.items():
-            form = lump.form(model.values)
+        placed = plan.topology.copies[name]
+        for key, (node, body) in part.bodies.items():
+            form = body.form(model.values)
             for number, offset, path in zip(placed.number, placed.offset, placed.paths, strict=True):
                 if form is None:
                     unknown.add(int(plan.topology.root[offset + node]))

@@ -1,4 +1,4 @@
-"""How the placed parts hang together: joined nodes, rigid clusters, what is held, and the numbering of DOFs.
+"""How the copies parts hang together: joined nodes, rigid clusters, what is held, and the numbering of DOFs.
 
 Nodes that are joined or carried by one body move as one rigid cluster; the cluster's root has the DOFs and all others
 follow on rigid arms (the RPR paper, eq. 32; theory eq. 35).
@@ -17,12 +17,12 @@ from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism.layout import TOP, Layout, matching
 from flexura.mechanism.substructure import DOF_NAMES
 from flexura.structure.part import Part
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 
 @dataclass
-class Placed:
-    """All placed copies of one prototype.
+class Copies:
+    """All copies copies of one prototype.
 
     `paths` name them; `number` is their position among all instances; `offset` is the global number of each copy's
     node 0; nodes of a copy are numbered on from there.
@@ -37,13 +37,13 @@ class Placed:
 class Topology:
     """Instances, rigid clusters and DOF numbering of a mechanism.
 
-    Global nodes are the nodes of all placed parts. `root` (n,) is the node that each follows, itself when it is free;
+    Global nodes are the nodes of all copies parts. `root` (n,) is the node that each follows, itself when it is free;
     `dof` (n, 6) numbers the DOFs of roots, -1 where held and for nodes that are not roots.
     """
 
     def __init__(self, layout: Layout, parts: dict[str, Part]) -> None:
         self.layout = layout
-        self.placed = {name: Placed(part) for name, part in parts.items()}
+        self.copies = {name: Copies(part) for name, part in parts.items()}
         self.parent: list[int] = []
         self.child: list[int] = []
         self._where: dict[tuple[str, ...], tuple[str, int]] = {}
@@ -51,12 +51,12 @@ class Topology:
         self._enumerate(layout, parts)
         self.unused = np.zeros((self.n_nodes, 6), dtype=bool)
         """Freedoms of nodes for amplitudes of superelements that stand for nothing."""
-        self.has_place = np.ones(self.n_nodes, dtype=bool)
+        self.has_position = np.ones(self.n_nodes, dtype=bool)
         """False for nodes that hold amplitudes of superelements."""
-        for placed in self.placed.values():
-            for offset in placed.offset:
-                self.unused[offset : offset + placed.part.n_nodes] = placed.part.unused
-                self.has_place[offset + placed.part.n_placed : offset + placed.part.n_nodes] = False
+        for copies in self.copies.values():
+            for offset in copies.offset:
+                self.unused[offset : offset + copies.part.n_nodes] = copies.part.unused
+                self.has_position[offset + copies.part.n_positioned : offset + copies.part.n_nodes] = False
         self._join(parts)
         self._number_dofs()
 
@@ -66,10 +66,10 @@ class Topology:
             name: {child.name: k for k, child in enumerate(children)} for name, children in layout.children.items()
         }
         for number, (path, name) in enumerate(layout.instances()):
-            placed = self.placed[name]
-            placed.paths.append(path)
-            placed.number.append(number)
-            placed.offset.append(self.n_nodes)
+            copies = self.copies[name]
+            copies.paths.append(path)
+            copies.number.append(number)
+            copies.offset.append(self.n_nodes)
             self._where[path] = (name, self.n_nodes)
             self.n_nodes += parts[name].n_nodes
             index[path] = number
@@ -81,7 +81,7 @@ class Topology:
         """Global number of a node written as `INSTANCE.NODE` or `NODE` inside the instance at `path`."""
         *steps, node = reference.split(".")
         name, offset = self._where[(*path, *steps)]
-        return offset + self.placed[name].part.node_number[node]
+        return offset + self.copies[name].part.node_number[node]
 
     def numbers(self, names: Sequence[str]) -> Index:
         """Global numbers of nodes written `NODE` or `INSTANCE.NODE`. Raises OptionError for names that are no nodes."""
@@ -94,9 +94,9 @@ class Topology:
     def _join(self, parts: dict[str, Part]) -> None:
         together: list[tuple[int, int]] = []
         depths: dict[int, int] = {}
-        for name, placed in self.placed.items():
+        for name, copies in self.copies.items():
             part = parts[name]
-            for path, offset in zip(placed.paths, placed.offset, strict=True):
+            for path, offset in zip(copies.paths, copies.offset, strict=True):
                 for k, foreign in enumerate(part.foreign):
                     together.append((offset + part.n_own + k, self.node(path, foreign)))
                 for a, b in part.joints:
@@ -148,10 +148,10 @@ class Topology:
     def node_names(self) -> list[str]:
         """Names of all global nodes, e.g. `branch1.ring.c3` or `branch1.hinge[2]`."""
         names = [""] * self.n_nodes
-        for placed in self.placed.values():
-            for path, offset in zip(placed.paths, placed.offset, strict=True):
+        for copies in self.copies.values():
+            for path, offset in zip(copies.paths, copies.offset, strict=True):
                 prefix = ".".join(path) + "." if path else ""
-                for k, name in enumerate(placed.part.node_names):
+                for k, name in enumerate(copies.part.node_names):
                     names[offset + k] = prefix + name
         return names
 
@@ -160,10 +160,10 @@ class Topology:
         names = self.node_names
         nodes, components = np.nonzero(self.dof >= 0)
         found = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
-        for placed in self.placed.values():
-            for path, offset in zip(placed.paths, placed.offset, strict=True):
+        for copies in self.copies.values():
+            for path, offset in zip(copies.paths, copies.offset, strict=True):
                 prefix = ".".join(path) + "." if path else ""
-                for node, own in placed.part.amplitude_names.items():
+                for node, own in copies.part.amplitude_names.items():
                     for c, name in enumerate(own):
                         found[self.dof[offset + node, c]] = prefix + name
         return found

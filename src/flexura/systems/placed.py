@@ -26,7 +26,7 @@ from flexura.mechanism.layout import is_pattern
 from flexura.records import Record
 from flexura.structure.design import Design
 from flexura.structure.plan import Plan
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 from flexura.systems.channel import Channel
 
 Array = NDArray[np.float64]
@@ -101,7 +101,7 @@ class Placement:
         self._sensors = dict(self._described("sensor"))
 
     def _described(self, kind: str) -> Iterator[tuple[str, tuple[str, int, str]]]:
-        for name, placed in self.plan.topology.placed.items():
+        for name, placed in self.plan.topology.copies.items():
             entries = getattr(placed.part.channels, f"{kind}s")
             for copy, path in enumerate(placed.paths):
                 for key in entries:
@@ -175,7 +175,7 @@ class Placement:
         """Row (n,) of the motion along or about a direction, of one node or of the second against the first, its
         reading (6,) in rigid motions of the base, and the place that a channel has there."""
         name, copy, key = entry
-        placed = self.plan.topology.placed[name]
+        placed = self.plan.topology.copies[name]
         channels = placed.part.channels
         numbers = [placed.offset[copy] + k for k in channels.nodes[kind, key]]
         direction = channels.number(kind, key, "direction", self.values)
@@ -205,7 +205,7 @@ class Placement:
     def _actuator(self, name: str) -> PlacedInput:
         entry = self._actuators[name]
         prototype, _, key = entry
-        placed = self.plan.topology.placed[prototype]
+        placed = self.plan.topology.copies[prototype]
         channels = placed.part.channels
         part: Actuator = channels.actuators[key]
         nothing = np.zeros(self.plan.topology.n_dof)
@@ -235,7 +235,7 @@ class Placement:
 
     def _base(self, entry: tuple[str, int, str]) -> Array:
         prototype, copy, key = entry
-        placed = self.plan.topology.placed[prototype]
+        placed = self.plan.topology.copies[prototype]
         channels = placed.part.channels
         direction = channels.number("actuator", key, "direction", self.values)
         assert direction is not None
@@ -249,7 +249,7 @@ class Placement:
 
     def _sensor(self, name: str) -> PlacedOutput:
         prototype, _, key = self._sensors[name]
-        part: Sensor = self.plan.topology.placed[prototype].part.channels.sensors[key]
+        part: Sensor = self.plan.topology.copies[prototype].part.channels.sensors[key]
         if isinstance(part, ForceSensor):
             return self._force_sensor(name, part)
         turns = part.type.startswith(("rotation", "angular"))
@@ -322,7 +322,7 @@ def actuator_names(plan: Plan) -> list[str]:
     """Names of all described actuators as placed."""
     return [
         ".".join((*path, key))
-        for placed in plan.topology.placed.values()
+        for placed in plan.topology.copies.values()
         for path in placed.paths
         for key in placed.part.channels.actuators
     ]

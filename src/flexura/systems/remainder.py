@@ -125,5 +125,5 @@ def _largest_loss(system: SecondOrder) -> float:
     found = [default]
     for part in model.plan.parts.values():
         found += np.ravel(part.table.loss_factors(model.values, default)).tolist()
-        found += part.lump_losses(model.values, default)
+        found += part.discrete_losses(model.values, default)
     return float(max(found))

@@ -253,7 +253,7 @@ def _largest(overlay: FRFOverlay) -> list[tuple[int, int]]:
 def draw_sensors(placement: SensorPlacement) -> Figure:
     """Draw chosen sensors on the mechanism, numbered by importance, with their directions as arrows.
 
-    Returns a matplotlib Figure of 1800 x 900 pixels. Sensors between two nodes are listed without a place.
+    Returns a matplotlib Figure of 1800 x 900 pixels. Sensors between two nodes are listed without a position.
     """
     model = placement.model
     parts = solids(model)

@@ -50,7 +50,7 @@ def _supported(model: FullOrderModel) -> list[tuple[int, tuple[bool, ...]]]:
 
 def _body_nodes(model: FullOrderModel) -> set[int]:
     """Own nodes of bodies; a clamped body shows by its colour."""
-    placed = model.plan.topology.placed
+    placed = model.plan.topology.copies
     return {
         offset + node
         for name, part in model.plan.parts.items()
@@ -95,7 +95,7 @@ def _member_ends(model: FullOrderModel) -> tuple[Index, Array, Array]:
     for name, part in plan.parts.items():
         if not part.members:
             continue
-        own, placed = geometry.parts[name], plan.topology.placed[name]
+        own, placed = geometry.parts[name], plan.topology.copies[name]
         _, _, nu, _ = part.table.moduli(model.values)
         sections = part.table.section_properties(model.values, nu, own.length)
         size = 2 * np.sqrt(3 * np.stack([sections.Iz, sections.Iy], axis=-1) / sections.A[:, None])
@@ -121,7 +121,7 @@ def shared_nodes(model: FullOrderModel) -> list[int]:
         own = [k for k, node in enumerate(part.node_names[: part.n_own]) if node in interface]
         own += [k for joint in part.joints for k in joint]
         own += [k for carried in part.carried.values() for k in carried]
-        for offset in plan.topology.placed[name].offset:
+        for offset in plan.topology.copies[name].offset:
             chosen += [offset + k for k in own]
             named += [offset + k for k in range(part.n_own)]
     bodies = _body_nodes(model)

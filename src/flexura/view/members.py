@@ -91,7 +91,7 @@ def member_surfaces(
 ) -> Iterator[Surfaces]:
     """Surfaces of all members of a part, group by group.
 
-    values: (s,) slot values; geometry and T (e, 12, 12) in the part's frame.
+    values: (s,) values of the table; geometry and T (e, 12, 12) in the part's frame.
     """
     if not part.members:
         return

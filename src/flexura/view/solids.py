@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexura.errors import OptionError
 from flexura.solid.mesh.surface import SurfaceShape
 from flexura.structure import FullOrderModel
-from flexura.view.lumps import add_lumps
+from flexura.view.discrete_elements import add_discrete_elements
 from flexura.view.marks import add_marks
 from flexura.view.members import LEVELS, Detail, Placing, member_surfaces
 from flexura.view.meshes import Array, Mesh
@@ -35,7 +35,7 @@ def solids(
     collector = Collector()
     _add_members(collector, model, u, _detail(model), doubted)
     collector.include(model.geometry.positions)
-    add_lumps(collector, model, u, doubted)
+    add_discrete_elements(collector, model, u, doubted)
     add_marks(collector, model, u)
     return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
 
@@ -49,7 +49,7 @@ def meshed_solids(
     for surface in surfaces:
         collector.mesh(Mesh(surface.points, surface.facets), surface.displacement[:, :, mode], Kind.FLEXURE)
     collector.include(model.geometry.positions)
-    add_lumps(collector, model, u)
+    add_discrete_elements(collector, model, u)
     add_marks(collector, model, u)
     return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
 
@@ -66,7 +66,7 @@ def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Arra
         raise OptionError(f"displacements have shape ({n}, 6), one row for each node; found {u.shape}")
     if not np.isfinite(u).all():
         raise OptionError("displacements must be finite")
-    return np.where(model.plan.topology.has_place[:, None], u, 0.0)
+    return np.where(model.plan.topology.has_position[:, None], u, 0.0)
 
 
 def _detail(model: FullOrderModel) -> Detail:
@@ -74,7 +74,7 @@ def _detail(model: FullOrderModel) -> Detail:
     plan = model.plan
     for level in LEVELS[:-1]:
         total = sum(
-            len(plan.topology.placed[name].paths) * len(group.index) * level.faces(group, elements)
+            len(plan.topology.copies[name].paths) * len(group.index) * level.faces(group, elements)
             for name, part in plan.parts.items()
             for group, elements, _ in part.table.groups
         )
@@ -88,7 +88,7 @@ def _add_members(
 ) -> None:
     geometry = model.geometry
     for name, part in model.plan.parts.items():
-        placed = model.plan.topology.placed[name]
+        placed = model.plan.topology.copies[name]
         nodes = np.array(placed.offset)[:, None] + np.arange(part.n_nodes)
         placing = Placing(geometry.Q[placed.number], geometry.t[placed.number], u[nodes])
         mirrored = np.linalg.det(placing.Q) < 0

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.files import scratch_folder
 from flexura.io.linear import Array, Blocks, balance, blocks_of, nominals
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 from flexura.systems.state_space import StateSpace
 
 SOURCES = ("fmi2.c", "step.c", "model.c")

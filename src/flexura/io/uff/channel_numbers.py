@@ -35,7 +35,7 @@ class ChannelNumbers:
             topology, positions = model.plan.topology, model.geometry.positions
             for k, name in enumerate(topology.node_names):
                 self._table[name, None, None], self._at[name] = k + 1, positions[k]
-            self._positions = {int(k) + 1: positions[k] for k in np.flatnonzero(topology.has_place)}
+            self._positions = {int(k) + 1: positions[k] for k in np.flatnonzero(topology.has_position)}
         for channel in channels:
             if channel.position is not None:
                 self._at.setdefault(_named(channel)[0], np.array(channel.position))

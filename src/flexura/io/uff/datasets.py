@@ -40,7 +40,7 @@ NOTHING = ("", "NONE", "NULL")
 
 
 @dataclass(frozen=True)
-class Geometry:
+class NodeFrames:
     """Positions, m, and axes (3, 3), rows, of nodes by number, and factors of length and force to SI."""
 
     positions: dict[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -103,14 +103,14 @@ def _refuse_counts(path: Path, content: bytes) -> None:
 _KNOWN = (15, 18, 55, 58, 82, 151, 164, 2411, 2420)
 
 
-def geometry_of(sets: list[dict[str, Any]]) -> Geometry:
+def geometry_of(sets: list[dict[str, Any]]) -> NodeFrames:
     """Nodes, axes and units of a file."""
     units = next((s for s in sets if s["type"] == 164), None)
     length = force = None
     if units is not None and units["length"] > 0 and units["force"] > 0:
         length, force = 1 / units["length"], 1 / units["force"]
     frames = _frames(sets)
-    found = Geometry(length=length, force=force)
+    found = NodeFrames(length=length, force=force)
     for s in sets:
         if s["type"] in (15, 2411):
             points = np.stack([np.asarray(s[a], dtype=float) for a in "xyz"], axis=1) * (length or 1.0)
@@ -155,7 +155,7 @@ def node_name(entity: str, number: int) -> str:
     return ":".join(filter(None, (known, str(number) if number else "")))
 
 
-def direction_of(code: int, node: int, geometry: Geometry) -> tuple[float, float, float] | None:
+def direction_of(code: int, node: int, geometry: NodeFrames) -> tuple[float, float, float] | None:
     """Unit vector of a direction code, +-1 to +-3 along and +-4 to +-6 about the axes of a node; None for a scalar."""
     if not 1 <= abs(code) <= 6:
         return None
@@ -204,7 +204,7 @@ def _end(dataset: dict[str, Any], which: str, axis: str, places: Places) -> _End
 
 
 def channel_of(
-    dataset: dict[str, Any], geometry: Geometry, where: str, places: Places
+    dataset: dict[str, Any], geometry: NodeFrames, where: str, places: Places
 ) -> tuple[MeasuredChannel, float, bool]:
     """The response of a dataset 58, its factor to SI, and whether its unit is known.
 
@@ -215,7 +215,7 @@ def channel_of(
 
 
 def response_of(
-    dataset: dict[str, Any], geometry: Geometry, where: str, places: Places
+    dataset: dict[str, Any], geometry: NodeFrames, where: str, places: Places
 ) -> tuple[MeasuredChannel, MeasuredChannel, float, bool]:
     """Response and reference of a frequency response, its factor to SI, and whether both units are known.
 
@@ -234,7 +234,7 @@ def response_of(
     return a, b, up / down, known and sure
 
 
-def _measured(end: _End, geometry: Geometry, where: str) -> tuple[MeasuredChannel, float, bool]:
+def _measured(end: _End, geometry: NodeFrames, where: str) -> tuple[MeasuredChannel, float, bool]:
     what, quantity = f"{where}: {end.channel}", end.quantity
     if end.label:
         known = True

@@ -115,8 +115,8 @@ def _trace(ends: np.ndarray) -> np.ndarray:
 
 
 def _modes(modes: Modes) -> list[dict[str, Any]]:
-    has_place = modes.model.plan.topology.has_place
-    shapes = modes.shapes[has_place]
+    has_position = modes.model.plan.topology.has_position
+    shapes = modes.shapes[has_position]
     _refuse_infinite(shapes)
     shapes = np.where(np.abs(shapes) < _SMALLEST, 0.0, shapes)
     common = {"type": 55, "model_type": 1, "analysis_type": 2, "data_ch": 3, "spec_data_type": 8, "load_case": 0}
@@ -127,7 +127,7 @@ def _modes(modes: Modes) -> list[dict[str, Any]]:
             **ids,
             "id3": _text(f"order {modes.order} of {modes.full_order}"),
             "id4": f"mode {mode.number}, {mode.frequency_hz:.6g} Hz",
-            "node_nums": (np.flatnonzero(has_place) + 1).tolist(),
+            "node_nums": (np.flatnonzero(has_position) + 1).tolist(),
             **{f"r{i + 1}": shapes[:, i, k] for i in range(6)},
             "mode_n": k + 1,
             "freq": float(mode.frequency_hz),

@@ -18,7 +18,7 @@ from flexura.io.uff.datasets import (
     NOTHING,
     TIME_AXIS,
     TURNING,
-    Geometry,
+    NodeFrames,
     abscissa,
     channel_of,
     data_of,
@@ -271,7 +271,7 @@ def _refuse_again(first: _Pair, again: _Pair, path: Path) -> NoReturn:
     )
 
 
-def _modes(sets: list[dict[str, Any]], geometry: Geometry, path: Path) -> IdentifiedModes | None:
+def _modes(sets: list[dict[str, Any]], geometry: NodeFrames, path: Path) -> IdentifiedModes | None:
     """Normal and complex modes of datasets 55; shapes of unit modal mass where that is given."""
     usable = [s for s in sets if s.get("analysis_type") in (2, 3, 7)]
     if not usable:

@@ -119,7 +119,7 @@ def own_components(
     model: FullOrderModel, prototype: str, chosen: Sequence[str], needed: AbstractSet[str]
 ) -> list[Component]:
     """Components of some members of a prototype, in its first placed copy; faces at the nodes `needed` are tied."""
-    placed = model.plan.topology.placed[prototype]
+    placed = model.plan.topology.copies[prototype]
     prefix, offset = placed.paths[0], placed.offset[0]
     names = {".".join((*prefix, name)) for name in chosen}
     members = solids(model, names)
@@ -186,7 +186,7 @@ def _prototypes(model: FullOrderModel) -> dict[Path, tuple[str, int]]:
     """Prototype and position among its copies of every instance."""
     return {
         path: (prototype, copy)
-        for prototype, placed in model.plan.topology.placed.items()
+        for prototype, placed in model.plan.topology.copies.items()
         for copy, path in enumerate(placed.paths)
     }
 
@@ -197,7 +197,7 @@ def _described(
     """How a placed member's faces follow, its elements, and the numbers of the nodes between these."""
     *path, name = member.name.split(".")
     prototype, copy = where[tuple(path)]
-    part, offset = model.plan.parts[prototype], model.plan.topology.placed[prototype].offset[copy]
+    part, offset = model.plan.parts[prototype], model.plan.topology.copies[prototype].offset[copy]
     elements = int(part.counts[list(part.members).index(name)])
     inner = [offset + part.node_number[f"{name}[{i}]"] for i in range(1, elements)]
     return part.members[name].faces, elements, inner
@@ -219,7 +219,7 @@ def _copy(
     other: Sequence[MemberSolid],
 ) -> Copy:
     """How one group of members lies to an equal one."""
-    placed, geometry = model.plan.topology.placed, model.geometry
+    placed, geometry = model.plan.topology.copies, model.geometry
     prefixes = [_prefix(group) for group in (first, other)]
     own, new = (placed[where[prefix][0]].number[where[prefix][1]] for prefix in prefixes)
     Q = geometry.Q[new] @ geometry.Q[own].T

@@ -39,8 +39,8 @@ class SolidModes:
     `solution` has frequencies and shapes at the nodes of the beam model, means over sections (theory eq. E6), of length
     one in the solid's mass matrix; `surfaces` are those of all placed pieces in these modes. `order` is that of the
     problem solved, `dofs` that of all meshes placed, `meshed_dofs` and `cells` of the distinct meshes; `mass`, kg, of
-    solids and lumps; `size` the relative mesh size. `truncation` (m,) is about how much of each frequency the
-    fixed-interface modes that are left out may take, relative; all up to `complete_hz` are kept.
+    solids and discrete elements; `size` the relative mesh size. `truncation` (m,) is about how much of each frequency
+    the fixed-interface modes that are left out may take, relative; all up to `complete_hz` are kept.
     """
 
     solution: Solution
@@ -102,7 +102,7 @@ def solid_modes(
 def beam_mass(model: FullOrderModel) -> float:
     """Mass, kg, of all placed members by density, section and length."""
     total = 0.0
-    for name, placed in model.plan.topology.placed.items():
+    for name, placed in model.plan.topology.copies.items():
         part = model.plan.parts[name]
         if part.members:
             masses = [mass.sum() for mass, _, _ in part.prisms(model.values, model.geometry.parts[name])]
@@ -118,13 +118,13 @@ def _top_hz(model: FullOrderModel, n: int) -> float:
 def _solved(
     model: FullOrderModel, made: list[tuple[Component, ReducedPiece]], n: int, size: float, top: float
 ) -> SolidModes:
-    """Place all copies among the lumps of the beam model and solve."""
+    """Place all copies among the discrete elements of the beam model and solve."""
     complete = min((own.complete_hz for _, own in made), default=np.inf)
     high = np.zeros(0, dtype=np.intp)
     total = model.order + sum(len(c.copies) * own.amplitudes for c, own in made)
     K, M = (
         sp.csc_matrix((A.data, A.indices, np.append(A.indptr, [A.nnz] * (total - model.order))), (total, total))
-        for A in full_order(model.plan).lumped(model.design)
+        for A in full_order(model.plan).discrete_matrices(model.design)
     )
     placed, first = [], model.order
     for component, own in made:

@@ -147,7 +147,7 @@ def _superelement(
     unit = reduced_piece(component.piece, size, modes, announce=tell)
     error = stiffness_error(component.piece, unit, size, modes, tell)
     own = component.placed(unit)
-    placed = model.plan.topology.placed[prototype]
+    placed = model.plan.topology.copies[prototype]
     turn = turned(model.geometry.Q[placed.number[0]])
     T = la.block_diag(*[turn] * len(component.nodes), np.eye(own.amplitudes))
     K, M, E = (T.T @ A @ T for A in (own.K, own.M, component.placed(replace(unit, K=error)).K))

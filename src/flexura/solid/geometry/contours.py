@@ -38,10 +38,10 @@ class MemberShape:
 
     @classmethod
     def of(cls, group: SectionGroup, row: int, values: Array, length: float) -> MemberShape:
-        """The shape of one member of a group, from the values of all slots (v,) and its length, m."""
+        """The shape of one member of a group, from the values of all entries (v,) and its length, m."""
         sizes = []
-        for name, slots in group.slots.items():
-            own = np.atleast_1d(values[np.array(slots[row])]) / (1.0 if name.endswith("angle") else length)
+        for name, entries in group.entries.items():
+            own = np.atleast_1d(values[np.array(entries[row])]) / (1.0 if name.endswith("angle") else length)
             sizes.append((name, tuple(float(f"{x:.{DIGITS - 1}e}") for x in own)))
         return cls(group.kind, tuple(sorted(sizes)))
 
@@ -49,9 +49,9 @@ class MemberShape:
     def _group(self) -> tuple[SectionGroup, Array]:
         group, numbers = SectionGroup(self.kind, [0]), []
         for name, values in self.sizes:
-            slots = list(range(len(numbers), len(numbers) + len(values)))
+            entries = list(range(len(numbers), len(numbers) + len(values)))
             is_table = name.endswith(("positions", "thicknesses"))
-            group.slots[name] = [slots if is_table else slots[0]]
+            group.entries[name] = [entries if is_table else entries[0]]
             numbers += values
         group.freeze()
         return group, np.array(numbers)

@@ -17,7 +17,7 @@ from flexura.errors import OptionError
 from flexura.solid.geometry.contours import DIGITS, MemberShape, Outline
 from flexura.structure.model import FullOrderModel
 from flexura.structure.sections import SectionGroup
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -148,7 +148,7 @@ def solids(model: FullOrderModel, only: str | Collection[str] | None = None) -> 
     plan, geometry, values = model.plan, model.geometry, model.values
     found: list[MemberSolid] = []
     for name, part in plan.parts.items():
-        placed = plan.topology.placed[name]
+        placed = plan.topology.copies[name]
         prefixes = [".".join(path) for path in placed.paths]
         wanted = [
             (copy, k, ".".join(filter(None, (prefix, member))))
@@ -218,7 +218,7 @@ def joints(model: FullOrderModel, members: Sequence[MemberSolid]) -> Joints:
     carries nothing else has no need of a tie: its end faces are free inside the piece.
     """
     topology = model.plan.topology
-    lumps = _lumped_roots(model)
+    discrete_elements = _discrete_roots(model)
     at: dict[int, list[tuple[int, int]]] = {}
     for k, member in enumerate(members):
         for end, root in enumerate(member.roots):
@@ -236,7 +236,7 @@ def joints(model: FullOrderModel, members: Sequence[MemberSolid]) -> Joints:
                     fused[a, end_a] = fused[b, end_b] = True
                     cluster = {k: cluster[a] if c == cluster[b] else c for k, c in cluster.items()}
                     group[group == group[b]] = group[a]
-        if rigid or root in lumps or len(set(cluster.values())) > 1 or len(ends) < max(degrees[root], 2):
+        if rigid or root in discrete_elements or len(set(cluster.values())) > 1 or len(ends) < max(degrees[root], 2):
             for k, end in ends:
                 tied[k, end] = True
     groups = tuple(tuple(np.flatnonzero(group == g).tolist()) for g in dict.fromkeys(group.tolist()))
@@ -255,13 +255,13 @@ def _meet(a: MemberSolid, end_a: int, b: MemberSolid, end_b: int) -> bool:
     return False
 
 
-def _lumped_roots(model: FullOrderModel) -> set[int]:
+def _discrete_roots(model: FullOrderModel) -> set[int]:
     """Roots of all nodes at which bodies, masses, springs, superelements or piezo stacks act."""
     topology = model.plan.topology
     nodes = [
         offset + node
-        for placed in topology.placed.values()
-        for own, _, _ in placed.part.lump_nodes()
+        for placed in topology.copies.values()
+        for own, _, _ in placed.part.discrete_nodes()
         for node in own
         for offset in placed.offset
     ]
@@ -271,5 +271,5 @@ def _lumped_roots(model: FullOrderModel) -> set[int]:
 def _degrees(model: FullOrderModel) -> Index:
     """Number of member ends at every root, placed members that are not looked at included."""
     topology = model.plan.topology
-    ends = [topology.root[np.add.outer(p.offset, p.part.ends).ravel()] for p in topology.placed.values()]
+    ends = [topology.root[np.add.outer(p.offset, p.part.ends).ravel()] for p in topology.copies.values()]
     return np.bincount(np.concatenate(ends).astype(np.intp), minlength=topology.n_nodes)

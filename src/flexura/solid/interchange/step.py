@@ -89,7 +89,7 @@ def body_solids(model: FullOrderModel, only: str | None = None) -> tuple[BodySol
     plan, geometry = model.plan, model.geometry
     values = {key: float(np.array(value)) for key, value in parameter_values(plan.mechanism, model.parameters).items()}
     found = []
-    for prototype, placed in plan.topology.placed.items():
+    for prototype, placed in plan.topology.copies.items():
         part = plan.parts[prototype]
         for key, body in plan.layout.prototypes[prototype].bodies.items():
             own = evaluated(body, values)

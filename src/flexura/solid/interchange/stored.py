@@ -115,7 +115,7 @@ class StoredMatrices(Result):
         return np.concatenate([moves, turns], axis=1)[np.arange(len(node)), component]
 
     def evidence(self) -> MatrixEvidence:
-        """What rigid motions and uniform stretches say. Raises OptionError for nodes without a place."""
+        """What rigid motions and uniform stretches say. Raises OptionError for nodes without a position."""
         x = self.places(self.node)
         low, high = x.min(axis=0), x.max(axis=0)
         size, centre = float((high - low).max()) or 1.0, (low + high) / 2

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.modal.criteria import frac
 from flexura.modal.mode_pairing import ModePairing
 from flexura.structure import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 from flexura.systems import Channel, System, system
 from flexura.systems.placed import DERIVATIVE
 from flexura.testing.measurement.identified import IdentifiedModes

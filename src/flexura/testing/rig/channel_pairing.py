@@ -16,7 +16,7 @@ from flexura.mechanism.evaluation import evaluated, parameter_values
 from flexura.mechanism.placement import rotation_matrix
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 from flexura.systems.placed import DERIVATIVE, Placement
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.rig.test_points import Place, PlacesOfTest
@@ -184,7 +184,7 @@ class _Places:
     def __init__(self, model: FullOrderModel, tolerance: float | None) -> None:
         self.model, self.topology = model, model.plan.topology
         self.names = self.topology.node_names
-        self.placed = np.flatnonzero(self.topology.has_place)
+        self.placed = np.flatnonzero(self.topology.has_position)
         self.x = model.geometry.positions[self.placed]
         size = float(np.ptp(self.x, axis=0).max(initial=0.0))
         self.tolerance = (WITHIN * size or POINT) if tolerance is None else float(tolerance)
@@ -295,7 +295,7 @@ class _Places:
     def _sensor_place(self, name: str, is_input: bool) -> tuple[int, Array] | None:
         """Node and direction of a described sensor or actuator at a single node."""
         kind = "actuator" if is_input else "sensor"
-        for prototype, placed in self.topology.placed.items():
+        for prototype, placed in self.topology.copies.items():
             channels = placed.part.channels
             for copy, path in enumerate(placed.paths):
                 key = name.rpartition(".")[2]
@@ -305,7 +305,7 @@ class _Places:
                 direction = channels.number(kind, key, "direction", self.model.values)
                 if len(nodes) != 1 or direction is None:
                     return None
-                Q = self.model.geometry.Q[self.topology.placed[prototype].number[copy]]
+                Q = self.model.geometry.Q[self.topology.copies[prototype].number[copy]]
                 d = Q @ np.asarray(direction, dtype=float)
                 return placed.offset[copy] + nodes[0], d / np.linalg.norm(d)
         return None
@@ -356,7 +356,7 @@ def _solid_bodies(model: FullOrderModel):  # type: ignore[no-untyped-def]
     plan, geometry = model.plan, model.geometry
     values = {k: float(np.asarray(v)) for k, v in parameter_values(plan.mechanism, model.parameters).items()}
     for name, part in plan.parts.items():
-        prototype, placed = plan.layout.prototypes[name], plan.topology.placed[name]
+        prototype, placed = plan.layout.prototypes[name], plan.topology.copies[name]
         for key, described in prototype.bodies.items():
             solid = _solid(evaluated(described, values))
             if solid is None:

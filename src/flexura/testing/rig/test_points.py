@@ -129,7 +129,7 @@ class PlacesOfTest:
         """A force or a sensor of the mechanism, under its name in the test."""
         plan, geometry = self.design.plan, self.design.geometry
         *path, key = described.split(".")
-        for placed in plan.topology.placed.values():
+        for placed in plan.topology.copies.values():
             channels = placed.part.channels
             part = getattr(channels, f"{kind}s").get(key)
             if part is None or tuple(path) not in placed.paths:

@@ -20,7 +20,7 @@ from flexura.modal.criteria import largest_motion, mac
 from flexura.reduction.certificate import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.slots import Index
+from flexura.structure.value_table import Index
 from flexura.systems.placed import Placement
 from flexura.testing.correlation.correlation import UNSEEN
 from flexura.testing.measurement.channels import MeasuredChannel
@@ -298,10 +298,10 @@ def _refuse_dependent(shapes: Array, unseen: NDArray[np.bool_]) -> None:
 def _nodes(model: FullOrderModel, described: bool = False) -> list[str]:
     """Names of all nodes that can move, or of those that the description names."""
     topology = model.plan.topology
-    moves = topology.has_place & (topology.dof[topology.root] >= 0).any(axis=1)
+    moves = topology.has_position & (topology.dof[topology.root] >= 0).any(axis=1)
     return [
         ".".join((*path, node))
-        for placed in topology.placed.values()
+        for placed in topology.copies.values()
         for path, offset in zip(placed.paths, placed.offset, strict=True)
         for k, node in enumerate(placed.part.node_names[: placed.part.n_own if described else None])
         if moves[offset + k]
@@ -311,7 +311,7 @@ def _nodes(model: FullOrderModel, described: bool = False) -> list[str]:
 def _sensor_type(model: FullOrderModel, name: str) -> str:
     """The type of a described sensor."""
     *path, key = name.split(".")
-    for placed in model.plan.topology.placed.values():
+    for placed in model.plan.topology.copies.values():
         if tuple(path) in placed.paths and key in placed.part.channels.sensors:
             return str(placed.part.channels.sensors[key].type)
     return ""

@@ -25,30 +25,30 @@ from flexura.mechanism import (
 )
 from flexura.mechanism.placement import rotation_matrix
 from flexura.structure.sections import family_properties
-from flexura.structure.slots import Index, SlotTable
+from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 
 
-def _slots(slots: SlotTable, values: object) -> Index:
-    return np.array([slots.add(v) for v in values], dtype=np.intp)  # type: ignore[attr-defined]
+def _entries(table: ValueTable, values: object) -> Index:
+    return np.array([table.add(v) for v in values], dtype=np.intp)  # type: ignore[attr-defined]
 
 
 @dataclass
 class _Frame:
-    """An optional rotation of a lump's axes."""
+    """An optional rotation of a discrete element's axes."""
 
     axis: Index | None
     angle: int = 0
 
     @staticmethod
-    def of(slots: SlotTable, rotation: Rotation | None) -> _Frame:
+    def of(table: ValueTable, rotation: Rotation | None) -> _Frame:
         if rotation is None:
             return _Frame(None)
-        return _Frame(_slots(slots, rotation.axis), slots.add(rotation.angle))
+        return _Frame(_entries(table, rotation.axis), table.add(rotation.angle))
 
     def matrix(self, values: Array) -> Array:
-        """Q (..., 3, 3) that carries the lump's axes into the part's."""
+        """Q (..., 3, 3) that carries the discrete element's axes into the part's."""
         if self.axis is None:
             return np.eye(3)
         return rotation_matrix(values[..., self.axis], values[..., self.angle])
@@ -79,24 +79,24 @@ class Form(NamedTuple):
     is_round: bool
 
 
-class BodyLump:
+class BodyElement:
     """Mass matrix of a rigid body at its own node (theory eqs. 31-32)."""
 
-    def __init__(self, slots: SlotTable, body: RigidBody, mechanism: Mechanism) -> None:
-        self._frame = _Frame.of(slots, body.rotate)
+    def __init__(self, table: ValueTable, body: RigidBody, mechanism: Mechanism) -> None:
+        self._frame = _Frame.of(table, body.rotate)
         self._solid = body.solid
         if body.solid is None:
             assert body.mass is not None and body.inertia is not None
-            self._mass, self._inertia = slots.add(body.mass), _slots(slots, body.inertia)
+            self._mass, self._inertia = table.add(body.mass), _entries(table, body.inertia)
             return
-        self._rho = slots.add(mechanism.material(body.solid.material).rho)
+        self._rho = table.add(mechanism.material(body.solid.material).rho)
         match body.solid:
             case Box(size=size):
-                self._size = _slots(slots, size)
+                self._size = _entries(table, size)
             case Plate(length=a, width=b, thickness=c):
-                self._size = _slots(slots, (a, b, c))
+                self._size = _entries(table, (a, b, c))
             case Cylinder(diameter=d, length=length, axis=axis):
-                self._size, self._axis = _slots(slots, (d, length)), _slots(slots, axis)
+                self._size, self._axis = _entries(table, (d, length)), _entries(table, axis)
 
     def mass_and_inertia(self, values: Array) -> tuple[Array, Array]:
         """Mass (...), kg, and inertia tensor (..., 3, 3), kg m^2, in the part's axes."""
@@ -134,13 +134,13 @@ class BodyLump:
         return Form(own @ turned, np.array([size[1], size[0], size[0]]) / 2, True)
 
 
-class PointLump:
+class PointMassElement:
     """Mass matrix of a point mass at its node (theory eq. 33)."""
 
-    def __init__(self, slots: SlotTable, point: PointMass) -> None:
-        self._mass = slots.add(point.mass)
-        self._inertia = _slots(slots, point.inertia or (0.0, 0.0, 0.0))
-        self._offset = _slots(slots, point.offset)
+    def __init__(self, table: ValueTable, point: PointMass) -> None:
+        self._mass = table.add(point.mass)
+        self._inertia = _entries(table, point.inertia or (0.0, 0.0, 0.0))
+        self._offset = _entries(table, point.offset)
 
     def matrix(self, values: Array) -> Array:
         """Mass matrix (..., 6, 6) about the node, part's axes."""
@@ -149,22 +149,22 @@ class PointLump:
         return np.swapaxes(D, -1, -2) @ M @ D
 
 
-class SpringLump:
+class SpringElement:
     """Stiffness of a spring, or damping of a dashpot, over its one or two nodes (theory eq. 30)."""
 
-    def __init__(self, slots: SlotTable, spring: Spring | Dashpot, nodes: list[int]) -> None:
+    def __init__(self, table: ValueTable, spring: Spring | Dashpot, nodes: list[int]) -> None:
         self.nodes = nodes
-        self._frame = _Frame.of(slots, spring.rotate)
-        self._at = None if spring.at is None else _slots(slots, spring.at)
+        self._frame = _Frame.of(table, spring.rotate)
+        self._at = None if spring.at is None else _entries(table, spring.at)
         s = spring.stiffness if isinstance(spring, Spring) else spring.damping
         if s is not None:
-            diagonal = _slots(slots, (s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))
-            zero = slots.add(0.0)
+            diagonal = _entries(table, (s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))
+            zero = table.add(0.0)
             self._entries = np.full((6, 6), zero, dtype=np.intp)
             np.fill_diagonal(self._entries, diagonal)
         else:
             assert isinstance(spring, Spring) and spring.matrix is not None
-            self._entries = np.array([_slots(slots, row) for row in spring.matrix])
+            self._entries = np.array([_entries(table, row) for row in spring.matrix])
 
     def relative(self, values: Array, positions: Array) -> tuple[Array, Array]:
         """Its own matrix (..., 6, 6), and B (..., 6, 6n) that gives the displacement which it resists, in its own axes,
@@ -185,21 +185,21 @@ class SpringLump:
         return positions.mean(axis=-2) if self._at is None else values[..., self._at]
 
 
-class PiezoLump:
+class PiezoElement:
     """Stiffness and mass of a piezo stack over its two nodes: a spring along its line, or a bonded prism.
 
     The prism has the stack's axial stiffness k = E A / L; its other stiffnesses follow from its section (theory
     eq. T2).
     """
 
-    def __init__(self, slots: SlotTable, piezo: PiezoStack, nodes: list[int]) -> None:
+    def __init__(self, table: ValueTable, piezo: PiezoStack, nodes: list[int]) -> None:
         self.nodes = nodes
-        self._numbers = _slots(slots, (piezo.stiffness, piezo.mass, piezo.nu))
-        self._shape, self._sizes = "", _slots(slots, ())
+        self._numbers = _entries(table, (piezo.stiffness, piezo.mass, piezo.nu))
+        self._shape, self._sizes = "", _entries(table, ())
         if piezo.section is not None:
             self._shape = piezo.section.shape
             names = [name for name in type(piezo.section).model_fields if name != "shape"]
-            self._sizes = _slots(slots, [getattr(piezo.section, name) for name in names])
+            self._sizes = _entries(table, [getattr(piezo.section, name) for name in names])
 
     def stiffness(self, values: Array) -> Array:
         """Axial stiffness (...), N/m."""
@@ -246,7 +246,7 @@ class PiezoLump:
     def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
         """K and M (..., 12, 12), part's axes, for nodes at `positions` (..., 2, 3)."""
         if not self._shape:
-            k, mass, _ = (values[..., slot] for slot in self._numbers)
+            k, mass, _ = (values[..., entry] for entry in self._numbers)
             rows = self.elongation(positions)
             K = k[..., None, None] * rows[..., :, None] * rows[..., None, :]
             points = np.diag(np.tile([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], 2))
@@ -257,7 +257,7 @@ class PiezoLump:
 
     def prism(self, values: Array, positions: Array) -> tuple[UniformBeam, Array]:
         """A bonded stack as a beam, and its element axes as T (..., 12, 12)."""
-        k, mass, nu = (values[..., slot] for slot in self._numbers)
+        k, mass, nu = (values[..., entry] for entry in self._numbers)
         length = np.linalg.norm(positions[..., 1, :] - positions[..., 0, :], axis=-1)
         s = self.section(values)
         assert s is not None

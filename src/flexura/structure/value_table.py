@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-class SlotTable(Record):
-    """Hands out slots for scalars while a plan is made, then fills them from parameter values."""
+class ValueTable(Record):
+    """Hands out entries for scalars while a plan is made, then fills them from parameter values."""
 
     _shown = ("size",)
 
@@ -29,51 +29,51 @@ class SlotTable(Record):
         self._defaults: Array | None = None
 
     def add(self, value: Scalar) -> int:
-        """Slot of a value; equal values share one."""
-        slot = self._known.get(value)
-        if slot is None:
-            slot = self._known[value] = len(self._constants)
+        """Entry of a value; equal values share one."""
+        entry = self._known.get(value)
+        if entry is None:
+            entry = self._known[value] = len(self._constants)
             if isinstance(value, Expression):
-                self._expressions.append((slot, value))
+                self._expressions.append((entry, value))
                 self._constants.append(np.nan)
             else:
                 self._constants.append(float(value))
-        return slot
+        return entry
 
     def add_all(self, values: Sequence[Scalar]) -> list[int]:
-        """Slots of several values."""
+        """Entries of several values."""
         return [self.add(value) for value in values]
 
     @property
     def size(self) -> int:
-        """Number of slots."""
+        """Number of entries."""
         return len(self._constants)
 
     def varying(self) -> Index:
-        """Slots that hold expressions."""
-        return np.array([slot for slot, _ in self._expressions], dtype=np.intp)
+        """Entries that hold expressions."""
+        return np.array([entry for entry, _ in self._expressions], dtype=np.intp)
 
     @cached_property
     def _compiled(self) -> list[tuple[int, frozenset[str], Callable[[Mapping[str, Any]], Any]]]:
-        """Slot, parameters and function of every expression, once there are no more of them."""
-        return [(slot, value.names, value.compiled()) for slot, value in self._expressions]
+        """Entry, parameters and function of every expression, once there are no more of them."""
+        return [(entry, value.names, value.compiled()) for entry, value in self._expressions]
 
     def close(self, defaults: Mapping[str, Any]) -> None:
-        """Take no more values; work out all slots for the default parameters."""
+        """Take no more values; work out all entries for the default parameters."""
         filled = np.array(self._constants)
-        for slot, _, evaluate in self._compiled:
-            filled[slot] = evaluate(defaults)
+        for entry, _, evaluate in self._compiled:
+            filled[entry] = evaluate(defaults)
         self._defaults = filled
 
     def fill(self, parameters: Mapping[str, Any], changed: set[str], designs: int | None = None) -> Array:
-        """Values of all slots: (n_slots,), or (designs, n_slots) with a design axis.
+        """Values of all entries: (n_values,), or (designs, n_values) with a design axis.
 
         `changed` names the parameters that differ from the defaults that the table was closed with.
         """
         if self._defaults is None:
             raise RuntimeError("the table is still open")
         values = self._defaults.copy() if designs is None else np.tile(self._defaults, (designs, 1))
-        for slot, names, evaluate in self._compiled:
+        for entry, names, evaluate in self._compiled:
             if not changed.isdisjoint(names):
-                values[..., slot] = evaluate(parameters)
+                values[..., entry] = evaluate(parameters)
         return values

@@ -13,7 +13,7 @@ from flexura.mechanism import Box, Cylinder, Plate, PointMass, RigidBody, Rotati
 from flexura.mechanism.evaluation import evaluated, parameter_values
 from flexura.mechanism.placement import rotation_matrix
 from flexura.structure import FullOrderModel
-from flexura.structure.lumps import inertia_tensor
+from flexura.structure.discrete_elements import inertia_tensor
 from flexura.structure.part import Part
 from flexura.view.meshes import Array, Mesh, box, cylinder, normals, sphere
 from flexura.view.scene import Collector, Kind
@@ -42,17 +42,19 @@ class _Copy:
         return self.u[node, :3] + np.asarray(np.cross(turn, points - self.x[node]), dtype=np.float64)
 
 
-def add_lumps(collector: Collector, model: FullOrderModel, u: Array, doubted: Collection[str] = frozenset()) -> None:
+def add_discrete_elements(
+    collector: Collector, model: FullOrderModel, u: Array, doubted: Collection[str] = frozenset()
+) -> None:
     """Add the parts of a mechanism that are not members; u (n_nodes, 6) are the displacements of its nodes, and the
     bodies called `doubted` are of the kind for these."""
     plan, geometry = model.plan, model.geometry
     values = {name: _number(value) for name, value in parameter_values(plan.mechanism, model.parameters).items()}
     size = collector.size
-    bodies = sum(len(plan.topology.placed[name].paths) * len(part.bodies) for name, part in plan.parts.items())
+    bodies = sum(len(plan.topology.copies[name].paths) * len(part.bodies) for name, part in plan.parts.items())
     cell = size / (20 if bodies <= 20 else 8)
     hulls: list[Mesh] = []
     for name, part in plan.parts.items():
-        placed = plan.topology.placed[name]
+        placed = plan.topology.copies[name]
         prototype = plan.layout.prototypes[name]
         drawn = _Drawn(
             part,
@@ -74,7 +76,7 @@ def add_lumps(collector: Collector, model: FullOrderModel, u: Array, doubted: Co
 
 @dataclass
 class _Drawn:
-    """The lumps of a part with all numbers resolved."""
+    """The discrete elements of a part with all numbers resolved."""
 
     part: Part
     bodies: Mapping[str, RigidBody]
@@ -83,14 +85,14 @@ class _Drawn:
     arms: list[tuple[int, Array]]
     """Nodes of members and the arms, m, to where the members begin or end."""
     values: Array
-    """Slot values of the design."""
+    """Values of the table of the design."""
     hulls: list[Mesh]
     """Bodies drawn so far, global frame, those of all other parts included."""
     doubted: Collection[str] = frozenset()
     """Bodies of the copy that is drawn that are in doubt."""
 
     def add(self, collector: Collector, copy: _Copy, origin: Array, size: float, cell: float) -> None:
-        """Add the lumps of one copy; `origin` (3,), m, is where its frame has its origin."""
+        """Add the discrete elements of one copy; `origin` (3,), m, is where its frame has its origin."""
         for key, body in self.bodies.items():
             in_doubt = key in self.doubted
             self.hulls.append(_add_body(collector, copy, body, self.part.bodies[key][0], self.part, cell, in_doubt))
@@ -104,7 +106,7 @@ class _Drawn:
             else:
                 _add_spring(collector, copy, spring, nodes, at, size)
         for nodes, _, _ in self.part.superelements.values():
-            _add_star(collector, copy, [node for node in nodes if node < self.part.n_placed])
+            _add_star(collector, copy, [node for node in nodes if node < self.part.n_positioned])
         for piezo in self.part.channels.piezos.values():
             _add_stack(collector, copy, piezo.nodes, piezo.section(self.values), cell)
         for node, arm in self.arms:
