@@ -180,6 +180,10 @@ class SpringElement:
         K, B = self.relative(values, positions)
         return np.swapaxes(B, -1, -2) @ K @ B
 
+    def axes(self, values: Array) -> Array:
+        """Its axes (..., 3, 3) as columns, part's axes."""
+        return self._frame.matrix(values)
+
     def point(self, values: Array, positions: Array) -> Array:
         """Where it is (..., 3): rigid arms lead there from the nodes at `positions` (..., n, 3), part's axes."""
         return positions.mean(axis=-2) if self._at is None else values[..., self._at]

@@ -1,0 +1,1 @@
+"""Large displacements and rotations: equilibria of a mechanism over its stroke, and the models about them."""

@@ -1,0 +1,63 @@
+"""Bars that are pinned at both ends: they pull along the line between these, wherever it points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.motion.elements import Ends, Frames, Response, turned
+from flexura.motion.se3 import skew
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Bars (e,) between frames `node` (e, 2).
+
+    `arm` (e, 2, 3), m, leads to their ends as seen from the frames, `length` (e,), m, is that without strain,
+    `stiffness` (e,) in N/m; `mass` (e, 12, 12) acts on the velocities of the ends and is the same in all axes.
+    """
+
+    node: Index
+    arm: Array
+    length: Array
+    stiffness: Array
+    mass: Array
+
+    def _ends(self, frames: Frames) -> Ends:
+        return Ends.of(frames, self.node, np.tile(np.eye(3), (len(self.node), 2, 1, 1)), self.arm)
+
+    def response(self, frames: Frames) -> Response:
+        """Energies, forces and tangents in a state of the frames (theory L15)."""
+        ends = self._ends(frames)
+        line = ends.position[:, 1] - ends.position[:, 0]
+        now = np.linalg.norm(line, axis=1)
+        n = line / now[:, None]
+        stretch = now - self.length
+        pull = self.stiffness * stretch
+        # rows of displacements of the ends by those of the frames
+        D = np.zeros((len(n), 2, 3, 12))
+        for end, sign in ((0, -1.0), (1, 1.0)):
+            D[:, end, :, 6 * end : 6 * end + 3] = sign * np.eye(3)
+            D[:, end, :, 6 * end + 3 : 6 * end + 6] = -sign * skew(ends.arm[:, end])
+        B = D.sum(axis=1)
+        across = (np.eye(3) - n[:, :, None] * n[:, None]) * (pull / now)[:, None, None]
+        along = self.stiffness[:, None, None] * n[:, :, None] * n[:, None]
+        force = pull[:, None] * (n[:, None] @ B)[:, 0]
+        tangent = np.swapaxes(B, 1, 2) @ (along + across) @ B
+        for end, sign in ((0, -1.0), (1, 1.0)):
+            six = slice(6 * end, 6 * end + 6)
+            rotations = slice(6 * end + 3, 6 * end + 6)
+            tangent[:, rotations, rotations] += skew(sign * pull[:, None] * n) @ skew(ends.arm[:, end])
+            tangent[:, six, six] -= turned(force[:, six])
+        return Response(0.5 * pull * stretch, force, tangent)
+
+    def masses(self, frames: Frames) -> Array:
+        """Mass matrices (e, 12, 12) by velocities of the frames."""
+        twists = self._ends(frames).twists()
+        M = np.einsum("eaij,eaibk,ebkl->eajbl", twists, self.mass.reshape(-1, 2, 6, 2, 6), twists)
+        return M.reshape(-1, 12, 12)

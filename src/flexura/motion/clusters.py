@@ -1,0 +1,104 @@
+"""Superelements in large motion: linear inside, in a frame that turns with them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.motion.elements import Ends, Frames, Response
+from flexura.motion.se3 import Logarithm
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+RIGID = 1e-6
+"""Force of rigid motions over that of single displacements, from which a superelement is held by the ground."""
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """A superelement between frames `node` (1, k), whose deformation is the pose of all frames seen from the first.
+
+    `own` frames come first, in axes (3, 3) at arms (own, 3), m, from their frames; the other frames hold amplitudes.
+    `stiffness` acts on the changes of the logarithms of the relative poses, and on the amplitudes; `mass` (6k, 6k) on
+    the velocities of the frames in the axes of the first.
+    """
+
+    node: Index
+    own: int
+    axes: Array
+    arm: Array
+    rest: Array
+    stiffness: Array
+    mass: Array
+
+    @staticmethod
+    def of(rest: Frames, ground: int, frames: Index, placed: Array, axes: Array, arm: Array, K: Array, M: Array) -> Cluster:
+        """A superelement with K and M (6k, 6k) over frames (k,), those with amplitudes instead of a place last.
+
+        Where rigid motions meet resistance, the ground becomes the first frame.
+        """
+        own = int(placed.sum())
+        x = rest.x[frames[:own]] + arm[:own]
+        rigid = np.zeros((len(K), 6))
+        for i in range(own):
+            rigid[6 * i : 6 * i + 6] = np.eye(6)
+            rigid[6 * i : 6 * i + 3, 3:] = np.cross(np.eye(3), axes.T @ (x[i] - x[0])).T
+        size = np.abs(K).max(initial=0.0)
+        if own < 2 or np.abs(K @ rigid).max() > RIGID * size * max(np.abs(rigid).max(), 1.0):
+            frames, arm = np.append(ground, frames), np.concatenate([x[:1], arm])
+            K, M = (np.pad(matrix, ((6, 0), (6, 0))) for matrix in (K, M))
+            own += 1
+        cluster = Cluster(frames[None], own, axes, arm[:own], np.zeros((own - 1, 6)), K, M)
+        logs = cluster._poses(rest)
+        J = np.eye(len(K) - 6)
+        for i, after in enumerate(logs.after):
+            J[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = np.linalg.inv(after)
+        k = J.T @ K[6:, 6:] @ J
+        return Cluster(frames[None], own, axes, arm[:own], logs.e, (k + k.T) / 2, M)
+
+    def _ends(self, frames: Frames) -> Ends:
+        """Pairs of the first frame with each of the others."""
+        own = self.node[0, : self.own]
+        pairs = np.stack([np.full(self.own - 1, own[0]), own[1:]], axis=1)
+        arms = np.stack([np.tile(self.arm[0], (self.own - 1, 1)), self.arm[1:]], axis=1)
+        return Ends.of(frames, pairs, np.tile(self.axes, (self.own - 1, 2, 1, 1)), arms)
+
+    def _poses(self, frames: Frames) -> Logarithm:
+        return self._ends(frames).relative()
+
+    def deformation(self, frames: Frames) -> Array:
+        """Changes (d,) of the logarithms of the relative poses, and amplitudes."""
+        amplitudes = frames.z[self.node[0, self.own :]].ravel()
+        return np.append((self._poses(frames).e - self.rest).ravel(), amplitudes)
+
+    def response(self, frames: Frames) -> Response:
+        """Energy, force and tangent in a state of the frames (theory L16)."""
+        ends, log = self._ends(frames), self._poses(frames)
+        d = self.deformation(frames)
+        n = self.stiffness @ d
+        twists = ends.twists()
+        size, first = 6 * self.node.shape[1], slice(0, 6)
+        B = np.zeros((size - 6, size))
+        B[6 * (self.own - 1) :, 6 * self.own :] = np.eye(size - 6 * self.own)
+        before, after = log.second(n[: 6 * (self.own - 1)].reshape(-1, 6))
+        slope = np.zeros((size, size - 6))
+        for i in range(self.own - 1):
+            row, column = slice(6 * i, 6 * i + 6), slice(6 * i + 6, 6 * i + 12)
+            B[row, first] = -log.before[i] @ twists[i, 0]
+            B[row, column] = log.after[i] @ twists[i, 1]
+            slope[first, row] = -twists[i, 0].T @ before[i]
+            slope[column, row] = twists[i, 1].T @ after[i]
+        K = (B.T @ self.stiffness + slope) @ B
+        return Response(np.array([0.5 * n @ d]), (B.T @ n)[None], K[None])
+
+    def masses(self, frames: Frames) -> Array:
+        """Mass matrix (1, 6k, 6k) by velocities of the frames."""
+        ends = self._ends(frames)
+        seen = Ends(ends.axes[:, :1].repeat(2, axis=1), ends.arm, ends.position).twists()
+        T = np.eye(6 * self.node.shape[1])
+        for i in range(self.own):
+            T[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = seen[0, 0] if i == 0 else seen[i - 1, 1]
+        return (T.T @ self.mass @ T)[None]

@@ -1,0 +1,154 @@
+"""Elements between two turning frames: forces, tangents and masses from the relative pose of their ends.
+
+A frame has a position x and a rotation R, the identity at rest. Displacements of a frame are dx, m, and the rotation
+vector dw, rad, both in global axes: R becomes rotation(dw) R. No element has axes of its own that turn: its strain
+is the logarithm of the pose of end 2 seen from end 1, so that moving and turning everything changes nothing, the
+order of the ends does not matter, and an element bent to an arc or wound to a helix is exact.
+
+Sources: Borri, Bottasso (1994), Int. J. Numer. Meth. Engng 37 (helicoidal strain); Sonneville, Cardona, Bruls (2014).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.motion.se3 import Logarithm, rotation, skew
+from flexura.motion.strain import Strain
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Frames(NamedTuple):
+    """Positions x (n, 3), m, and rotations R (n, 3, 3) of frames, and amplitudes z (n, 6) where a frame stands for
+    amplitudes of a superelement instead."""
+
+    x: Array
+    R: Array
+    z: Array
+
+    @staticmethod
+    def at_rest(x: Array) -> Frames:
+        """Frames at x (n, 3), m, that have not turned."""
+        return Frames(x, np.tile(np.eye(3), (len(x), 1, 1)), np.zeros((len(x), 6)))
+
+    def moved(self, step: Array) -> Frames:
+        """After displacements (n, 6)."""
+        return Frames(self.x + step[:, :3], rotation(step[:, 3:]) @ self.R, self.z + step)
+
+
+class Ends(NamedTuple):
+    """Where the ends of elements are: axes (e, 2, 3, 3) as columns, arms from their frames (e, 2, 3) and their
+    positions (e, 2, 3), m, global."""
+
+    axes: Array
+    arm: Array
+    position: Array
+
+    @staticmethod
+    def of(frames: Frames, node: Index, axes: Array, arm: Array) -> Ends:
+        """Ends with `axes` and `arm` as their frames carry them."""
+        R = frames.R[node]
+        turned = (R @ arm[..., None])[..., 0]
+        return Ends(R @ axes, turned, frames.x[node] + turned)
+
+    def relative(self) -> Logarithm:
+        """The pose of end 2 seen from end 1."""
+        back = np.swapaxes(self.axes[:, 0], -1, -2)
+        return Logarithm(back @ self.axes[:, 1], (back @ (self.position[:, 1] - self.position[:, 0])[..., None])[..., 0])
+
+    def twists(self, axes: Array | None = None) -> Array:
+        """Matrices (e, 2, 6, 6) that make twists of the ends, in their own `axes`, of displacements of the frames."""
+        back = np.swapaxes(self.axes if axes is None else axes, -1, -2)
+        out = np.zeros((*back.shape[:-2], 6, 6))
+        out[..., :3, :3] = out[..., 3:, 3:] = back
+        out[..., :3, 3:] = -back @ skew(self.arm)
+        return out
+
+
+class Response(NamedTuple):
+    """Energy (e,), N m, of elements, forces (e, 6k) on their k frames that hold them in their state, and derivatives
+    (e, 6k, 6k) of these by displacements of the frames.
+
+    The derivatives leave out that forces turn with the frames they are in; `turned` adds it, frame by frame.
+    """
+
+    energy: Array
+    force: Array
+    tangent: Array
+
+
+class Group(Protocol):
+    """Elements (e,) of one kind between frames `node` (e, k)."""
+
+    @property
+    def node(self) -> Index:
+        """The frames (e, k)."""
+        ...
+
+    def response(self, frames: Frames) -> Response:
+        """Energies, forces and tangents in a state of the frames."""
+        ...
+
+    def masses(self, frames: Frames) -> Array:
+        """Mass matrices (e, 6k, 6k) by velocities of the frames."""
+        ...
+
+
+@dataclass(frozen=True)
+class PoseElements:
+    """Elements (e,) between frames `node` (e, 2).
+
+    `axes` (e, 2, 3, 3) holds the axes of the ends as columns, `arm` (e, 2, 3), m, leads to them, both as seen from their
+    frames. `rest` (e, 6) is the logarithm of the relative pose without strain. `mass` (e, 12, 12) acts on the velocities
+    of the ends in the axes of the element, halfway between those of its ends.
+    """
+
+    node: Index
+    axes: Array
+    arm: Array
+    rest: Array
+    strain: Strain
+    mass: Array
+
+    def ends(self, frames: Frames) -> Ends:
+        """Where the ends are."""
+        return Ends.of(frames, self.node, self.axes, self.arm)
+
+    def response(self, frames: Frames) -> Response:
+        """Energies, forces and tangents in a state of the frames (theory L7)."""
+        ends = self.ends(frames)
+        log = ends.relative()
+        energy, n, k = self.strain.response(log.e - self.rest)
+        twists = ends.twists()
+        B = np.empty((len(n), 6, 12))
+        B[..., :6] = -log.before @ twists[:, 0]
+        B[..., 6:] = log.after @ twists[:, 1]
+        before, after = log.second(n)
+        turned = np.swapaxes(B, 1, 2)
+        K = turned @ k
+        K[:, :6] -= np.swapaxes(twists[:, 0], 1, 2) @ before
+        K[:, 6:] += np.swapaxes(twists[:, 1], 1, 2) @ after
+        return Response(energy, (turned @ n[..., None])[..., 0], K @ B)
+
+    def masses(self, frames: Frames) -> Array:
+        """Mass matrices (e, 12, 12) by velocities of the frames."""
+        ends = self.ends(frames)
+        log = ends.relative()
+        middle = ends.axes[:, 0] @ rotation(log.e[:, 3:] / 2)
+        twists = ends.twists(np.stack([middle, middle], axis=1))
+        out = self.mass.reshape(-1, 2, 6, 2, 6)
+        out = np.einsum("eaij,eaibk,ebkl->eajbl", twists, out, twists, optimize=True)
+        return out.reshape(-1, 12, 12)
+
+
+def turned(force: Array) -> Array:
+    """Derivatives (n, 6, 6) by the rotations of frames of forces (n, 6) in them that turn along (theory L7)."""
+    out = np.zeros((len(force), 6, 6))
+    out[:, :3, 3:] = -skew(force[:, :3])
+    out[:, 3:, 3:] = -skew(force[:, 3:])
+    return out

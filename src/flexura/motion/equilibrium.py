@@ -1,0 +1,199 @@
+"""States of equilibrium with displacements prescribed and loads on: Newton's method with exact tangents."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.errors import SolverError
+from flexura.linalg.factor import factorise
+from flexura.motion.elements import Frames, turned
+from flexura.motion.model import Forces, MovingModel
+from flexura.motion.se3 import LARGEST, Logarithm, skew
+
+Array = NDArray[np.float64]
+
+DENSE = 150
+"""Equations up to which dense algebra is quicker."""
+
+CONVERGED = 1e-8
+"""Largest last step of Newton's method, over the size of the mechanism or in rad, after which nothing is left."""
+
+ITERATIONS = 12
+"""Steps of Newton's method after which a smaller change of state is tried."""
+
+
+class Drive(NamedTuple):
+    """A displacement that is prescribed: component 0 to 5, global axes, of a node that follows frame `root`.
+
+    Rotations are components of the rotation vector of the frame.
+    """
+
+    name: str
+    node: int
+    root: int
+    component: int
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Dead loads (6,) by node, N and N m, follower loads likewise in the turning axes of the nodes, and gravity (3,),
+    m/s^2."""
+
+    dead: Mapping[int, Array]
+    follower: Mapping[int, Array]
+    gravity: Array
+
+    def scaled(self, factor: float) -> Loads:
+        """Times a factor."""
+        dead, follower = ({k: factor * v for k, v in of.items()} for of in (self.dead, self.follower))
+        return Loads(dead, follower, factor * self.gravity)
+
+    @property
+    def any(self) -> bool:
+        """Whether anything is loaded."""
+        return bool(self.dead or self.follower or self.gravity.any())
+
+
+NO_LOADS = Loads({}, {}, np.zeros(3))
+
+
+class Equilibrium(NamedTuple):
+    """A state: frames, the forces of the drives that hold it (d,), N or N m, and what the mechanism answers with."""
+
+    frames: Frames
+    drive: Array
+    tangent: Tangent
+    iterations: int
+
+
+class Tangent(NamedTuple):
+    """What holds a state, derivatives of loads and drives included, and rows (d, n) of the driven displacements."""
+
+    model: MovingModel
+    forces: Forces
+    rows: Array
+
+    @property
+    def K(self) -> sp.csc_matrix:
+        """Derivatives (n, n) of the forces that hold the state by its free displacements."""
+        return self.model.pattern.sparse(self.forces.blocks)
+
+
+class Equations:
+    """Equilibrium of a model under loads with some displacements prescribed."""
+
+    def __init__(self, model: MovingModel, drives: Sequence[Drive] = ()) -> None:
+        self.model, self.drives = model, tuple(drives)
+        self._free = model.dof >= 0
+        self._dof = model.dof[self._free]
+        x = model.rest.x[:-1]
+        self.size = float(np.linalg.norm(x.max(axis=0) - x.min(axis=0))) or 1.0
+        """Diagonal of the box around the mechanism, m."""
+        self._scale = np.ones(model.n_dof)
+        nodes, component = np.nonzero(self._free)
+        del nodes
+        self._scale[self._dof] = np.where(component < 3, 1 / self.size, 1.0)
+
+    def displacements(self, step: Array) -> Array:
+        """Displacements (n + 1, 6) of all frames from those that are free (n,)."""
+        out = np.zeros(self.model.dof.shape)
+        out[self._free] = step[self._dof]
+        return out
+
+    def free(self, of_frames: Array) -> Array:
+        """The entries (n,) of values (n + 1, 6) of frames that belong to free displacements."""
+        out = np.zeros(self.model.n_dof)
+        out[self._dof] = of_frames[self._free]
+        return out
+
+    def travelled(self, frames: Frames) -> Array:
+        """The driven displacements (d,), m and rad, in a state."""
+        return np.array([self._drive(frames, drive)[0] for drive in self.drives])
+
+    def _drive(self, frames: Frames, drive: Drive) -> tuple[float, Array, Array]:
+        """A driven displacement, its derivatives (6,) by those of its frame, and theirs (6, 6)."""
+        row, second = np.zeros(6), np.zeros((6, 6))
+        k, root = drive.component, drive.root
+        if k < 3:
+            arm = self.model.arm[drive.node]
+            now = frames.R[root] @ arm
+            row[k] = 1.0
+            axis = np.eye(3)[k]
+            row[3:] = np.cross(now, axis)
+            second[3:, 3:] = skew(axis) @ skew(now)
+            moved = frames.x[root] + now - self.model.rest.x[root] - arm
+            return float(moved[k]), row, second
+        log = Logarithm(frames.R[root], np.zeros(3))
+        row[3:] = log.before[k, 3:]
+        unit = np.zeros(6)
+        unit[k] = 1.0
+        second[3:, 3:] = log.second(unit)[0][3:, 3:] @ log.before[3:, 3:]
+        return float(log.e[k]), row, second
+
+    def tangent(self, frames: Frames, loads: Loads, multipliers: Array) -> tuple[Tangent, Array]:
+        """The tangent in a state, and the forces (n,) that are missing for its equilibrium without the drives."""
+        forces = self.model.forces(frames, loads.gravity)
+        external, local = np.zeros(self.model.dof.shape), forces.blocks[-1]
+        for node, wrench in loads.dead.items():
+            root, now = self.model.root[node], frames.R[self.model.root[node]] @ self.model.arm[node]
+            external[root] += np.append(wrench[:3], wrench[3:] + np.cross(now, wrench[:3]))
+            local[root, 3:, 3:] -= skew(wrench[:3]) @ skew(now)
+        for node, wrench in loads.follower.items():
+            root = self.model.root[node]
+            R, now = frames.R[root], frames.R[root] @ self.model.arm[node]
+            force = R @ wrench[:3]
+            own = np.append(force, R @ wrench[3:] + np.cross(now, force))
+            external[root] += own
+            local[root] -= turned(own[None])[0]
+        rows = np.zeros((len(self.drives), self.model.n_dof))
+        for i, drive in enumerate(self.drives):
+            _, row, second = self._drive(frames, drive)
+            dof = self.model.dof[drive.root]
+            rows[i, dof[dof >= 0]] = row[dof >= 0]
+            local[drive.root] -= multipliers[i] * second
+        return Tangent(self.model, forces, rows), self.free(external - forces.force)
+
+    def solve(self, start: Frames, loads: Loads = NO_LOADS, targets: Sequence[float] = ()) -> Equilibrium:
+        """The state of equilibrium next to `start` with the driven displacements at their targets, m and rad.
+
+        Raises SolverError when Newton's method does not get there.
+        """
+        frames, multipliers = start, np.zeros(len(self.drives))
+        wanted, last = np.asarray(targets, dtype=float), np.inf
+        for iteration in range(1, ITERATIONS + 1):
+            tangent, missing = self.tangent(frames, loads, multipliers)
+            gap = wanted - self.travelled(frames)
+            step, multipliers = self._step(tangent, missing, gap)
+            if not np.isfinite(step).all():
+                break
+            size = float(np.abs(step * self._scale).max(initial=0.0))
+            if size > LARGEST or (iteration > 6 and size > last):
+                break
+            frames, last = frames.moved(self.displacements(step)), size
+            if size < CONVERGED:
+                tangent, _ = self.tangent(frames, loads, multipliers)
+                return Equilibrium(frames, multipliers, tangent, iteration)
+        raise SolverError("no equilibrium is found near the last one")
+
+    def _step(self, tangent: Tangent, missing: Array, gap: Array) -> tuple[Array, Array]:
+        """A step (n,) towards equilibrium, and the forces (d,) of the drives after it."""
+        n, d = len(missing), len(gap)
+        if n + d <= DENSE:
+            A = np.zeros((n + d, n + d))
+            A[:n, :n] = self.model.pattern.dense(tangent.forces.blocks)
+            A[:n, n:], A[n:, :n] = -tangent.rows.T, tangent.rows
+            try:
+                solution = np.linalg.solve(A, np.append(missing, gap))
+            except np.linalg.LinAlgError:
+                raise SolverError("the mechanism has lost its stiffness") from None
+        else:
+            rows = sp.csc_matrix(tangent.rows)
+            A = sp.block_array([[tangent.K, -rows.T], [rows, None]], format="csc") if d else tangent.K
+            solution = factorise(A).solve(np.append(missing, gap))
+        return solution[:n], solution[n:]

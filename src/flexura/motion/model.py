@@ -1,0 +1,353 @@
+"""The full-order model whose frames turn: every element of every copy of a part, wherever the mechanism has moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.motion.bars import Bars
+from flexura.motion.clusters import Cluster
+from flexura.motion.elements import Ends, Frames, Group, PoseElements, turned
+from flexura.motion.se3 import Logarithm, skew
+from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
+from flexura.structure.full_order import FullOrderModel
+from flexura.structure.lumps import SpringLump
+from flexura.structure.part import Part
+from flexura.structure.topology import Placed
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
+"""Signs of displacements along and about axes that are made right-handed again by turning the third one round."""
+
+
+class Forces(NamedTuple):
+    """Forces (n + 1, 6) on the frames that hold a state, N and N m, its energy, N m, and the blocks of the derivatives
+    of the forces by displacements, in the order of the model's pattern."""
+
+    energy: float
+    force: Array
+    blocks: list[Array]
+
+
+@dataclass(frozen=True)
+class MovingModel:
+    """A mechanism as frames and what lies between them.
+
+    `rest` are the frames at rest, one for every node and a last one for the ground; `dof` (n + 1, 6) numbers the free
+    displacements, -1 where held and where a node follows another one. `inertia` (n + 1, 6, 6) is the mass that frames
+    carry, in their own axes, and `weight` (n + 1, 6, 3) the forces in these axes per acceleration of free fall, of
+    elements too.
+    """
+
+    full: FullOrderModel
+    rest: Frames
+    dof: Index
+    elements: tuple[Group, ...]
+    names: tuple[tuple[str, ...], ...]
+    inertia: Array
+    weight: Array
+    arm: Array = field(repr=False)
+    """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
+
+    @staticmethod
+    def of(full: FullOrderModel) -> MovingModel:
+        """The model of a design. Raises OptionError for what cannot turn yet."""
+        return _Builder(full).model()
+
+    @property
+    def n_dof(self) -> int:
+        """Number of free displacements."""
+        return int(self.dof.max(initial=-1)) + 1
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """Where derivatives by the free displacements go."""
+        columns = [self.dof[e.node].reshape(len(e.node), -1) for e in self.elements]
+        return Pattern([*columns, self.dof], self.n_dof)
+
+    def forces(self, frames: Frames, gravity: Array) -> Forces:
+        """What holds the mechanism in a state against its stiffness and its weight, g (3,) in m/s^2."""
+        total, energy = np.zeros(self.dof.shape), 0.0
+        blocks = []
+        for elements in self.elements:
+            own = elements.response(frames)
+            energy += float(own.energy.sum())
+            at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
+            for column in range(6):
+                total[:, column] += np.bincount(at, flat[:, column], len(total))
+            blocks.append(own.tangent)
+        local = turned(total)
+        if gravity.any():
+            weight, slope = self._weights(frames, gravity)
+            total, local = total - weight, local - slope
+        return Forces(energy, total, [*blocks, local])
+
+    def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
+        """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
+        Rt = np.swapaxes(frames.R, -1, -2)
+        own = (self.weight @ (Rt @ gravity)[..., None])[..., 0]
+        force = (frames.R[:, None] @ own.reshape(-1, 2, 3, 1)).reshape(-1, 6)
+        slope = turned(force)
+        # the direction of free fall in the frame's axes: d(R'g) = R' skew(g) dw
+        slope[:, :, 3:] += (
+            frames.R[:, None] @ (self.weight @ (Rt @ skew(gravity))).reshape(-1, 2, 3, 3)
+        ).reshape(-1, 6, 3)
+        return force, slope
+
+    def mass(self, frames: Frames) -> sp.csc_matrix:
+        """M (n, n) of the free displacements in a state, symmetric."""
+        R = np.zeros((len(frames.R), 6, 6))
+        R[:, :3, :3] = R[:, 3:, 3:] = frames.R
+        inertia = R @ self.inertia @ np.swapaxes(R, -1, -2)
+        M = self.pattern.sparse([*(e.masses(frames) for e in self.elements), inertia])
+        return ((M + M.T) / 2).tocsc()
+
+    def positions(self, frames: Frames) -> Array:
+        """Positions (n, 3), m, of all nodes."""
+        root = self.root
+        x = frames.x[root] + (frames.R[root] @ self.arm[..., None])[..., 0]
+        return x[:-1]
+
+    @cached_property
+    def root(self) -> Index:
+        """The frame (n + 1,) that each node follows."""
+        return np.append(self.full.plan.topology.root, len(self.dof) - 1)
+
+
+class Pattern:
+    """Where blocks of derivatives go in a square matrix; rows and columns -1 are dropped."""
+
+    def __init__(self, dofs: list[Index], n: int) -> None:
+        self.n = n
+        keys = []
+        for dof in dofs:
+            row, column = dof[:, :, None], dof[:, None, :]
+            keys.append(np.where((row >= 0) & (column >= 0), column * n + row, -1).ravel())
+        key = np.concatenate(keys)
+        self._taken = np.flatnonzero(key >= 0)
+        self._flat = key[self._taken]
+        unique, self._place = np.unique(self._flat, return_inverse=True)
+        self._rows = (unique % n).astype(np.int32)
+        self._starts = np.searchsorted(unique, np.arange(n + 1) * n).astype(np.int32)
+
+    def _data(self, blocks: list[Array]) -> Array:
+        return np.concatenate([block.ravel() for block in blocks])[self._taken]
+
+    def sparse(self, blocks: list[Array]) -> sp.csc_matrix:
+        """The sum of blocks, in the order of the pattern."""
+        summed = np.bincount(self._place, self._data(blocks), len(self._rows))
+        return sp.csc_matrix((summed, self._rows, self._starts), shape=(self.n, self.n))
+
+    def dense(self, blocks: list[Array]) -> Array:
+        """The same as `sparse` (n, n), for small ones."""
+        return np.bincount(self._flat, self._data(blocks), self.n**2).reshape(self.n, self.n).T
+
+
+class _Builder:
+    """Lays out the elements of all copies of all parts in global axes."""
+
+    def __init__(self, full: FullOrderModel) -> None:
+        self.full = full
+        topology, geometry = full.plan.topology, full.geometry
+        n = topology.n_nodes
+        self.ground = n
+        x = np.concatenate([geometry.positions, np.zeros((1, 3))])
+        self.rest = Frames.at_rest(x)
+        self.dof = np.concatenate([topology.dof, np.full((1, 6), -1)])
+        arm = geometry.positions - geometry.positions[topology.root]
+        self.arm = np.concatenate([np.where(topology.is_rigid[:, None], arm, 0.0), np.zeros((1, 3))])
+        self.inertia = np.zeros((n + 1, 6, 6))
+        self.weight = np.zeros((n + 1, 6, 3))
+
+    def model(self) -> MovingModel:
+        groups: list[Group] = []
+        names: list[tuple[str, ...]] = []
+        for found in self._groups():
+            elements, own = found
+            groups.append(elements)
+            names.append(own)
+            self._weigh(elements)
+        return MovingModel(
+            self.full, self.rest, self.dof, tuple(groups), tuple(names), self.inertia, self.weight, self.arm
+        )
+
+    def _groups(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
+        beams, springs = [], []
+        others: list[tuple[Group, tuple[str, ...]]] = []
+        for name in self.full.matrices:
+            placed = self.full.plan.topology.placed[name]
+            for copy in range(len(placed.paths)):
+                at = _Copy(self, placed, name, copy)
+                beams += at.members()
+                springs += at.springs()
+                others += at.superelements()
+                others += at.stacks()
+                at.masses()
+        for kind in (beams, springs):
+            if kind:
+                yield _joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own)
+        yield from others
+
+    def _weigh(self, elements: Group) -> None:
+        """Add what the mass of elements weighs to the frames at their ends."""
+        M = elements.masses(self.rest)
+        placed = self.full.plan.topology.has_place
+        falling = np.append(placed, True)[elements.node]
+        M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
+        force = np.einsum("eikj,ek->eij", M, falling)
+        np.add.at(self.weight, elements.node.ravel(), force.reshape(-1, 6, 3))
+
+
+class _Copy:
+    """One copy of a part."""
+
+    def __init__(self, builder: _Builder, placed: Placed, name: str, copy: int) -> None:
+        full = builder.full
+        self.builder, self.full = builder, full
+        self.part: Part = placed.part
+        self.own = full.matrices[name]
+        self.local = full.geometry.parts[name]
+        self.Q, self.t = full.geometry.Q[placed.number[copy]], full.geometry.t[placed.number[copy]]
+        self.mirrored = np.linalg.det(self.Q) < 0
+        self.offset = placed.offset[copy]
+        self.prefix = ".".join(placed.paths[copy]) + "." if placed.paths[copy] else ""
+
+    def _frames(self, nodes: Index) -> Index:
+        return self.full.plan.topology.root[self.offset + nodes]
+
+    def _axes(self, rows: Array) -> Array:
+        """Axes (..., 3, 3) as columns, global and right-handed, from axes of the part as rows."""
+        axes = self.Q @ np.swapaxes(rows, -1, -2)
+        if self.mirrored:
+            axes = axes * np.array([1.0, 1.0, -1.0])
+        return axes
+
+    def _signed(self, matrix: Array) -> Array:
+        """Matrices (..., 6k, 6k) in the part's axes, in axes that `_axes` has made right-handed."""
+        if not self.mirrored:
+            return matrix
+        sign = np.tile(MIRRORED, matrix.shape[-1] // 6)
+        return sign[:, None] * matrix * sign
+
+    def _arms(self, nodes: Index, reach: Array) -> Array:
+        """Arms (..., 3), global axes, from the frames of nodes to points that `reach` (..., 3) leads to, part's axes."""
+        return self.builder.arm[self.offset + nodes] + reach @ self.Q.T
+
+    def members(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
+        """Beam elements of all members."""
+        part, own = self.part, self.own
+        if not len(part.connectivity):
+            return []
+        member = part.table.element_member
+        reach = np.zeros((len(member), 2, 3))
+        reach[part.first[:-1], 0] = self.local.offsets[:, 0]
+        reach[part.first[1:] - 1, 1] = self.local.offsets[:, 1]
+        axes = self._axes(self.local.R[member])
+        axes = np.stack([axes, axes], axis=1)
+        length = self.local.length[member] / part.counts[member]
+        keys = list(part.members)
+        names = tuple(self.prefix + keys[m] for m in member)
+        K, M = self._signed(own.elements.K), self._signed(own.elements.M)
+        return [(self._between(part.connectivity, axes, reach, K, M, length), names)]
+
+    def _between(
+        self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, length: Array | None
+    ) -> PoseElements:
+        """Elements with K and M (e, 12, 12) in the axes of their ends; beams where there is a length."""
+        arm = self._arms(nodes, reach)
+        frames = self._frames(nodes)
+        log = Ends.of(self.builder.rest, frames, axes, arm).relative()
+        k = natural_stiffness(K, log)
+        strain = linear_strain(k) if length is None else beam_strain(k, length)
+        return PoseElements(frames, axes, arm, log.e, strain, M)
+
+    def springs(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
+        """Springs, one by one."""
+        return [(self._spring(spring), (self.prefix + key,)) for key, spring in self.part.springs.items()]
+
+    def _spring(self, spring: SpringLump) -> PoseElements:
+        values, here = self.full.values, self.local.positions[spring.nodes]
+        k, _ = spring.relative(values, here)
+        reach = spring.point(values, here) - here
+        axes = self._axes(spring.axes(values).T)
+        nodes = np.array(spring.nodes)
+        frames, arm = self._frames(nodes), self._arms(nodes, reach)
+        if len(nodes) == 1:
+            at = self.builder.rest.x[frames] + arm
+            frames, arm = np.array([self.builder.ground, frames[0]]), np.concatenate([at, arm])
+        axes = np.stack([axes, axes])[None]
+        rest = Ends.of(self.builder.rest, frames[None], axes, arm[None]).relative()
+        return PoseElements(
+            frames[None], axes, arm[None], rest.e, linear_strain(self._signed(k)[None]), np.zeros((1, 12, 12))
+        )
+
+    def stacks(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
+        """Piezo stacks: bars between their nodes, or beams where they are bonded."""
+        values = self.full.values
+        for key, piezo in self.part.channels.piezos.items():
+            x = self.local.positions[piezo.nodes]
+            nodes = np.array([piezo.nodes])
+            length = np.linalg.norm(x[1] - x[0])[None]
+            axes = self._axes(piezo.frame(x))
+            axes = np.stack([axes, axes])[None]
+            reach = np.zeros((1, 2, 3))
+            K, M = self._stack_matrices(key)
+            names = (self.prefix + key,)
+            if piezo.section(values) is not None:
+                yield self._between(nodes, axes, reach, K, M, length), names
+                continue
+            stiffness = np.array([float(piezo.stiffness(values))])
+            yield Bars(self._frames(nodes), self._arms(nodes, reach), length, stiffness, M), names
+
+    def _stack_matrices(self, key: str) -> tuple[Array, Array]:
+        """K and M (1, 12, 12) of a stack in its own right-handed axes; M of a pinned one is the same in all axes."""
+        piezo, x = self.part.channels.piezos[key], self.local.positions[self.part.channels.piezos[key].nodes]
+        K, M = piezo.matrices(self.full.values, x)
+        T = np.kron(np.eye(4), piezo.frame(x))
+        return self._signed((T @ K @ T.T)[None]), self._signed((T @ M @ T.T)[None])
+
+    def superelements(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
+        """Superelements between nodes, and those of one node that has stiffness to the ground."""
+        for key, (nodes, K, M) in self.part.superelements.items():
+            at = np.array(nodes)
+            placed = at < self.part.n_placed
+            arm = self._arms(at, np.zeros((len(at), 3)))
+            frames = self._frames(at)
+            sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in placed])
+            K, M = sign[:, None] * K * sign, sign[:, None] * M * sign
+            axes = self._axes(np.eye(3))
+            yield Cluster.of(self.builder.rest, self.builder.ground, frames, placed, axes, arm, K, M), (self.prefix + key,)
+
+    def masses(self) -> None:
+        """Add what bodies, point masses and sensors weigh to the frames that carry them."""
+        heavy = {*self.part.bodies, *self.part.points, *(key for key, _, _ in self.part.channels.masses)}
+        for lump in self.own.lumps:
+            if lump.M is None or lump.name not in heavy:
+                continue
+            node = np.array(lump.nodes)
+            axes = self._axes(np.eye(3))
+            M = self._signed(lump.M)
+            twist = Ends.of(self.builder.rest, self._frames(node), axes[None], self._arms(node, np.zeros((1, 3))))
+            T = twist.twists()[0]
+            M = T.T @ M @ T
+            self.builder.inertia[self._frames(node)[0]] += M
+            self.builder.weight[self._frames(node)[0]] += M[:, :3]
+
+
+def _joined(groups: list[PoseElements]) -> PoseElements:
+    """Elements of one kind in one table."""
+    strain = Strain(
+        np.concatenate([g.strain.stiffness for g in groups]), np.concatenate([g.strain.curvature for g in groups])
+    )
+    node, axes, arm, rest, mass = (
+        np.concatenate([getattr(g, name) for g in groups]) for name in ("node", "axes", "arm", "rest", "mass")
+    )
+    return PoseElements(node, axes, arm, rest, strain, mass)

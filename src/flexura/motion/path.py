@@ -1,0 +1,142 @@
+"""Ways from rest through states of equilibrium: steps that adapt, predicted from the states before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import SolverError
+from flexura.motion.elements import Frames
+from flexura.motion.equilibrium import Equations, Equilibrium, Loads
+from flexura.motion.se3 import rotation_vector
+
+Array = NDArray[np.float64]
+
+SMALLEST = 1.0 / 4096
+"""Least part of a step to the next point that is tried."""
+
+QUICK = 4
+"""Newton's steps up to which the next step may be longer."""
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """Why a path ends before its last point: `share` of the way to point number `point`, the last state, and what is
+    known of the reason."""
+
+    point: int
+    share: float
+    last: Equilibrium
+    reason: str
+
+
+@dataclass(frozen=True)
+class Point:
+    """What is prescribed at a point of a path: driven displacements (d,), m and rad, and loads."""
+
+    targets: Array
+    loads: Loads
+
+    def between(self, other: Point, share: float) -> Point:
+        """A point on the way to another one. Loads move in proportion."""
+        own, there = self.loads, other.loads
+        return Point(
+            self.targets + share * (other.targets - self.targets),
+            Loads(
+                _mixed(own.dead, there.dead, share),
+                _mixed(own.follower, there.follower, share),
+                own.gravity + share * (there.gravity - own.gravity),
+            ),
+        )
+
+
+def _mixed(own: dict[int, Array], there: dict[int, Array], share: float) -> dict[int, Array]:
+    zero = np.zeros(6)
+    return {
+        node: (1 - share) * own.get(node, zero) + share * there.get(node, zero) for node in dict.fromkeys((*own, *there))
+    }
+
+
+class Path:
+    """Follows the equilibria of `equations` from a state through points, one after another."""
+
+    def __init__(self, equations: Equations, start: Equilibrium, at: Point) -> None:
+        self.equations = equations
+        self.state, self.at = start, at
+        self._before: list[tuple[float, Frames]] = []
+        self._way = 0.0
+
+    def through(self, points: Sequence[Point]) -> Iterator[Equilibrium | Stopped]:
+        """The states at the points, in order; a last `Stopped` where no equilibrium is found further on."""
+        for number, point in enumerate(points):
+            stopped = self._to(point, number)
+            if stopped is not None:
+                yield stopped
+                return
+            yield self.state
+
+    def _to(self, point: Point, number: int) -> Stopped | None:
+        """Go to a point, in as many steps as it takes."""
+        start, done, part = self.at, 0.0, 1.0
+        length = _distance(start, point, self.equations.size)
+        while done < 1.0:
+            part = min(part, 1.0 - done)
+            share = 1.0 if part >= 1.0 - done else done + part
+            aim = start.between(point, share)
+            way = self._way + (share - done) * length
+            try:
+                state = self.equations.solve(self._predicted(way), aim.loads, aim.targets)
+            except SolverError:
+                if part <= SMALLEST:
+                    return Stopped(number, done, self.state, _reason(self.state))
+                part /= 4 if not self._before else 2
+                if part < 0.05:
+                    self._before = self._before[-1:]
+                continue
+            self._before = [*self._before[-2:], (self._way, self.state.frames)]
+            self._way, self.state, self.at = way, state, aim
+            done = share
+            part *= 2.0 if state.iterations <= QUICK else 1.0
+        return None
+
+    def _predicted(self, way: float) -> Frames:
+        """The state at a length of way, extrapolated through the last three by turning and moving on as before."""
+        now = self.state.frames
+        if not self._before or self._before[-1][0] == self._way:
+            return now
+        steps, ways = [], []
+        for s, frames in self._before[-2:]:
+            steps.append(_displacement(now, frames))
+            ways.append(s - self._way)
+        ahead = way - self._way
+        if len(steps) == 1 or ways[0] == ways[1]:
+            return now.moved(steps[-1] * ahead / ways[-1])
+        a, b = ways
+        return now.moved(
+            steps[0] * (ahead * (ahead - b)) / (a * (a - b)) + steps[1] * (ahead * (ahead - a)) / (b * (b - a))
+        )
+
+
+def _displacement(start: Frames, end: Frames) -> Array:
+    """Displacements (n, 6) from one state to another."""
+    turn = rotation_vector(end.R @ np.swapaxes(start.R, -1, -2))
+    step = np.concatenate([end.x - start.x, turn], axis=1)
+    amplitudes = (end.z != 0).any(axis=1) & (start.z != 0).any(axis=1)
+    step[amplitudes] = (end.z - start.z)[amplitudes]
+    return step
+
+
+def _distance(start: Point, end: Point, size: float) -> float:
+    """How far apart two points are, for the extrapolation along the path."""
+    own = float(np.abs(end.targets - start.targets).sum()) / size
+    same = start.loads is end.loads
+    return max(own, 1e-12) if same else own + 1.0
+
+
+def _reason(state: Equilibrium) -> str:
+    return "no equilibrium is found further on"

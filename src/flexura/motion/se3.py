@@ -1,0 +1,166 @@
+"""Poses and twists: exponential and logarithm of SE(3), and the derivative of the logarithm.
+
+A pose is a rotation R (..., 3, 3) with a position x (..., 3). A twist (..., 6) is a translation, m, then a rotation,
+rad. Written as 4 x 4 matrices, twists have the bracket [a, b] = ad(a) b with
+
+    ad(v, w) = [[skew w, skew v], [0, skew w]]                                                            (theory L1)
+
+Equations after Selig (2005), Geometric fundamentals of robotics, secs. 4.4 and 7.5, and Sonneville, Cardona, Bruls
+(2014), Comput. Methods Appl. Mech. Engrg. 268.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+BERNOULLI = np.array(
+    [1.0, 1 / 6, -1 / 30, 1 / 42, -1 / 30, 5 / 66, -691 / 2730, 7 / 6, -3617 / 510, 43867 / 798, -174611 / 330]
+)
+"""Bernoulli's numbers B0, B2, ... B20; later ones follow from the zeta function, which is 1 to double precision."""
+
+LARGEST = 0.9 * math.pi
+"""Largest rotation, rad, whose logarithm is taken."""
+
+
+def skew(a: Array) -> Array:
+    """Return the matrices (..., 3, 3) of the vector product with a (..., 3)."""
+    out = np.zeros((*a.shape, 3))
+    out[..., 2, 1], out[..., 0, 2], out[..., 1, 0] = a[..., 0], a[..., 1], a[..., 2]
+    out[..., 1, 2], out[..., 2, 0], out[..., 0, 1] = -a[..., 0], -a[..., 1], -a[..., 2]
+    return out
+
+
+def ad(e: Array) -> Array:
+    """Return ad(e) (..., 6, 6) of twists (..., 6)."""
+    out = np.zeros((*e.shape, 6))
+    out[..., :3, :3] = out[..., 3:, 3:] = skew(e[..., 3:])
+    out[..., :3, 3:] = skew(e[..., :3])
+    return out
+
+
+def rotation(w: Array) -> Array:
+    """Return the rotations exp(skew w) (..., 3, 3) of rotation vectors (..., 3), rad (Rodrigues)."""
+    square = np.einsum("...i,...i->...", w, w)
+    half = np.sqrt(square) / 2
+    sinc = np.sinc(half / np.pi)
+    W = skew(w)
+    return np.eye(3) + (sinc * np.cos(half))[..., None, None] * W + (sinc * sinc / 2)[..., None, None] * (W @ W)
+
+
+def rotation_vector(R: Array) -> Array:
+    """Return the rotation vectors (..., 3), rad, of rotations (..., 3, 3) by less than half a turn."""
+    w = np.stack(
+        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
+    ) / 2
+    sine = np.sqrt(np.einsum("...i,...i->...", w, w))
+    angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = np.where(sine > 0, angle / sine, 1.0)
+    return w * factor[..., None]
+
+
+def orthonormal(R: Array) -> Array:
+    """Return rotations (..., 3, 3) without the round-off that products have gathered: one step of Newton's iteration
+    for the orthogonal factor (Higham 1986)."""
+    return R @ (3 * np.eye(3) - np.swapaxes(R, -1, -2) @ R) / 2
+
+
+def _even_coefficients(n: int) -> Array:
+    """Coefficients (n, 4) of the powers of -angle^2 in c2, c4 and their derivatives by that square.
+
+    The even part of z/(1 - exp(-z)) is F = sum f_k z^2k, f_k = B_2k/(2k)!. As ad (ad^2 + angle^2)^2 = 0, F(ad) is
+    1 + c2 ad^2 + c4 ad^4 with c2 = sum (2 - k) f_k y^(k - 1), k >= 1, c4 = sum (k - 1) f_k y^(k - 2), k >= 2, and
+    y = -angle^2 (Hermite interpolation at y).
+    """
+    k = np.arange(n + 3)
+    f = np.array([_even(j) for j in k])
+    powers = np.arange(n)
+    c2 = (2 - (powers + 1)) * f[powers + 1]
+    c4 = (powers + 1) * f[powers + 2]
+    out = np.zeros((n, 4))
+    out[:, 0], out[:, 1] = c2, c4
+    out[:-1, 2], out[:-1, 3] = powers[1:] * c2[1:], powers[1:] * c4[1:]
+    return out
+
+
+def _even(k: int) -> float:
+    """B_2k/(2k)!."""
+    if k < len(BERNOULLI):
+        return BERNOULLI[k] / math.factorial(2 * k)
+    return (-1) ** (k + 1) * 2 / (2 * math.pi) ** (2 * k) * (1 + 2.0 ** (-2 * k))
+
+
+_SERIES = _even_coefficients(32)
+_RATIO = (2 * math.pi) ** 2
+
+
+def _coefficients(angle_square: Array) -> Array:
+    """c2, c4 and their derivatives by y = -angle^2, (..., 4); as many terms as the largest angle needs."""
+    largest = float(angle_square.max(initial=0.0))
+    terms = 4 if largest < 1e-6 else min(len(_SERIES), 3 + math.ceil(40 / math.log(_RATIO / largest)))
+    powers = np.ones((*angle_square.shape, terms))
+    powers[..., 1:] = -angle_square[..., None]
+    return np.multiply.accumulate(powers, axis=-1) @ _SERIES[:terms]
+
+
+class Logarithm:
+    """The logarithm e (..., 6) of relative poses, with the derivatives that forces and tangents need.
+
+    For a pose of end 2 seen from end 1, and twists h1, h2 of the ends in their own axes,
+
+        de = after h2 - before h1,   after = I + ad/2 + c2 ad^2 + c4 ad^4,   before = after - ad              (theory L4)
+
+    Source: the inverse of the right and left Jacobians (Selig 2005, sec. 4.5), in closed form.
+    """
+
+    def __init__(self, R: Array, x: Array) -> None:
+        w = rotation_vector(R)
+        square = np.einsum("...i,...i->...", w, w)
+        self._c = _coefficients(square)
+        W = skew(w)
+        # V^-1 = I - skew(w)/2 + c skew(w)^2 with c = c2 - c4 angle^2
+        v = x - 0.5 * np.cross(w, x) + ((self._c[..., 0] - self._c[..., 1] * square)[..., None]) * (
+            W @ (W @ x[..., None])
+        )[..., 0]
+        self.e = np.concatenate([v, w], axis=-1)
+        """Twists (..., 6): m and rad."""
+        self._A = ad(self.e)
+        self._A2 = self._A @ self._A
+        even = self._c[..., 0, None, None] * self._A2 + self._c[..., 1, None, None] * (self._A2 @ self._A2)
+        even[..., range(6), range(6)] += 1.0
+        self.after = even + self._A / 2
+        """(..., 6, 6), of the twist of end 2."""
+        self.before = even - self._A / 2
+        """(..., 6, 6), of the twist of end 1; negative in the derivative."""
+
+    def second(self, n: Array) -> tuple[Array, Array]:
+        """Derivatives (..., 6, 6) by e of before' n and of after' n, for fixed n (..., 6) conjugate to e (theory L6)."""
+        At, y = np.swapaxes(self._A, -1, -2), self.e.copy()
+        y[..., :3] = 0.0
+        n1 = (At @ n[..., None])[..., 0]
+        n2 = (At @ n1[..., None])[..., 0]
+        n3 = (At @ n2[..., None])[..., 0]
+        n4 = (At @ n3[..., None])[..., 0]
+        m0, m1, m2, m3 = co_ad(n), co_ad(n1), co_ad(n2), co_ad(n3)
+        c2, c4, d2, d4 = (self._c[..., i, None, None] for i in range(4))
+        even = c2 * (At @ m0 + m1) + c4 * (At @ (At @ (At @ m0 + m1) + m2) + m3)
+        slope = d2[..., 0] * n2 + d4[..., 0] * n4
+        even = even - 2 * slope[..., :, None] * y[..., None, :]
+        return even - m0 / 2, even + m0 / 2
+
+
+def co_ad(n: Array) -> Array:
+    """Return the matrices N (..., 6, 6) for which ad(d)' n = N d for all d, of n (..., 6): (w x v)-like pairs.
+
+    ad(v, w)' (p, q) = (-w x p, -v x p - w x q) = (p x w, p x v + q x w).
+    """
+    out = np.zeros((*n.shape, 6))
+    P = skew(n[..., :3])
+    out[..., :3, 3:] = out[..., 3:, :3] = P
+    out[..., 3:, 3:] = skew(n[..., 3:])
+    return out

@@ -1,0 +1,170 @@
+"""What the pose of one end of an element, seen from the other, does to it: strains that are quadratic in that pose.
+
+With d the change of the logarithm of the relative pose, and amplitudes z of motions inside the element, the energy is
+e'ke/2 of the strains e = q + q'Hq/2, q = (d, z), at the z that makes it least. k is the stiffness that the element has
+at rest, whatever its theory. H follows from a uniform beam; it ends what makes straight elements converge slowly:
+bending shortens, bending across a bent plane twists, and the twist varies within the element.
+
+d = (u, s2, s3, phi, theta2, theta3): translations along and across the element, m, and rotations, rad.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.motion.se3 import Logarithm
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 6
+"""Most steps of Newton's method for the motions inside elements, which are small of second order."""
+
+SETTLED = 1e-9
+"""Largest last step of these, rad, whose effect on forces is of its square."""
+
+_NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
+
+_SECOND_ORDER = (
+    # of products of a bent and of a sheared part of s; theory eq. L11
+    ("u", "s2", "s2", 3 / 5),
+    ("u", "s3", "s3", 3 / 5),
+    ("u", "h2", "s2", 1),
+    ("u", "h3", "s3", 1),
+    ("s2", "u", "s2", -1),
+    ("s3", "u", "s3", -1),
+    ("phi", "s2", "theta2", 1),
+    ("phi", "s3", "theta3", 1),
+    ("theta2", "s2", "phi", -1),
+    ("theta3", "s3", "phi", -1),
+    # of the inner twists a, b and the inner bending c2, c3; theory eq. L12
+    ("s3", "h2", "a", 1 / 6),
+    ("s2", "h3", "a", -1 / 6),
+    ("s3", "s2", "a", 1 / 10),
+    ("s2", "s3", "a", -1 / 10),
+    ("theta2", "s2", "b", 1 / 5),
+    ("theta3", "s3", "b", 1 / 5),
+    ("phi", "s2", "c2", -1 / 5),
+    ("phi", "s3", "c3", -1 / 5),
+    ("s2", "phi", "c2", 1 / 30),
+    ("s3", "phi", "c3", 1 / 30),
+    ("theta3", "theta2", "a", 1 / 6),
+    ("theta2", "theta3", "a", -1 / 6),
+    ("s2", "theta2", "b", -1 / 60),
+    ("s3", "theta3", "b", -1 / 60),
+    ("u", "theta2", "c2", -1 / 60),
+    ("u", "theta3", "c3", -1 / 60),
+    ("theta3", "a", "c2", -1 / 30),
+    ("theta2", "a", "c3", 1 / 30),
+    ("s2", "b", "c2", -1 / 420),
+    ("s3", "b", "c3", -1 / 420),
+    ("u", "c2", "c2", 1 / 420),
+    ("u", "c3", "c3", 1 / 420),
+)
+"""Strain, the two motions of a product, and its factor at unit length."""
+
+
+@dataclass(frozen=True)
+class Strain:
+    """Quadratic strains of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), s >= q >= 6.
+
+    The first q strains are q + q'Hq/2, others q'Hq/2. What q has beyond 6 moves inside the element.
+    """
+
+    stiffness: Array
+    curvature: Array
+
+    def response(self, d: Array) -> tuple[Array, Array, Array]:
+        """Energy (e,), N m, its gradient (e, 6) and Hessian (e, 6, 6) by d (e, 6), inner motions at rest."""
+        e, _, n, _ = self.curvature.shape
+        q = np.zeros((e, n))
+        q[:, :6] = d
+        if n == 6:
+            return self._derivatives(q)
+        for _ in range(ITERATIONS):
+            energy, gradient, hessian = self._derivatives(q)
+            both = np.concatenate([gradient[:, 6:, None], hessian[:, 6:, :6]], axis=-1)
+            inner = np.linalg.solve(hessian[:, 6:, 6:], both)
+            if np.abs(inner[..., 0]).max(initial=0.0) < SETTLED:
+                break
+            q[:, 6:] -= inner[..., 0]
+        coupled = hessian[:, :6, 6:]
+        gradient = gradient[:, :6] - (coupled @ inner[..., :1])[..., 0]
+        return energy, gradient, hessian[:, :6, :6] - coupled @ inner[..., 1:]
+
+    def _derivatives(self, q: Array) -> tuple[Array, Array, Array]:
+        """Energy (e,), gradient (e, q) and Hessian (e, q, q) by all motions."""
+        e, s, n, _ = self.curvature.shape
+        slope = (self.curvature.reshape(e, s * n, n) @ q[..., None]).reshape(e, s, n)
+        strain = 0.5 * (slope @ q[..., None])[..., 0]
+        strain[:, :n] += q
+        slope[:, range(n), range(n)] += 1.0
+        stress = (self.stiffness @ strain[..., None])[..., 0]
+        turned = np.swapaxes(slope, 1, 2)
+        hessian = turned @ (self.stiffness @ slope)
+        hessian += (stress[:, None] @ self.curvature.reshape(e, s, n * n)).reshape(e, n, n)
+        return 0.5 * np.einsum("es,es->e", strain, stress), (turned @ stress[..., None])[..., 0], hessian
+
+
+def natural_stiffness(K: Array, rest: Logarithm) -> Array:
+    """Return k (e, 6, 6) by the relative pose of end 2, from K (e, 12, 12) by the displacements of both ends.
+
+    Displacements are in the axes of the ends, as the logarithm of the pose at rest takes them. With end 1 held,
+    h2 = after^-1 de, so that k is K of end 2 between these (theory L8).
+    """
+    J = np.linalg.inv(rest.after)
+    k = np.swapaxes(J, -1, -2) @ K[..., 6:, 6:] @ J
+    return (k + np.swapaxes(k, -1, -2)) / 2
+
+
+def beam_strain(k: Array, length: Array, shortening: Array | None = None, bimoment: Array | None = None) -> Strain:
+    """Strains of beam elements with natural stiffness k (e, 6, 6) and lengths (e,), m.
+
+    Products follow from Magnus' expansion of the relative pose (Blanes, Casas, Oteo, Ros 2009, Phys. Rep. 470, sec. 2)
+    of a beam whose bending moments are linear and whose twist and curvatures vary besides as Legendre polynomials:
+    a and b of degree 1 and 2 in the twist, c2 and c3 of degree 2 in the curvatures (theory L9 to L12).
+
+    `shortening` (e,), m, is a member's Ip/(A L) by which twist shortens it, and `bimoment` (e,), N m, the stiffness of
+    the square of twist that goes with it (Wagner 1929; theory L14).
+    """
+    count, n = len(k), len(_NAMES)
+    at = {name: i for i, name in enumerate(_NAMES)}
+    share = {}
+    for i, theta in ((1, 5), (2, 4)):
+        share[f"s{i + 1}"] = np.minimum(k[:, i, i] * length**2 / (12 * k[:, theta, theta]), 1.0)
+    scale = {name: length if at[name] < 3 else np.ones(count) for name in _NAMES}
+    H = np.zeros((count, n + 1, n, n))
+    for of, first, second, factor in _SECOND_ORDER:
+        size = factor * scale[of]
+        pair = []
+        for name in (first, second):
+            plain = name.replace("h", "s") if name in ("h2", "h3") else name
+            part = 1.0
+            if plain in share and of != "" and (name == plain):
+                part = share[plain] if _is_bent(first, second, name) else 1.0
+            elif name != plain:
+                part = 1 - share[plain]
+            size = size * part / scale[plain]
+            pair.append(at[plain])
+        H[:, at[of], pair[0], pair[1]] += size
+        H[:, at[of], pair[1], pair[0]] += size
+    stiffness = np.zeros((count, n + 1, n + 1))
+    stiffness[:, :6, :6] = k
+    for name, of, degree in (("a", 3, 1), ("b", 3, 2), ("c2", 4, 2), ("c3", 5, 2)):
+        stiffness[:, at[name], at[name]] = k[:, of, of] / (2 * degree + 1)
+    if shortening is not None and bimoment is not None:
+        H[:, 0, 3, 3] += shortening
+        H[:, n, 3, 3] = 1.0
+        stiffness[:, n, n] = bimoment
+    return Strain(stiffness, H)
+
+
+def _is_bent(first: str, second: str, name: str) -> bool:
+    return True
+
+
+def linear_strain(k: Array) -> Strain:
+    """Strains d of elements with natural stiffness k (e, 6, 6): springs, and whatever else is known at rest alone."""
+    return Strain(k, np.zeros((len(k), 6, 6, 6)))
