@@ -95,10 +95,10 @@ class Equations:
         x = model.rest.x[:-1]
         self.size = float(np.linalg.norm(x.max(axis=0) - x.min(axis=0))) or 1.0
         """Diagonal of the box around the mechanism, m."""
-        self._scale = np.ones(model.n_dof)
+        self.scale = np.ones(model.n_dof)
         nodes, component = np.nonzero(self._free)
         del nodes
-        self._scale[self._dof] = np.where(component < 3, 1 / self.size, 1.0)
+        self.scale[self._dof] = np.where(component < 3, 1 / self.size, 1.0)
 
     def displacements(self, step: Array) -> Array:
         """Displacements (n + 1, 6) of all frames from those that are free (n,)."""
@@ -172,7 +172,7 @@ class Equations:
             step, multipliers = self._step(tangent, missing, gap)
             if not np.isfinite(step).all():
                 break
-            size = float(np.abs(step * self._scale).max(initial=0.0))
+            size = float(np.abs(step * self.scale).max(initial=0.0))
             if size > LARGEST or (iteration > 6 and size > last):
                 break
             frames, last = frames.moved(self.displacements(step)), size

@@ -1,0 +1,129 @@
+"""What a mechanism is about a state of equilibrium: stiffness, compliance, modes, and where everything is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.errors import SolverError
+from flexura.linalg import Eigenpairs, factorise, is_definite
+from flexura.linalg.search import next_to
+from flexura.motion.equilibrium import Equations, Equilibrium
+from flexura.motion.se3 import rotation_vector, skew
+
+Array = NDArray[np.float64]
+
+SHIFTS = 60
+"""Doublings of the shift below the lowest eigenvalue of a state that is not stable."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A state of equilibrium, with everything that is linear about it.
+
+    Displacements are those of frames, m and rotation vectors, rad, global axes, from the state.
+    """
+
+    equations: Equations
+    state: Equilibrium
+
+    @cached_property
+    def K(self) -> sp.csc_matrix:
+        """Tangent stiffness (n, n) with loads and drives on, N/m, N, N m; symmetric.
+
+        Of moments about fixed axes the part counts that derives from an energy: half of it turns with what it acts on
+        (Argyris, Dunne, Scharpf 1978).
+        """
+        K = self.state.tangent.K
+        return ((K + K.T) / 2).tocsc()
+
+    @cached_property
+    def M(self) -> sp.csc_matrix:
+        """Mass (n, n), kg, kg m, kg m^2."""
+        return self.equations.model.mass(self.state.frames)
+
+    @cached_property
+    def holding(self) -> sp.csc_matrix:
+        """Columns (n, n - d): the displacements that are left where the drives are held."""
+        rows = self.state.tangent.rows.copy()
+        n, scale = rows.shape[1], self.equations.scale
+        found, pivots = rows / scale, []
+        for i in range(len(rows)):
+            pivot = int(np.argmax(np.abs(found[i])))
+            pivots.append(pivot)
+            found[i] /= found[i, pivot]
+            for j in range(len(rows)):
+                if j != i:
+                    found[j] -= found[j, pivot] * found[i]
+        left = np.setdiff1d(np.arange(n), pivots)
+        T = sp.lil_matrix((n, len(left)))
+        T[left, np.arange(len(left))] = 1.0
+        for i, pivot in enumerate(pivots):
+            own = -found[i, left] * scale[left] / scale[pivot]
+            T[pivot, np.flatnonzero(own)] = own[own != 0]
+        return T.tocsc()
+
+    def matrices(self, held: bool) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """K and M, with the drives held or free."""
+        if not held or not self.equations.drives:
+            return self.K, self.M
+        T = self.holding
+        return (T.T @ self.K @ T).tocsc(), (T.T @ self.M @ T).tocsc()
+
+    def modes(self, n: int, held: bool = False) -> Eigenpairs:
+        """The n lowest eigenpairs, none missed: values, (rad/s)^2, negative where the state is not stable, and vectors
+        (n_dof, n), orthonormal by M."""
+        K, M = self.matrices(held)
+        pairs = lowest_of_any(K, M, min(n, K.shape[0]))
+        if held and self.equations.drives:
+            return Eigenpairs(pairs.values, self.holding @ pairs.vectors)
+        return pairs
+
+    def rows(self, node: int) -> Array:
+        """Displacements (6, n) of a node from the free displacements."""
+        model = self.equations.model
+        root = int(model.root[node])
+        G = np.eye(6)
+        G[:3, 3:] = -skew(self.state.frames.R[root] @ model.arm[node])
+        dof = model.dof[root]
+        out = np.zeros((6, model.n_dof))
+        out[:, dof[dof >= 0]] = G[:, dof >= 0]
+        return out
+
+    def compliance(self, node: int, held: bool = False) -> Array:
+        """Displacements (6, 6) of a node per force and moment on it: m/N, 1/N and 1/(N m).
+
+        Raises SolverError where the state has lost its stiffness.
+        """
+        K, _ = self.matrices(held)
+        G = self.rows(node)
+        if held and self.equations.drives:
+            G = np.asarray(G @ self.holding)
+        C = G @ factorise(K).solve(np.ascontiguousarray(G.T))
+        return (C + C.T) / 2
+
+    def displacement(self, node: int) -> Array:
+        """Displacement (6,) of a node from rest: m, and its rotation vector, rad."""
+        model, frames = self.equations.model, self.state.frames
+        root = int(model.root[node])
+        moved = frames.x[root] - model.rest.x[root] + (frames.R[root] - np.eye(3)) @ model.arm[node]
+        return np.append(moved, rotation_vector(frames.R[root]))
+
+
+def lowest_of_any(K: sp.csc_matrix, M: sp.csc_matrix, n: int) -> Eigenpairs:
+    """The n lowest eigenpairs of K x = lambda M x, M positive semidefinite, K of any inertia.
+
+    Raises SolverError when there is no shift that makes K definite.
+    """
+    if is_definite(K):
+        return next_to(K, M, n, 0.0)
+    shift = 1e-6 * float(K.diagonal().max()) / max(float(M.diagonal().max()), 1e-300)
+    for _ in range(SHIFTS):
+        if is_definite((K + shift * M).tocsc()):
+            return next_to(K, M, n, -shift)
+        shift *= 2
+    raise SolverError("something without mass is not stable")
