@@ -73,7 +73,7 @@ class Moved:
         path = Path(self.equations, self.equations.solve(self.model.rest, NO_LOADS, rest.targets), rest)
         for state in path.through(points):
             if isinstance(state, Stopped):
-                raise AssertionError(f"stopped on the way to point {state.point} at {state.share}: {state.reason}")
+                raise AssertionError(f"stopped on the way to point {state.point} at {state.share}")
             yield Pose(self.equations, state)
 
     def position(self, pose: Pose, node: str) -> np.ndarray:
@@ -81,7 +81,7 @@ class Moved:
         return self.model.positions(pose.state.frames)[self.number(node)]
 
     def frequencies(self, pose: Pose, node: str, mass: Sequence[float]) -> np.ndarray:
-        """Natural frequencies, Hz, of a body alone on the mechanism without mass: kg, kg m^2 about its axes as turned."""
+        """Natural frequencies, Hz, of a body on the mechanism without mass: kg, kg m^2 about its axes, which turn."""
         R = pose.state.frames.R[self.model.root[self.number(node)]]
         inertia = la.block_diag(np.diag(mass[:3]), R @ np.diag(mass[3:]) @ R.T)
         K = np.linalg.inv(pose.compliance(self.number(node)))

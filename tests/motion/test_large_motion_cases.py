@@ -119,7 +119,8 @@ def test_lee_frame_to_its_limit():
     expected = {5000: (0.310, 3.792), 10_000: (1.915, 10.709), 15_000: (8.011, 25.842)}
     poses = moved.loaded([{"p2": [0, -P, 0, 0, 0, 0]} for P in expected])
     for (u, v), pose in zip(expected.values(), poses, strict=True):
-        assert pose.displacement(moved.number("p2"))[:2] == pytest.approx((u, -v), abs=3e-3)  # between points of the ODE's path
+        # the figures lie between points of the ODE's path
+        assert pose.displacement(moved.number("p2"))[:2] == pytest.approx((u, -v), abs=3e-3)
     driven = Moved(frame, "p2.y")
     v = np.linspace(48, 49.5, 16)
     path = [-float(pose.state.drive[0]) for pose in driven.through([[-own] for own in v])]

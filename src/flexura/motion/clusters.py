@@ -35,7 +35,9 @@ class Cluster:
     mass: Array
 
     @staticmethod
-    def of(rest: Frames, ground: int, frames: Index, placed: Array, axes: Array, arm: Array, K: Array, M: Array) -> Cluster:
+    def of(
+        rest: Frames, ground: int, frames: Index, placed: NDArray[np.bool_], axes: Array, arm: Array, K: Array, M: Array
+    ) -> Cluster:
         """A superelement with K and M (6k, 6k) over frames (k,), those with amplitudes instead of a place last.
 
         Where rigid motions meet resistance, the ground becomes the first frame.

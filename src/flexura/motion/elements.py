@@ -59,7 +59,8 @@ class Ends(NamedTuple):
     def relative(self) -> Logarithm:
         """The pose of end 2 seen from end 1."""
         back = np.swapaxes(self.axes[:, 0], -1, -2)
-        return Logarithm(back @ self.axes[:, 1], (back @ (self.position[:, 1] - self.position[:, 0])[..., None])[..., 0])
+        apart = self.position[:, 1] - self.position[:, 0]
+        return Logarithm(back @ self.axes[:, 1], (back @ apart[..., None])[..., 0])
 
     def twists(self, axes: Array | None = None) -> Array:
         """Matrices (e, 2, 6, 6) that make twists of the ends, in their own `axes`, of displacements of the frames."""
@@ -103,9 +104,9 @@ class Group(Protocol):
 class PoseElements:
     """Elements (e,) between frames `node` (e, 2).
 
-    `axes` (e, 2, 3, 3) holds the axes of the ends as columns, `arm` (e, 2, 3), m, leads to them, both as seen from their
-    frames. `rest` (e, 6) is the logarithm of the relative pose without strain. `mass` (e, 12, 12) acts on the velocities
-    of the ends in the axes of the element, halfway between those of its ends.
+    `axes` (e, 2, 3, 3) holds the axes of the ends as columns, `arm` (e, 2, 3), m, leads to them, both as seen from
+    their frames. `rest` (e, 6) is the logarithm of the relative pose without strain. `mass` (e, 12, 12) acts on the
+    velocities of the ends in the axes of the element, halfway between those of its ends.
     """
 
     node: Index

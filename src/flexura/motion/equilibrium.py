@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import SolverError
 from flexura.linalg.factor import factorise
@@ -159,7 +159,7 @@ class Equations:
             local[drive.root] -= multipliers[i] * second
         return Tangent(self.model, forces, rows), self.free(external - forces.force)
 
-    def solve(self, start: Frames, loads: Loads = NO_LOADS, targets: Sequence[float] = ()) -> Equilibrium:
+    def solve(self, start: Frames, loads: Loads = NO_LOADS, targets: ArrayLike = ()) -> Equilibrium:
         """The state of equilibrium next to `start` with the driven displacements at their targets, m and rad.
 
         Raises SolverError when Newton's method does not get there.
@@ -194,6 +194,6 @@ class Equations:
                 raise SolverError("the mechanism has lost its stiffness") from None
         else:
             rows = sp.csc_matrix(tangent.rows)
-            A = sp.block_array([[tangent.K, -rows.T], [rows, None]], format="csc") if d else tangent.K
+            A: Any = sp.bmat([[tangent.K, -rows.T], [rows, None]], format="csc") if d else tangent.K
             solution = factorise(A).solve(np.append(missing, gap))
-        return solution[:n], solution[n:]
+        return np.asarray(solution[:n]), np.asarray(solution[n:])

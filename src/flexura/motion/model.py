@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Cluster
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, turned
-from flexura.motion.se3 import Logarithm, skew
+from flexura.motion.se3 import skew
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.structure.full_order import FullOrderModel
 from flexura.structure.lumps import SpringLump
@@ -97,9 +97,9 @@ class MovingModel:
         force = (frames.R[:, None] @ own.reshape(-1, 2, 3, 1)).reshape(-1, 6)
         slope = turned(force)
         # the direction of free fall in the frame's axes: d(R'g) = R' skew(g) dw
-        slope[:, :, 3:] += (
-            frames.R[:, None] @ (self.weight @ (Rt @ skew(gravity))).reshape(-1, 2, 3, 3)
-        ).reshape(-1, 6, 3)
+        slope[:, :, 3:] += (frames.R[:, None] @ (self.weight @ (Rt @ skew(gravity))).reshape(-1, 2, 3, 3)).reshape(
+            -1, 6, 3
+        )
         return force, slope
 
     def mass(self, frames: Frames) -> sp.csc_matrix:
@@ -148,7 +148,8 @@ class Pattern:
 
     def dense(self, blocks: list[Array]) -> Array:
         """The same as `sparse` (n, n), for small ones."""
-        return np.bincount(self._flat, self._data(blocks), self.n**2).reshape(self.n, self.n).T
+        entries = np.bincount(self._flat, self._data(blocks), self.n**2)
+        return np.asarray(entries, dtype=float).reshape(self.n, self.n).T
 
 
 class _Builder:
@@ -238,7 +239,7 @@ class _Copy:
         return sign[:, None] * matrix * sign
 
     def _arms(self, nodes: Index, reach: Array) -> Array:
-        """Arms (..., 3), global axes, from the frames of nodes to points that `reach` (..., 3) leads to, part's axes."""
+        """Arms (..., 3), global axes, from the frames of nodes to points; `reach` (..., 3) leads there, part's axes."""
         return self.builder.arm[self.offset + nodes] + reach @ self.Q.T
 
     def members(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
@@ -295,7 +296,7 @@ class _Copy:
         for key, piezo in self.part.channels.piezos.items():
             x = self.local.positions[piezo.nodes]
             nodes = np.array([piezo.nodes])
-            length = np.linalg.norm(x[1] - x[0])[None]
+            length = np.array([np.linalg.norm(x[1] - x[0])])
             axes = self._axes(piezo.frame(x))
             axes = np.stack([axes, axes])[None]
             reach = np.zeros((1, 2, 3))
@@ -316,15 +317,15 @@ class _Copy:
 
     def superelements(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
         """Superelements between nodes, and those of one node that has stiffness to the ground."""
-        for key, (nodes, K, M) in self.part.superelements.items():
+        for key, (nodes, *matrices) in self.part.superelements.items():
             at = np.array(nodes)
             placed = at < self.part.n_placed
             arm = self._arms(at, np.zeros((len(at), 3)))
             frames = self._frames(at)
             sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in placed])
-            K, M = sign[:, None] * K * sign, sign[:, None] * M * sign
-            axes = self._axes(np.eye(3))
-            yield Cluster.of(self.builder.rest, self.builder.ground, frames, placed, axes, arm, K, M), (self.prefix + key,)
+            K, M = (sign[:, None] * matrix * sign for matrix in matrices)
+            builder, axes = self.builder, self._axes(np.eye(3))
+            yield Cluster.of(builder.rest, builder.ground, frames, placed, axes, arm, K, M), (self.prefix + key,)
 
     def masses(self) -> None:
         """Add what bodies, point masses and sensors weigh to the frames that carry them."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,13 +26,11 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Stopped:
-    """Why a path ends before its last point: `share` of the way to point number `point`, the last state, and what is
-    known of the reason."""
+    """Where a path ends before its last point: `share` of the way to point number `point`, and the last state."""
 
     point: int
     share: float
     last: Equilibrium
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -55,11 +53,10 @@ class Point:
         )
 
 
-def _mixed(own: dict[int, Array], there: dict[int, Array], share: float) -> dict[int, Array]:
+def _mixed(own: Mapping[int, Array], there: Mapping[int, Array], share: float) -> dict[int, Array]:
     zero = np.zeros(6)
-    return {
-        node: (1 - share) * own.get(node, zero) + share * there.get(node, zero) for node in dict.fromkeys((*own, *there))
-    }
+    nodes = dict.fromkeys((*own, *there))
+    return {node: (1 - share) * own.get(node, zero) + share * there.get(node, zero) for node in nodes}
 
 
 class Path:
@@ -93,7 +90,7 @@ class Path:
                 state = self.equations.solve(self._predicted(way), aim.loads, aim.targets)
             except SolverError:
                 if part <= SMALLEST:
-                    return Stopped(number, done, self.state, _reason(self.state))
+                    return Stopped(number, done, self.state)
                 part /= 4 if not self._before else 2
                 if part < 0.05:
                     self._before = self._before[-1:]
@@ -136,7 +133,3 @@ def _distance(start: Point, end: Point, size: float) -> float:
     own = float(np.abs(end.targets - start.targets).sum()) / size
     same = start.loads is end.loads
     return max(own, 1e-12) if same else own + 1.0
-
-
-def _reason(state: Equilibrium) -> str:
-    return "no equilibrium is found further on"

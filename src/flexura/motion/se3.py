@@ -54,9 +54,7 @@ def rotation(w: Array) -> Array:
 
 def rotation_vector(R: Array) -> Array:
     """Return the rotation vectors (..., 3), rad, of rotations (..., 3, 3) by less than half a turn."""
-    w = np.stack(
-        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
-    ) / 2
+    w = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1) / 2
     sine = np.sqrt(np.einsum("...i,...i->...", w, w))
     angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -78,7 +76,7 @@ def _even_coefficients(n: int) -> Array:
     y = -angle^2 (Hermite interpolation at y).
     """
     k = np.arange(n + 3)
-    f = np.array([_even(j) for j in k])
+    f = np.array([_even(int(j)) for j in k])
     powers = np.arange(n)
     c2 = (2 - (powers + 1)) * f[powers + 1]
     c4 = (powers + 1) * f[powers + 2]
@@ -113,7 +111,7 @@ class Logarithm:
 
     For a pose of end 2 seen from end 1, and twists h1, h2 of the ends in their own axes,
 
-        de = after h2 - before h1,   after = I + ad/2 + c2 ad^2 + c4 ad^4,   before = after - ad              (theory L4)
+        de = after h2 - before h1,   after = I + ad/2 + c2 ad^2 + c4 ad^4,   before = after - ad             (theory L4)
 
     Source: the inverse of the right and left Jacobians (Selig 2005, sec. 4.5), in closed form.
     """
@@ -124,9 +122,11 @@ class Logarithm:
         self._c = _coefficients(square)
         W = skew(w)
         # V^-1 = I - skew(w)/2 + c skew(w)^2 with c = c2 - c4 angle^2
-        v = x - 0.5 * np.cross(w, x) + ((self._c[..., 0] - self._c[..., 1] * square)[..., None]) * (
-            W @ (W @ x[..., None])
-        )[..., 0]
+        v = (
+            x
+            - 0.5 * np.cross(w, x)
+            + ((self._c[..., 0] - self._c[..., 1] * square)[..., None]) * (W @ (W @ x[..., None]))[..., 0]
+        )
         self.e = np.concatenate([v, w], axis=-1)
         """Twists (..., 6): m and rad."""
         self._A = ad(self.e)
@@ -139,7 +139,7 @@ class Logarithm:
         """(..., 6, 6), of the twist of end 1; negative in the derivative."""
 
     def second(self, n: Array) -> tuple[Array, Array]:
-        """Derivatives (..., 6, 6) by e of before' n and of after' n, for fixed n (..., 6) conjugate to e (theory L6)."""
+        """Derivatives (..., 6, 6) by e of before' n and of after' n, n (..., 6) fixed, conjugate to e (theory L6)."""
         At, y = np.swapaxes(self._A, -1, -2), self.e.copy()
         y[..., :3] = 0.0
         n1 = (At @ n[..., None])[..., 0]

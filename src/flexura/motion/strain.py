@@ -131,25 +131,23 @@ def beam_strain(k: Array, length: Array, shortening: Array | None = None, bimome
     """
     count, n = len(k), len(_NAMES)
     at = {name: i for i, name in enumerate(_NAMES)}
-    share = {}
-    for i, theta in ((1, 5), (2, 4)):
-        share[f"s{i + 1}"] = np.minimum(k[:, i, i] * length**2 / (12 * k[:, theta, theta]), 1.0)
-    scale = {name: length if at[name] < 3 else np.ones(count) for name in _NAMES}
+    bent = {
+        f"s{i + 1}": np.minimum(k[:, i, i] * length**2 / (12 * k[:, theta, theta]), 1.0)
+        for i, theta in ((1, 5), (2, 4))
+    }
     H = np.zeros((count, n + 1, n, n))
-    for of, first, second, factor in _SECOND_ORDER:
-        size = factor * scale[of]
-        pair = []
-        for name in (first, second):
-            plain = name.replace("h", "s") if name in ("h2", "h3") else name
-            part = 1.0
-            if plain in share and of != "" and (name == plain):
-                part = share[plain] if _is_bent(first, second, name) else 1.0
-            elif name != plain:
-                part = 1 - share[plain]
-            size = size * part / scale[plain]
-            pair.append(at[plain])
-        H[:, at[of], pair[0], pair[1]] += size
-        H[:, at[of], pair[1], pair[0]] += size
+    for of, *pair, factor in _SECOND_ORDER:
+        size = factor * (length if at[of] < 3 else np.ones(count))
+        motions = []
+        for name in pair:
+            motion = name.replace("h", "s") if name in ("h2", "h3") else name
+            if motion in bent:
+                size = size * (bent[motion] if name == motion else 1 - bent[motion])
+            motions.append(at[motion])
+            size = size / length if at[motion] < 3 else size
+        first, second = motions
+        H[:, at[of], first, second] += size
+        H[:, at[of], second, first] += size
     stiffness = np.zeros((count, n + 1, n + 1))
     stiffness[:, :6, :6] = k
     for name, of, degree in (("a", 3, 1), ("b", 3, 2), ("c2", 4, 2), ("c3", 5, 2)):
@@ -159,10 +157,6 @@ def beam_strain(k: Array, length: Array, shortening: Array | None = None, bimome
         H[:, n, 3, 3] = 1.0
         stiffness[:, n, n] = bimoment
     return Strain(stiffness, H)
-
-
-def _is_bent(first: str, second: str, name: str) -> bool:
-    return True
 
 
 def linear_strain(k: Array) -> Strain:
