@@ -44,8 +44,8 @@ class Moved:
     """A mechanism with driven displacements such as `p1.y`, and what is asked of its poses."""
 
     def __init__(self, mechanism: fx.Mechanism, *driven: str) -> None:
-        self.full = fx.assemble(mechanism)
-        self.model = MovingModel.of(self.full)
+        self.design = fx.assemble(mechanism).design
+        self.model = MovingModel.of(self.design)
         drives = []
         for name in driven:
             node, axis = name.rsplit(".", 1)
@@ -56,7 +56,7 @@ class Moved:
 
     def number(self, node: str) -> int:
         """Number of a node."""
-        return int(self.full.plan.topology.numbers([node])[0])
+        return int(self.design.plan.topology.numbers([node])[0])
 
     def through(self, targets: Iterable[Sequence[float]]) -> Iterator[Pose]:
         """Poses at targets of the driven displacements, one after another."""

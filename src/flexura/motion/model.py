@@ -16,7 +16,7 @@ from flexura.motion.clusters import Cluster
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, turned
 from flexura.motion.se3 import skew
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
-from flexura.structure.full_order import FullOrderModel
+from flexura.structure.design import Design
 from flexura.structure.lumps import SpringLump
 from flexura.structure.part import Part
 from flexura.structure.topology import Placed
@@ -47,7 +47,7 @@ class MovingModel:
     elements too.
     """
 
-    full: FullOrderModel
+    design: Design
     rest: Frames
     dof: Index
     elements: tuple[Group, ...]
@@ -58,9 +58,9 @@ class MovingModel:
     """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
 
     @staticmethod
-    def of(full: FullOrderModel) -> MovingModel:
+    def of(design: Design) -> MovingModel:
         """The model of a design. Raises OptionError for what cannot turn yet."""
-        return _Builder(full).model()
+        return _Builder(design).model()
 
     @property
     def n_dof(self) -> int:
@@ -119,7 +119,7 @@ class MovingModel:
     @cached_property
     def root(self) -> Index:
         """The frame (n + 1,) that each node follows."""
-        return np.append(self.full.plan.topology.root, len(self.dof) - 1)
+        return np.append(self.design.plan.topology.root, len(self.dof) - 1)
 
 
 class Pattern:
@@ -155,9 +155,9 @@ class Pattern:
 class _Builder:
     """Lays out the elements of all copies of all parts in global axes."""
 
-    def __init__(self, full: FullOrderModel) -> None:
-        self.full = full
-        topology, geometry = full.plan.topology, full.geometry
+    def __init__(self, design: Design) -> None:
+        self.design = design
+        topology, geometry = design.plan.topology, design.geometry
         n = topology.n_nodes
         self.ground = n
         x = np.concatenate([geometry.positions, np.zeros((1, 3))])
@@ -177,14 +177,14 @@ class _Builder:
             names.append(own)
             self._weigh(elements)
         return MovingModel(
-            self.full, self.rest, self.dof, tuple(groups), tuple(names), self.inertia, self.weight, self.arm
+            self.design, self.rest, self.dof, tuple(groups), tuple(names), self.inertia, self.weight, self.arm
         )
 
     def _groups(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
         beams, springs = [], []
         others: list[tuple[Group, tuple[str, ...]]] = []
-        for name in self.full.matrices:
-            placed = self.full.plan.topology.placed[name]
+        for name in self.design.matrices:
+            placed = self.design.plan.topology.placed[name]
             for copy in range(len(placed.paths)):
                 at = _Copy(self, placed, name, copy)
                 beams += at.members()
@@ -200,7 +200,7 @@ class _Builder:
     def _weigh(self, elements: Group) -> None:
         """Add what the mass of elements weighs to the frames at their ends."""
         M = elements.masses(self.rest)
-        placed = self.full.plan.topology.has_place
+        placed = self.design.plan.topology.has_place
         falling = np.append(placed, True)[elements.node]
         M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
         force = np.einsum("eikj,ek->eij", M, falling)
@@ -211,18 +211,18 @@ class _Copy:
     """One copy of a part."""
 
     def __init__(self, builder: _Builder, placed: Placed, name: str, copy: int) -> None:
-        full = builder.full
-        self.builder, self.full = builder, full
+        design = builder.design
+        self.builder, self.design = builder, design
         self.part: Part = placed.part
-        self.own = full.matrices[name]
-        self.local = full.geometry.parts[name]
-        self.Q, self.t = full.geometry.Q[placed.number[copy]], full.geometry.t[placed.number[copy]]
+        self.own = design.matrices[name]
+        self.local = design.geometry.parts[name]
+        self.Q = design.geometry.Q[placed.number[copy]]
         self.mirrored = np.linalg.det(self.Q) < 0
         self.offset = placed.offset[copy]
         self.prefix = ".".join(placed.paths[copy]) + "." if placed.paths[copy] else ""
 
     def _frames(self, nodes: Index) -> Index:
-        return self.full.plan.topology.root[self.offset + nodes]
+        return self.design.plan.topology.root[self.offset + nodes]
 
     def _axes(self, rows: Array) -> Array:
         """Axes (..., 3, 3) as columns, global and right-handed, from axes of the part as rows."""
@@ -275,7 +275,7 @@ class _Copy:
         return [(self._spring(spring), (self.prefix + key,)) for key, spring in self.part.springs.items()]
 
     def _spring(self, spring: SpringLump) -> PoseElements:
-        values, here = self.full.values, self.local.positions[spring.nodes]
+        values, here = self.design.values, self.local.positions[spring.nodes]
         k, _ = spring.relative(values, here)
         reach = spring.point(values, here) - here
         axes = self._axes(spring.axes(values).T)
@@ -292,11 +292,11 @@ class _Copy:
 
     def stacks(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
         """Piezo stacks: bars between their nodes, or beams where they are bonded."""
-        values = self.full.values
+        values = self.design.values
         for key, piezo in self.part.channels.piezos.items():
             x = self.local.positions[piezo.nodes]
             nodes = np.array([piezo.nodes])
-            length = np.array([np.linalg.norm(x[1] - x[0])])
+            length = np.array([float(np.linalg.norm(x[1] - x[0]))])
             axes = self._axes(piezo.frame(x))
             axes = np.stack([axes, axes])[None]
             reach = np.zeros((1, 2, 3))
@@ -311,7 +311,7 @@ class _Copy:
     def _stack_matrices(self, key: str) -> tuple[Array, Array]:
         """K and M (1, 12, 12) of a stack in its own right-handed axes; M of a pinned one is the same in all axes."""
         piezo, x = self.part.channels.piezos[key], self.local.positions[self.part.channels.piezos[key].nodes]
-        K, M = piezo.matrices(self.full.values, x)
+        K, M = piezo.matrices(self.design.values, x)
         T = np.kron(np.eye(4), piezo.frame(x))
         return self._signed((T @ K @ T.T)[None]), self._signed((T @ M @ T.T)[None])
 
