@@ -32,7 +32,7 @@ class Bars:
         return Ends.of(frames, self.node, np.tile(np.eye(3), (len(self.node), 2, 1, 1)), self.arm)
 
     def response(self, frames: Frames) -> Response:
-        """Energies, forces and tangents in a state of the frames (theory L15)."""
+        """Energies, forces and tangents in a state of the frames (theory eq. G13)."""
         ends = self._ends(frames)
         line = ends.position[:, 1] - ends.position[:, 0]
         now = np.linalg.norm(line, axis=1)

@@ -77,7 +77,7 @@ class Cluster:
         return np.append((self._poses(frames).e - self.rest).ravel(), amplitudes)
 
     def response(self, frames: Frames) -> Response:
-        """Energy, force and tangent in a state of the frames (theory L16)."""
+        """Energy, force and tangent in a state of the frames (theory eq. G3)."""
         ends, log = self._ends(frames), self._poses(frames)
         d = self.deformation(frames)
         n = self.stiffness @ d

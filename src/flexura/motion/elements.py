@@ -121,7 +121,7 @@ class PoseElements:
         return Ends.of(frames, self.node, self.axes, self.arm)
 
     def response(self, frames: Frames) -> Response:
-        """Energies, forces and tangents in a state of the frames (theory L7)."""
+        """Energies, forces and tangents in a state of the frames (theory eq. G7)."""
         ends = self.ends(frames)
         log = ends.relative()
         energy, n, k = self.strain.response(log.e - self.rest)
@@ -148,7 +148,7 @@ class PoseElements:
 
 
 def turned(force: Array) -> Array:
-    """Derivatives (n, 6, 6) by the rotations of frames of forces (n, 6) in them that turn along (theory L7)."""
+    """Derivatives (n, 6, 6) by the rotations of frames of forces (n, 6) in them that turn along (theory eq. G7)."""
     out = np.zeros((len(force), 6, 6))
     out[:, :3, 3:] = -skew(force[:, :3])
     out[:, 3:, 3:] = -skew(force[:, 3:])

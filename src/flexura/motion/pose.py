@@ -106,6 +106,12 @@ class Pose:
         C = G @ factorise(K).solve(np.ascontiguousarray(G.T))
         return (C + C.T) / 2
 
+    def drive_stiffness(self) -> Array:
+        """Derivatives (d,) of the forces of the drives by their own displacements, the others held."""
+        rows = self.state.tangent.rows
+        flexibility = rows @ factorise(self.K).solve(np.ascontiguousarray(rows.T))
+        return np.diag(np.linalg.inv(flexibility))
+
     def displacement(self, node: int) -> Array:
         """Displacement (6,) of a node from rest: m, and its rotation vector, rad."""
         model, frames = self.equations.model, self.state.frames

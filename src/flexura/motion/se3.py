@@ -3,7 +3,7 @@
 A pose is a rotation R (..., 3, 3) with a position x (..., 3). A twist (..., 6) is a translation, m, then a rotation,
 rad. Written as 4 x 4 matrices, twists have the bracket [a, b] = ad(a) b with
 
-    ad(v, w) = [[skew w, skew v], [0, skew w]]                                                            (theory L1)
+    ad(v, w) = [[skew w, skew v], [0, skew w]],                                                       (theory eq. G1)
 
 Equations after Selig (2005), Geometric fundamentals of robotics, secs. 4.4 and 7.5, and Sonneville, Cardona, Bruls
 (2014), Comput. Methods Appl. Mech. Engrg. 268.
@@ -111,7 +111,7 @@ class Logarithm:
 
     For a pose of end 2 seen from end 1, and twists h1, h2 of the ends in their own axes,
 
-        de = after h2 - before h1,   after = I + ad/2 + c2 ad^2 + c4 ad^4,   before = after - ad             (theory L4)
+        de = after h2 - before h1,   after = I + ad/2 + c2 ad^2 + c4 ad^4,   before = after - ad     (theory eq. G4)
 
     Source: the inverse of the right and left Jacobians (Selig 2005, sec. 4.5), in closed form.
     """
@@ -139,7 +139,7 @@ class Logarithm:
         """(..., 6, 6), of the twist of end 1; negative in the derivative."""
 
     def second(self, n: Array) -> tuple[Array, Array]:
-        """Derivatives (..., 6, 6) by e of before' n and of after' n, n (..., 6) fixed, conjugate to e (theory L6)."""
+        """Derivatives (..., 6, 6) by e of before' n and after' n, n (..., 6) fixed, conjugate to e (theory eq. G6)."""
         At, y = np.swapaxes(self._A, -1, -2), self.e.copy()
         y[..., :3] = 0.0
         n1 = (At @ n[..., None])[..., 0]

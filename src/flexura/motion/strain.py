@@ -28,7 +28,7 @@ SETTLED = 1e-9
 _NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
 
 _SECOND_ORDER = (
-    # of products of a bent and of a sheared part of s; theory eq. L11
+    # of products of a bent and of a sheared part of s; theory eq. G10
     ("u", "s2", "s2", 3 / 5),
     ("u", "s3", "s3", 3 / 5),
     ("u", "h2", "s2", 1),
@@ -39,7 +39,7 @@ _SECOND_ORDER = (
     ("phi", "s3", "theta3", 1),
     ("theta2", "s2", "phi", -1),
     ("theta3", "s3", "phi", -1),
-    # of the inner twists a, b and the inner bending c2, c3; theory eq. L12
+    # of the inner twists a, b and the inner bending c2, c3; theory eq. G12
     ("s3", "h2", "a", 1 / 6),
     ("s2", "h3", "a", -1 / 6),
     ("s3", "s2", "a", 1 / 10),
@@ -68,9 +68,9 @@ _SECOND_ORDER = (
 
 @dataclass(frozen=True)
 class Strain:
-    """Quadratic strains of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), s >= q >= 6.
+    """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, q, q) and `curvature` H (e, q, q, q), q of 6 or more.
 
-    The first q strains are q + q'Hq/2, others q'Hq/2. What q has beyond 6 moves inside the element.
+    What q has beyond 6 moves inside the element.
     """
 
     stiffness: Array
@@ -78,7 +78,7 @@ class Strain:
 
     def response(self, d: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), N m, its gradient (e, 6) and Hessian (e, 6, 6) by d (e, 6), inner motions at rest."""
-        e, _, n, _ = self.curvature.shape
+        e, n, *_ = self.curvature.shape
         q = np.zeros((e, n))
         q[:, :6] = d
         if n == 6:
@@ -96,38 +96,34 @@ class Strain:
 
     def _derivatives(self, q: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), gradient (e, q) and Hessian (e, q, q) by all motions."""
-        e, s, n, _ = self.curvature.shape
-        slope = (self.curvature.reshape(e, s * n, n) @ q[..., None]).reshape(e, s, n)
-        strain = 0.5 * (slope @ q[..., None])[..., 0]
-        strain[:, :n] += q
+        e, n, *_ = self.curvature.shape
+        slope = (self.curvature.reshape(e, n * n, n) @ q[..., None]).reshape(e, n, n)
+        strain = q + 0.5 * (slope @ q[..., None])[..., 0]
         slope[:, range(n), range(n)] += 1.0
         stress = (self.stiffness @ strain[..., None])[..., 0]
         turned = np.swapaxes(slope, 1, 2)
         hessian = turned @ (self.stiffness @ slope)
-        hessian += (stress[:, None] @ self.curvature.reshape(e, s, n * n)).reshape(e, n, n)
-        return 0.5 * np.einsum("es,es->e", strain, stress), (turned @ stress[..., None])[..., 0], hessian
+        hessian += (stress[:, None] @ self.curvature.reshape(e, n, n * n)).reshape(e, n, n)
+        return 0.5 * np.einsum("en,en->e", strain, stress), (turned @ stress[..., None])[..., 0], hessian
 
 
 def natural_stiffness(K: Array, rest: Logarithm) -> Array:
     """Return k (e, 6, 6) by the relative pose of end 2, from K (e, 12, 12) by the displacements of both ends.
 
     Displacements are in the axes of the ends, as the logarithm of the pose at rest takes them. With end 1 held,
-    h2 = after^-1 de, so that k is K of end 2 between these (theory L8).
+    h2 = after^-1 de, so that k is K of end 2 between these (theory eq. G8).
     """
     J = np.linalg.inv(rest.after)
     k = np.swapaxes(J, -1, -2) @ K[..., 6:, 6:] @ J
     return (k + np.swapaxes(k, -1, -2)) / 2
 
 
-def beam_strain(k: Array, length: Array, shortening: Array | None = None, bimoment: Array | None = None) -> Strain:
+def beam_strain(k: Array, length: Array) -> Strain:
     """Strains of beam elements with natural stiffness k (e, 6, 6) and lengths (e,), m.
 
     Products follow from Magnus' expansion of the relative pose (Blanes, Casas, Oteo, Ros 2009, Phys. Rep. 470, sec. 2)
     of a beam whose bending moments are linear and whose twist and curvatures vary besides as Legendre polynomials:
-    a and b of degree 1 and 2 in the twist, c2 and c3 of degree 2 in the curvatures (theory L9 to L12).
-
-    `shortening` (e,), m, is a member's Ip/(A L) by which twist shortens it, and `bimoment` (e,), N m, the stiffness of
-    the square of twist that goes with it (Wagner 1929; theory L14).
+    a and b of degree 1 and 2 in the twist, c2 and c3 of degree 2 in the curvatures (theory eqs. G9-G12).
     """
     count, n = len(k), len(_NAMES)
     at = {name: i for i, name in enumerate(_NAMES)}
@@ -135,7 +131,7 @@ def beam_strain(k: Array, length: Array, shortening: Array | None = None, bimome
         f"s{i + 1}": np.minimum(k[:, i, i] * length**2 / (12 * k[:, theta, theta]), 1.0)
         for i, theta in ((1, 5), (2, 4))
     }
-    H = np.zeros((count, n + 1, n, n))
+    H = np.zeros((count, n, n, n))
     for of, *pair, factor in _SECOND_ORDER:
         size = factor * (length if at[of] < 3 else np.ones(count))
         motions = []
@@ -148,14 +144,10 @@ def beam_strain(k: Array, length: Array, shortening: Array | None = None, bimome
         first, second = motions
         H[:, at[of], first, second] += size
         H[:, at[of], second, first] += size
-    stiffness = np.zeros((count, n + 1, n + 1))
+    stiffness = np.zeros((count, n, n))
     stiffness[:, :6, :6] = k
     for name, of, degree in (("a", 3, 1), ("b", 3, 2), ("c2", 4, 2), ("c3", 5, 2)):
         stiffness[:, at[name], at[name]] = k[:, of, of] / (2 * degree + 1)
-    if shortening is not None and bimoment is not None:
-        H[:, 0, 3, 3] += shortening
-        H[:, n, 3, 3] = 1.0
-        stiffness[:, n, n] = bimoment
     return Strain(stiffness, H)
 
 

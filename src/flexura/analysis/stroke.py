@@ -1,0 +1,295 @@
+"""The mechanism over its stroke: equilibria with displacements prescribed, and what it is about each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.analysis.numbers import finite_numbers
+from flexura.arguments import verb
+from flexura.deadline import checkpoint
+from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.mechanism.substructure import DOF_NAMES, Mechanism
+from flexura.modal.mode_tracking import track_modes
+from flexura.motion.equilibrium import NO_LOADS, Drive, Equations, Equilibrium, Loads
+from flexura.motion.model import MovingModel
+from flexura.motion.path import Path, Point, Stopped
+from flexura.motion.pose import Pose
+from flexura.records import Record
+from flexura.results import Tabular
+from flexura.structure import Design, FullOrderModel, Plan, assemble
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
+
+UNSTABLE = "is not stable: whatever holds it would have to hold it against its own springing away"
+
+
+@dataclass(frozen=True, repr=False)
+class StrokePose(Record):
+    """The mechanism at one pose, m and rad, N and N m, Hz; global axes.
+
+    `move` are the prescribed displacements by name, `reaction` the forces and moments that hold them there and
+    `drive_stiffness` how these grow with the displacement, all other prescribed ones held. `frequency_hz` are natural
+    frequencies with the drives free under these forces, which stay as they are, `frequency_hz_held` with the drives
+    held; a state that is not stable has a negative one, the rate at which it springs away. `tracked` (n,) says which
+    of `frequency_hz` each of the modes at the first pose has become. `displacement` (6,) is that of nodes from rest,
+    with their rotation vectors. `support_stiffness` (6,) is one over the diagonal of the compliance at the first driven
+    node with the drives held, NaN where these hold it, in N/m and N m/rad.
+    """
+
+    _shown = ("move", "reaction", "frequency_hz")
+
+    move: dict[str, float]
+    reaction: dict[str, float]
+    drive_stiffness: dict[str, float]
+    frequency_hz: tuple[float, ...]
+    frequency_hz_held: tuple[float, ...]
+    tracked: tuple[int, ...]
+    displacement: dict[str, tuple[float, ...]]
+    support_stiffness: tuple[float, ...]
+    energy: float
+
+
+@dataclass(frozen=True, repr=False)
+class Stroke(Tabular):
+    """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing."""
+
+    _shown = ("name", "poses")
+    _told = ("poses",)
+
+    model: FullOrderModel
+    poses: tuple[StrokePose, ...]
+    stopped: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.model.name
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Poses that are not there, and those that are not stable."""
+        found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
+        for pose in self.poses:
+            if pose.frequency_hz_held and pose.frequency_hz_held[0] < 0:
+                text = f"at {_words(pose.move)} the mechanism {UNSTABLE}"
+                found.append(Exceeded("buckling", "", pose.frequency_hz_held[0], 0.0, "Hz", text))
+        return tuple(found)
+
+    @property
+    def frequencies_hz(self) -> Array:
+        """Natural frequencies (poses, n), the drives free, each column tracked by shape from the first pose on."""
+        rows = [[pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked] for pose in self.poses]
+        return np.array(rows).reshape(len(rows), -1)
+
+    def _columns(self) -> dict[str, Any]:
+        columns: dict[str, Any] = {}
+        for name in self.poses[0].move if self.poses else ():
+            unit = "rad" if _component(name) >= 3 else "m"
+            columns[f"{name} [{unit}]"] = [p.move[name] for p in self.poses]
+            force = "N m" if unit == "rad" else "N"
+            columns[f"reaction {name} [{force}]"] = [p.reaction[name] for p in self.poses]
+            per = "N m/rad" if unit == "rad" else "N/m"
+            columns[f"drive stiffness {name} [{per}]"] = [p.drive_stiffness[name] for p in self.poses]
+        for k in range(max((len(p.frequency_hz) for p in self.poses), default=0)):
+            columns[f"f{k + 1} [Hz]"] = [p.frequency_hz[k] for p in self.poses]
+        for k, dof in enumerate(DOF_NAMES):
+            unit = "N/m" if k < 3 else "N m/rad"
+            columns[f"support {dof} [{unit}]"] = [p.support_stiffness[k] for p in self.poses]
+        return columns
+
+
+@verb
+def stroke(
+    model: Mechanism | Plan | FullOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    move: Mapping[str, float | tuple[float, float]],
+    steps: int = 21,
+    n: int = 6,
+    loads: Mapping[str, ArrayLike] | None = None,
+    gravity: Sequence[float] | None = None,
+    nodes: Sequence[str] | None = None,
+    progress: Progress | None = None,
+) -> Stroke:
+    """The mechanism over the stroke of some displacements, with large displacements and rotations.
+
+    `move` prescribes displacements by name, `carriage.y` or `platform.rz`, from rest: (from, to), m or rad, in `steps`
+    poses at equal distances, or a single number for one pose. Several move together. Rotations are components of the
+    rotation vector. `loads`, (6,) N and N m by node, and `gravity`, (3,) m/s^2, are dead and on all the way, beside
+    those that are described. At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are
+    those whose displacements are told, by default those that move. `progress` is called with what is done and how much.
+
+    Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
+    reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
+    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G14).
+
+    Raises ModelError, OptionError for unknown nodes and axes, displacements that are held, ranges without steps, and
+    SolverError when nothing moves at all.
+    """
+    if isinstance(model, FullOrderModel):
+        if parameters:
+            raise OptionError("parameters belong to a mechanism, not to an assembled model")
+        full = model
+    else:
+        full = assemble(model, parameters)
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
+    moving = MovingModel.of(full.design)
+    drives = [_drive(moving, name) for name in move]
+    if not drives:
+        raise OptionError("move names at least one displacement, as in {'carriage.y': (-0.01, 0.01)}")
+    targets = _targets(move, steps)
+    asked = [d.name.rsplit(".", 1)[0] for d in drives] if nodes is None else list(nodes)
+    asked = list(dict.fromkeys(asked))
+    numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
+    equations = Equations(moving, drives)
+    applied = _loads(full.design, loads, gravity)
+    start = _start(equations, applied)
+    states: dict[int, Equilibrium] = {}
+    stopped: list[str] = []
+    for way in _ways(targets):
+        points = [Point(targets[k], applied) for k in way]
+        path = Path(equations, start, Point(np.zeros(len(drives)), applied))
+        for k, state in zip(way, path.through(points), strict=False):
+            checkpoint()
+            if isinstance(state, Stopped):
+                stopped.append(_why(state, equations, way, targets))
+                break
+            states[k] = state
+            if progress is not None:
+                progress("poses", len(states) / len(targets))
+    poses = list(_poses(equations, [states[k] for k in sorted(states)], n, numbers))
+    return Stroke(full, tuple(poses), tuple(stopped))
+
+
+def _component(name: str) -> int:
+    return AXES[name.rsplit(".", 1)[1]]
+
+
+def _drive(model: MovingModel, name: str) -> Drive:
+    """The prescribed displacement of a name such as `carriage.y`. Raises OptionError where there is none."""
+    node, _, axis = name.rpartition(".")
+    if not node or axis not in AXES:
+        raise OptionError(f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(AXES)}")
+    number = int(model.design.plan.topology.numbers([node])[0])
+    root, component = int(model.root[number]), AXES[axis]
+    if model.dof[root, component] < 0:
+        raise OptionError(f"{name} cannot move: it is held by the ground")
+    return Drive(name, number, root, component)
+
+
+def _targets(move: Mapping[str, float | tuple[float, float]], steps: int) -> Array:
+    """Displacements (poses, drives). Raises OptionError for what is no range."""
+    ends = []
+    for name, given in move.items():
+        values = np.asarray(given, dtype=float)
+        if values.shape not in ((), (2,)) or not np.isfinite(values).all():
+            raise OptionError(f"{name} moves to a number, or from one to another, not {given!r}")
+        ends.append(values)
+    if all(own.ndim == 0 for own in ends):
+        return np.array([[float(own) for own in ends]])
+    if not isinstance(steps, int | np.integer) or steps < 2:
+        raise OptionError(f"a range has at least 2 steps, not {steps!r}")
+    share = np.linspace(0.0, 1.0, steps)[:, None]
+    low, high = (np.array([float(own.ravel()[k]) for own in ends]) for k in (0, -1))
+    return low + share * (high - low)
+
+
+def _ways(targets: Array) -> Iterator[list[int]]:
+    """Ways from rest through all poses: from the one that is nearest to rest to both sides."""
+    size = np.abs(targets).max(axis=0)
+    first = int(np.argmin((np.abs(targets) / np.where(size > 0, size, 1.0)).sum(axis=1)))
+    yield list(range(first, len(targets)))
+    if first:
+        yield list(range(first - 1, -1, -1))
+
+
+def _loads(design: Design, loads: Mapping[str, ArrayLike] | None, gravity: Sequence[float] | None) -> Loads:
+    """Dead loads and gravity, those that are described and those that are given."""
+    plan = design.plan
+    g = plan.loads.gravity(design.values) if gravity is None else finite_numbers("gravity", gravity, 3)
+    wrenches: dict[str, Array] = dict(plan.loads.wrenches(design.values))
+    for node, value in (loads or {}).items():
+        wrenches[node] = wrenches.get(node, np.zeros(6)) + finite_numbers(f"load on {node}", value, 6)
+    numbers = plan.topology.numbers(list(wrenches)).tolist()
+    return Loads(dict(zip(numbers, wrenches.values(), strict=True)), {}, g)
+
+
+def _start(equations: Equations, loads: Loads) -> Equilibrium:
+    """The state with nothing moved and the loads on. Raises SolverError where there is none."""
+    zero = np.zeros(len(equations.drives))
+    start = equations.solve(equations.model.rest, NO_LOADS, zero)
+    if not loads.any:
+        return start
+    path = Path(equations, start, Point(zero, NO_LOADS))
+    state = next(iter(path.through([Point(zero, loads)])))
+    if isinstance(state, Stopped):
+        raise SolverError(f"the loads are too large: no equilibrium is found beyond {100 * state.share:.3g} % of them")
+    return state
+
+
+def _why(stopped: Stopped, equations: Equations, way: list[int], targets: Array) -> str:
+    """Where a way ends, in words."""
+    reached = equations.travelled(stopped.last.frames)
+    names = [drive.name for drive in equations.drives]
+    last = _words(dict(zip(names, reached.tolist(), strict=True)))
+    aim = _words(dict(zip(names, targets[way[stopped.point]].tolist(), strict=True)))
+    pose = Pose(equations, stopped.last)
+    held = pose.modes(1, held=True).values
+    state = "there it is not stable" if len(held) and held[0] < 0 else "there it is stable"
+    return (
+        f"no equilibrium is found beyond {last}, on the way to {aim}: {state}; where the drive has to turn back, as in"
+        " a snap-through, another displacement may be moved, and members that bend sharply want more elements"
+    )
+
+
+def _words(move: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.6g} {'rad' if _component(name) >= 3 else 'm'}" for name, value in move.items())
+
+
+def _poses(
+    equations: Equations, states: Sequence[Equilibrium], n: int, nodes: Mapping[str, int]
+) -> Iterator[StrokePose]:
+    """What the mechanism is at each state."""
+    before: Array | None = None
+    number = np.arange(n)
+    for state in states:
+        checkpoint()
+        pose = Pose(equations, state)
+        free, held = pose.modes(n), pose.modes(n, held=True)
+        if before is None:
+            before, number = free.vectors, np.arange(len(free.values))
+        else:
+            tracked = track_modes(before, free.values, free.vectors, pose.M, close=0.02)
+            number = tracked.number
+            before = np.where(number >= 0, tracked.shapes[:, number], before)
+        first = equations.drives[0]
+        support = np.diag(pose.compliance(first.node, held=True))
+        with np.errstate(divide="ignore"):
+            stiffness = np.where(support > 1e-12 * support.max(), 1 / support, np.nan)
+        names = [drive.name for drive in equations.drives]
+        yield StrokePose(
+            move=dict(zip(names, equations.travelled(state.frames).tolist(), strict=True)),
+            reaction=dict(zip(names, state.drive.tolist(), strict=True)),
+            drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
+            frequency_hz=_hertz(free.values),
+            frequency_hz_held=_hertz(held.values),
+            tracked=tuple(int(k) for k in number),
+            displacement={name: tuple(pose.displacement(k).tolist()) for name, k in nodes.items()},
+            support_stiffness=tuple(stiffness.tolist()),
+            energy=state.tangent.forces.energy,
+        )
+
+
+def _hertz(values: Array) -> tuple[float, ...]:
+    """Frequencies of eigenvalues, negative for negative ones."""
+    return tuple((np.sign(values) * np.sqrt(np.abs(values)) / (2 * np.pi)).tolist())
