@@ -18,6 +18,8 @@ from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
 from flexura.analysis import Statics as Statics
 from flexura.analysis import Stresses as Stresses
+from flexura.analysis import Stroke as Stroke
+from flexura.analysis import StrokePose as StrokePose
 from flexura.analysis import TimeResponse as TimeResponse
 from flexura.analysis import check as check
 from flexura.analysis import compliance as compliance
@@ -33,6 +35,7 @@ from flexura.analysis import screw_axis as screw_axis
 from flexura.analysis import signals as signals
 from flexura.analysis import statics as statics
 from flexura.analysis import stress_rows as stress_rows
+from flexura.analysis import stroke as stroke
 from flexura.analysis import tangent_stiffness as tangent_stiffness
 from flexura.analysis import time_response as time_response
 from flexura.errors import Exceeded as Exceeded

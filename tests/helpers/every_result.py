@@ -166,6 +166,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "Statics": statics,
     "StoredMatrices": stored_matrices,
     "Stresses": lambda: statics().stresses(),
+    "Stroke": lambda: fx.stroke(guide(), move={f"{NODE}.tx": (0.0, 1e-3)}, steps=2, n=2),
     "System": system,
     "TimeResponse": time_response,
     "Verification": lambda: fx.verify(guide(), n=1, size=2.0),
