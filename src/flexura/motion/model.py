@@ -17,9 +17,9 @@ from flexura.motion.elements import Ends, Frames, Group, PoseElements, turned
 from flexura.motion.se3 import skew
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.structure.design import Design
-from flexura.structure.lumps import SpringLump
+from flexura.structure.discrete_elements import SpringElement
 from flexura.structure.part import Part
-from flexura.structure.topology import Placed
+from flexura.structure.topology import Copies
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -184,9 +184,9 @@ class _Builder:
         beams, springs = [], []
         others: list[tuple[Group, tuple[str, ...]]] = []
         for name in self.design.matrices:
-            placed = self.design.plan.topology.placed[name]
-            for copy in range(len(placed.paths)):
-                at = _Copy(self, placed, name, copy)
+            copies = self.design.plan.topology.copies[name]
+            for copy in range(len(copies.paths)):
+                at = _Copy(self, copies, name, copy)
                 beams += at.members()
                 springs += at.springs()
                 others += at.superelements()
@@ -200,8 +200,8 @@ class _Builder:
     def _weigh(self, elements: Group) -> None:
         """Add what the mass of elements weighs to the frames at their ends."""
         M = elements.masses(self.rest)
-        placed = self.design.plan.topology.has_place
-        falling = np.append(placed, True)[elements.node]
+        positioned = self.design.plan.topology.has_position
+        falling = np.append(positioned, True)[elements.node]
         M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
         force = np.einsum("eikj,ek->eij", M, falling)
         np.add.at(self.weight, elements.node.ravel(), force.reshape(-1, 6, 3))
@@ -210,16 +210,16 @@ class _Builder:
 class _Copy:
     """One copy of a part."""
 
-    def __init__(self, builder: _Builder, placed: Placed, name: str, copy: int) -> None:
+    def __init__(self, builder: _Builder, copies: Copies, name: str, copy: int) -> None:
         design = builder.design
         self.builder, self.design = builder, design
-        self.part: Part = placed.part
+        self.part: Part = copies.part
         self.own = design.matrices[name]
         self.local = design.geometry.parts[name]
-        self.Q = design.geometry.Q[placed.number[copy]]
+        self.Q = design.geometry.Q[copies.number[copy]]
         self.mirrored = np.linalg.det(self.Q) < 0
-        self.offset = placed.offset[copy]
-        self.prefix = ".".join(placed.paths[copy]) + "." if placed.paths[copy] else ""
+        self.offset = copies.offset[copy]
+        self.prefix = ".".join(copies.paths[copy]) + "." if copies.paths[copy] else ""
 
     def _frames(self, nodes: Index) -> Index:
         return self.design.plan.topology.root[self.offset + nodes]
@@ -274,7 +274,7 @@ class _Copy:
         """Springs, one by one."""
         return [(self._spring(spring), (self.prefix + key,)) for key, spring in self.part.springs.items()]
 
-    def _spring(self, spring: SpringLump) -> PoseElements:
+    def _spring(self, spring: SpringElement) -> PoseElements:
         values, here = self.design.values, self.local.positions[spring.nodes]
         k, _ = spring.relative(values, here)
         reach = spring.point(values, here) - here
@@ -319,23 +319,23 @@ class _Copy:
         """Superelements between nodes, and those of one node that has stiffness to the ground."""
         for key, (nodes, *matrices) in self.part.superelements.items():
             at = np.array(nodes)
-            placed = at < self.part.n_placed
+            positioned = at < self.part.n_positioned
             arm = self._arms(at, np.zeros((len(at), 3)))
             frames = self._frames(at)
-            sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in placed])
+            sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in positioned])
             K, M = (sign[:, None] * matrix * sign for matrix in matrices)
             builder, axes = self.builder, self._axes(np.eye(3))
-            yield Cluster.of(builder.rest, builder.ground, frames, placed, axes, arm, K, M), (self.prefix + key,)
+            yield Cluster.of(builder.rest, builder.ground, frames, positioned, axes, arm, K, M), (self.prefix + key,)
 
     def masses(self) -> None:
         """Add what bodies, point masses and sensors weigh to the frames that carry them."""
         heavy = {*self.part.bodies, *self.part.points, *(key for key, _, _ in self.part.channels.masses)}
-        for lump in self.own.lumps:
-            if lump.M is None or lump.name not in heavy:
+        for mass in self.own.discrete_elements:
+            if mass.M is None or mass.name not in heavy:
                 continue
-            node = np.array(lump.nodes)
+            node = np.array(mass.nodes)
             axes = self._axes(np.eye(3))
-            M = self._signed(lump.M)
+            M = self._signed(mass.M)
             twist = Ends.of(self.builder.rest, self._frames(node), axes[None], self._arms(node, np.zeros((1, 3))))
             T = twist.twists()[0]
             M = T.T @ M @ T

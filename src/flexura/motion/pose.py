@@ -110,7 +110,7 @@ class Pose:
         """Derivatives (d,) of the forces of the drives by their own displacements, the others held."""
         rows = self.state.tangent.rows
         flexibility = rows @ factorise(self.K).solve(np.ascontiguousarray(rows.T))
-        return np.diag(np.linalg.inv(flexibility))
+        return np.asarray(np.diag(np.linalg.inv(flexibility)), dtype=float)
 
     def displacement(self, node: int) -> Array:
         """Displacement (6,) of a node from rest: m, and its rotation vector, rad."""

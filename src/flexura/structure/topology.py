@@ -1,4 +1,4 @@
-"""How the copies parts hang together: joined nodes, rigid clusters, what is held, and the numbering of DOFs.
+"""How the copies of parts hang together: joined nodes, rigid clusters, what is held, and the numbering of DOFs.
 
 Nodes that are joined or carried by one body move as one rigid cluster; the cluster's root has the DOFs and all others
 follow on rigid arms (the RPR paper, eq. 32; theory eq. 35).
@@ -22,7 +22,7 @@ from flexura.structure.value_table import Index
 
 @dataclass
 class Copies:
-    """All copies copies of one prototype.
+    """All copies of one prototype.
 
     `paths` name them; `number` is their position among all instances; `offset` is the global number of each copy's
     node 0; nodes of a copy are numbered on from there.
@@ -37,8 +37,8 @@ class Copies:
 class Topology:
     """Instances, rigid clusters and DOF numbering of a mechanism.
 
-    Global nodes are the nodes of all copies parts. `root` (n,) is the node that each follows, itself when it is free;
-    `dof` (n, 6) numbers the DOFs of roots, -1 where held and for nodes that are not roots.
+    Global nodes are the nodes of all copies of parts. `root` (n,) is the node that each follows, itself when it is
+    free; `dof` (n, 6) numbers the DOFs of roots, -1 where held and for nodes that are not roots.
     """
 
     def __init__(self, layout: Layout, parts: dict[str, Part]) -> None:
