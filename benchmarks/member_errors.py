@@ -27,7 +27,7 @@ def stiffnesses(profile: fx.Leaf | fx.Notch, length: float, is_solid: bool) -> n
         ground={"a": "clamped"},
         fidelity="solid" if is_solid else None,
     )
-    ready = with_solid_parts(mechanism, modes=0) if is_solid else mechanism
+    ready = with_solid_parts(mechanism, keep=0) if is_solid else mechanism
     C = np.reshape(fx.compliance(ready, nodes=["b"]), (6, 6))
     inverse = np.linalg.inv(rigid_arm(np.array([length / 2, 0, 0])))
     # about the middle of a symmetric member moments and parallel ends part

@@ -71,15 +71,15 @@ def stiffness_rows(name: str, size: float) -> None:
         "last": fx.Link(nodes=("d", "b"), section=section, **SHARED),
         "member": fx.Flexure(nodes=("c", "d"), profile=profile, **SHARED),
     }
-    joined = with_solid_parts(between(members, ends, fidelity="solid"), size=size, modes=0)
+    joined = with_solid_parts(between(members, ends, fidelity="solid"), size=size, keep=0)
     bar = {"bar": fx.Link(nodes=("a", "b"), section=section, **SHARED)}
-    blocks = with_solid_parts(between(bar, {"a": 0.0, "b": 2 * BLOCK}, fidelity="solid"), size=size, modes=0)
+    blocks = with_solid_parts(between(bar, {"a": 0.0, "b": 2 * BLOCK}, fidelity="solid"), size=size, keep=0)
     wanted = compliance(joined, ends["b"]) - compliance(blocks, 2 * BLOCK)
     alone = {"a": 0.0, "b": length}
     for kind in KINDS:
         member = fx.Flexure(nodes=("a", "b"), profile=profile, faces=kind, **SHARED)
         try:
-            part = with_solid_parts(between({"member": member}, alone, fidelity="solid"), modes=0)
+            part = with_solid_parts(between({"member": member}, alone, fidelity="solid"), keep=0)
         except fx.OptionError:
             print(f"| {name} | {kind} | refused |")
             continue

@@ -79,7 +79,7 @@ def run(folder: Path) -> None:
 def leaf(folder: Path = HERE) -> fx.ImportedPart:
     """Return the leaf of a folder as a superelement over the middles of its ends."""
     stored = fx.read_calculix(folder / "leaf.inp", units=UNITS)
-    return fx.imported(stored, {"foot": "FOOT", "head": "HEAD"}, modes=2)
+    return fx.imported(stored, {"foot": "FOOT", "head": "HEAD"}, keep=2)
 
 
 if __name__ == "__main__":

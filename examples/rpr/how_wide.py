@@ -36,7 +36,7 @@ def claims(plain: fx.Mechanism) -> Held:
         found = has_room(plain, sizes)
         sizes = {name: size[found] for name, size in sizes.items()}
         if found.any():
-            paper, solid = (fx.unproven_frequencies(plan, sizes, count=6) for plan in (beams, corrected))
+            paper, solid = (fx.unproven_frequencies(plan, sizes, n=6) for plan in (beams, corrected))
             close = (abs(paper / measured - 1) < TABLE_5) & (abs(paper / solid - 1) < TABLE_4)
             found[found] = close.all(axis=1)
         return found
@@ -96,10 +96,8 @@ def main(steps: int = STEPS) -> dict[str, Array]:
         print(f"{name:<20}{1e3 * start[name]:>10.4g}{1e3 * size.min():>10.4g}", end="")
         print(f"{1e3 * low:>10.4g} to {1e3 * high:>6.4g}{1e3 * size.max():>10.4g}")
     last = {name: size[-1] for name, size in path.items()}
-    proven = fx.natural_frequencies(plain, last, count=6).resolved()
-    error = (
-        abs(fx.unproven_frequencies(plain, last, count=6) / proven.frequency_hz - 1).max() + proven.error_bound.max()
-    )
+    proven = fx.natural_frequencies(plain, last, n=6).resolved()
+    error = abs(fx.unproven_frequencies(plain, last, n=6) / proven.frequency_hz - 1).max() + proven.error_bound.max()
     print(f"frequencies of the last {WALKERS} designs are proven within {100 * error:.1g} %")
     return path
 

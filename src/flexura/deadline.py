@@ -92,3 +92,25 @@ def stage(words: str) -> None:
     say = _say.get()
     if say is not None:
         say(words)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a verb is at, in `words`; how much is `done`, of how much (`of`), and what share of the present step."""
+
+    words: str
+    done: int = 0
+    of: int | None = None
+    share: float | None = None
+
+    def __str__(self) -> str:
+        return self.words
+
+
+Listener = Callable[[Progress], None]
+"""What the argument `progress` of a verb is: it is told how far the work is."""
+
+
+def told(progress: Listener | None) -> Say:
+    """What tells a listener, if there is one, what is worked on next in words."""
+    return (lambda words: progress(Progress(words))) if progress is not None else (lambda _: None)

@@ -40,20 +40,20 @@ def loaded(mechanism) -> fx.Statics:
 
 # What makes each object of a mechanism, and numbers that are worked out with it.
 OBJECTS = {
-    "Plan": (fx.Plan, lambda plan: fx.reduce(plan, tolerance=1e-3, modes=3).K),
+    "Plan": (fx.Plan, lambda plan: fx.reduce(plan, tolerance=1e-3, n=3).K),
     "FullOrderModel": (fx.assemble, lambda model: [fx.reduce(model, keep=1).K, model.base_inertia_forces]),
     "LowOrderModel": (
         lambda m: fx.reduce(m, keep=1),
         lambda low: [fx.modes(low, n=3).frequency_hz, low.recovery.toarray(), low.compliance()],
     ),
     "LowOrderModel of modes": (
-        lambda m: fx.reduce(m, tolerance=1e-3, modes=3),
+        lambda m: fx.reduce(m, tolerance=1e-3, n=3),
         lambda low: [fx.certify(low, n=3).lower_hz, low.recovery, low.residual],
     ),
     "NestedModel": (lambda m: fx.nested(fx.reduce(m), keep=0), lambda part: part.superelement.stiffness.array),
     "Certificate": (lambda m: fx.certify(fx.reduce(m), n=2), lambda proof: proof.error_bound),
     "NaturalFrequencies": (
-        lambda m: fx.natural_frequencies(m, stack(m), count=3),
+        lambda m: fx.natural_frequencies(m, stack(m), n=3),
         lambda found: [found.frequency_hz, found.lower_hz],
     ),
     "System": (fx.system, lambda system: [system.damping_matrix(), system.modal(3).response(HZ)]),
@@ -116,7 +116,7 @@ def test_what_is_kept_for_later_is_not_pickled(example) -> None:
     model = fx.assemble(plan)
     small = len(pickle.dumps(model))
     fx.modes(plan)
-    fx.natural_frequencies(plan, stack(example), count=3)
+    fx.natural_frequencies(plan, stack(example), n=3)
     fx.system(model, order="full").modal(3)
     assert len(pickle.dumps(plan)) < 1.1 * fresh
     assert len(pickle.dumps(model)) < 1.1 * small

@@ -64,8 +64,8 @@ def test_wrong_things_and_options_are_refused(tmp_path: Path) -> None:
     with pytest.raises(fx.OptionError, match=r"npz takes a state space or a .* not a Mechanism"):
         export(mechanism, tmp_path / "x.npz")
     model = modal_model(example_modes("guide"), "carriage")
-    with pytest.raises(fx.OptionError, match="mat has no option 'ratio'; its options: damping"):
-        export(model, tmp_path / "x.mat", ratio=0.1)
+    with pytest.raises(fx.OptionError, match="mat has no option 'damping_ratio'; its options: damping"):
+        export(model, tmp_path / "x.mat", damping_ratio=0.1)
     with pytest.raises(fx.OptionError, match="fmu takes one thing, not several"):
         export([model, model], tmp_path / "x.fmu")
     with pytest.raises(fx.OptionError, match="not a list"):

@@ -104,7 +104,7 @@ def certificate(design, held):
 
 
 def batch(design, held):
-    return fx.natural_frequencies(design, {}, count=3).frequency_hz
+    return fx.natural_frequencies(design, {}, n=3).frequency_hz
 
 
 def modal(design, held):
@@ -112,7 +112,7 @@ def modal(design, held):
 
 
 def balanced(design, held):
-    return fx.state_space(fx.system(design, damping=0.01, tolerance=0.01, modes=4), balanced=4).A
+    return fx.state_space(fx.system(design, damping=0.01, tolerance=0.01, n=4), balanced=4).A
 
 
 def response(design, held):

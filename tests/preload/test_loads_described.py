@@ -232,7 +232,7 @@ def test_responses_and_low_orders_of_every_kind_feel_the_loads(monkeypatch):
     u = L / 2 * np.sqrt(2e3 / EI)
     exact = L**3 / (48 * EI) * 3 * (u - np.tanh(u)) / u**3
     ports = {"inputs": ["m.tz"], "outputs": ["m.tz"]}
-    for order, options in (("low", {}), ("low", {"keep": 2}), ("low", {"method": "rubin", "keep": 2}), ("full", {})):
+    for order, options in (("low", {}), ("low", {"keep": 2}), ("low", {"reduction": "rubin", "keep": 2}), ("full", {})):
         model = fx.assemble(beam) if order == "full" else fx.reduce(beam, **options)
         space = fx.state_space(fx.system(model, **ports), n=2)
         gain = space.D - space.C @ np.linalg.solve(space.A, space.B)

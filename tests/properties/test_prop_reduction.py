@@ -149,8 +149,8 @@ def cross(count):
 def test_a_design_axis_gives_what_one_design_at_a_time_does(designs):
     plan = Plan(cross(3))
     t, L = (np.array(column) for column in zip(*designs, strict=True))
-    together = unproven_frequencies(plan, {"t": t, "L": L}, count=6)
-    fixed_L = unproven_frequencies(plan, {"t": t}, count=6)
+    together = unproven_frequencies(plan, {"t": t, "L": L}, n=6)
+    fixed_L = unproven_frequencies(plan, {"t": t}, n=6)
     for k in range(len(designs)):
         low = reduce(plan, {"t": t[k], "L": L[k]})
         alone = np.sqrt(lowest(low.K, low.M, 6).values) / (2 * np.pi)

@@ -47,7 +47,7 @@ def legs(inner_mass: float = 0.0, thickness: str = "t") -> fx.Mechanism:
 def test_intervals_hold_for_random_mechanisms(mechanism, count):
     plan = fx.Plan(mechanism)
     assume(0 < plan.topology.n_dof < 300)
-    found = fx.natural_frequencies(plan, count=count)
+    found = fx.natural_frequencies(plan, n=count)
     assert holds(found, wide_frequencies(plan, count=len(found.frequency_hz)))
 
 
@@ -63,7 +63,7 @@ def test_intervals_hold_for_random_mechanisms(mechanism, count):
 )
 def test_intervals_hold_for_the_examples(name, count):
     plan = fx.Plan(fx.load(EXAMPLES / f"{name}.yaml"))
-    found = fx.natural_frequencies(plan, count=count)
+    found = fx.natural_frequencies(plan, n=count)
     assert holds(found, wide_frequencies(plan, count=count))
     assert found.is_proven and found.error_bound.max() < 1e-3
 
@@ -73,7 +73,7 @@ def test_intervals_hold_over_sections_and_geometry(geometry):
     plan = fx.Plan(legs(inner_mass=0.02))
     t = np.geomspace(0.3e-3, 2e-3, 7)
     sweep = {"t": t, "x": np.linspace(0.02, 0.04, 7)} if geometry else {"t": t}
-    found = fx.natural_frequencies(plan, sweep, count=9)
+    found = fx.natural_frequencies(plan, sweep, n=9)
     assert len(found.missed) == 0
     for k in range(7):
         one = {name: float(v[k]) for name, v in sweep.items()}
@@ -95,7 +95,7 @@ def test_intervals_hold_where_stiffness_is_widely_spread(contrast):
     leg = leg.model_copy(update={"links": {**leg.links, "high": high}})
     mechanism = mechanism.model_copy(update={"substructures": {"leg": leg}, "materials": {"soft": soft}})
     plan = fx.Plan(mechanism)
-    assert holds(fx.natural_frequencies(plan, count=8), wide_frequencies(plan, count=8))
+    assert holds(fx.natural_frequencies(plan, n=8), wide_frequencies(plan, count=8))
 
 
 def test_motions_inside_substructures_are_seen():
@@ -112,7 +112,7 @@ def test_motions_inside_substructures_are_seen():
 def test_certificates_of_one_design_agree():
     plan = fx.Plan(fx.load(EXAMPLES / "rpr" / "rpr.yaml"))
     for count in (6, 12):
-        found = fx.natural_frequencies(plan, count=count)
+        found = fx.natural_frequencies(plan, n=count)
         proof = fx.certify(fx.reduce(plan, keep=3), n=count)
         # the assembled stiffness of the certificate has lost some 2e-8
         assert (found.lower_hz <= proof.upper_hz[:count] * (1 + 1e-7)).all()
@@ -132,12 +132,12 @@ def test_one_design_is_a_batch_of_one():
 def test_floating_mechanisms_have_six_zeros():
     mechanism = legs(inner_mass=0.02).model_copy(update={"ground": {}})
     plan = fx.Plan(mechanism)
-    found = fx.natural_frequencies(plan, {"t": np.array([0.5e-3, 1e-3])}, count=9)
+    found = fx.natural_frequencies(plan, {"t": np.array([0.5e-3, 1e-3])}, n=9)
     assert len(found.missed) == 0
     assert (found.frequency_hz[:, :6] == 0).all() and (found.lower_hz[:, :6] == 0).all()
     true = wide_frequencies(plan, {"t": 0.5e-3}, 9, shift=1e6)
     assert (found.lower_hz[0, 6:] <= true[6:]).all() and (true[6:] <= found.upper_hz[0, 6:]).all()
-    assert fx.natural_frequencies(plan, count=1).frequency_hz == [0.0]
+    assert fx.natural_frequencies(plan, n=1).frequency_hz == [0.0]
 
 
 def test_missed_designs_are_said_and_resolved():
@@ -148,7 +148,7 @@ def test_missed_designs_are_said_and_resolved():
     told = []
     loose = fx.natural_frequencies(plan, {"t": np.array([0.5e-3, 1e-3])})
     assert repr(loose) == "<NaturalFrequencies: 6 of 2 designs, all proven within 0.001>"
-    again = found.resolved(lambda done, of: told.append((done, of)))
+    again = found.resolved(lambda at: told.append((at.done, at.of)))
     assert told == [(1, 2), (2, 2)]
     np.testing.assert_allclose(again.frequency_hz, loose.frequency_hz, rtol=1e-6)
     assert (again.lower_hz <= again.frequency_hz).all() and (again.frequency_hz <= again.upper_hz).all()
@@ -176,6 +176,6 @@ def test_impossible_designs_are_named(ask, wrong):
 def test_options_that_cannot_be():
     plan = fx.Plan(legs())
     with pytest.raises(fx.OptionError, match="at least 1"):
-        fx.natural_frequencies(plan, count=0)
+        fx.natural_frequencies(plan, n=0)
     with pytest.raises(fx.OptionError, match="between 0 and 1"):
         fx.natural_frequencies(plan, tolerance=0.0)

@@ -46,7 +46,7 @@ def net() -> fx.Mechanism:
 
 
 def test_a_flat_mesh_is_reduced_to_proven_modes(net):
-    low = fx.reduce(net, tolerance=1e-3, modes=5)
+    low = fx.reduce(net, tolerance=1e-3, n=5)
     proof = low.certificate
     assert low.order == 5 and proof.is_complete
     assert "169 of its" in low.steps[0]
@@ -71,7 +71,7 @@ def test_all_modes_up_to_a_frequency_are_found(net):
 
 def test_static_response_stays_exact(net):
     """Whatever modes are kept."""
-    low = fx.reduce(net, tolerance=1e-3, modes=3, coordinates="physical")
+    low = fx.reduce(net, tolerance=1e-3, n=3, coordinates="physical")
     node = "n5_7"
     assert low.order == 3 and all("." in name for name in low.coordinate_names)
     model = fx.assemble(net)
@@ -103,9 +103,9 @@ def test_what_floats_keeps_its_rigid_motions():
 def test_constraint_modes_are_still_there_for_who_asks(net):
     """Coordinates of substructures are constraint modes, and have the same frequencies."""
     small = loads(mesh(4, 4))
-    assert fx.reduce(small, tolerance=1e-3, modes=3).steps[0].startswith("constraint modes")
-    by_modes = fx.reduce(net, tolerance=1e-3, modes=3)
-    low = fx.reduce(net, tolerance=1e-3, modes=3, coordinates="substructures")
+    assert fx.reduce(small, tolerance=1e-3, n=3).steps[0].startswith("constraint modes")
+    by_modes = fx.reduce(net, tolerance=1e-3, n=3)
+    low = fx.reduce(net, tolerance=1e-3, n=3, coordinates="substructures")
     assert low.order > 900
     assert np.allclose(low.certificate.frequency_hz, by_modes.certificate.frequency_hz, rtol=1e-3)
 

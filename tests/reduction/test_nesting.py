@@ -68,7 +68,7 @@ def sizes_at(model, vectors, names, prefix=""):
 
 def test_constraint_modes_of_nested_branches_against_flexibilities_of_chains():
     """`unproven_frequencies` sums flexibilities and cancels no digits: an independent way to the same model."""
-    quick = fx.unproven_frequencies(rpr(), count=12)
+    quick = fx.unproven_frequencies(rpr(), n=12)
     np.testing.assert_allclose(hertz(fx.assemble(platform_on(nested_branches(0))), 12), quick, rtol=2e-9)
     np.testing.assert_allclose(hertz(fx.reduce(rpr()), 12), quick, rtol=2e-9)
 
@@ -138,7 +138,7 @@ def test_a_nested_model_does_not_depend_on_how_it_is_placed(mechanism, keep, met
     nodes = ("n0", list(mechanism.nodes)[-1])
     own = {key: getattr(mechanism, key) for key in fx.Substructure.model_fields} | {"interface": nodes}
     shared = {"materials": mechanism.materials, "theory": mechanism.theory}
-    reduced = fx.nested(fx.reduce(fx.Mechanism(**own, **shared), keep=keep, method=method))
+    reduced = fx.nested(fx.reduce(fx.Mechanism(**own, **shared), keep=keep, reduction=method))
     turn = fx.Rotation(axis=(1.0, 2.0, -1.0), angle=0.7)
     pattern = (fx.MirrorPattern(normal=(1.0, 0.3, 0.2)), fx.CircularPattern(count=2, axis=(0.0, 1.0, 1.0)))
     outer = {
@@ -148,7 +148,9 @@ def test_a_nested_model_does_not_depend_on_how_it_is_placed(mechanism, keep, met
         **shared,
     }
     nested = fx.assemble(fx.Mechanism(substructures={"leg": reduced.substructure}, **outer))
-    direct = fx.reduce(fx.Mechanism(substructures={"leg": fx.Substructure(**own)}, **outer), keep=keep, method=method)
+    direct = fx.reduce(
+        fx.Mechanism(substructures={"leg": fx.Substructure(**own)}, **outer), keep=keep, reduction=method
+    )
     n = min(10, nested.order)
     assert n == min(10, direct.order)
     np.testing.assert_allclose(hertz(nested, n), hertz(direct, n), rtol=1e-7)

@@ -39,7 +39,7 @@ def variants(low):
     """Every further step from a reduced model."""
     yield low
     if low.order > 3:
-        yield fx.interface_reduction(low, count=max(1, len(low.basis.assembler.physical) // 2))
+        yield fx.interface_reduction(low, n=max(1, len(low.basis.assembler.physical) // 2))
         yield fx.condense(low, min(4, low.order), method="modal")
         for method in ("guyan", "irs", "serep"):
             try:
@@ -51,7 +51,7 @@ def variants(low):
 @FEW
 @given(mechanisms(), st.sampled_from(["craig_bampton", "rubin"]), st.integers(0, 3))
 def test_statics_stay_exact_through_every_step(mechanism, method, keep):
-    low, model = fx.reduce(mechanism, keep=keep, method=method), fx.assemble(mechanism)
+    low, model = fx.reduce(mechanism, keep=keep, reduction=method), fx.assemble(mechanism)
     assume(low.static_nodes)
     exact, scale = full_compliance(model, low)
     for step in variants(low):
@@ -64,7 +64,7 @@ def test_statics_stay_exact_through_every_step(mechanism, method, keep):
 @given(mechanisms(), st.integers(0, 4))
 def test_free_interface_frequencies_come_from_above_and_fall(mechanism, keep):
     full = hertz(fx.assemble(mechanism), 8)
-    few, more = (fx.reduce(mechanism, keep=k, method="rubin") for k in (keep, keep + 2))
+    few, more = (fx.reduce(mechanism, keep=k, reduction="rubin") for k in (keep, keep + 2))
     n = min(8, few.order)
     assert (hertz(few, n) >= full[:n] * (1 - 1e-7)).all()
     assert (hertz(more, n) <= hertz(few, n) * (1 + 1e-7)).all()
@@ -74,14 +74,14 @@ def test_free_interface_frequencies_come_from_above_and_fall(mechanism, keep):
 @given(mechanisms())
 def test_free_interface_with_every_mode_is_the_full_model(mechanism):
     full = hertz(fx.assemble(mechanism), 10)
-    every = fx.reduce(mechanism, keep=EVERY_MODE, method="rubin")
+    every = fx.reduce(mechanism, keep=EVERY_MODE, reduction="rubin")
     np.testing.assert_allclose(hertz(every, len(full)), full, rtol=1e-6)
 
 
 @FEW
 @given(mechanisms())
 def test_without_modes_both_methods_are_the_constraint_modes(mechanism):
-    one, other = fx.reduce(mechanism), fx.reduce(mechanism, method="rubin")
+    one, other = fx.reduce(mechanism), fx.reduce(mechanism, reduction="rubin")
     np.testing.assert_array_equal(one.K, other.K)
     np.testing.assert_array_equal(one.M, other.M)
 
@@ -144,7 +144,7 @@ def test_interface_reduction_converges_from_above():
     low = fx.reduce(mechanism, keep=2)
     before = None
     for count in (8, 16, 32, 54):
-        small = fx.interface_reduction(low, count=count)
+        small = fx.interface_reduction(low, n=count)
         assert small.order == count + low.order - 54
         hz = hertz(small, 6)
         assert (hz >= hertz(low, 6) * (1 - 1e-7)).all()
@@ -167,7 +167,7 @@ def test_interface_reduction_converges_from_above():
         (lambda low: fx.condense(low, 2, method="modal", modes=[1, 1]), "different modes"),
         (lambda low: fx.condense(low, 2, method="modal", modes=[0, 1]), "numbered from 1"),
         (fx.interface_reduction, "how many"),
-        (lambda low: fx.interface_reduction(fx.condense(low, 6), count=3), "before other steps"),
+        (lambda low: fx.interface_reduction(fx.condense(low, 6), n=3), "before other steps"),
         (lambda low: low.compliance(["upr1.b.top"]), "static_at"),
         (lambda low: fx.condense(low, [f"platform.{dof}" for dof in ("tx", "ty", "tz", "rx", "ry")]), "do not tell"),
     ],
@@ -180,7 +180,7 @@ def test_impossible_steps_are_refused(step, words):
 
 def test_unknown_reduction_methods_are_refused():
     with pytest.raises(fx.OptionError, match="method is one of"):
-        fx.reduce(fx.load(EXAMPLES / "pivot" / "pivot.yaml"), method="magic")
+        fx.reduce(fx.load(EXAMPLES / "pivot" / "pivot.yaml"), reduction="magic")
 
 
 def test_the_command_line_takes_the_method_of_reduction(capsys):
@@ -194,5 +194,5 @@ def test_the_command_line_takes_the_method_of_reduction(capsys):
         app(["modes", file, "--keep", "1", "--reduction", method, "--json"], standalone_mode=False)
         orders[method] = json.loads(capsys.readouterr().out)["order"]
     mechanism = fx.load(file)
-    assert orders == {method: fx.reduce(mechanism, keep=1, method=method).order for method in orders}
+    assert orders == {method: fx.reduce(mechanism, keep=1, reduction=method).order for method in orders}
     assert orders["rubin"] > orders["craig_bampton"]

@@ -130,7 +130,7 @@ def test_a_mass_from_elsewhere_is_compared():
 
 def test_averaged_faces_give_the_closed_forms_of_a_bar():
     """Tension EA/L and pure bending EI/L, of which quadratic elements have the whole solution."""
-    part = fx.imported(stored_box(), ENDS, faces="averaged", modes=0)
+    part = fx.imported(stored_box(), ENDS, faces="averaged", keep=0)
     K = part.superelement.stiffness.array
     (L, b, h), E = SIZE, ALUMINIUM.E
     assert part.places == {"a": pytest.approx((0, b / 2, h / 2)), "b": pytest.approx((L, b / 2, h / 2))}
@@ -174,18 +174,18 @@ def test_frequencies_of_a_clamped_bar_are_those_of_its_mesh():
     free = np.flatnonzero(~np.isin(np.append(ties.free, np.full(6, -1)), held))
     values = eigsh(K.tocsc()[free][:, free], 4, M.tocsc()[free][:, free], sigma=0.0, return_eigenvectors=False)
     whole = np.sqrt(np.sort(values)) / (2 * np.pi)
-    found = frequencies(fx.imported(stored_box(), ENDS, modes=60))
+    found = frequencies(fx.imported(stored_box(), ENDS, keep=60))
     assert found == pytest.approx(whole, rel=2e-4)
     assert (found > whole * (1 - 1e-9)).all()
 
 
 def test_numbering_sets_and_units_do_not_matter():
-    first = fx.imported(stored_box(), ENDS, modes=3).superelement
+    first = fx.imported(stored_box(), ENDS, keep=3).superelement
     other = stored_box(seed=7)
     numbers = {name: other.sets[key].tolist() for name, key in ENDS.items()}
     millimetres = other.scaled(1e3, 1e-3, 1.0)
     for stored, nodes in ((other, numbers), (millimetres.scaled(1e-3, 1e3, 1.0), {"a": "X0", "b": "X1"})):
-        again = fx.imported(stored, nodes, modes=3).superelement
+        again = fx.imported(stored, nodes, keep=3).superelement
         for key in ("stiffness", "mass"):
             ours, theirs = (abs(getattr(s, key).array) for s in (first, again))
             assert abs(ours - theirs).max() < 1e-8 * ours.max()
@@ -203,12 +203,12 @@ def test_reference_nodes_with_rotations_are_faces():
     component = np.append(ties.free % 3, np.arange(6))
     labels, points = np.arange(1, reference + 1), np.vstack([mesh.points, place])
     tied = fx.StoredMatrices(K, M, node, component, labels, points, {"x1": mesh.point_sets["x1"] + 1})
-    found = fx.imported(tied, {"a": [reference], "b": "x1"}, modes=0)
-    expected = fx.imported(stored, ENDS, modes=0)
+    found = fx.imported(tied, {"a": [reference], "b": "x1"}, keep=0)
+    expected = fx.imported(stored, ENDS, keep=0)
     for key in ("stiffness", "mass"):
         ours, theirs = (getattr(s.superelement, key).array for s in (expected, found))
         assert abs(ours - theirs).max() < 1e-10 * abs(ours).max()
-    loose = fx.imported(tied, {"b": "x1"}, modes=2)
+    loose = fx.imported(tied, {"b": "x1"}, keep=2)
     assert loose.superelement.amplitudes == 2
 
 
@@ -222,7 +222,7 @@ def test_reference_nodes_with_rotations_are_faces():
         (ENDS, {"at": {"c": (0, 0, 0)}}, "at least one node"),
         (ENDS, {"at": {"a": (0, 0)}}, "three numbers"),
         (ENDS, {"faces": "soft"}, "rigid, averaged"),
-        (ENDS, {"modes": -1}, "whole number"),
+        (ENDS, {"keep": -1}, "whole number"),
     ],
 )
 def test_nodes_that_cannot_be_are_refused(nodes, options, message):
@@ -240,7 +240,7 @@ def test_points_without_a_rotation_are_refused(chosen):
 def test_the_part_stands_in_a_mechanism(tmp_path):
     """The part, placed twice end to end, bends as the beam of twice the length; the fourth mode is torsion, which rigid
     faces in the middle hold back."""
-    part = fx.imported(stored_box(counts=(10, 2, 1)), ENDS, modes=8)
+    part = fx.imported(stored_box(counts=(10, 2, 1)), ENDS, keep=8)
     sub = part.substructure
     two = fx.Mechanism(
         substructures={"bar": sub},
@@ -464,7 +464,7 @@ def test_condensed_stiffness_makes_a_massless_part():
     )
     for faces in ("rigid", "averaged"):
         found = fx.imported(static, ENDS, faces=faces).superelement
-        expected = fx.imported(stored, ENDS, faces=faces, modes=0).superelement.stiffness.array
+        expected = fx.imported(stored, ENDS, faces=faces, keep=0).superelement.stiffness.array
         assert found.amplitudes == 0 and not found.mass.array.any()
         assert abs(found.stiffness.array - expected).max() < 1e-9 * abs(expected).max()
 

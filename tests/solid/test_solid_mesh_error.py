@@ -317,13 +317,14 @@ def test_an_error_that_a_user_gives_for_a_part_counts():
 def test_a_mesh_without_a_second_one_is_refused_and_interrupted_work_stops():
     told = []
 
-    def stop(text):
+    def stop(at):
+        text = str(at)
         told.append(text)
         if "coarser mesh" in text or "finer mesh" in text:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        fx.with_solid_parts(leaf(mesh_size=2.3), announce=stop)
+        fx.with_solid_parts(leaf(mesh_size=2.3), progress=stop)
     assert told[0] == "solid of leaf, size 2.3: mesh"
     assert told[-1] == "solid of leaf, size 2.3: coarser mesh, size 4.6: mesh"
     own = reduced_piece(BLOCK(), 5.0)

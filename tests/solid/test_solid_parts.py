@@ -235,9 +235,9 @@ def of_material(material):
 def test_equal_pieces_are_worked_out_once(monkeypatch):
     made = []
     monkeypatch.setattr(reduced, "group_mesh", lambda *a, **k: made.append(a) or group_mesh(*a, **k))
-    with_solid_parts(leaf_with_block(), size=2.5, modes=1)
+    with_solid_parts(leaf_with_block(), size=2.5, keep=1)
     thick = of_material(fx.Material(E=2e11, nu=0.33, rho=7800))
-    again = with_solid_parts(thick, size=2.5, modes=3)
+    again = with_solid_parts(thick, size=2.5, keep=3)
     assert len(made) == 2, "the mesh, and the second one that tells how fine it is"
     assert again.superelements["leaf"].amplitudes == 3
     reduced._recent.clear()
@@ -246,13 +246,13 @@ def test_equal_pieces_are_worked_out_once(monkeypatch):
     folder = cache_folder()
     assert folder is not None
     assert len(made) == len(list(folder.glob("*"))) == 2
-    with_solid_parts(thick, size=2.5, modes=20)
+    with_solid_parts(thick, size=2.5, keep=20)
     assert len(made) == 4
 
 
 def test_the_cache_does_not_change_results(monkeypatch):
     few = with_solid_parts(leaf_with_block(), size=3.0).superelements["leaf"]
-    with_solid_parts(leaf_with_block(), size=3.0, modes=20)
+    with_solid_parts(leaf_with_block(), size=3.0, keep=20)
     truncated = with_solid_parts(leaf_with_block(), size=3.0).superelements["leaf"]
     assert truncated.amplitudes == 2
     largest = np.abs(few.stiffness.array).max()
@@ -274,7 +274,7 @@ def test_solid_members_are_refused_until_they_are_reduced():
 
 def test_what_is_replaced_and_what_stays():
     mechanism = leaf_with_block()
-    found = with_solid_parts(mechanism, modes=3)
+    found = with_solid_parts(mechanism, keep=3)
     assert found.flexures == {}
     assert found.superelements["leaf"].nodes == ("a", "b")
     assert found.superelements["leaf"].amplitudes == 3
@@ -362,7 +362,7 @@ def stepped(fidelity="solid", **more):
 
 
 def test_members_that_meet_are_one_superelement():
-    found = with_solid_parts(stepped(), size=2.0, modes=8)
+    found = with_solid_parts(stepped(), size=2.0, keep=8)
     assert list(found.superelements) == ["thin"]
     assert found.superelements["thin"].nodes == ("a", "c")
     assert list(found.nodes) == ["a", "c"]
@@ -451,7 +451,7 @@ def test_refusals():
     with pytest.raises(OptionError, match=r"too near 0\.5"):
         with_solid_parts(soft)
     with pytest.raises(OptionError, match="modes"):
-        with_solid_parts(leaf_with_block(), modes=-1, size=3.0)
+        with_solid_parts(leaf_with_block(), keep=-1, size=3.0)
     with pytest.raises(OptionError, match="Mechanism is expected"):
         with_solid_parts("rpr.yaml")
     losses = stepped().flexures
@@ -478,13 +478,14 @@ def test_command_line(tmp_path, capsys, monkeypatch):
 def test_interrupted_work_leaves_nothing_half_done():
     told = []
 
-    def stop(text):
+    def stop(at):
+        text = str(at)
         told.append(text)
         if text.endswith("constraint modes"):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        with_solid_parts(leaf_with_block(), size=3.0, announce=stop)
+        with_solid_parts(leaf_with_block(), size=3.0, progress=stop)
     folder = cache_folder()
     assert folder is not None
     assert not folder.exists() or not list(folder.iterdir())

@@ -281,13 +281,13 @@ def test_design_axis():
         "L": np.array([8.0, 8.0, 9.0, 8.0]) * 1e-3,
         "nu": np.array([0.3, 0.2, 0.0, 0.45]),
     }
-    together = fx.unproven_frequencies(plan, sweep, count=4)
+    together = fx.unproven_frequencies(plan, sweep, n=4)
     for k, row in enumerate(together):
         single = {name: float(values[k]) for name, values in sweep.items()}
-        assert_allclose(fx.unproven_frequencies(plan, single, count=4), row, rtol=1e-7)
-    fixed = fx.unproven_frequencies(plan, {"t": sweep["t"]}, count=4)
+        assert_allclose(fx.unproven_frequencies(plan, single, n=4), row, rtol=1e-7)
+    fixed = fx.unproven_frequencies(plan, {"t": sweep["t"]}, n=4)
     for k, size in enumerate(sweep["t"]):
-        assert_allclose(fx.unproven_frequencies(plan, {"t": float(size)}, count=4), fixed[k], rtol=1e-7)
+        assert_allclose(fx.unproven_frequencies(plan, {"t": float(size)}, n=4), fixed[k], rtol=1e-7)
 
 
 def test_long_narrow_members_are_plain_beams():

@@ -59,7 +59,7 @@ def test_points_of_bodies_are_found_by_their_solids(floating, copy):
     rim = [-0.005, 0.0099 * np.cos(2.0), 0.0099 * np.sin(2.0)]
     for body, local in (("box", edge), ("drum", rim)):
         x = corner(floating, f"{copy}.{body}", local)
-        found = pair_channels(floating, [c.channel("s", c.X, x)], tolerance=1e-6)
+        found = pair_channels(floating, [c.channel("s", c.X, x)], within=1e-6)
         assert [(m.node, m.how, m.distance) for m in found.matched] == [(f"{copy}.{body}", "body", 0.0)]
 
 
@@ -68,16 +68,16 @@ def test_points_of_bodies_are_found_by_their_solids(floating, copy):
 )
 def test_distance_from_a_body(floating, body, local, distance):
     x = corner(floating, f"half1.{body}", local)
-    far = pair_channels(floating, [c.channel("s", c.X, x)], tolerance=0.99 * distance)
+    far = pair_channels(floating, [c.channel("s", c.X, x)], within=0.99 * distance)
     assert far.unmatched[0].distance == pytest.approx(distance)
     assert far.unmatched[0].nearest == f"half1.{body}"
-    assert pair_channels(floating, [c.channel("s", c.X, x)], tolerance=1.01 * distance).matched
+    assert pair_channels(floating, [c.channel("s", c.X, x)], within=1.01 * distance).matched
 
 
 def test_the_corner_of_a_box_is_not_on_the_drum(floating):
     """The corner of the square around a drum is outside of it by (sqrt 2 - 1) radii."""
     x = corner(floating, "half1.drum", (0.0, 0.01, 0.01))
-    far = pair_channels(floating, [c.channel("s", c.X, x)], tolerance=1e-4)
+    far = pair_channels(floating, [c.channel("s", c.X, x)], within=1e-4)
     assert far.unmatched[0].distance == pytest.approx((np.sqrt(2) - 1) * 0.01)
 
 
@@ -158,4 +158,4 @@ def test_forces_find_where_they_act(bar):
 )
 def test_what_is_refused(bar, channel, tolerance, words):
     with pytest.raises(OptionError, match=words):
-        pair_channels(bar, [channel], tolerance=tolerance)
+        pair_channels(bar, [channel], within=tolerance)

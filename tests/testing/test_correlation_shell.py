@@ -96,7 +96,7 @@ def test_all_pictures_are_written(result, tmp_path):
 
 
 def test_sensors_are_drawn_where_they_are(bar):
-    placement = fx.place_sensors(bar, k=3, n=2)
+    placement = fx.place_sensors(bar, sensors=3, n=2)
     figure = draw_sensors(placement)
     texts = [t.get_text() for axes in figure.axes for t in axes.texts]
     assert {"1", "2", "3"} <= set(texts)

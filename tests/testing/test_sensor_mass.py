@@ -51,7 +51,7 @@ def test_frequencies_are_those_with_the_sensors_on(stage, tested):
     assert min(o.frac.min() for o in found.frfs) > 0.98
     assert [m.how for m in found.matched] == ["test"] * 5
     assert sum("carries the sensors of first, second" in note for note in found.notes) == 1
-    bare = fx.correlate(stage.model_copy(update={"test": None}), test=tested.identified, tolerance=0.1)
+    bare = fx.correlate(stage.model_copy(update={"test": None}), test=tested.identified, within=0.1)
     assert max(abs(p.error) for p in bare.pairs) > 0.02
 
 

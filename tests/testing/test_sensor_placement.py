@@ -65,7 +65,7 @@ def test_against_exhaustive_search_on_a_mechanism():
     names = [f"n{k}.{dof}" for k in range(1, 6) for dof in ("tx", "ty", "tz")]
     rows = np.array([full.dof_names.index(name) for name in names])
     shapes = vectors[rows] / np.linalg.norm(vectors[rows], axis=0)
-    found = place_sensors(full, k=4, n=3, candidates=names)
+    found = place_sensors(full, sensors=4, n=3, candidates=names)
     own = [names.index(name) for name in found.sensors]
     assert log_determinant(shapes[own]) == pytest.approx(best_of_all(shapes, 4), abs=1e-9)
     assert found.information == pytest.approx(
@@ -77,15 +77,15 @@ def test_against_exhaustive_search_on_a_mechanism():
 
 def test_the_first_mode_of_a_cantilever_is_seen_best_at_its_end():
     bar = c.cantilever(section=fx.Rectangle(width=3e-3, thickness=2e-3))
-    assert place_sensors(bar, k=1, n=1, candidates=["*.t*"]).sensors == ("n5.tz",)
+    assert place_sensors(bar, sensors=1, n=1, candidates=["*.t*"]).sensors == ("n5.tz",)
 
 
 def test_one_sensor_a_place_and_no_basis_of_repeated_modes():
     """Joined nodes are one place, and a repeated frequency has two modes in any basis: one sensor in each direction."""
-    names = place_sensors(c.cantilever(), k=2, n=2).sensors
+    names = place_sensors(c.cantilever(), sensors=2, n=2).sensors
     assert sorted(names) == ["n5.ty", "n5.tz"]
     rpr = fx.load(f"{c.EXAMPLES}/rpr/rpr.yaml")
-    found = place_sensors(rpr, k=8, n=6)
+    found = place_sensors(rpr, sensors=8, n=6)
     assert len({(*np.round(x, 9), *d) for x, d in zip(found.positions, found.directions, strict=True)}) == 8
     assert found.worst_mac < 0.2
     assert found.condition < 5
@@ -101,7 +101,7 @@ def test_candidates_by_name_pattern_and_default():
     assert set(candidate_names(full)) == {"tip", "mid", "slope"}
     assert candidate_names(full, ["n5.t*", "tip"]) == ("n5.tx", "n5.ty", "n5.tz", "tip")
     assert len(candidate_names(full, ["bar*.t*"])) == 5 * 3
-    found = place_sensors(full, k=3, n=2)
+    found = place_sensors(full, sensors=3, n=2)
     assert set(found.sensors) == {"tip", "mid", "slope"}
     assert found.turns.sum() == 1
     assert any("50 mm" in note for note in found.notes)
@@ -110,7 +110,7 @@ def test_candidates_by_name_pattern_and_default():
 
 
 def test_plain_data():
-    found = place_sensors(c.cantilever(), k=3, n=2)
+    found = place_sensors(c.cantilever(), sensors=3, n=2)
     data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert [s["name"] for s in data["sensors"]] == list(found.sensors)
 
@@ -137,7 +137,7 @@ def test_what_is_refused(how, words):
 def test_modes_that_no_candidate_sees_are_named():
     bar = c.cantilever(section=fx.Rectangle(width=3e-3, thickness=2e-3))
     with pytest.raises(OptionError, match="moves in mode 2:"):
-        place_sensors(bar, k=3, n=3, candidates=["n3.tz", "n4.tz", "n5.tz"])
+        place_sensors(bar, sensors=3, n=3, candidates=["n3.tz", "n4.tz", "n5.tz"])
 
 
 def test_modes_that_all_candidates_confuse_are_named():
@@ -145,4 +145,4 @@ def test_modes_that_all_candidates_confuse_are_named():
     sensors = {f"s{k}": fx.MotionSensor(type="displacement", nodes=(f"n{k}",), direction=(0, 1, 1)) for k in (3, 4, 5)}
     bar = c.cantilever(sensors=sensors, section=fx.Rectangle(width=3e-3, thickness=2.999999e-3))
     with pytest.raises(OptionError, match="tell modes 1, 2 apart"):
-        place_sensors(bar, k=2, n=2)
+        place_sensors(bar, sensors=2, n=2)

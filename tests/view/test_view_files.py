@@ -38,7 +38,7 @@ def size_of(path: Path) -> tuple[int, int]:
 
 def test_all_pictures_are_written_and_nothing_else(model, shapes, tmp_path):
     folder = tmp_path / "new" / "pictures"
-    paths = save_pictures(model, shapes, ["mode 1: 75.4 Hz"], ["bar bends"], folder)
+    paths = save_pictures(model, folder, shapes=shapes, titles=["mode 1: 75.4 Hz"], subtitles=["bar bends"])
     assert paths == [folder / name for name in ("mechanism.png", "mode_01.png", "modes.png")]
     assert sorted(folder.iterdir()) == sorted(paths)
     assert [size_of(p) for p in paths] == [(1200, 900), (1200, 900), (1800, 660)]
@@ -53,7 +53,7 @@ def probe_mode(folder: Path) -> int:
 
 def test_the_mechanism_alone_replaces_an_old_picture(model, tmp_path):
     (tmp_path / "mechanism.png").write_bytes(b"old")
-    assert save_pictures(model, None, [], [], str(tmp_path)) == [tmp_path / "mechanism.png"]
+    assert save_pictures(model, str(tmp_path)) == [tmp_path / "mechanism.png"]
     assert size_of(tmp_path / "mechanism.png") == (1200, 900)
     assert len(list(tmp_path.iterdir())) == 1
 
@@ -63,14 +63,14 @@ def test_a_folder_that_is_a_file_is_refused_before_anything_is_drawn(model, tmp_
     (tmp_path / "file").write_text("x")
     for folder in (tmp_path / "file", tmp_path / "file" / "below"):
         with pytest.raises(OptionError, match="file"):
-            save_pictures(model, None, [], [], folder)
+            save_pictures(model, folder)
     assert (tmp_path / "file").read_text() == "x"
 
 
 def test_a_folder_that_cannot_be_written_is_refused(model, tmp_path, monkeypatch):
     monkeypatch.setattr(view_files.os, "access", lambda *_: False)
     with pytest.raises(OptionError, match="permission denied"):
-        save_pictures(model, None, [], [], tmp_path)
+        save_pictures(model, tmp_path)
 
 
 def test_a_full_disk_leaves_the_old_files_and_no_rubbish(tmp_path, monkeypatch):
@@ -95,12 +95,12 @@ def test_a_picture_that_fails_leaves_nothing_behind(model, shapes, tmp_path, mon
 
     monkeypatch.setattr(view_files, "draw_mode", broken)
     with pytest.raises(OptionError, match="broken"):
-        save_pictures(model, shapes, ["m"], [""], tmp_path)
+        save_pictures(model, tmp_path, shapes=shapes, titles=["m"], subtitles=[""])
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(("titles", "subtitles"), [([], []), (["a", "b"], ["", ""]), (["a"], [])])
 def test_titles_that_do_not_match_the_shapes_are_refused(model, shapes, titles, subtitles, tmp_path):
     with pytest.raises(OptionError, match="titles"):
-        save_pictures(model, shapes, titles, subtitles, tmp_path / "none")
+        save_pictures(model, tmp_path / "none", shapes=shapes, titles=titles, subtitles=subtitles)
     assert not (tmp_path / "none").exists()

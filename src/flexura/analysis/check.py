@@ -96,12 +96,12 @@ class CheckReport(Result):
 
 
 @verb
-def check(mechanism: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> CheckReport:
+def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> CheckReport:
     """Report what was understood of a mechanism and every doubt about it.
 
     Raises ModelError when the description cannot be used at all.
     """
-    plan = plan_of(mechanism)
+    plan = plan_of(model, parameters)
     stage("assembling the full order")
     full = assemble(plan, parameters)
     assembler = low_order(plan)

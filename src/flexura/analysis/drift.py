@@ -104,9 +104,9 @@ def screw_axis(twist: ArrayLike, near: ArrayLike = (0.0, 0.0, 0.0), *, at: Array
 def drift(
     model: FullOrderModel,
     u: ArrayLike,
+    *,
     node: str,
     load: ArrayLike,
-    *,
     near: ArrayLike | None = None,
     loads: Mapping[str, ArrayLike] | None = None,
 ) -> Drift:

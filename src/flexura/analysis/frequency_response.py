@@ -18,12 +18,13 @@ from flexura.linalg import count_below, inverse_roots, least_pivot, scaled
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.exact_response import ExactResponse
-from flexura.reduction import LowOrderModel
+from flexura.reduction import LowOrderModel, reduce
+from flexura.reduction.low_order import Reduction
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.design import Design
 from flexura.structure.full_order import stiffness_and_mass
-from flexura.structure.plan import plan_of
+from flexura.structure.plan import one_design, plan_of
 from flexura.systems import Channel, ModalSystem, SecondOrder, StateSpace, System, system
 from flexura.systems.band import (
     NEAR,
@@ -35,7 +36,7 @@ from flexura.systems.band import (
 )
 from flexura.systems.channel import response_columns, unit_of_response
 from flexura.systems.remainder import stiffening
-from flexura.systems.system import as_quantity
+from flexura.systems.system import as_quantity, reduced
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -131,31 +132,35 @@ class FrequencyResponse(Tabular):
 
 @verb
 def frequency_response(
-    mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem | StateSpace,
+    model: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem | StateSpace,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
     frequency_hz: ArrayLike | None = None,
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
-    *,
     band: tuple[float, float] | None = None,
     points: int = 400,
     quantity: Quantity | None = None,
     order: Order = "low",
     method: Method = "modal",
     damping: Damping | float | Mapping[str, Any] | None = None,
-    parameters: Mapping[str, ArrayLike] | None = None,
-    **how: Any,
+    keep: int | Mapping[str, int] | None = None,
+    keep_below: float | None = None,
+    reduction: Reduction | None = None,
+    tolerance: float | None = None,
+    up_to: float | None = None,
 ) -> FrequencyResponse:
     """Frequency response between named inputs and outputs (theory eqs. T10-T14).
 
-    At the frequencies given, Hz, or over a `band` (from, to) with at least `points` of them, to which points around
-    every resonance are added. Inputs, outputs and damping as in `system`. `quantity` reads all motions as receptance,
+    At `frequency_hz` (f,), or over a `band` (from, to) Hz, with at least `points` of them, to which points around every
+    resonance are added. `inputs`, `outputs` and `damping` as in `system`. `quantity` reads all motions as receptance,
     mobility, accelerance, or, with inputs such as `ground.tx`, as transmissibility: absolute motion over that of the
     base.
 
     `order`: low (a mechanism is reduced until its frequencies up to twice the highest one asked for are proven to
-    0.01 %, or as `how` says), full, or exact (dynamic stiffness, no mesh). `method`: modal sum with static correction,
-    or direct solution at every frequency, which takes any damping, modal
-    ratios by their matrix (`System.damping_matrix`).
+    0.01 %, or by `keep`, `keep_below`, `reduction`, `tolerance`, `up_to` as in `reduce`), full, or exact (dynamic
+    stiffness, no mesh). `method`: modal sum with static correction, or direct solution at every frequency, which takes
+    any damping, modal ratios by their matrix (`System.damping_matrix`).
 
     Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
     combinations that make no sense; SolverError at an undamped resonance.
@@ -165,29 +170,33 @@ def frequency_response(
         raise OptionError(f"order is low, full or exact, not {order!r}")
     if method not in get_args(Method):
         raise OptionError(f"method is modal or direct, not {method!r}")
-    if isinstance(mechanism, StateSpace | ModalSystem):
+    ways = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
+    how = {name: value for name, value in ways.items() if value is not None}
+    if isinstance(model, Mechanism):
+        model = plan_of(model, parameters)
+    if isinstance(model, StateSpace | ModalSystem):
         given = (order != "low", method != "modal", quantity, damping is not None, parameters, how)
         if any(given):
             raise OptionError(
                 "order, method, quantity, damping, parameters and ways of reduction belong to a mechanism"
             )
-    if isinstance(mechanism, StateSpace):
-        own = mechanism.selected(_listed(inputs), _listed(outputs))
+    if isinstance(model, StateSpace):
+        own = model.selected(_listed(inputs), _listed(outputs))
         hz = _grid(wanted, band, points, *_of_poles(own, wanted[-1]))
         H = own.frequency_response(hz)
         found = _of_poles(own, wanted[-1])
         ends = (own.inputs, own.outputs, *found, own.order)
         known = (*resonance_limits(hz, *_of_poles(own, wanted[-1] * (1 + NEAR))), *band_limits(own, wanted[-1]))
         return FrequencyResponse(own.name, hz, H, *ends, own.notes, known)
-    if isinstance(mechanism, ModalSystem):
-        modes = mechanism.selected(inputs, outputs)
+    if isinstance(model, ModalSystem):
+        modes = model.selected(inputs, outputs)
     else:
-        built = _system(mechanism, inputs, outputs, wanted[-1], order, damping, parameters, how)
+        built = _system(model, inputs, outputs, wanted[-1], order, damping, parameters, how)
         built = as_quantity(built, quantity)
         if order == "exact":
             return _exact(built, wanted, band, points)
         if method == "direct":
-            return replace(_direct(built, wanted, band, points), unproven=_unproven(mechanism, built, how))
+            return replace(_direct(built, wanted, band, points), unproven=_unproven(model, built, how))
         modes = built.modal(up_to=BEYOND * wanted[-1]) if isinstance(built.model, FullOrderModel) else built.modal()
     resonances = _resonances(modes, wanted)
     hz = _grid(wanted, band, points, *resonances)
@@ -196,10 +205,10 @@ def frequency_response(
     lost, much = remainder_of_response(modes, H, hz)
     notes = (*_notes(modes, hz, resonances), *lost)
     known = _known(modes, hz) + much
-    if isinstance(mechanism, ModalSystem):
+    if isinstance(model, ModalSystem):
         known += truncation_limits(modes, wanted[-1])
     ends = (modes.inputs, modes.outputs, *resonances, modes.order)
-    return FrequencyResponse(modes.system.name, hz, H, *ends, notes, known, _unproven(mechanism, modes.system, how))
+    return FrequencyResponse(modes.system.name, hz, H, *ends, notes, known, _unproven(model, modes.system, how))
 
 
 def _listed(names: Sequence[str] | None) -> list[str] | None:
@@ -226,7 +235,7 @@ def _wanted(frequency_hz: ArrayLike | None, band: tuple[float, float] | None, po
 
 
 def _system(
-    mechanism: Any,
+    model: Any,
     inputs: Sequence[str] | None,
     outputs: Sequence[str] | None,
     top: float,
@@ -235,24 +244,23 @@ def _system(
     parameters: Mapping[str, ArrayLike] | None,
     how: dict[str, Any],
 ) -> System:
-    if isinstance(mechanism, System):
+    if isinstance(model, System):
         if damping is not None or parameters or how:
             raise OptionError(
                 "damping, parameters and ways of reduction belong to a mechanism, not to a finished system"
             )
-        return mechanism.selected(inputs, outputs)
-    if order == "low" and isinstance(mechanism, Mechanism | Plan) and not how:
-        how = proven_reduction(mechanism, parameters, MARGIN * top)
-    if order == "exact" and isinstance(mechanism, Mechanism | Plan):
-        mechanism = assemble(mechanism, parameters)
-        parameters = None
-    if order != "low" and isinstance(mechanism, LowOrderModel):
+        return model.selected(inputs, outputs)
+    if order == "low" and isinstance(model, Plan) and not how:
+        model, parameters = proven(model, parameters, MARGIN * top), None
+    if order == "exact" and isinstance(model, Plan):
+        model, parameters = assemble(model, parameters), None
+    if order != "low" and isinstance(model, LowOrderModel):
         raise OptionError(f"order {order} needs the mechanism, not a model reduced from it")
     return system(
-        mechanism,
+        model,
+        parameters,
         inputs=inputs,
         outputs=outputs,
-        parameters=parameters,
         order="low" if order == "low" else "full",
         damping=damping,
         static_correction=order != "exact",
@@ -260,23 +268,21 @@ def _system(
     )
 
 
-def proven_reduction(
-    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None, top: float
-) -> dict[str, Any]:
-    """How to reduce so that frequencies up to the highest one are proven, to the mechanism's own tolerance where it has
-    one; constraint modes where there are none."""
-    plan = plan_of(mechanism)
+def proven(plan: Plan, parameters: Mapping[str, ArrayLike] | None, top: float) -> LowOrderModel:
+    """The low-order model whose frequencies up to the highest one are proven, to the mechanism's own tolerance where it
+    has one; without frequencies up to there, reduced as `system` reduces a mechanism of which nothing is said."""
     described = plan.mechanism.reduction
     tolerance = TOLERANCE if described is None or described.tolerance is None else described.tolerance
     K, M = stiffness_and_mass(Design.of(plan, parameters))
+    single = one_design(parameters)
     if count_below(K, M, (2 * np.pi * top) ** 2):
-        return {"tolerance": tolerance, "up_to": top, "coordinates": "substructures"}
-    return {}
+        return reduce(plan, single, tolerance=tolerance, up_to=top, coordinates="substructures")
+    return reduced(plan, single, {})
 
 
-def _unproven(mechanism: Any, built: SecondOrder, how: dict[str, Any]) -> SecondOrder | None:
+def _unproven(model: Any, built: SecondOrder, how: dict[str, Any]) -> SecondOrder | None:
     """The system, unless it is of a mechanism that was reduced as need be."""
-    return None if isinstance(mechanism, Mechanism | Plan) and not how else built
+    return None if isinstance(model, Plan) and not how else built
 
 
 def _known(modes: ModalSystem, hz: Array) -> tuple[Exceeded, ...]:

@@ -137,11 +137,11 @@ class Kinetostatics(Result):
 
 @verb
 def kinetostatics(
-    mechanism: Mechanism | Plan | FullOrderModel,
+    model: Mechanism | Plan | FullOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
     platform: str | None = None,
     actuators: Sequence[str] | None = None,
-    *,
-    parameters: Mapping[str, ArrayLike] | None = None,
 ) -> Kinetostatics:
     """Coupling, amplification, stiffness, workspace and freedoms of a platform (theory eqs. T20-T24).
 
@@ -153,7 +153,7 @@ def kinetostatics(
     Raises ModelError; OptionError for unknown names and where the platform is not clear; SolverError when something can
     move freely.
     """
-    model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
+    model = assemble(model, parameters)
     node = _platform(model, platform)
     place = Placement(model.design)
     inputs = place.inputs(actuators)

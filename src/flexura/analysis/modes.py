@@ -23,7 +23,7 @@ from flexura.reduction import Certificate, LowOrderModel, reduce
 from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs, model_pairs
 from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.equal_branches import split
-from flexura.reduction.low_order import TOLERANCE, Method, reduction_of
+from flexura.reduction.low_order import TOLERANCE, Reduction, reduction_of
 from flexura.reduction.model import STATE
 from flexura.structure import Plan, assemble
 from flexura.structure.full_order import full_order_model
@@ -41,14 +41,14 @@ EXTRA = 60
 
 @verb
 def modes(
-    mechanism: Mechanism | Plan | LowOrderModel,
+    model: Mechanism | Plan | LowOrderModel,
     parameters: Mapping[str, float] | None = None,
     *,
     n: int = 6,
     order: Literal["low", "full"] = "low",
     keep: int | Mapping[str, int] | None = None,
     keep_below: float | None = None,
-    reduction: Method | None = None,
+    reduction: Reduction | None = None,
     tolerance: float | None = None,
     up_to: float | None = None,
 ) -> Modes:
@@ -65,31 +65,31 @@ def modes(
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
-    given = {"keep": keep, "keep_below": keep_below, "method": reduction, "tolerance": tolerance, "up_to": up_to}
+    given = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
     given = {name: value for name, value in given.items() if value is not None}
-    if isinstance(mechanism, LowOrderModel):
+    if isinstance(model, LowOrderModel):
         if parameters or order == "full" or given:
             raise OptionError("a reduced model has its design and its reduction already; only n can be asked of it")
-        full = chained(full_order_model(mechanism.design))
-        return _low_modes(full, mechanism, min(n, mechanism.order), one_design(mechanism.parameters), TOLERANCE)
-    plan, single = plan_of(mechanism), one_design(parameters)
+        full = chained(full_order_model(model.design))
+        return _low_modes(full, model, min(n, model.order), one_design(model.parameters), TOLERANCE)
+    plan, single = plan_of(model, parameters), one_design(parameters)
     stage("assembling the full order")
-    model = assemble(plan, single)
-    if model.order == 0:
+    full = assemble(plan, single)
+    if full.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
     if order == "full" and given:
         raise OptionError(f"{next(iter(given))} belongs to order low")
-    if order == "full" and (parts := split(model)) is not None:
+    if order == "full" and (parts := split(full)) is not None:
         return split_modes(parts, n, single)
     if order == "full":
-        return _full_modes(chained(model), min(n, model.order), single)
+        return _full_modes(chained(full), min(n, full.order), single)
     how = reduction_of(plan, given, n)
-    low = reduce(model, **how)
+    low = reduce(full, **how)
     if how.get("up_to") is not None:
         n = low.order
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held; keep normal modes, or ask for order full")
-    return _low_modes(chained(model), low, min(n, low.order), single, how.get("tolerance", TOLERANCE))
+    return _low_modes(chained(full), low, min(n, low.order), single, how.get("tolerance", TOLERANCE))
 
 
 def _full_modes(full: ChainedModel, n: int, parameters: dict[str, float]) -> Modes:

@@ -124,7 +124,7 @@ class Preload(Tabular):
 
 @verb
 def preload(
-    mechanism: Mechanism | Plan | FullOrderModel,
+    model: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, float] | None = None,
     *,
     gravity: Sequence[float] | None = None,
@@ -142,7 +142,7 @@ def preload(
     between nodes; SolverError when something can move freely under the load.
     """
     given = {node: finite_numbers(f"load on {node}", value, 6) for node, value in (loads or {}).items()}
-    model = unloaded(mechanism, parameters)
+    model = unloaded(model, parameters)
     own = model.plan.loads
     g = own.gravity(model.values) if gravity is None else finite_numbers("gravity", gravity, 3)
     wrenches = own.wrenches(model.values)

@@ -132,12 +132,12 @@ class Statics(Tabular):
 
 @verb
 def statics(
-    mechanism: Mechanism | Plan | FullOrderModel,
+    model: Mechanism | Plan | FullOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
     *,
     loads: Mapping[str, ArrayLike] | None = None,
     gravity: Sequence[float] | None = None,
     actuators: Mapping[str, float] | None = None,
-    parameters: Mapping[str, ArrayLike] | None = None,
 ) -> Statics:
     """Static response to loads, (6,) N and N m by node, gravity, (3,) m/s^2, and actuator commands by name,
     wildcards allowed, beside the loads and gravity that are described.
@@ -147,9 +147,7 @@ def statics(
     (theory eq. T1). Raises ModelError; OptionError for unknown nodes and actuators and for impossible numbers;
     SolverError when something can move freely.
     """
-    model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
-    if isinstance(mechanism, FullOrderModel) and parameters:
-        raise OptionError("parameters belong to a mechanism, not to an assembled model")
+    model = assemble(model, parameters)
     g = _gravity(model, gravity)
     dead = dead_load(model, g, model.plan.loads.wrenches(model.values))
     return _about(model, g, dead, loads or {}, actuators or {})
@@ -222,16 +220,17 @@ def _state(own: PlacedInput, command: float, u: Array) -> ActuatorState:
 
 @verb
 def compliance(
-    mechanism: Mechanism | Plan | FullOrderModel,
-    nodes: Sequence[str],
+    model: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    nodes: Sequence[str],
 ) -> Array:
-    """Displacements (6k, 6k) of nodes per unit force and moment at them: m/N, rad/N, rad/(N m), global frame.
+    """Displacements (6k, 6k) of `nodes` (k) per unit force and moment at them: m/N, rad/N, rad/(N m), global frame.
 
-    The stiffness at a single node is its inverse. Raises OptionError for unknown nodes, SolverError when something can
-    move freely.
+    The stiffness at a single node is its inverse. Raises ModelError, OptionError for unknown nodes, SolverError when
+    something can move freely.
     """
-    model = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
+    model = assemble(model, parameters)
     rows = model.design.node_rows(model.plan.topology.numbers(nodes)).toarray()
     C = rows @ flexibility(model).held(np.ascontiguousarray(rows.T))
     return (C + C.T) / 2

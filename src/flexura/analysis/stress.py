@@ -302,7 +302,7 @@ def _worse(one: _Worst | None, other: _Worst) -> _Worst:
 
 
 @verb
-def internal_force_rows(model: FullOrderModel, member: str, position: float = 0.5) -> sp.csr_matrix:
+def internal_force_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
     """The map (6, n) from the model's DOFs to N, Vy, Vz, N, and T, My, Mz, N m, of a section (theory eq. S1).
 
     member: as placed, e.g. `branch1.hinge`; position: fraction of its length. Raises OptionError for unknown
@@ -328,7 +328,7 @@ def internal_force_rows(model: FullOrderModel, member: str, position: float = 0.
 
 
 @verb
-def stress_rows(model: FullOrderModel, member: str, position: float = 0.5) -> sp.csr_matrix:
+def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
     """The map (4, n) from the model's DOFs to the nominal normal stress, Pa, of four fibres (theory eq. S2).
 
     Rectangles: the corners (+b/2, +t/2), (+b/2, -t/2), (-b/2, -t/2), (-b/2, +t/2); round sections: the ends of their
@@ -352,7 +352,7 @@ def stress_rows(model: FullOrderModel, member: str, position: float = 0.5) -> sp
         y, z = width / 2 * np.array([1, 0, -1, 0]), width / 2 * np.array([0, 1, 0, -1])
     S = np.zeros((4, 6))
     S[:, 0], S[:, 4], S[:, 5] = 1 / A, z / Iy, -y / Iz
-    return sp.csr_matrix(S @ internal_force_rows(model, member, position))
+    return sp.csr_matrix(S @ internal_force_rows(model, member, position=position))
 
 
 def _find(model: FullOrderModel, member: str, position: float) -> tuple[str, int, int]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.blocks import block_response, suits_blocks
-from flexura.analysis.frequency_response import proven_reduction
+from flexura.analysis.frequency_response import proven
 from flexura.analysis.integration import generalised_alpha
 from flexura.analysis.left_out import LeftOut, left_out, references
 from flexura.analysis.peaks import Run, integrated_warnings
@@ -22,6 +22,7 @@ from flexura.errors import Exceeded, OptionError
 from flexura.mechanism.damping import Damping
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel
+from flexura.reduction.low_order import Reduction
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.plan import plan_of
@@ -29,6 +30,7 @@ from flexura.systems import Channel, ModalSystem, System, system
 from flexura.systems.channel import matched
 from flexura.systems.placed import actuator_names
 from flexura.systems.residual_modes import with_residual_modes
+from flexura.systems.system import Order
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]
@@ -132,10 +134,11 @@ class TimeResponse(Tabular):
 
 @verb
 def time_response(
-    mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem,
-    inputs: Mapping[str, Samples],
-    outputs: Sequence[str] | None = None,
+    model: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem,
+    parameters: Mapping[str, ArrayLike] | None = None,
     *,
+    inputs: Mapping[str, Samples] | None = None,
+    outputs: Sequence[str] | None = None,
     dt: float,
     duration: float | None = None,
     hold: Hold = "foh",
@@ -145,17 +148,22 @@ def time_response(
     rho_infinity: float = 0.9,
     keep_modes: bool = False,
     damping: Damping | float | Mapping[str, Any] | None = None,
-    parameters: Mapping[str, ArrayLike] | None = None,
-    **how: Any,
+    order: Order = "low",
+    keep: int | Mapping[str, int] | None = None,
+    keep_below: float | None = None,
+    reduction: Reduction | None = None,
+    tolerance: float | None = None,
+    up_to: float | None = None,
 ) -> TimeResponse:
-    """Response from time zero in steps of `dt`, s, to signals at named inputs.
+    """Response from time zero in steps of `dt`, s, to signals at named `inputs`, read at `outputs`, as in `system`.
 
     A signal is a list of samples (N,) at 0, dt, 2 dt, ... or a function of time (of `flexura.signals`, or your own)
     over a `duration`. Between samples inputs go on in straight lines (`foh`) or are held (`zoh`), for which the result
     is exact whatever the step (theory eqs. T15-T17). `impulses` act at time zero, N s or N m s by input; `start` is a
     static state under constant inputs, let go at time zero.
 
-    A mechanism is reduced until its frequencies below 1/(10 dt) are proven, or as `how` says; structural damping
+    A mechanism is reduced until its frequencies below 1/(10 dt) are proven, or by `keep`, `keep_below`,
+    `reduction`, `tolerance`, `up_to` as in `reduce`, or taken at `order="full"`; structural damping
     becomes viscous damping that dissipates the same at each resonance. `generalised_alpha` (Chung and Hulbert 1993,
     with `rho_infinity`) integrates M, C, K as they are, for any damping, with an error of order dt^2.
 
@@ -168,27 +176,30 @@ def time_response(
         raise OptionError(f"hold is zoh or foh, not {hold!r}")
     if method not in get_args(Method):
         raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
-    known = _known_inputs(mechanism)
+    ways = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
+    how = {name: value for name, value in ways.items() if value is not None}
+    if isinstance(model, Mechanism):
+        model = plan_of(model, parameters)
+    known = _known_inputs(model)
     inputs, impulses, start = (_spread(given or {}, known) for given in (inputs, impulses, start))
     names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
     if not names:
         raise OptionError("nothing acts on the mechanism: give inputs, impulses or a state to start from")
     time, u = _signals(inputs, names, dt, duration)
-    built = _built(mechanism, names, outputs, dt, damping, parameters, how)
+    built = _built(model, parameters, names, outputs, dt, order, damping, how)
     if method == "generalised_alpha":
         if isinstance(built, ModalSystem):
             raise OptionError("generalised_alpha integrates a mechanism, a model or a System, not its modal form")
         return _integrated(built, time, u, dt, rho_infinity, _by_name(names, impulses), _by_name(names, start))
-    modes = built if isinstance(built, ModalSystem) else _modes(built, dt, mechanism)
+    modes = built if isinstance(built, ModalSystem) else _modes(built, dt, model)
     return _exact(modes, time, u, dt, hold, _by_name(names, impulses), _by_name(names, start), keep_modes)
 
 
-def _known_inputs(mechanism: Any) -> list[str]:
+def _known_inputs(model: Any) -> list[str]:
     """Names that wildcards may stand for."""
-    if isinstance(mechanism, System | ModalSystem):
-        return [c.name for c in mechanism.inputs]
-    plan = mechanism.plan if isinstance(mechanism, FullOrderModel | LowOrderModel) else plan_of(mechanism)
-    return actuator_names(plan)
+    if isinstance(model, System | ModalSystem):
+        return [c.name for c in model.inputs]
+    return actuator_names(model.plan if isinstance(model, FullOrderModel | LowOrderModel) else plan_of(model))
 
 
 def _spread(given: Mapping[str, Any], known: list[str]) -> dict[str, Any]:
@@ -260,28 +271,29 @@ def _called(name: str, signal: Callable[[Array], ArrayLike], time: Array) -> Arr
 
 
 def _built(
-    mechanism: Any,
+    model: Any,
+    parameters: Mapping[str, ArrayLike] | None,
     inputs: list[str],
     outputs: Sequence[str] | None,
     dt: float,
+    order: Order,
     damping: Any,
-    parameters: Mapping[str, ArrayLike] | None,
     how: dict[str, Any],
 ) -> System | ModalSystem:
-    if isinstance(mechanism, System | ModalSystem):
-        if damping is not None or parameters or how:
+    if isinstance(model, System | ModalSystem):
+        if damping is not None or parameters or how or order != "low":
             raise OptionError(
-                "damping, parameters and ways of reduction belong to a mechanism, not to a finished system"
+                "order, damping, parameters and ways of reduction belong to a mechanism, not to a finished system"
             )
-        return mechanism.selected(inputs, outputs)
-    if isinstance(mechanism, Mechanism | Plan) and not how:
-        how = proven_reduction(mechanism, parameters, 1 / (PER_PERIOD * dt))
-    return system(mechanism, inputs=inputs, outputs=outputs, parameters=parameters, damping=damping, **how)
+        return model.selected(inputs, outputs)
+    if isinstance(model, Plan) and order == "low" and not how:
+        model, parameters = proven(model, parameters, 1 / (PER_PERIOD * dt)), None
+    return system(model, parameters, inputs=inputs, outputs=outputs, order=order, damping=damping, **how)
 
 
-def _modes(built: System, dt: float, mechanism: Any) -> ModalSystem:
+def _modes(built: System, dt: float, model: Any) -> ModalSystem:
     """All modes of a low-order system that the caller chose, else those that the step resolves."""
-    if isinstance(built.model, FullOrderModel) or isinstance(mechanism, Mechanism | Plan):
+    if isinstance(built.model, FullOrderModel) or isinstance(model, Plan):
         return built.modal(up_to=1 / (PER_PERIOD * dt))
     return built.modal()
 

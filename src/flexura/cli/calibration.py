@@ -232,7 +232,7 @@ def _sampled(result: Calibration, draws: int) -> Sample:
     """Draws, with their progress on a terminal; an interrupt keeps those that there are."""
     with Progress(console=Console(stderr=True), transient=True) as shown:
         task = shown.add_task("drawing", total=None)
-        return result.sample(draws, progress=lambda k, of: shown.update(task, completed=k, total=of))
+        return result.sample(draws, progress=lambda at: shown.update(task, completed=at.done, total=at.of))
 
 
 def _print_sampled(result: Calibration, sampled: Sample) -> None:

@@ -82,7 +82,7 @@ def correlate_command(
         measurement=measurement,
         parameters=parameters,
         n=n,
-        tolerance=None if tolerance is None else quantity_of("--tolerance", tolerance, "m", "'2 mm'"),
+        within=None if tolerance is None else quantity_of("--tolerance", tolerance, "m", "'2 mm'"),
         close=close,
         reduced_mass=reduced_mass.value,
     )
@@ -113,7 +113,7 @@ def place_sensors_command(
     from flexura.testing.virtual.sensor_placement import place_sensors
 
     mechanism, parameters = read(file, set)
-    result = place_sensors(mechanism, k=k, n=n, candidates=candidate, parameters=parameters)
+    result = place_sensors(mechanism, sensors=k, n=n, candidates=candidate, parameters=parameters)
     written: list[Path] = []
     if plot is not None:
         from flexura.view import draw_sensors, save_figures

@@ -33,7 +33,7 @@ def check_command(
         from flexura.structure import assemble
         from flexura.view import save_doubts
 
-        pictures = save_doubts(assemble(mechanism, parameters), report, plot)
+        pictures = save_doubts(report, plot, model=assemble(mechanism, parameters))
     if as_json:
         print_result(report.to_dict(), pictures)
     else:
@@ -57,7 +57,7 @@ def view_command(
     from flexura.view import save_pictures
 
     mechanism, parameters = read(file, set)
-    for path in save_pictures(assemble(mechanism, parameters), None, [], [], plot):
+    for path in save_pictures(assemble(mechanism, parameters), plot):
         typer.echo(str(path))
 
 

@@ -102,13 +102,7 @@ def export_command(
         if band is None:
             raise OptionError("a response needs a --band FROM,TO in Hz")
         thing = frequency_response(
-            mechanism,
-            frequency_hz=None,
-            inputs=input,
-            outputs=output,
-            band=band_of(band),
-            damping=damping,
-            parameters=parameters,
+            mechanism, parameters, inputs=input, outputs=output, band=band_of(band), damping=damping
         )
     else:
         thing = _matrices(mechanism, parameters, own is What.full, keep, n, limit)
@@ -154,6 +148,7 @@ def _state_space(
 ) -> Any:
     from flexura.systems import state_space, system
 
-    full = system(mechanism, *channels, parameters=parameters, order="full", damping=damping)
+    inputs, outputs = channels
+    full = system(mechanism, parameters, inputs=inputs, outputs=outputs, order="full", damping=damping)
     count = 6 if n is None and up_to is None else n
     return state_space(full, n=count, up_to=up_to, **how)

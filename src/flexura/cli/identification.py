@@ -65,7 +65,7 @@ def identify_command(
     if plot is not None:
         from flexura.view.identification import save_identification
 
-        written = save_identification(result, measurement, plot)
+        written = save_identification(result, plot, data=measurement)
     if as_json:
         print_result(result.to_dict(), written)
     else:

@@ -80,11 +80,11 @@ def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]
         from flexura.solid.fem.parts import with_solid_parts
 
         # parts in the cache say nothing, and neither does a pipe
-        mechanism = with_solid_parts(mechanism, parameters, announce=_say if sys.stderr.isatty() else None)
+        mechanism = with_solid_parts(mechanism, parameters, progress=say if sys.stderr.isatty() else None)
     return mechanism, parameters
 
 
-def _say(words: str) -> None:
+def say(words: object) -> None:
     """One line of progress."""
     sys.stderr.write(f"{words} ...\n")
 
@@ -98,11 +98,11 @@ def stages_shown() -> Iterator[None]:
     """Say on a terminal what a command is at, once it has taken more than a moment."""
     begun = time.monotonic()
 
-    def say(words: str) -> None:
+    def later(words: str) -> None:
         if time.monotonic() - begun > QUIET:
-            _say(words)
+            say(words)
 
-    with announced(say) if sys.stderr.isatty() else nullcontext():
+    with announced(later) if sys.stderr.isatty() else nullcontext():
         yield
 
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 if TYPE_CHECKING:
-    from flexura.methods.compare import Progress as Step
+    from flexura.deadline import Progress as Step
 
 
 @contextmanager
@@ -22,9 +22,9 @@ def steps_shown() -> Iterator[Callable[[Step], None]]:
 
     def line(step: Step) -> None:
         nonlocal last
-        if step.method != last:
-            sys.stderr.write(f"{step.method} ...\n")
-            last = step.method
+        if step.words != last:
+            sys.stderr.write(f"{step.words} ...\n")
+            last = step.words
 
     if not console.is_terminal:
         yield line
@@ -37,9 +37,9 @@ def steps_shown() -> Iterator[Callable[[Step], None]]:
         def bar(step: Step) -> None:
             nonlocal last
             shown.update(whole, completed=step.done, total=step.of)
-            if step.method != last:
-                shown.reset(own, description=step.method, total=None)
-                last = step.method
+            if step.words != last:
+                shown.reset(own, description=step.words, total=None)
+                last = step.words
             if step.share is not None:
                 shown.update(own, completed=round(100 * step.share), total=100)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, print_result, settings_of
+from flexura.cli.options import File, Json, Settings, print_result, say, settings_of
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def verify_command(
     done, interrupted = None, False
     try:
         for so_far in progressively(
-            mechanism, n=n, size=size, parameters=parameters, solver=solver.value, announce=_announce
+            mechanism, n=n, size=size, parameters=parameters, solver=solver.value, progress=say
         ):
             done = so_far
     except KeyboardInterrupt:
@@ -89,12 +89,8 @@ def _write_step(mechanism: Mechanism, parameters: dict[str, float], path: Path) 
     from flexura.solid.interchange.step import write_step
     from flexura.structure import assemble
 
-    _announce(f"solids to {path}")
+    say(f"solids to {path}")
     return write_step(assemble(as_beams(mechanism, "auto"), parameters), path)
-
-
-def _announce(text: str) -> None:
-    sys.stderr.write(f"{text} ...\n")
 
 
 def print_verification(result: Verification, written: list[Path]) -> None:

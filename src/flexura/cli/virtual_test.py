@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, print_result, read
+from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, print_result, read, say
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ def virtual_test_command(
         damping=damping,
         seed=seed,
         double_hits=double_hits,
-        announce=_announce,
+        progress=say,
     )
     written = [] if out is None else [write_measurement(result.measurement, out)]
     if plot is not None:
@@ -67,10 +66,6 @@ def virtual_test_command(
         print_result(result.to_dict() | more, written)
     else:
         print_virtual_test(result, written, beside)
-
-
-def _announce(step: str) -> None:
-    sys.stderr.write(f"{step} ...\n")
 
 
 def print_virtual_test(result: VirtualTest, written: list[Path], measured: MeasuredFrequencies | None = None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
@@ -19,6 +19,7 @@ from flexura.io.matrix_market import write_matrix_market
 from flexura.io.simscape import write_simscape
 from flexura.io.uff.models import write_uff
 from flexura.io.vtk import write_vtu
+from flexura.mechanism.damping import Damping
 from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel
 from flexura.systems.state_space import StateSpace
@@ -66,28 +67,53 @@ FORMATS = {
 
 
 @verb
-def export(what: Any, path: str | Path, format: str | None = None, **options: Any) -> list[Path]:
+def export(
+    result: Any,
+    path: str | Path,
+    *,
+    format: str | None = None,
+    damping: Damping | float | Mapping[str, Any] | None = None,
+    damping_ratio: float | None = None,
+    frames: Sequence[str] | None = None,
+    keep: int | None = None,
+    amplitude: float | None = None,
+    geometry: Modes | FullOrderModel | None = None,
+    binary: bool | None = None,
+) -> list[Path]:
     """Write a model or a result for another program; the `format` is that of the suffix by default.
 
-    `what` is a state space, a frequency response, modes, or a low-order or full-order model; `FORMATS` says which
-    format takes which, and `options` are those of the format's own function. Every file appears complete or not at all.
-    Returns the paths. Raises OptionError for unknown formats, objects that the format does not take, unknown options
-    and files that cannot be written.
+    `result` is a state space, a frequency response, modes, or a low-order or full-order model; `FORMATS` says which
+    format takes which, and which of these: `damping` as in `system`, which makes C of a model (npz, hdf5, mat,
+    matrix-market); `damping_ratio` of all modes, `frames` by name and `keep` modes with these held (simscape); the
+    largest displacement `amplitude`, m or rad, of each shape (vtu); `geometry`, modes or a model that the nodes of a
+    response are those of (uff); `binary`, the library beside the sources (fmu). Every file appears complete or not at
+    all. Returns the paths. Raises OptionError for unknown formats, objects that the format does not take, options that
+    it has not and files that cannot be written.
     """
     name = format_of(path, format)
     own = FORMATS[name]
-    if isinstance(what, list | tuple) and name != "uff":
+    if isinstance(result, list | tuple) and name != "uff":
         raise OptionError(f"{name} takes one thing, not several; several go into a universal file (uff)")
-    kind = kind_of(what)
+    kind = kind_of(result)
     if kind not in own.takes:
         others = [other for other, one in FORMATS.items() if kind in one.takes]
         hint = f"; formats that do: {', '.join(others)}" if others else ""
         raise OptionError(f"{name} takes a {' or a '.join(own.takes)}, not a {kind}{hint}")
+    named = {
+        "damping": damping,
+        "damping_ratio": damping_ratio,
+        "frames": frames,
+        "keep": keep,
+        "amplitude": amplitude,
+        "geometry": geometry,
+        "binary": binary,
+    }
+    options = {name: value for name, value in named.items() if value is not None}
     unknown = sorted(set(options) - set(own.options))
     if unknown:
         known = ", ".join(own.options) or "none"
         raise OptionError(f"{name} has no option {unknown[0]!r}; its options: {known}")
-    written = own.write(what, path, **options)
+    written = own.write(result, path, **options)
     return written if isinstance(written, list) else [written]
 
 

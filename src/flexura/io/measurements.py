@@ -181,21 +181,20 @@ def _refuse_missing(measurement: Measurement, places: Places, where: str) -> Non
 
 
 @verb
-def write_measurement(measurement: Measurement, path: str | Path, **options: Any) -> Path:
+def write_measurement(measurement: Measurement, path: str | Path, *, binary: bool | None = None) -> Path:
     """Write measured data in the format of the suffix, SI; the file appears complete or not at all.
 
-    Universal files have the option `binary`, True by default (58b). Only they hold modes; a CSV file holds one record
-    or one set of responses, with names and units of its channels only. Raises OptionError for other suffixes and
+    Universal files alone may be `binary` (58b), and are unless it is False. Only they hold modes; a CSV file holds one
+    record or one set of responses, with names and units of its channels only. Raises OptionError for other suffixes and
     options, and when the file cannot be written.
     """
     suffix = Path(path).suffix.lower()
-    unknown = set(options) - ({"binary"} if suffix in UFF else set())
-    if unknown:
-        raise OptionError(f"{suffix} has no option {sorted(unknown)[0]!r}")
+    if binary is not None and suffix not in UFF:
+        raise OptionError(f"{suffix} has no option 'binary'")
     if not isinstance(measurement, Measurement):
         raise OptionError(f"a measurement is written, not a {type(measurement).__name__}")
     if suffix in UFF:
-        return write_file(path, lambda file: write_uff(measurement, file, **options))
+        return write_file(path, lambda file: write_uff(measurement, file, binary is not False))
     if suffix == ".csv":
         return write_file(path, lambda file: write_csv(measurement, file))
     if suffix == ".npz" or suffix in HDF5:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
-from flexura.deadline import OutOfTime, time_limit
+from flexura.deadline import Listener, OutOfTime, Progress, time_limit
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.catalogue import EXACT, FINEST, MESHES, METHODS, Method, Task
@@ -35,20 +35,6 @@ BUDGET = 60.0
 
 FAILURES = (FlexuraError, np.linalg.LinAlgError, FloatingPointError, OverflowError, MemoryError)
 """What a method may end with that is an answer about the mechanism, and none about the program."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a comparison is: `method` is at work as number `done` + 1 of `of` rows, and has done the part `share` of
-    its work, None where that is not known."""
-
-    method: str
-    done: int
-    of: int
-    share: float | None = None
-
-
-Announce = Callable[[Progress], None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -111,13 +97,13 @@ class Comparison(Tabular):
 
 @verb
 def compare(
-    mechanism: Mechanism | Plan,
+    model: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
     n: int = 6,
     methods: Sequence[str] | None = None,
     budget: float | None = BUDGET,
-    progress: Announce | None = None,
+    progress: Listener | None = None,
 ) -> Comparison:
     """The `n` lowest modes by every method, or by those named, each against the exact dynamic stiffness.
 
@@ -126,20 +112,20 @@ def compare(
     within `budget` seconds (None: without end), has a row that says why; the search for further modes that a row is
     paired with counts. Without an exact answer finite elements take its place where there are other rows, at fourfold
     refinement if they can; meshes that have no row of their own share one budget. `progress` is told of every
-    `Progress`. Raises ModelError and OptionError.
+    row, with the part of its work that is done. Raises ModelError and OptionError.
     """
-    *_, last = progressively(mechanism, parameters, n=n, methods=methods, budget=budget, progress=progress)
+    *_, last = progressively(model, parameters, n=n, methods=methods, budget=budget, progress=progress)
     return last
 
 
 def progressively(
-    mechanism: Mechanism | Plan,
+    model: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
     n: int = 6,
     methods: Sequence[str] | None = None,
     budget: float | None = BUDGET,
-    progress: Announce | None = None,
+    progress: Listener | None = None,
 ) -> Iterator[Comparison]:
     """`compare` as it grows: without rows, then after each."""
     if not isinstance(n, int | np.integer) or n < 1:
@@ -147,14 +133,14 @@ def progressively(
     if budget is not None and not (np.isfinite(budget) and budget > 0):
         raise OptionError(f"the budget of a method is a positive number of seconds, or None, not {budget!r}")
     chosen = _chosen(methods)
-    plan, single = plan_of(mechanism), one_design(parameters)
+    plan, single = plan_of(model, parameters), one_design(parameters)
     plan.refuse_loads("a comparison with exact methods")
-    model = assemble(plan, single)
-    if model.order == 0:
+    full = assemble(plan, single)
+    if full.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
     done = Comparison(plan.mechanism.name, int(n), "", single, ())
     yield done
-    run = _Run(Task(plan, single, int(n), model), _Clock(budget, progress or (lambda _: None), len(chosen)), chosen)
+    run = _Run(Task(plan, single, int(n), full), _Clock(budget, progress or (lambda _: None), len(chosen)), chosen)
     run.find_reference()
     for number, method in enumerate(chosen):
         run.clock.done = number
@@ -181,7 +167,7 @@ class _Clock:
     """Gives all work for a row one budget, and says what is going on."""
 
     budget: float | None
-    announce: Announce
+    progress: Listener
     of: int
     done: int = 0
     words: str = ""
@@ -192,13 +178,13 @@ class _Clock:
         last. Raises OutOfTime, at once when nothing is left."""
         if words:
             self.words = words
-            self.announce(Progress(words, self.done, self.of))
+            self.progress(Progress(words, self.done, self.of))
         used, begin = self.spent.get(row, 0.0), time.monotonic()
         left = None if self.budget is None else self.budget - used
         if self.budget is not None and used >= self.budget:
             raise OutOfTime(self.budget)
         try:
-            with time_limit(left, lambda share: self.announce(Progress(self.words, self.done, self.of, share))):
+            with time_limit(left, lambda share: self.progress(Progress(self.words, self.done, self.of, share))):
                 return work()
         except OutOfTime as error:
             if self.budget is None or error.seconds != left:

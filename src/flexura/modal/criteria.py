@@ -22,7 +22,7 @@ DEPENDENT = 1e-8
 
 
 @verb
-def mac(a: ArrayLike, b: ArrayLike, weight: Any = None) -> Array:
+def mac(a: ArrayLike, b: ArrayLike, *, weight: Any = None) -> Array:
     """Modal assurance criterion (n, k) of shapes a (p, n) and b (p, k), real or complex, between 0 and 1.
 
     |a^H W b|^2 / ((a^H W a)(b^H W b)) (Allemang and Brown 1982; theory eq. Q3); W (p, p) is symmetric and positive
@@ -138,7 +138,7 @@ def orthogonality(a: ArrayLike, b: ArrayLike, mass: ArrayLike) -> Array:
     For b = a this is the test's own orthogonality, the identity where its shapes are those of a structure with this
     mass; with the shapes of the model for b it is the cross-orthogonality. Raises OptionError as `mac` does.
     """
-    return np.sqrt(mac(a, b, mass))
+    return np.sqrt(mac(a, b, weight=mass))
 
 
 def _shapes(a: ArrayLike, b: ArrayLike) -> tuple[NDArray, NDArray]:

@@ -101,6 +101,7 @@ class ModePairing(Tabular):
 def pair_modes(
     test_hz: ArrayLike,
     test_shapes: ArrayLike,
+    *,
     model_hz: ArrayLike,
     model_shapes: ArrayLike,
     close: float = CLOSE,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.deadline import Listener, Progress
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.reduction.assembler import low_order
@@ -24,7 +25,6 @@ from flexura.structure import Design, assemble
 from flexura.structure.plan import Plan, plan_of
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
 """Called with how many designs are done, and of how many."""
 
 LARGEST_ORDER = 160
@@ -99,7 +99,7 @@ class NaturalFrequencies(Tabular):
             "is proven": np.repeat(np.atleast_1d(self.is_proven), count),
         }
 
-    def resolved(self, progress: Progress | None = None) -> NaturalFrequencies:
+    def resolved(self, progress: Listener | None = None) -> NaturalFrequencies:
         """The same with every missed design solved by itself, of full order, and certified.
 
         Designs that miss the tolerance even so stay in `missed`. Raises ModelError and SolverError for a design that
@@ -112,7 +112,7 @@ class NaturalFrequencies(Tabular):
         for done, d in enumerate(missed):
             f[d], low[d], up[d] = _alone(self.plan, one_of(self.parameters, int(d)), count)
             if progress is not None:
-                progress(done + 1, len(missed))
+                progress(Progress("designs by themselves", done + 1, len(missed)))
         proven = _is_proven(f, low, up, self.tolerance)
         return replace(
             self,
@@ -133,40 +133,40 @@ class NaturalFrequencies(Tabular):
 
 @verb
 def natural_frequencies(
-    mechanism: Mechanism | Plan,
+    model: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,
-    count: int = 6,
     *,
+    n: int = 6,
     tolerance: float = 1e-3,
-    progress: Progress | None = None,
+    progress: Listener | None = None,
 ) -> NaturalFrequencies:
-    """The `count` lowest natural frequencies, Hz, of one design or of many, each with a proven interval.
+    """The `n` lowest natural frequencies, Hz, of one design or of many, each with a proven interval.
 
     Parameters may be arrays over designs. Every chain of elements is reduced to its ends, and fixed-interface modes of
     chains are kept until the intervals of the default design and of a few others are within `tolerance`, relative. The
-    intervals are those of the full-order model of each design, number by number, round-off included (theory
-    eqs. N1-N11).
-    Designs for which they are wider are not hidden: the result says which, and `resolved()` solves them one by one.
-    Mechanisms with many coordinates between chains are solved one by one from the start.
-    Raises OptionError, with the design where one has a size that has gone through zero, and ModelError and SolverError.
+    intervals are those of the full-order model of each design, number by number, round-off included (theory eqs.
+    N1-N11). Designs for which they are wider are not hidden: the result says which, and `resolved()` solves them one by
+    one. `progress` is told of every stack of designs. Mechanisms with many coordinates between chains are solved one by
+    one from the start. Raises OptionError, with the design where one has a size that has gone through zero, and
+    ModelError and SolverError.
     """
-    plan = plan_of(mechanism)
+    plan = plan_of(model, parameters)
     plan.refuse_loads("frequencies of many designs")
     values = plan.values(parameters)
     refuse_turned(plan, values, parameters or {})
-    if count < 1:
-        raise OptionError(f"the number of frequencies is at least 1, not {count}")
+    if n < 1:
+        raise OptionError(f"the number of frequencies is at least 1, not {n}")
     if not (np.isfinite(tolerance) and 0 < tolerance < 1):
         raise OptionError(f"tolerance is a relative error between 0 and 1, such as 1e-3, not {tolerance}")
     given = dict(parameters or {})
     many = values if values.ndim > 1 else values[None]
-    count = min(count, plan.topology.n_dof)
+    count = min(n, plan.topology.n_dof)
     batch = _Batch(plan, many, count, tolerance, given)
     found = np.empty((3, len(many), count))
     for own in stacks(len(many)):
         found[:, own] = batch(many, own)
         if progress is not None:
-            progress(own.stop, len(many))
+            progress(Progress("designs", own.stop, len(many)))
     f, lower, upper = found if values.ndim > 1 else found[:, 0]
     proven = _is_proven(f, lower, upper, tolerance)
     return NaturalFrequencies(f, lower, upper, proven, tolerance, batch.kept_modes, plan, given)

@@ -36,6 +36,7 @@ SETTLED = 1e-12
 def condense(
     low: LowOrderModel,
     to: int | Sequence[str],
+    *,
     method: Condensation = "serep",
     modes: Sequence[int] | None = None,
 ) -> LowOrderModel:

@@ -21,21 +21,21 @@ from flexura.structure.full_order import checked_design, full_order_model
 from flexura.structure.model import FullOrderModel
 from flexura.structure.plan import Plan, plan_of
 
-Method = Literal["craig_bampton", "rubin"]
+Reduction = Literal["craig_bampton", "rubin"]
 
 
 @verb
 def reduce(
-    mechanism: Mechanism | Plan | FullOrderModel,
+    model: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
     keep: int | Mapping[str, int] = 0,
     keep_below: float = 0.0,
-    method: Method = "craig_bampton",
+    reduction: Reduction = "craig_bampton",
     static_at: Sequence[str] | None = None,
     tolerance: float | None = None,
     up_to: float | None = None,
-    modes: int | None = None,
+    n: int | None = None,
     best_effort: bool = False,
     coordinates: Coordinates = "modal",
 ) -> LowOrderModel:
@@ -47,7 +47,7 @@ def reduce(
     with residual flexibility (`rubin`).
 
     With a `tolerance` the modes to keep are found: the result is the smallest model of which every natural frequency up
-    to `up_to` Hz, or each of the lowest `modes`, is proven to be within `tolerance`, relative, of the full-order
+    to `up_to` Hz, or each of the lowest `n`, is proven to be within `tolerance`, relative, of the full-order
     model's, none missing.
     Where round-off stands in the way that is an error, or, with `best_effort`, the closest model, whose `certificate`
     says what is proven. Its `coordinates` are modal, physical displacements (SEREP), or those of the substructures;
@@ -61,7 +61,7 @@ def reduce(
     Raises ModelError for a description that cannot be used, OptionError for impossible options, SolverError for a
     tolerance beyond round-off.
     """
-    plan = mechanism.plan if isinstance(mechanism, FullOrderModel) else plan_of(mechanism)
+    plan = model.plan if isinstance(model, FullOrderModel) else plan_of(model, parameters)
     assembler = low_order(plan)
     if tolerance is None:
         for reducer in assembler.reducers.values():
@@ -69,28 +69,28 @@ def reduce(
     counts = kept_counts(assembler, keep)
     if not (np.isfinite(keep_below) and keep_below >= 0):
         raise OptionError(f"keep_below is a frequency in Hz, zero or more, not {keep_below}")
-    if (tolerance is None) != (up_to is None and modes is None) or (up_to is not None and modes is not None):
+    if (tolerance is None) != (up_to is None and n is None) or (up_to is not None and n is not None):
         raise OptionError(
-            "tolerance and up_to, or modes, belong together: a relative error, and the frequency in Hz or the number of"
+            "tolerance and up_to, or n, belong together: a relative error, and the frequency in Hz or the number of"
             " modes it holds to"
         )
-    if tolerance is not None and (keep or keep_below or method != "craig_bampton"):
+    if tolerance is not None and (keep or keep_below or reduction != "craig_bampton"):
         raise OptionError("give either a tolerance and what it is for, or what to keep and how")
-    if method not in get_args(Method):
-        raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
+    if reduction not in get_args(Reduction):
+        raise OptionError(f"reduction is one of {', '.join(get_args(Reduction))}, not {reduction!r}")
     if coordinates not in get_args(Coordinates):
         raise OptionError(f"coordinates are modal, physical or substructures, not {coordinates!r}")
-    design = checked_design(mechanism if isinstance(mechanism, FullOrderModel) else plan, parameters)
+    design = checked_design(model if isinstance(model, FullOrderModel) else plan, parameters)
     exact_at = static_nodes(assembler, static_at)
     if tolerance is not None:
-        goal = Goal(tolerance, up_to, modes, best_effort)
+        goal = Goal(tolerance, up_to, n, best_effort)
         stage("assembling the full order")
-        model = mechanism if isinstance(mechanism, FullOrderModel) else full_order_model(design)
-        return reduce_to_tolerance(assembler, model, exact_at, goal, coordinates)
+        full = model if isinstance(model, FullOrderModel) else full_order_model(design)
+        return reduce_to_tolerance(assembler, full, exact_at, goal, coordinates)
     parts = {}
     for name, reducer in assembler.reducers.items():
         own = reducer.craig_bampton(design.matrices[name], design.geometry)
-        if method == "rubin":
+        if reduction == "rubin":
             parts[name] = free_interface(own, counts[name], keep_below)
         else:
             parts[name] = own.reduced(own.whole(max(counts[name], own.count_below(keep_below))))
@@ -102,11 +102,11 @@ TOLERANCE = 1e-3
 
 
 def reduction_of(
-    plan: Plan, asked: Mapping[str, Any], modes: int | None = None, up_to: float | None = None
+    plan: Plan, asked: Mapping[str, Any], n: int | None = None, up_to: float | None = None
 ) -> dict[str, Any]:
     """Arguments of `reduce` for what is asked for, else for the mechanism's own `reduction`, else to a tolerance.
 
-    A tolerance is for the lowest `modes`, or for all up to `up_to` Hz, unless `asked` names another limit.
+    A tolerance is for the lowest `n` modes, or for all up to `up_to` Hz, unless `asked` names another limit.
     """
     given = {key: value for key, value in asked.items() if value is not None}
     own = plan.mechanism.reduction
@@ -114,12 +114,12 @@ def reduction_of(
         if own.tolerance is None:
             return {"keep": own.keep or 0}
         given = {"tolerance": own.tolerance}
-    if given.keys() & {"keep", "keep_below", "method"}:
+    if given.keys() & {"keep", "keep_below", "reduction"}:
         return given
     if "tolerance" not in asked or asked["tolerance"] is None:
         given["best_effort"] = True
-    limit = {"modes": modes} if up_to is None else {"up_to": up_to}
-    if given.get("up_to") is not None or given.get("modes") is not None:
+    limit = {"n": n} if up_to is None else {"up_to": up_to}
+    if given.get("up_to") is not None or given.get("n") is not None:
         limit = {}
     return {"tolerance": TOLERANCE, **limit, **given}
 

@@ -79,7 +79,7 @@ class NestedModel(Result):
 
 @verb
 def nested(
-    low: LowOrderModel, nodes: Sequence[str] | Mapping[str, str] | None = None, keep: int | None = None
+    low: LowOrderModel, nodes: Sequence[str] | Mapping[str, str] | None = None, *, keep: int | None = None
 ) -> NestedModel:
     """Put a low-order model into the coordinates of a superelement over some of its nodes (theory eqs. R11-R12).
 

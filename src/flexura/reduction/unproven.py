@@ -21,23 +21,23 @@ Array = NDArray[np.float64]
 
 @verb
 def unproven_frequencies(
-    mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None, count: int = 6
+    model: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None, *, n: int = 6
 ) -> Array:
     """Lowest natural frequencies, Hz, of the low-order model with constraint modes alone, whose error nobody knows.
 
     The model of the RPR paper is blind to motions inside its substructures: a frequency may be far too high and a mode
     missing. `natural_frequencies` gives the same numbers with proven intervals at half the speed. Parameters may be
-    arrays over designs; the result is (count,) or (designs, count). Raises OptionError and SolverError.
+    arrays over designs; the result is (n,) or (designs, n). Raises OptionError and SolverError.
     """
-    plan = plan_of(mechanism)
+    plan = plan_of(model, parameters)
     plan.refuse_loads("frequencies of many designs")
     parameters = parameters or {}
     values = plan.values(parameters)
     refuse_turned(plan, values, parameters)
     assembler = low_order(plan)
-    if count < 1:
-        raise OptionError(f"the number of frequencies is at least 1, not {count}")
-    count = min(count, len(assembler.physical))
+    if n < 1:
+        raise OptionError(f"the number of frequencies is at least 1, not {n}")
+    count = min(n, len(assembler.physical))
     many = values if values.ndim > 1 else values[None]
     found = np.empty((len(many), count))
     for own in stacks(len(many)):

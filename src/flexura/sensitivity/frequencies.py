@@ -71,10 +71,10 @@ class Sensitivities(Tabular):
 
 @verb
 def sensitivities(
-    mechanism: Mechanism | Plan,
-    free: Sequence[str] | None = None,
+    model: Mechanism | Plan,
     parameters: Mapping[str, float] | None = None,
     *,
+    free: Sequence[str] | None = None,
     n: int = 6,
     order: Order = "full",
     keep: int | Mapping[str, int] = 0,
@@ -86,18 +86,18 @@ def sensitivities(
     the full-order model or of the low-order one (`order="low"`, with `keep` normal modes in each substructure). All
     parameters that are numbers are taken when none are named. Raises ModelError, OptionError and SolverError.
     """
-    plan = unbounded(mechanism)
+    plan = unbounded(model, parameters)
     chosen = free_names(plan, free)
     at = one_design(parameters)
     family = family_of(plan, order, at, keep)
     values = {name: float(v) for name, v in plan.parameter_values(at).items()}
-    model = family.model(at)
+    solved = family.model(at)
     if n < 1:
         raise OptionError(f"the number of modes is at least 1, not {n}")
-    pairs = whole_clusters(model.K, model.M, n)
+    pairs = whole_clusters(solved.K, solved.M, n)
     point = {**at, **{name: values[name] for name in chosen}}
     changes = changes_of(family, point, chosen, pairs.vectors)
-    moved = moved_clusters(model.K, model.M, pairs, changes)
+    moved = moved_clusters(solved.K, solved.M, pairs, changes)
     count, N = len(pairs.values), plan.topology.n_dof
     slopes = np.zeros((count, len(chosen)))
     slope_shapes, branch_shapes = np.zeros((2, len(chosen), N, count))
@@ -127,7 +127,7 @@ def sensitivities(
         family.readings(at, pairs.vectors)[:, :n],
         slope_shapes[:, :, :n],
         branch_shapes[:, :, :n],
-        model.order,
+        solved.order,
         tuple(notes),
     )
 

@@ -39,13 +39,13 @@ class ResponseSensitivities(Result):
 
 @verb
 def response_sensitivities(
-    mechanism: Mechanism | Plan,
+    model: Mechanism | Plan,
+    parameters: Mapping[str, float] | None = None,
+    *,
     frequency_hz: ArrayLike,
     inputs: Sequence[str],
     outputs: Sequence[str],
     free: Sequence[str] | None = None,
-    parameters: Mapping[str, float] | None = None,
-    *,
     damping: float = 0.01,
     n: int = 12,
     order: Order = "full",
@@ -56,20 +56,20 @@ def response_sensitivities(
     The `n` lowest modes with one damping ratio, and static correction (theory eqs. K10-K12). Raises ModelError,
     OptionError and SolverError.
     """
-    plan = unbounded(mechanism)
+    plan = unbounded(model, parameters)
     chosen, at = free_names(plan, free), one_design(parameters)
     hz = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
     if not (damping > 0 and np.isfinite(hz).all() and (hz > 0).all()):
         raise OptionError("frequencies and the damping ratio are positive finite numbers")
     places = [Reading.of_dof(name) for name in (*outputs, *inputs)]
     family = family_of(plan, order, at, keep, displacement_rows(places))
-    model = family.model(at)
-    pairs = whole_clusters(model.K, model.M, n)
+    solved = family.model(at)
+    pairs = whole_clusters(solved.K, solved.M, n)
     G = static_vectors(family, at)
     values = {name: float(plan.parameter_values(at)[name]) for name in chosen}
     X = np.hstack([pairs.vectors, G])
     changes = changes_of(family, {**at, **values}, chosen, X)
-    moved = moved_clusters(model.K, model.M, pairs, [first_columns(c, len(pairs.values)) for c in changes])
+    moved = moved_clusters(solved.K, solved.M, pairs, [first_columns(c, len(pairs.values)) for c in changes])
     H, dH = modal_response(family, at, pairs, moved, G, changes, hz, len(outputs), damping)
     return ResponseSensitivities(chosen, np.array(list(values.values())), hz, H, dH)
 

@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
@@ -49,12 +49,12 @@ class Change:
     error: float
 
 
-def unbounded(mechanism: Mechanism | Plan) -> Plan:
+def unbounded(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Plan:
     """A plan whose parameters have no bounds, so that they can be differenced at these."""
-    own = mechanism.mechanism if isinstance(mechanism, Plan) else mechanism
-    plan_of(mechanism)
+    plan = plan_of(mechanism, parameters)
+    own = plan.mechanism
     if all(p.minimum is None and p.maximum is None for p in own.parameters.values()):
-        return plan_of(mechanism)
+        return plan
     free = {name: p.model_copy(update={"minimum": None, "maximum": None}) for name, p in own.parameters.items()}
     return Plan(own.model_copy(update={"parameters": free}))
 

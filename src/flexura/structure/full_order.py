@@ -24,13 +24,18 @@ Array = NDArray[np.float64]
 
 
 @verb
-def assemble(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> FullOrderModel:
-    """Assemble the full-order model, for the default parameters or with some of them replaced.
+def assemble(
+    model: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None
+) -> FullOrderModel:
+    """Assemble the full-order model, for the default parameters or with some of them replaced, SI.
+
+    A model that is assembled already is returned as it is, and takes no parameters.
 
     Raises ModelError for a description that cannot be used, OptionError for unknown parameters and what cannot be
     loaded, and SolverError when its loads and gravity buckle it.
     """
-    return full_order_model(checked_design(mechanism, parameters))
+    design = checked_design(model, parameters)
+    return model if isinstance(model, FullOrderModel) else full_order_model(design)
 
 
 def full_order_model(design: Design) -> FullOrderModel:
@@ -87,7 +92,7 @@ def checked_design(mechanism: Mechanism | Plan | FullOrderModel, parameters: Map
         if parameters:
             raise OptionError("parameters belong to a mechanism, not to an assembled model")
         return mechanism.design
-    plan, single = plan_of(mechanism), one_design(parameters)
+    plan, single = plan_of(mechanism, parameters), one_design(parameters)
     plan.verify(single)
     design = Design.of(plan, single)
     refuse_unrepresentable(design)

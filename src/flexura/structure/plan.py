@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import flexura
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions.expression import Expression
 from flexura.mechanism.checks import problems
 from flexura.mechanism.evaluation import ParameterTable
 from flexura.mechanism.layout import TOP, Child, Layout
 from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
-from flexura.mechanism.substructure import Mechanism, solid_members
+from flexura.mechanism.substructure import Mechanism, has_solid_members, solid_members
 from flexura.records import Kept, Latest, Record
 from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
@@ -69,10 +70,12 @@ class _ChildPlacement:
         return result
 
 
-def plan_of(mechanism: Mechanism | Plan) -> Plan:
+def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Plan:
     """The plan of a mechanism; a plan is returned as it is.
 
-    Raises ModelError for a description that cannot be used and OptionError for anything else.
+    Solid members are reduced to superelements at `parameters`, those of them that are single numbers, by the verb
+    `with_solid_parts`. It belongs to a room above this one, and is reached through the face of the package. Raises
+    ModelError for a description that cannot be used and OptionError for anything else.
     """
     if isinstance(mechanism, Plan):
         return mechanism
@@ -80,6 +83,9 @@ def plan_of(mechanism: Mechanism | Plan) -> Plan:
         raise OptionError(
             f"a Mechanism or a Plan is expected, not a {type(mechanism).__name__}; flexura.load reads a file"
         )
+    if has_solid_members(mechanism):
+        single = {name: value for name, value in (parameters or {}).items() if np.ndim(value) == 0}
+        mechanism = flexura.with_solid_parts(mechanism, single)
     return Plan(mechanism)
 
 

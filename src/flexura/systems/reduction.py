@@ -21,9 +21,9 @@ from flexura.systems.system import System
 @verb
 def state_space(
     system: System | ModalSystem,
+    *,
     n: int | None = None,
     up_to: float | None = None,
-    *,
     residual_modes: bool = False,
     balanced: int | float | None = None,
     band: tuple[float, float] | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,7 +17,7 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.reduction import LowOrderModel, reduce
 from flexura.reduction.assembler import low_order
 from flexura.reduction.flexibility import flexibility, stored_flexibility
-from flexura.reduction.low_order import reduction_of
+from flexura.reduction.low_order import Reduction, reduction_of
 from flexura.reduction.model import static_nodes
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.assembler import full_order
@@ -28,6 +28,7 @@ from flexura.systems.placed import DERIVATIVE, PlacedInput, PlacedOutput, Placem
 from flexura.systems.second_order import Model, SecondOrder, full_order_of
 
 Array = NDArray[np.float64]
+Order = Literal["low", "full"]
 
 MODES = 6
 """A system is reduced until so many of its lowest frequencies are proven, unless something else is asked for."""
@@ -50,29 +51,42 @@ class System(SecondOrder):
 
 @verb
 def system(
-    mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel,
+    model: Mechanism | Plan | FullOrderModel | LowOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
-    *,
-    parameters: Mapping[str, ArrayLike] | None = None,
-    order: str = "low",
+    order: Order = "low",
     damping: Damping | float | Mapping[str, Any] | None = None,
     static_correction: bool = True,
-    **how: Any,
+    keep: int | Mapping[str, int] | None = None,
+    keep_below: float | None = None,
+    reduction: Reduction | None = None,
+    tolerance: float | None = None,
+    up_to: float | None = None,
+    n: int | None = None,
 ) -> System:
     """The second-order system of a mechanism or of a model of it, between named inputs and outputs.
 
     `inputs` and `outputs` name described actuators and sensors (wildcards allowed) or DOFs such as `platform.tz`
     (`platform.tz:velocity`, `ground.tx`); by default all that are described, or without any the DOFs at which static
-    response stays exact: those of the mechanism's interface, or else of its rigid bodies. A mechanism is reduced as
-    `reduce` does with further arguments, else as its own `reduction` says, else until its six lowest frequencies are
-    proven within 1e-3; or taken at `order="full"`. `damping` replaces that of the description: a
-    ratio for all modes, or the keys of `damping` in a file. With `static_correction` the static gain is that of the
-    full-order model (theory eq. T8).
+    response stays exact: those of the mechanism's interface, or else of its rigid bodies. A mechanism is reduced with
+    `keep`, `keep_below`, `reduction`, or `tolerance` and `up_to` or `n`, as by `reduce`; else as its own `reduction`
+    says, else until its six lowest frequencies are proven within 1e-3; or taken at `order="full"`. `damping` replaces
+    that of the description: a ratio for all modes, or the keys of `damping` in a file. With `static_correction` the
+    static gain is that of the full-order model (theory eq. T8).
 
     Raises ModelError for a description that cannot be used and OptionError for impossible arguments.
     """
-    model = _model(mechanism, parameters, order, how)
+    how = {
+        "keep": keep,
+        "keep_below": keep_below,
+        "reduction": reduction,
+        "tolerance": tolerance,
+        "up_to": up_to,
+        "n": n,
+    }
+    model = _model(model, parameters, order, {name: value for name, value in how.items() if value is not None})
     plan = model.plan
     place = Placement(model.design)
     ins, outs = _channels(place, inputs, outputs)
@@ -143,22 +157,26 @@ def _read_as(out: PlacedOutput, derivative: int) -> PlacedOutput:
     return replace(out, derivative=derivative, channel=replace(out.channel, quantity=names[turns]))
 
 
-def _model(mechanism: Any, parameters: Mapping[str, ArrayLike] | None, order: str, how: dict[str, Any]) -> Model:
-    if isinstance(mechanism, FullOrderModel | LowOrderModel):
+def _model(model: Any, parameters: Mapping[str, ArrayLike] | None, order: str, how: dict[str, Any]) -> Model:
+    if isinstance(model, FullOrderModel | LowOrderModel):
         if parameters or how:
             raise OptionError("parameters and ways of reduction belong to a mechanism, not to a finished model")
-        return mechanism
+        return model
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
     if order == "full":
         if how:
             raise OptionError(f"{next(iter(how))} belongs to order low")
-        return assemble(mechanism, parameters)
-    plan = plan_of(mechanism)
+        return assemble(model, parameters)
+    return reduced(plan_of(model, parameters), one_design(parameters), how)
+
+
+def reduced(plan: Plan, parameters: Mapping[str, float], how: Mapping[str, Any]) -> LowOrderModel:
+    """The low-order model of a mechanism, as is asked for, else in the coordinates of its substructures."""
     asked = reduction_of(plan, how, MODES)
     if "tolerance" in asked and not how:
         asked = {"coordinates": "substructures", **asked}
-    return reduce(plan, one_design(parameters), **asked)
+    return reduce(plan, parameters, **asked)
 
 
 def _channels(

@@ -50,7 +50,7 @@ def save_correlation(result: Correlation, folder: Path | str) -> list[Path]:
     """
     figures = {"correlation.png": draw_correlation(result)}
     camera = good_camera(solids(result.model))
-    figures |= {f"pair_{p.test:02d}.png": draw_shape_pair(result, p.test, camera) for p in result.pairs}
+    figures |= {f"pair_{p.test:02d}.png": draw_shape_pair(result, p.test, camera=camera) for p in result.pairs}
     figures |= {
         f"frf_{k + 1:02d}.png": draw_frf_overlay(result, k)
         for k, overlay in enumerate(result.frfs)
@@ -126,7 +126,7 @@ def _bars(axes: Axes, result: Correlation) -> None:
 
 
 @verb
-def draw_shape_pair(result: Correlation, test: int, camera: Camera | None = None) -> Figure:
+def draw_shape_pair(result: Correlation, test: int, *, camera: Camera | None = None) -> Figure:
     """Draw a test mode, from 1, expanded to the mechanism, with what the sensors read, beside its counterpart.
 
     Close modes of the model are turned within their space to be nearest to the test's. Both are drawn to the scale of

@@ -62,7 +62,7 @@ def draw_doubts(
 
 
 @verb
-def save_doubts(model: FullOrderModel, report: CheckReport, folder: Path | str) -> list[Path]:
+def save_doubts(report: CheckReport, folder: Path | str, *, model: FullOrderModel) -> list[Path]:
     """Write the picture of `draw_doubts` as `doubts.png`. Raises OptionError when the folder cannot be written to."""
     return save_figures({"doubts.png": draw_doubts(model, report)}, folder)
 

@@ -24,11 +24,11 @@ from flexura.view.viewpoint import good_camera
 @verb
 def save_pictures(
     model: FullOrderModel,
-    shapes: ArrayLike | None,
-    titles: Sequence[str],
-    subtitles: Sequence[str],
     folder: Path | str,
     *,
+    shapes: ArrayLike | None = None,
+    titles: Sequence[str] = (),
+    subtitles: Sequence[str] = (),
     flags: Sequence[str] = (),
     warnings: Sequence[Sequence[object]] = (),
     common: Sequence[object] = (),
@@ -77,10 +77,10 @@ def save_modes(result: Modes, folder: Path | str) -> list[Path]:
     own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
     return save_pictures(
         result.model,
-        result.shapes,
-        [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes],
-        [mode.motion.summary for mode in result.modes],
         folder,
+        shapes=result.shapes,
+        titles=[f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes],
+        subtitles=[mode.motion.summary for mode in result.modes],
         flags=[mode.flag for mode in result.modes],
         warnings=[[w for w in result.warnings if w.place == place] for place in own],
         common=common,

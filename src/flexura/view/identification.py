@@ -34,11 +34,11 @@ CLASSES = (
 
 
 @verb
-def save_identification(result: IdentifiedModes, data: Data, folder: Path | str) -> list[Path]:
+def save_identification(result: IdentifiedModes, folder: Path | str, *, data: Data) -> list[Path]:
     """Write `stabilisation.png` and `synthesis.png`, one for every setup where there are several, into a folder.
 
-    Files appear complete or not at all. Raises OptionError when the folder cannot be written to, and for data that the
-    modes are not from.
+    Files appear complete or not at all. Raises OptionError when the folder cannot be written to, and for `data` that
+    the modes are not from.
     """
     each = result.setups or (result,)
     figures = {}
@@ -94,7 +94,7 @@ def _indicators(axes: Axes, matrix: ResponseMatrix) -> None:
 
 @verb
 def draw_synthesis(
-    result: IdentifiedModes, data: Data | ResponseMatrix, pairs: Sequence[tuple[str, str]] | None = None
+    result: IdentifiedModes, data: Data | ResponseMatrix, *, pairs: Sequence[tuple[str, str]] | None = None
 ) -> Figure:
     """Magnitude of measured responses, and of those that modes and residuals give back, in panels.
 

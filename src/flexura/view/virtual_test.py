@@ -22,7 +22,7 @@ from flexura.view.palette import INK
 
 @verb
 def save_virtual_test(
-    result: VirtualTest, folder: Path | str, measured: MeasuredFrequencies | None = None
+    result: VirtualTest, folder: Path | str, *, measured: MeasuredFrequencies | None = None
 ) -> list[Path]:
     """Write `virtual_test.png` and the pictures of the identification into a folder, each complete or not at all.
 
@@ -30,7 +30,7 @@ def save_virtual_test(
     """
     found = save_figures({"virtual_test.png": draw_virtual_test(result, measured)}, folder)
     if result.identified is not None:
-        found += save_identification(result.identified, result.measurement, folder)
+        found += save_identification(result.identified, folder, data=result.measurement)
     return found
 
 

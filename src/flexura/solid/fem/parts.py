@@ -11,6 +11,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.deadline import Listener, told
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
 from flexura.mechanism import Matrix, Mechanism, Meshed, Parameter, Substructure, Superelement
@@ -31,46 +32,46 @@ Members = Mapping[str, Link | Flexure]
 
 @verb
 def with_solid_parts(
-    mechanism: Mechanism,
+    model: Mechanism,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
-    modes: int = 2,
+    keep: int = 2,
     size: float = 1.0,
-    announce: Announce | None = None,
+    progress: Listener | None = None,
 ) -> Mechanism:
     """The mechanism with its members of `fidelity: solid` as superelements, all else unchanged.
 
     Solid members of one substructure that meet are fused into one superelement, which has the name of its first member;
-    nodes inside it that nothing else names are left out. `modes` fixed-interface modes of every superelement are kept;
-    `size` multiplies the `mesh_size` of all members, of which fused ones take the smallest; `announce` is told each
+    nodes inside it that nothing else names are left out. `keep` fixed-interface modes of every superelement are kept;
+    `size` multiplies the `mesh_size` of all members, of which fused ones take the smallest; `progress` is told each
     step. A second mesh tells how far off the stiffness may be, which every superelement carries as `stiffness_error`.
     `parameters` become the values of those parameters, and all parameters on which a solid depends are held at their
     values. Superelements keep the loss factor of their members and have no stresses. Raises OptionError for members
     without a form, such as sections given by constants, and fused ones of different loss factors; ModelError for names
     that a superelement has already.
     """
-    if not isinstance(mechanism, Mechanism):
-        raise OptionError(f"a Mechanism is expected, not a {type(mechanism).__name__}; flexura.load reads a file")
-    if not isinstance(modes, int) or modes < 0:
-        raise OptionError(f"modes = {modes!r}: a whole number, zero or more")
-    if not has_solid_members(mechanism):
-        return mechanism
+    if not isinstance(model, Mechanism):
+        raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
+    if not isinstance(keep, int) or keep < 0:
+        raise OptionError(f"keep = {keep!r}: a whole number, zero or more")
+    if not has_solid_members(model):
+        return model
     if not 0 < size < np.inf:
         raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
-    if found := [problem for problem in problems(mechanism) if problem.path[-1:] == ("mesh_size",)]:
+    if found := [problem for problem in problems(model) if problem.path[-1:] == ("mesh_size",)]:
         raise ModelError(found)
-    plan = Plan(as_beams(mechanism))
-    chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(mechanism, name))}
+    plan = Plan(as_beams(model))
+    chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(model, name))}
     plan.refuse_loads("members as solids")
-    model = assemble(plan, one_design(parameters))
-    tell = announce or (lambda _: None)
+    full = assemble(plan, one_design(parameters))
+    tell = told(progress)
     changed = {}
     for name, members in chosen.items():
-        part = _prototype(mechanism, name)
+        part = _prototype(model, name)
         own: dict[str, Superelement] = {}
-        sizes = {key: size * own_size for key, own_size in mesh_sizes(mechanism, name).items()}
-        for component in own_components(model, name, list(members), _needed(mechanism, part)):
-            own[_short(component.members[0])] = _superelement(model, name, component, modes, sizes, tell)
+        sizes = {key: size * own_size for key, own_size in mesh_sizes(model, name).items()}
+        for component in own_components(full, name, list(members), _needed(model, part)):
+            own[_short(component.members[0])] = _superelement(full, name, component, keep, sizes, tell)
         _refuse_taken(name, part, own)
         kept = {key: member for key, member in {**part.links, **part.flexures}.items() if key not in members}
         fused = {node for member in members.values() for node in member.nodes} - {
@@ -85,9 +86,9 @@ def with_solid_parts(
                 "mesh_size": None,
             }
         )
-    result = changed.get(TOP, mechanism)
-    substructures = {name: changed.get(name, part) for name, part in mechanism.substructures.items()}
-    held = _held(plan, mechanism, chosen, parameters)
+    result = changed.get(TOP, model)
+    substructures = {name: changed.get(name, part) for name, part in model.substructures.items()}
+    held = _held(plan, model, chosen, parameters)
     return result.replaced({"substructures": substructures, "parameters": held, "mesh_size": None})
 
 

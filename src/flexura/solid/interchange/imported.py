@@ -87,11 +87,11 @@ def imported(
     *,
     at: Mapping[str, ArrayLike] | None = None,
     faces: Faces = "rigid",
-    modes: int = 2,
+    keep: int = 2,
     mass: float | None = None,
     loss_factor: float | None = None,
 ) -> ImportedPart:
-    """A solid of another program reduced to nodes and amplitudes of its `modes` lowest modes with these held.
+    """A solid of another program reduced to nodes and amplitudes of its `keep` lowest modes with these held.
 
     `nodes` gives the points of each node's face, as a set of the deck or numbers of nodes; `at` its place, (3,), m,
     where that is not midway between the outermost of them. `faces` follow their nodes as those of solid members do
@@ -103,8 +103,8 @@ def imported(
     """
     if faces not in KINDS:
         raise OptionError(f"faces = {faces!r}: {', '.join(KINDS)}")
-    if not isinstance(modes, int) or modes < 0:
-        raise OptionError(f"modes = {modes!r}: a whole number, zero or more")
+    if not isinstance(keep, int) or keep < 0:
+        raise OptionError(f"keep = {keep!r}: a whole number, zero or more")
     if not nodes or set(at or {}) - set(nodes):
         raise OptionError(
             f"`nodes` names at least one node, and `at` some of these; found {', '.join(at or {}) or 'none'}"
@@ -115,7 +115,7 @@ def imported(
     places = {name: _place(stored, own, (at or {}).get(name)) for name, own in rows.items()}
     T, boundary = _ties(stored, rows, places, faces)
     tied_K, tied_M = (sp.csc_matrix(T.T @ A @ T) for A in (stored.K, stored.M))
-    K, M = _reduced(tied_K, tied_M, boundary, modes)
+    K, M = _reduced(tied_K, tied_M, boundary, keep)
     superelement = Superelement(
         nodes=tuple(nodes),
         amplitudes=len(K) - 6 * len(nodes),

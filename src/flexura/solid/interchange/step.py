@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 @verb
-def write_step(model: FullOrderModel, path: str | Path, only: str | None = None) -> Path:
+def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = None) -> Path:
     """Write members and bodies as named solids to a STEP file, in millimetres.
 
     Members that are one piece are one solid, `leaf1 + arm1`. Bodies that have a form are solids of their own, which may

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.deadline import Listener, told
 from flexura.errors import OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.methods.pairing import mac_matrix
@@ -18,7 +19,7 @@ from flexura.methods.solution import Solution
 from flexura.modal.mode_pairing import pair_by_mac
 from flexura.results import Tabular
 from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.fem.modes import SURE, Announce, SolidModes, beam_mass, solid_modes
+from flexura.solid.fem.modes import SURE, SolidModes, beam_mass, solid_modes
 from flexura.solid.fem.reduced import MOST_MODES
 from flexura.solid.interchange.calculix import calculix_matrices, need_program
 from flexura.solid.mesh.solid_mesh import SolidMesh
@@ -160,53 +161,56 @@ class Verification(Tabular):
 
 @verb
 def verify(
-    mechanism: Mechanism,
+    model: Mechanism,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
     n: int = 6,
     size: float | None = None,
-    parameters: Mapping[str, ArrayLike] | None = None,
     solver: Solver = "flexura",
+    progress: Listener | None = None,
 ) -> Verification:
     """The `n` lowest modes of the solid beside those of the beam models, plain and corrected, paired by shape.
 
     `size` of the fine mesh is relative to the meshers' own choice; two more are coarser. `solver` makes the solid's
-    matrices: this package's elements, or CalculiX, which has tetrahedra alone. Raises ModelError, OptionError and
+    matrices: this package's elements, or CalculiX, which has tetrahedra alone. `progress` is told of every model and
+    mesh. Raises ModelError, OptionError and
     SolverError.
     """
-    *_, last = progressively(mechanism, n, size, parameters, solver)
+    *_, last = progressively(model, parameters, n=n, size=size, solver=solver, progress=progress)
     return last
 
 
 def progressively(
-    mechanism: Mechanism,
+    model: Mechanism,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
     n: int = 6,
     size: float | None = None,
-    parameters: Mapping[str, ArrayLike] | None = None,
     solver: Solver = "flexura",
-    *,
-    announce: Announce = lambda _: None,
+    progress: Listener | None = None,
 ) -> Iterator[Verification]:
-    """`verify` after every row and mesh; `announce` is told each before it starts."""
+    """`verify` after every row and mesh; `progress` is told each before it starts."""
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
-    if not isinstance(mechanism, Mechanism):
-        raise OptionError(f"a Mechanism is expected, not a {type(mechanism).__name__}; flexura.load reads a file")
-    if mechanism.loads or any(mechanism.gravity):
+    if not isinstance(model, Mechanism):
+        raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
+    if model.loads or any(model.gravity):
         raise OptionError("solid elements feel no preload: take the loads and gravity that are described out for it")
     fine = FINE if size is None else float(size)
     least, most = SIZES
     if not least <= fine <= most:
         raise OptionError(f"the mesh size is relative to the default, from {least:g} to {most:g}, not {size!r}")
     single = one_design(parameters)
-    matrices = _matrices(solver)
-    models, described = beam_models(mechanism, single)
+    matrices, announce = _matrices(solver), told(progress)
+    models, described = beam_models(model, single)
     corrected = next(own.model for own in models if own.label == PICTURED)
     if corrected.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
-    done = Verification(mechanism.name, int(n), solver, described, single, (), beam_mass=beam_mass(corrected))
+    done = Verification(model.name, int(n), solver, described, single, (), beam_mass=beam_mass(corrected))
     solved: list[BeamModel] = []
-    for model in models:
-        announce(model.label)
-        solved.append(model.solved(3 * int(n) + 6))
+    for own in models:
+        announce(own.label)
+        solved.append(own.solved(3 * int(n) + 6))
         done = replace(done, rows=tuple(_row(own, int(n)) for own in solved))
         yield done
     found: list[tuple[SolidModes, float]] = []

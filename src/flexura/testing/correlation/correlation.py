@@ -58,22 +58,22 @@ UNSEEN = 1e-6
 
 @verb
 def correlate(
-    mechanism: Mechanism | Plan | FullOrderModel | LowOrderModel,
-    test: IdentifiedModes | Measurement,
-    *,
-    measurement: Measurement | None = None,
+    model: Mechanism | Plan | FullOrderModel | LowOrderModel,
     parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    test: IdentifiedModes | Measurement,
+    measurement: Measurement | None = None,
     n: int | None = None,
-    tolerance: float | None = None,
+    within: float | None = None,
     close: float = CLOSE,
     reduced_mass: ReducedMass = "serep",
 ) -> Correlation:
     """Hold a test against the model of a mechanism: channels paired with DOFs, modes with modes, and compared.
 
     A measurement is identified first; its frequency responses, or those of `measurement`, are laid over the model's.
-    `n` modes of the model are compared, by default all up to 1.5 times the highest test frequency. `tolerance`, m, is
-    that of sensor positions (see `pair_channels`), `close` the relative difference of frequencies below which modes
-    may have mixed (see `pair_modes`), and `reduced_mass` serep or guyan (see `sensor_mass`).
+    `n` modes of the model are compared, by default all up to 1.5 times the highest test frequency. Sensors are looked
+    for `within` that distance, m (see `pair_channels`), `close` is the relative difference of frequencies below which
+    modes may have mixed (see `pair_modes`), and `reduced_mass` serep or guyan (see `sensor_mass`).
 
     Where the mechanism describes a test, the model carries the mass of the accelerometers of the test's setups: shapes
     are those with their mean mass, frequencies means over the placements, responses each of its own placement.
@@ -84,12 +84,12 @@ def correlate(
     if not len(identified.poles):
         raise OptionError(f"{identified.name}: the test has no modes to correlate")
     read = shapes_of(identified)
-    bare = _full(mechanism, parameters)
+    bare = _full(model, parameters)
     full = with_sensors(bare, placements := placements_of(bare.plan, setups_of(identified)))
-    sensors = pair_channels(full, read.channels, tolerance=tolerance)
+    sensors = pair_channels(full, read.channels, within=within)
     if not sensors.matched:
         raise OptionError(nothing_matched(identified.name, sensors))
-    hz, vectors = _model_modes(mechanism, full, identified.frequency_hz, n, placements)
+    hz, vectors = _model_modes(model, full, identified.frequency_hz, n, placements)
     each = placement_frequencies(full, placements, hz, vectors)
     hz = each.mean(axis=0) if placements else hz
     found, pairing = _compared(full, identified, read, sensors, (hz, vectors), close, reduced_mass)
@@ -99,7 +99,7 @@ def correlate(
         (frf, with_sensors(bare, placements_of(bare.plan, [(frf.setup, frf.outputs)])))
         for frf in measured_frfs(measurement)
     ]
-    own = [o for frf, model in loaded for o in overlays(model, [frf], identified, pairing, hz, tolerance)]
+    own = [o for frf, carrying in loaded for o in overlays(carrying, [frf], identified, pairing, hz, within)]
     return replace(found, frfs=tuple(own), notes=notes)
 
 
@@ -168,12 +168,12 @@ def _compared(
     return found, pairing
 
 
-def _full(mechanism: Any, parameters: Mapping[str, ArrayLike] | None) -> FullOrderModel:
-    if isinstance(mechanism, FullOrderModel | LowOrderModel):
-        if parameters:
-            raise OptionError("parameters belong to a mechanism, not to a finished model")
-        return mechanism if isinstance(mechanism, FullOrderModel) else full_order_model(mechanism.design)
-    return assemble(mechanism, parameters)
+def _full(model: Any, parameters: Mapping[str, ArrayLike] | None) -> FullOrderModel:
+    if not isinstance(model, LowOrderModel):
+        return assemble(model, parameters)
+    if parameters:
+        raise OptionError("parameters belong to a mechanism, not to a finished model")
+    return full_order_model(model.design)
 
 
 def _by_setup(
@@ -188,10 +188,10 @@ def _by_setup(
 
 
 def _model_modes(
-    mechanism: Any, full: FullOrderModel, test_hz: Array, n: int | None, placements: Sequence[str]
+    model: Any, full: FullOrderModel, test_hz: Array, n: int | None, placements: Sequence[str]
 ) -> tuple[Array, Array]:
     """Frequencies (k,), Hz, and M-orthonormal full-order vectors (n, k) of the modes compared."""
-    low = mechanism if isinstance(mechanism, LowOrderModel) else None
+    low = model if isinstance(model, LowOrderModel) else None
     K, M = (full.K, full.M) if low is None else (low.K, low.M)
     if low is not None and (added := added_mass(full, placements)) is not None:
         M = M + added.on(added.motion @ low.recover(np.eye(low.order)))

@@ -48,7 +48,7 @@ def overlays(
     identified: IdentifiedModes,
     pairing: ModePairing,
     model_hz: Array,
-    tolerance: float | None,
+    within: float | None,
 ) -> tuple[FRFOverlay, ...]:
     """The model's responses under all measured ones of which inputs and outputs are found in the model.
 
@@ -59,7 +59,7 @@ def overlays(
     top = BAND * float(identified.frequency_hz.max())
     found = []
     for frf in frfs:
-        outputs, inputs = (pair_channels(model, c, tolerance=tolerance) for c in (frf.outputs, frf.inputs))
+        outputs, inputs = (pair_channels(model, c, within=within) for c in (frf.outputs, frf.inputs))
         own = np.flatnonzero((frf.frequency_hz > 0) & (frf.frequency_hz <= top))
         if not (outputs.matched and inputs.matched and len(own)):
             continue

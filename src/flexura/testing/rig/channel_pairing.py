@@ -105,19 +105,19 @@ class _Found:
 
 @verb
 def pair_channels(
-    model: FullOrderModel, channels: Sequence[MeasuredChannel], tolerance: float | None = None
+    model: FullOrderModel, channels: Sequence[MeasuredChannel], *, within: float | None = None
 ) -> ChannelPairing:
     """Find what each channel of a test reads in the model (theory eqs. Q1-Q2).
 
     A channel with a direction is matched by the name of its node, or by its position: with the nearest node or point of
-    the described test, or a rigid body with a solid that contains it, within `tolerance`, m (2 % of the longest side of
-    the mechanism when left out). It reads the point where it sits, on a rigid arm from that node. Other channels go by
-    their name: that of a hammer point or accelerometer of the test, of a described sensor or actuator, or of a DOF such
-    as `platform.tz`. A channel without a counterpart is reported with
-    the nearest node; a position that is in other units, or in another frame, shows there.
-    Raises OptionError for a tolerance that is not positive and for a position that is not finite.
+    the described test, or a rigid body with a solid that contains it, `within` that distance, m (2 % of the longest
+    side of the mechanism when left out). It reads the point where it sits, on a rigid arm from that node. Other
+    channels go by their name: that of a hammer point or accelerometer of the test, of a described sensor or actuator,
+    or of a DOF such as `platform.tz`. A channel without a counterpart is reported with the nearest node; a position
+    that is in other units, or in another frame, shows there. Raises OptionError for a distance that is not positive and
+    for a position that is not finite.
     """
-    places = _Places(model, tolerance)
+    places = _Places(model, within)
     found: list[_Found] = []
     at: list[int] = []
     unmatched: list[UnmatchedChannel] = []
@@ -181,15 +181,15 @@ def _rows(model: FullOrderModel, found: list[_Found]) -> Array:
 class _Places:
     """The nodes, bodies and described channels of one model."""
 
-    def __init__(self, model: FullOrderModel, tolerance: float | None) -> None:
+    def __init__(self, model: FullOrderModel, within: float | None) -> None:
         self.model, self.topology = model, model.plan.topology
         self.names = self.topology.node_names
         self.placed = np.flatnonzero(self.topology.has_position)
         self.x = model.geometry.positions[self.placed]
         size = float(np.ptp(self.x, axis=0).max(initial=0.0))
-        self.tolerance = (WITHIN * size or POINT) if tolerance is None else float(tolerance)
-        if not self.tolerance > 0:
-            raise OptionError(f"the tolerance of positions is a positive length in m, not {self.tolerance:g}")
+        self.within = (WITHIN * size or POINT) if within is None else float(within)
+        if not self.within > 0:
+            raise OptionError(f"within is a positive length in m, not {self.within:g}")
         self.described = Placement(model.design)
         self.bodies = list(_solid_bodies(model))
         described = None if model.plan.mechanism.test is None else PlacesOfTest(model.design)
@@ -229,7 +229,7 @@ class _Places:
         distance = min([distance, *(_gap(p, x) for p in self.points if root[p.number] == root[number])])
         if self.topology.is_rigid[number]:
             distance = min([distance, *(b.distance(x) for b in self.bodies if b.root == root[number])])
-        if distance > self.tolerance:
+        if distance > self.within:
             reason = f"node {channel.node} is not where the channel is said to be"
             return UnmatchedChannel(channel, reason, channel.node, distance)
         return _Found(ChannelMatch(channel, channel.node, "node", distance), number, x, d)
@@ -244,15 +244,15 @@ class _Places:
         for body in self.bodies:
             if (gap := body.distance(x)) < distance:
                 number, distance, how = body.number, gap, "body"
-        if distance > self.tolerance:
-            reason = f"nothing of the model is within {1e3 * self.tolerance:.3g} mm of it"
+        if distance > self.within:
+            reason = f"nothing of the model is within {1e3 * self.within:.3g} mm of it"
             return UnmatchedChannel(channel, reason, self.names[number], distance)
         return _Found(ChannelMatch(channel, self.names[number], how, distance), number, x, d)
 
     def _by_test(self, channel: MeasuredChannel, x: Array | None) -> _Found | None:
         """A channel that lacks its place or its direction, and has the name of a point of the described test."""
         point = (self.hammer if channel.quantity == "force" else self.accelerometers).get(channel.name)
-        if point is None or channel.quantity in TURNS or (x is not None and _gap(point, x) > self.tolerance):
+        if point is None or channel.quantity in TURNS or (x is not None and _gap(point, x) > self.within):
             return None
         own = point.channel if channel.direction is None else channel
         at = np.array(point.channel.position if x is None else x, dtype=float)
@@ -319,7 +319,7 @@ class _Places:
         for unit, factor in UNITS_OF_LENGTH.items():
             gaps = np.linalg.norm(self.x[None] - factor * x[:, None], axis=2).min(axis=1)
             gaps = np.minimum(gaps, [min((b.distance(factor * p) for b in self.bodies), default=np.inf) for p in x])
-            if (gaps <= self.tolerance).all():
+            if (gaps <= self.within).all():
                 return [f"the positions without a counterpart fit the model when read as {unit}: they are given in m"]
         return []
 

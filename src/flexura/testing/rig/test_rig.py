@@ -49,7 +49,7 @@ class ModalTestRig:
         test: ModalTest | None = None,
         damping: Damping | float | Mapping[str, Any] | None = None,
     ) -> None:
-        plan = plan_of(mechanism)
+        plan = plan_of(mechanism, parameters)
         described = test or plan.mechanism.test
         if described is None:
             raise OptionError(f"{plan.mechanism.name} describes no test: add the key test to its file")

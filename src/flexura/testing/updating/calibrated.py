@@ -8,10 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import Listener
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism.substructure import Mechanism
 from flexura.results import Tabular
-from flexura.testing.updating.markov_chain import Progress
 from flexura.testing.updating.misfit import Misfit
 from flexura.testing.updating.posterior import LEAST_GAIN, Direction, Sample, draw
 from flexura.testing.updating.residuals import Problem
@@ -115,7 +115,7 @@ class Calibration(Tabular):
         """Combinations of parameters that the data cannot tell."""
         return tuple(d for d in self.directions if d.information_gain < LEAST_GAIN)
 
-    def sample(self, draws: int = 1000, seed: int = 0, progress: Progress | None = None) -> Sample:
+    def sample(self, draws: int = 1000, seed: int = 0, progress: Listener | None = None) -> Sample:
         """Draws of the posterior with the model itself, which check the Gaussian intervals (theory eq. K19).
 
         They take the standard deviations of the data as they are, without an error of the model.

@@ -19,7 +19,7 @@ DIGITS = 6
 
 
 @verb
-def save_calibrated(calibration: Calibration, path: str | Path, base: str | Path, configuration: int = 0) -> Path:
+def save_calibrated(calibration: Calibration, path: str | Path, *, base: str | Path, configuration: int = 0) -> Path:
     """Write a model file that extends `base`, the file that was calibrated, with the new values and what they rest on.
 
     Values have six digits. `configuration` counts the mechanisms that were calibrated together. Raises OptionError when

@@ -35,11 +35,11 @@ AT_BOUND = 1e-3
 
 @verb
 def calibrate(
-    mechanism: Mechanism | Plan,
-    data: Any,
-    free: Sequence[str],
+    model: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
+    data: Any,
+    free: Sequence[str],
     also: Sequence[tuple[Mechanism | Plan, Any]] = (),
     method: Method = "map",
     sigma: float = 0.01,
@@ -87,7 +87,7 @@ def calibrate(
     at = one_design(parameters)
     pairs = [
         (own, targets_of(measured, sigma, shape_sigma, response_sigma, damping))
-        for own, measured in ((mechanism, data), *also)
+        for own, measured in ((model, data), *also)
     ]
     together = configurations(pairs, free, at)
     own = unknowns(together, at, priors)

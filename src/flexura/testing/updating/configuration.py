@@ -51,7 +51,7 @@ def configurations(
     Raises ModelError for a description that cannot be used, and OptionError for parameters that none knows and a
     mechanism with nothing to move.
     """
-    plans = [plan_of(mechanism) for mechanism, _ in pairs]
+    plans = [_plan(mechanism, at) for mechanism, _ in pairs]
     known = [plan.mechanism.parameters for plan in plans]
     chosen = list(free_names(plans[0], free) if len(plans) == 1 or isinstance(free, str) else free)
     for name in chosen:
@@ -74,3 +74,10 @@ def configurations(
         label = next(s for s in (label, *(f"{label} ({k})" for k in range(2, 99))) if s not in taken)
         found.append(Configuration(label, plan, unbounded(plan), moved, fixed, tuple(targets)))
     return tuple(found)
+
+
+def _plan(mechanism: Mechanism | Plan, at: Mapping[str, float]) -> Plan:
+    """The plan of a mechanism, its solid members at those of the parameters `at` that it has."""
+    if isinstance(mechanism, Mechanism):
+        at = {name: value for name, value in at.items() if name in mechanism.parameters}
+    return plan_of(mechanism, at)

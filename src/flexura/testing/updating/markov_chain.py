@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import Listener, Progress
+
 Array = NDArray[np.float64]
 Cost = Callable[[Array], float]
-Progress = Callable[[int, int], None]
 
 CHAINS = 4
 """Chains, from starts spread wider than the posterior."""
@@ -44,7 +45,7 @@ def metropolis(
     cost: Cost,
     count: int,
     seed: int,
-    progress: Progress | None = None,
+    progress: Listener | None = None,
 ) -> Chains:
     """Draw from exp(-cost(z)) within bounds by random walks (Metropolis et al. 1953; theory eq. K19).
 
@@ -67,7 +68,7 @@ def metropolis(
                 kept[k - tune] = walk.z
                 done += 1
             if progress is not None:
-                progress(k + 1, total)
+                progress(Progress("draws", k + 1, total))
     except KeyboardInterrupt:
         if done < 4:
             raise

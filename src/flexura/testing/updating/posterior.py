@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import Listener
 from flexura.linalg import ranked, turned
 from flexura.results import Tabular
-from flexura.testing.updating.markov_chain import Cost, Progress, effective_draws, metropolis, split_r_hat
+from flexura.testing.updating.markov_chain import Cost, effective_draws, metropolis, split_r_hat
 
 Array = NDArray[np.float64]
 
@@ -124,7 +125,7 @@ def draw(
     names: Sequence[str],
     count: int,
     seed: int,
-    progress: Progress | None = None,
+    progress: Listener | None = None,
 ) -> Sample:
     """About `count` draws of the posterior exp(-cost(z)) by random walks about its Gaussian approximation."""
     found = metropolis(centre, cov, bounds, cost, count, seed, progress)

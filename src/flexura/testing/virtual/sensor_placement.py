@@ -105,29 +105,27 @@ class SensorPlacement(Tabular):
 
 @verb
 def place_sensors(
-    mechanism: Mechanism | Plan | FullOrderModel,
-    k: int,
+    model: Mechanism | Plan | FullOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    sensors: int,
     n: int = 6,
     candidates: Sequence[str] | None = None,
-    *,
-    parameters: Mapping[str, ArrayLike] | None = None,
     exchange: bool = True,
 ) -> SensorPlacement:
-    """The best k of the candidate sensors for telling the first n modes apart, by effective independence.
+    """The best places for so many `sensors` among the candidates, to tell the first `n` modes apart.
 
-    Candidates are described sensors and DOFs by name, wildcards allowed (`platform.t*`); by default all described
-    sensors, or without any the displacements of all nodes that the description names. The sensor that contributes
-    least to the determinant of the Fisher information of the modal coordinates is left out until k remain (Kammer 1991;
-    theory eqs. Q14-Q15); with `exchange`, sensors are then swapped for left-out ones while the determinant grows
-    (Fedorov 1972). All sensors are equally accurate, a rotation counting as the displacement at half of the longest
-    side of the mechanism; their mass is not part of this.
+    The way is effective independence. `candidates` are described sensors and DOFs by name, wildcards allowed
+    (`platform.t*`); by default all described sensors, or without any the displacements of all nodes that the
+    description names. The sensor that contributes least to the determinant of the Fisher information of the modal
+    coordinates is left out until so many remain (Kammer 1991; theory eqs. Q14-Q15); with `exchange`, sensors are then
+    swapped for left-out ones while the determinant grows (Fedorov 1972). All sensors are equally accurate, a rotation
+    counting as the displacement at half of the longest side of the mechanism; their mass is not part of this.
 
     Raises ModelError, and OptionError for unknown candidates, fewer sensors than modes, and candidates that do not tell
     the modes apart.
     """
-    if isinstance(mechanism, FullOrderModel) and parameters:
-        raise OptionError("parameters belong to a mechanism, not to a finished model")
-    full = mechanism if isinstance(mechanism, FullOrderModel) else assemble(mechanism, parameters)
+    full, k = assemble(model, parameters), sensors
     if not 1 <= n <= k:
         raise OptionError(f"{n} modes need at least {n} sensors, and at least one mode is asked for; found {k} sensors")
     pairs = full_order_modes(full, n)

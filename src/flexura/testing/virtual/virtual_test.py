@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.deadline import Listener, told
 from flexura.errors import OptionError, SolverError
 from flexura.mechanism import Mechanism, ModalTest
 from flexura.mechanism.damping import Damping
@@ -27,7 +28,6 @@ from flexura.testing.rig.test_rig import ModalTestRig, TrueModes
 from flexura.testing.virtual.hammer_pulse import hammer_pulse, response_to_pulse
 
 Array = NDArray[np.float64]
-Announce = Callable[[str], None]
 
 QUIET_SAMPLES = 40
 """Samples before a pulse, beside as many as it has itself, from which offset and noise are told."""
@@ -130,22 +130,22 @@ class VirtualTest(Tabular):
 
 @verb
 def virtual_test(
-    mechanism: Mechanism | Plan,
+    model: Mechanism | Plan,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
     test: ModalTest | None = None,
+    band: tuple[float, float] | None = None,
     damping: Damping | float | Mapping[str, Any] | None = None,
     seed: int = 0,
     double_hits: int = 0,
-    announce: Announce | None = None,
-    **how: Any,
+    progress: Listener | None = None,
 ) -> VirtualTest:
     """Simulate the modal test that a mechanism describes, or `test`, identify its modes, and compare with the truth.
 
     Every placement of accelerometers is a full-order model with their mass where they are; hits are closed-form
     responses of all its modes up to half the sample rate (theory eqs. H13-H15), with white noise. `damping` replaces
-    that of the description. `double_hits`: so many more hits at every point bounce, to be rejected. Further arguments
-    are those of `identify`. `announce` is told of each step.
+    that of the description. `band` (from, to), Hz, replaces that of the test. `double_hits`: so many more hits at every
+    point bounce, to be rejected. `seed` is that of the noise and of the peaks. `progress` is told of each step.
 
     Raises OptionError for a mechanism without a test and for impossible numbers, ModelError for a description that
     cannot be used, SolverError for one that floats. When nothing can be estimated or identified, notes say why.
@@ -154,8 +154,8 @@ def virtual_test(
         raise OptionError(f"double_hits is a number of hits, not {double_hits!r}")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise OptionError(f"a seed is a whole number that is not negative, not {seed!r}")
-    say = announce or (lambda _: None)
-    rig = ModalTestRig(mechanism, parameters, test, damping)
+    say = told(progress)
+    rig = ModalTestRig(model, parameters, test, damping)
     bare = true_modes(None, rig.modes(None))
     rng = np.random.default_rng(int(seed))
     recordings: list[Recording] = []
@@ -175,7 +175,7 @@ def virtual_test(
             recordings,
             exponential=t.exponential,  # type: ignore[arg-type]
             force_window=t.force_window,  # type: ignore[arg-type]
-            band=t.band,  # type: ignore[arg-type]
+            band=t.band if band is None else band,  # type: ignore[arg-type]
         )
     except OptionError as error:
         notes.append(f"no frequency responses: {error}")
@@ -185,7 +185,7 @@ def virtual_test(
     if frfs:
         say("identifying")
         try:
-            found = identify(measurement, **how)
+            found = identify(measurement)
         except (OptionError, SolverError) as error:
             notes.append(f"no modes identified: {error}")
     rows, false_hz = compared(rig, bare, mass_loaded, found, band)
