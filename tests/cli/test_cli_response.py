@@ -60,29 +60,29 @@ def flexura(capsys, monkeypatch):
 
 
 def test_statics_of_a_cantilever(beam, flexura):
-    status, out, _ = flexura("statics", beam, "--actuator", "c*=1.5", "--node", "tip", "--json")
+    status, out, _ = flexura("statics", beam, "--actuator", "c*=1.5 N", "--node", "tip", "--json")
     data = json.loads(out)
     assert status == 0
     assert data["readings"]["gap"] == pytest.approx(1.5 * L**3 / (3 * E * I_Y), rel=1e-9)
     assert data["displacement"]["tip"][4] == pytest.approx(-1.5 * L**2 / (2 * E * I_Y), rel=1e-9)
     assert data["stress"][0]["von_mises_Pa"] == pytest.approx(1.5 * L * 1e-3 / I_Y, rel=1e-3)
-    assert "yields at" in flexura("statics", beam, "--load", "tip=0,0,1")[1]
+    assert "yields at" in flexura("statics", beam, "--load", "tip=0,0,1 N")[1]
 
 
 def test_kinetostatics_of_a_cantilever(beam, flexura):
-    status, out, _ = flexura("kinetostatics", beam, "tip", "--json")
+    status, out, _ = flexura("kinetostatics", beam, "--platform", "tip", "--json")
     data = json.loads(out)
     assert status == 0
     assert data["kind"] == "1R" and data["freedoms"][0]["direction"] == pytest.approx([0, 1, 0], abs=1e-6)
     # a tip force turns the end of a cantilever about a point two thirds of the length behind it
     assert data["freedoms"][0]["point"][0] == pytest.approx(L / 3, rel=1e-6)
     assert data["workspace"][2] == pytest.approx([-2 * L**3 / (3 * E * I_Y), 2 * L**3 / (3 * E * I_Y)], rel=1e-9)
-    assert "1R" in flexura("kinetostatics", beam, "tip")[1]
+    assert "1R" in flexura("kinetostatics", beam, "--platform", "tip")[1]
 
 
 def test_frequency_response_and_its_files(beam, flexura, tmp_path):
     table = tmp_path / "h.csv"
-    words = ("frequency-response", beam, "--band", "20,400", "--out", table, "--plot", tmp_path / "out")
+    words = ("frequency-response", beam, "--band", "20,400 Hz", "--out", table, "--plot", tmp_path / "out")
     status, out, _ = flexura(*words, "--json")
     data = json.loads(out)
     assert status == 0
@@ -98,7 +98,7 @@ def test_frequency_response_and_its_files(beam, flexura, tmp_path):
 
 def test_time_response_and_its_file(beam, flexura, tmp_path):
     table = tmp_path / "y.csv"
-    words = ("time-response", beam, "--dt", "50 us", "--step", "coil=1", "--duration", "2 s", "-o", "gap")
+    words = ("time-response", beam, "--dt", "50 us", "--step", "coil=1 N", "--duration", "2 s", "-o", "gap")
     status, out, _ = flexura(*words, "--out", table, "--json")
     data = json.loads(out)
     assert status == 0
@@ -154,20 +154,20 @@ def test_a_discrete_state_space_is_written(beam, flexura, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("frequency-response", "--band", "0,100"), "0 < from < to"),
-        (("frequency-response", "--band", "100"), "FROM,TO"),
-        (("frequency-response", "--band", "1,100", "-i", "coal"), "did you mean coil"),
-        (("frequency-response", "--band", "1,100", "-o", "tip.tw"), "there is no output"),
-        (("frequency-response", "--band", "1,100", "--damping", "1.0"), "below 1"),
-        (("frequency-response", "--band", "1,100", "-o", "root.tz"), "held"),
-        (("time-response", "--dt", "1", "--step", "coil=1", "--duration", "1s"), "time with its unit"),
-        (("time-response", "--dt", "1ms", "--step", "coil=1"), "duration"),
+        (("frequency-response", "--band", "0,100 Hz"), "0 < from < to"),
+        (("frequency-response", "--band", "100 Hz"), "FROM,TO"),
+        (("frequency-response", "--band", "1,100 Hz", "-i", "coal"), "did you mean coil"),
+        (("frequency-response", "--band", "1,100 Hz", "-o", "tip.tw"), "there is no output"),
+        (("frequency-response", "--band", "1,100 Hz", "--damping", "1.0"), "below 1"),
+        (("frequency-response", "--band", "1,100 Hz", "-o", "root.tz"), "held"),
+        (("time-response", "--dt", "1", "--step", "coil=1 N", "--duration", "1s"), "time with its unit"),
+        (("time-response", "--dt", "1ms", "--step", "coil=1 N"), "duration"),
         (("time-response", "--dt", "1ms", "--duration", "1 s"), "nothing acts"),
         (("time-response", "--dt", "1ms", "--signals", "nowhere.csv"), "does not exist"),
         (("statics", "--actuator", "coil"), "NAME=VALUE"),
-        (("statics", "--actuator", "coil=nan"), "finite"),
-        (("kinetostatics", "root"), "held"),
-        (("frequency-response", "--band", "1,100", "--out", "h.uff"), "must be named .csv"),
+        (("statics", "--actuator", "coil=nan N"), "finite"),
+        (("kinetostatics", "--platform", "root"), "held"),
+        (("frequency-response", "--band", "1,100 Hz", "--out", "h.uff"), "must be named .csv"),
         (("frequency-response", "--band", "1 Hz,2 s"), "no frequency"),
         (("export", "--out", "x.xyz"), "no format"),
         (("export", "--out", "x.uff", "--what", "response"), "--band"),
@@ -220,19 +220,19 @@ def stacked(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("written", "bare"),
+    ("written", "other_unit"),
     [
-        ("coil=1500 mN", "coil=1.5"),
-        ("coil=1.5N", "coil=1.5"),
-        ("stack=3 um", "stack=3e-6"),
-        ("amplified=0.075 kV", "amplified=75"),
-        ("twist=20 N*mm", "twist=0.02"),
-        ("*oil=2 [N]", "coil=2"),
+        ("coil=1500 mN", "coil=1.5 N"),
+        ("coil=1.5N", "coil=1.5 N"),
+        ("stack=3 um", "stack=3e-6 m"),
+        ("amplified=0.075 kV", "amplified=75 V"),
+        ("twist=20 N*mm", "twist=0.02 N*m"),
+        ("*oil=2 [N]", "coil=2 N"),
     ],
 )
-def test_a_command_with_its_unit_is_the_same_as_bare_in_si(stacked, flexura, written, bare):
+def test_a_command_is_the_same_in_every_unit(stacked, flexura, written, other_unit):
     one, other = (
-        flexura("statics", stacked, "--actuator", text, "--node", "tip", "--json") for text in (written, bare)
+        flexura("statics", stacked, "--actuator", text, "--node", "tip", "--json") for text in (written, other_unit)
     )
     assert one == other and one[0] == 0
     assert json.loads(one[1])["displacement"]["tip"][2] != 0
@@ -247,6 +247,7 @@ def test_a_command_with_its_unit_is_the_same_as_bare_in_si(stacked, flexura, wri
         ("--actuator", "twist=3 N*m/deg", "N*m/deg is no unit of twist, which takes moment in N*m"),
         ("--actuator", "turntable=1 Hz^2", "Hz^2 is no unit of turntable, which takes angular_acceleration in rad/s^2"),
         ("--actuator", "coil=3 parsnips", "'parsnips' is not a unit"),
+        ("--actuator", "stack=3", "'3' has no unit; stack takes expansion in m"),
         ("--actuator", "coil=-inf", "a number must be finite"),
         ("--actuator", "coil", "NAME=VALUE is expected"),
         ("--actuator", "coil=1,2", "NAME=VALUE is expected"),
@@ -260,38 +261,38 @@ def test_a_command_in_a_unit_of_another_quantity_is_refused(stacked, flexura, op
 
 
 def test_a_command_given_twice_is_refused(beam, flexura):
-    status, _, err = flexura("statics", beam, "--actuator", "coil=1", "--actuator", "coil=2 N")
+    status, _, err = flexura("statics", beam, "--actuator", "coil=1 N", "--actuator", "coil=2 N")
     assert status == 2 and "coil has a value already" in err
 
 
-def test_buckling_takes_commands_with_units(beam, flexura):
-    one, other = (flexura("buckling", beam, "--actuator", text, "--json") for text in ("coil=500 mN", "coil=0.5"))
+def test_preload_takes_commands_with_units(beam, flexura):
+    one, other = (flexura("preload", beam, "--actuator", text, "--json") for text in ("coil=500 mN", "coil=0.5 N"))
     assert one == other and one[0] == 0
-    assert "um is no unit of coil" in flexura("buckling", beam, "--actuator", "coil=5 um")[2]
+    assert "um is no unit of coil" in flexura("preload", beam, "--actuator", "coil=5 um")[2]
 
 
 @pytest.mark.parametrize(
-    ("option", "written", "bare"),
+    ("option", "written", "other_unit"),
     [
-        ("--step", "coil=500 mN", "coil=0.5"),
-        ("--step", "twist=10 N*mm", "twist=0.01"),
-        ("--step", "ground.tz=100 mm/s^2", "ground.tz=0.1"),
-        ("--step", "turntable=180 deg/s^2", "turntable=3.141592653589793"),
-        ("--step", "turntable=2 1/s^2", "turntable=2"),
-        ("--impulse", "coil=5 mN*s", "coil=0.005"),
-        ("--impulse", "ground.tz=10 mm/s", "ground.tz=0.01"),
-        ("--impulse", "stack=10 um*ms", "stack=1e-8"),
-        ("--release", "amplified=10 V", "amplified=10"),
-        ("--hammer", "coil=5000 mN,2 ms", "coil=5,0.002"),
-        ("--sweep", "coil=1000 mN,10 Hz,0.1 kHz", "coil=1,10,100"),
-        ("--noise", "coil=1000 mN,10 Hz,0.1 kHz", "coil=1,10,100"),
-        ("--noise", "coil=1000 mN", "coil=1"),
+        ("--step", "coil=500 mN", "coil=0.5 N"),
+        ("--step", "twist=10 N*mm", "twist=0.01 N*m"),
+        ("--step", "ground.tz=100 mm/s^2", "ground.tz=0.1 m/s^2"),
+        ("--step", "turntable=180 deg/s^2", "turntable=3.141592653589793 rad/s^2"),
+        ("--step", "turntable=2 1/s^2", "turntable=2 rad/s^2"),
+        ("--impulse", "coil=5 mN*s", "coil=0.005 N*s"),
+        ("--impulse", "ground.tz=10 mm/s", "ground.tz=0.01 m/s"),
+        ("--impulse", "stack=10 um*ms", "stack=1e-8 m*s"),
+        ("--start", "amplified=0.01 kV", "amplified=10 V"),
+        ("--hammer", "coil=5000 mN,2 ms", "coil=5 N,0.002 s"),
+        ("--sweep", "coil=1000 mN,10 Hz,0.1 kHz", "coil=1 N,10 Hz,100 Hz"),
+        ("--noise", "coil=1000 mN,10 Hz,0.1 kHz", "coil=1 N,10 Hz,100 Hz"),
+        ("--noise", "coil=1000 mN", "coil=1 N"),
     ],
 )
-def test_signals_with_units_are_the_same_as_bare_in_si(stacked, flexura, option, written, bare):
+def test_signals_are_the_same_in_every_unit(stacked, flexura, option, written, other_unit):
     one, other = (
         flexura("time-response", stacked, "--dt", "1ms", "--duration", "50ms", "-o", "gap", option, text, "--json")
-        for text in (written, bare)
+        for text in (written, other_unit)
     )
     assert one == other and one[0] == 0
 
@@ -306,14 +307,14 @@ def test_signals_with_units_are_the_same_as_bare_in_si(stacked, flexura, option,
             "turntable=5 Hz",
             "Hz is no unit of turntable, which takes impulses of angular_acceleration in rad/s",
         ),
-        ("--release", "coil=5 V", "V is no unit of coil"),
+        ("--start", "coil=5 V", "V is no unit of coil"),
         ("--hammer", "coil=5 m,2 ms", "m is no unit of coil"),
         ("--hammer", "coil=5 N,2 N", "is no time"),
         ("--hammer", "coil=5 N", "NAME=PEAK,WIDTH is expected"),
         ("--sweep", "coil=5 N,10 rad/s,100 rad/s", "'10 rad/s' is no frequency; it is written in Hz"),
         ("--sweep", "coil=5 Pa,10 Hz,100 Hz", "Pa is no unit of coil"),
         ("--noise", "coil=5 N,10", "NAME=RMS[,FROM,TO] is expected"),
-        ("--noise", "coil=5 N,10,60 rpm", "'60 rpm' is no frequency"),
+        ("--noise", "coil=5 N,10 Hz,60 rpm", "'60 rpm' is no frequency"),
     ],
 )
 def test_signals_in_units_of_another_quantity_are_refused(stacked, flexura, option, text, said):

@@ -160,11 +160,11 @@ def test_workspace_beyond_the_linear_range():
 
 
 RUNS = {
-    "statics": [str(AMPLIFIER), "--actuator", "piezo=3e-3"],
-    "kinetostatics": [str(AMPLIFIER), "output", "--set", "piezo_stroke=600 um"],
-    "frequency-response": [str(GUIDE), "--band", "10,100", "-i", "carriage.tx", "-o", "carriage.tx"],
+    "statics": [str(AMPLIFIER), "--actuator", "piezo=3 mm"],
+    "kinetostatics": [str(AMPLIFIER), "--platform", "output", "--set", "piezo_stroke=600 um"],
+    "frequency-response": [str(GUIDE), "--band", "10,100 Hz", "-i", "carriage.tx", "-o", "carriage.tx"],
     "time-response": [
-        *(str(AMPLIFIER), "--dt", "0.02ms", "--duration", "2ms", "--step", "piezo=3e-3", "--damping", "0.01")
+        *(str(AMPLIFIER), "--dt", "0.02ms", "--duration", "2ms", "--step", "piezo=3 mm", "--damping", "0.01")
     ],
 }
 

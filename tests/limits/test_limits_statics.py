@@ -120,7 +120,7 @@ def test_warnings_as_errors():
 
 
 def test_shell():
-    run = ["statics", str(EXAMPLES / "amplifier" / "amplifier.yaml"), "--actuator", "piezo=3e-3"]
+    run = ["statics", str(EXAMPLES / "amplifier" / "amplifier.yaml"), "--actuator", "piezo=3 mm"]
     result = CliRunner().invoke(app, run)
     assert result.exit_code == 0
     assert "warning: piezo is driven with 3 mm, 100 times what gives its free stroke, 30 um" in result.stdout

@@ -179,7 +179,7 @@ def test_impossible_steps_are_refused(step, words):
 
 
 def test_unknown_reduction_methods_are_refused():
-    with pytest.raises(fx.OptionError, match="method is one of"):
+    with pytest.raises(fx.OptionError, match="reduction is one of"):
         fx.reduce(fx.load(EXAMPLES / "pivot" / "pivot.yaml"), reduction="magic")
 
 

@@ -177,7 +177,7 @@ def test_a_resonance_that_nothing_damps():
 def test_shell():
     """A line in the terminal, a key in JSON, and an error with --strict."""
     words = ["time-response", str(EXAMPLES / "rpr/rpr_piezo.yaml"), "--dt", "1ms", "--duration", "0.1s"]
-    words += ["--step", "rpu1.c.piezo=1", "-o", "rpu1.c.force"]
+    words += ["--step", "rpu1.c.piezo=1 V", "-o", "rpu1.c.force"]
     shown = CliRunner().invoke(app, words)
     assert shown.exit_code == 0 and "left out but for their static part" in shown.output
     data = json.loads(CliRunner().invoke(app, [*words, "--json"]).stdout)

@@ -167,5 +167,5 @@ def test_shell(tmp_path):
     (tmp_path / "t.npz").unlink()
     refused = CliRunner().invoke(app, [*words, "--strict"])
     assert refused.exit_code == 1 and not (tmp_path / "t.npz").exists()
-    fine = CliRunner().invoke(app, [*words, "--strict", "-n", "12", "--residual-modes", "--band", "1,1000"])
+    fine = CliRunner().invoke(app, [*words, "--strict", "-n", "12", "--residual-modes", "--band", "1,1000 Hz"])
     assert fine.exit_code == 0, fine.output

@@ -127,22 +127,24 @@ def test_correlate_from_the_shell(run, bar, measured, tmp_path):
     assert "4 of 4 test modes paired" in out
     assert "-1.96 %" in out
     assert "wrong way round" in out
-    status, out, _ = run("correlate", tmp_path / "bar.yaml", data, "--json", "-n", "3", "--tolerance", "1 mm")
+    status, out, _ = run("correlate", tmp_path / "bar.yaml", data, "--json", "-n", "3", "--within", "1 mm")
     assert status == 0
     assert [p["model"] for p in json.loads(out)["pairs"]] == [1, 2, 3]
-    status, _, err = run("correlate", tmp_path / "bar.yaml", data, "--tolerance", "1 Hz")
+    status, _, err = run("correlate", tmp_path / "bar.yaml", data, "--within", "1 Hz")
     assert status == 2 and "length" in err
 
 
 def test_place_sensors_from_the_shell(run, bar, tmp_path):
     fx.save(bar, tmp_path / "bar.yaml")
     status, out, err = run(
-        "place-sensors", tmp_path / "bar.yaml", "-k", "3", "-n", "2", "--plot", tmp_path / "pictures"
+        "place-sensors", tmp_path / "bar.yaml", "--sensors", "3", "-n", "2", "--plot", tmp_path / "pictures"
     )
     assert status == 0, err
     assert "n5.t" in out
     assert (tmp_path / "pictures" / "sensors.png").exists()
-    status, out, _ = run("place-sensors", tmp_path / "bar.yaml", "-k", "2", "-n", "2", "--candidate", "n5.t*", "--json")
+    status, out, _ = run(
+        "place-sensors", tmp_path / "bar.yaml", "--sensors", "2", "-n", "2", "--candidate", "n5.t*", "--json"
+    )
     assert {s["name"] for s in json.loads(out)["sensors"]} == {"n5.ty", "n5.tz"}
-    status, _, err = run("place-sensors", tmp_path / "bar.yaml", "-k", "1", "-n", "2")
+    status, _, err = run("place-sensors", tmp_path / "bar.yaml", "--sensors", "1", "-n", "2")
     assert status == 2 and "at least 2 sensors" in err

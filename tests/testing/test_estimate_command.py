@@ -22,7 +22,7 @@ def test_records_become_responses(tmp_path):
     silent = replace(hits[0], samples=hits[0].samples * [[1], [1], [0]], name="the loose one")
     data = fx.write_measurement(fx.Measurement("stage", (*hits, silent)), tmp_path / "hits.uff")
     target = tmp_path / "frf.uff"
-    done = run("estimate-frf", data, "--out", target, "--exponential", "1e-6", "--band", "5,60")
+    done = run("estimate-frf", data, "--out", target, "--exponential", "1e-6", "--band", "5,60 Hz")
     assert done.exit_code == 0, done.output
     assert "left out 1 of 4 records: the loose one: p2.tz: all samples are 0" in " ".join(done.output.split())
     (frf,) = fx.read_measurement(target).frfs

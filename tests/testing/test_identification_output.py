@@ -48,12 +48,12 @@ def test_command(tmp_path, two, monkeypatch, capsys):
     assert names == ["stabilisation_01.png", "stabilisation_02.png", "synthesis_01.png", "synthesis_02.png"]
     for name in names:
         assert np.ptp(matplotlib.image.imread(tmp_path / "pictures" / name)[..., :3]) > 0.9
-    status, out, err = run(["identify", path, "--pick", "19", "--band", "5,50", "--json"], monkeypatch, capsys)
+    status, out, err = run(["identify", path, "--select", "19 Hz", "--band", "5,50 Hz", "--json"], monkeypatch, capsys)
     data = json.loads(out)
     assert (status, err) == (0, "")
     assert data["frequency_hz"] == pytest.approx([19.0], rel=1e-3)
     assert len(data["setups"]) == 2
-    status, out, err = run(["identify", path, "--pick", "45"], monkeypatch, capsys)
+    status, out, err = run(["identify", path, "--select", "45 Hz"], monkeypatch, capsys)
     assert (status, out) == (2, "") and "no pole near 45 Hz" in err
 
 

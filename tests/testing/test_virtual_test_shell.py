@@ -1,4 +1,4 @@
-"""`flexura test`, its files and pictures, and the key `test` of mechanism files."""
+"""`flexura virtual-test`, its files and pictures, and the key `test` of mechanism files."""
 
 import json
 import re
@@ -32,7 +32,7 @@ def file(tmp_path) -> Path:
 def test_table_files_and_pictures(file, tmp_path):
     listed = tmp_path / "measured.csv"
     listed.write_text("frequency,unit\n97.5,rad/s\n120,rad/s\n", encoding="utf-8")
-    done = run("test", file, "--out", tmp_path / "t.uff", "--plot", tmp_path / "p", "--measured", listed)
+    done = run("virtual-test", file, "--out", tmp_path / "t.uff", "--plot", tmp_path / "p", "--measured", listed)
     assert done.exit_code == 0, done.output
     text = done.stdout
     assert "mechanism: 30 hits, 2 placements" in text
@@ -45,7 +45,9 @@ def test_table_files_and_pictures(file, tmp_path):
 
 
 def test_json(file):
-    done = run("test", file, "--json", "--band", "20,60", "--damping", "0.02", "--seed", "3", "--double-hits", "1")
+    done = run(
+        "virtual-test", file, "--json", "--band", "20,60 Hz", "--damping", "0.02", "--seed", "3", "--double-hits", "1"
+    )
     assert done.exit_code == 0, done.output
     shown = json.loads(done.stdout)
     assert shown["placements"] == {"first": ["az", "ax", "ay"], "second": ["bz", "cz"]}
@@ -57,7 +59,7 @@ def test_json(file):
 
 
 def test_a_file_without_a_test():
-    done = run("test", EXAMPLES / "rpr.yaml")
+    done = run("virtual-test", EXAMPLES / "rpr.yaml")
     assert isinstance(done.exception, fx.OptionError)
     assert "describes no test" in str(done.exception)
 

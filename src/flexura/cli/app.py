@@ -29,9 +29,9 @@ COMMANDS = {
     "check": _Command(
         "description", "check_command", "What was understood of a mechanism file, and every doubt about it."
     ),
-    "buckling": _Command(
+    "preload": _Command(
         "modes",
-        "buckling_command",
+        "preload_command",
         "Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles.",
     ),
     "compare": _Command(
@@ -70,7 +70,7 @@ COMMANDS = {
     "place-sensors": _Command(
         "correlation",
         "place_sensors_command",
-        "The best places for k sensors among the candidates, by effective independence.",
+        "The best places for so many sensors among the candidates, by effective independence.",
     ),
     "calibrate": _Command(
         "calibration",
@@ -82,7 +82,7 @@ COMMANDS = {
         "estimate_frf_command",
         "Frequency responses from hits: windows, averages, coherence; bad records are named and left out.",
     ),
-    "test": _Command(
+    "virtual-test": _Command(
         "virtual_test",
         "virtual_test_command",
         "Simulate the hammer test that a file describes, identify its modes, and compare them with the truth.",

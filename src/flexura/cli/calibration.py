@@ -29,14 +29,14 @@ class Method(StrEnum):
     """How parameters are weighed."""
 
     map = "map"
-    least_squares = "least-squares"
+    least_squares = "least_squares"
 
 
 class Pairing(StrEnum):
     """Which mode a frequency without a shape belongs to."""
 
     tracked = "tracked"
-    in_order = "in-order"
+    in_order = "in_order"
 
 
 class Compared(StrEnum):
@@ -93,17 +93,16 @@ def calibrate_command(
     (mechanism, *others), parameters = _read_all(files, set)
     first, *more = [read_data(path, on) for path in measured]
     names = [name.strip() for name in free.split(",") if name.strip()]
-    chosen = "map" if method is Method.map else "least_squares"
     result = calibrate(
         mechanism,
         data=first,
         free=names,
         parameters=parameters,
         also=list(zip(others, more, strict=True)),
-        method=chosen,
+        method=method.value,
         sigma=sigma,
         damping=damping,
-        pairing="tracked" if pairing is Pairing.tracked else "in_order",
+        pairing=pairing.value,
     )
     if strict:
         result.raise_warnings()

@@ -1,4 +1,4 @@
-"""Commands and signals at inputs as text: each amount in a unit of its input, or bare in the SI unit."""
+"""Commands and signals at inputs as text: each amount in a unit of its input."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class CommandReader:
     """Reads what options such as `--actuator NAME=VALUE` say of the inputs of one mechanism.
 
     A value with a unit, as in `75 V` or `3 um`, must fit the input that is named, and every one that a wildcard stands
-    for; a bare number is in the SI unit of the input.
+    for. Zero needs none.
     """
 
     def __init__(self, mechanism: Any, parameters: dict[str, float]) -> None:
@@ -59,7 +59,7 @@ class CommandReader:
         name, equals, rest = text.partition("=")
         first, *more = rest.split(",")
         if not equals or not (len(more) == len(others) or (optional and not more)):
-            rule = "a value is a number, alone in the SI unit of the input or with a unit as in 3 um"
+            rule = "a value is a number with a unit of the input, as in 3 um"
             raise OptionError(f"{option} {text!r}: {form} is expected; {rule}")
         try:
             amount = self._amount(name, first, impulse)
@@ -68,21 +68,23 @@ class CommandReader:
             raise OptionError(f"{option} {text!r}: {error}") from None
 
     def _amount(self, name: str, text: str, impulse: bool) -> float:
-        """An amount, SI, of which the unit, if there is one, is that of every input that the name stands for."""
-        if text.strip().lstrip("+-").lower() in ("nan", "inf", "infinity"):
+        """An amount, SI, of which the unit is that of every input that the name stands for."""
+        if re.match(r"\s*[+-]?(nan|inf)", text, re.IGNORECASE):
             raise OptionError("a number must be finite")
         value, exponents = parse_quantity(text)
         written = split_quantity(text)[1]
-        if not written:
+        if not written and not value:
             return value
         for placed in self._placement.inputs([name]):
             quantity, unit = placed.channel.quantity, placed.channel.unit
             unit = _times_second(unit) if impulse else unit
+            if not written:
+                raise OptionError(f"{text.strip()!r} has no unit; {placed.channel.name} takes {quantity} in {unit}")
             if exponents != parse_unit(unit)[1] or not _counts_as(written, unit):
                 word = f"impulses of {quantity}" if impulse else quantity
                 raise OptionError(
                     f"{written} is no unit of {placed.channel.name}, which takes {word} in {unit}; "
-                    f"write it in {unit} or a unit of the same kind, or as a bare number, which is in {unit}"
+                    f"write it in {unit} or a unit of the same kind"
                 )
         return value
 

@@ -19,10 +19,10 @@ from flexura.cli.options import (
     Repeated,
     Settings,
     band_of,
-    picked,
     print_result,
     quantity_of,
     read,
+    selected,
 )
 from flexura.cli.tables import console_of_width
 
@@ -45,7 +45,7 @@ def correlate_command(
     file: File,
     data: Annotated[Path, typer.Argument(metavar="DATA", help="Measured data (UFF, CSV, npz, HDF5).")],
     n: Annotated[int | None, typer.Option("-n", min=1, max=200, help="Modes of the model that are compared.")] = None,
-    tolerance: Annotated[
+    within: Annotated[
         str | None, typer.Option(metavar="LENGTH", help="Farthest a sensor may be from the model, e.g. '2 mm'.")
     ] = None,
     close: Annotated[
@@ -54,9 +54,12 @@ def correlate_command(
     reduced_mass: Annotated[
         ReducedMass, typer.Option(help="Mass matrix over the sensors: by the modes, or static.")
     ] = ReducedMass.serep,
-    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Identify modes in this band, Hz.")] = None,
-    pick: Annotated[
-        str | None, typer.Option(metavar="F1,F2", help="Identify the modes nearest to these frequencies, Hz.")
+    band: Annotated[
+        str | None, typer.Option(metavar="FROM,TO", help="Identify modes in this band, e.g. '5,200 Hz'.")
+    ] = None,
+    select: Annotated[
+        str | None,
+        typer.Option(metavar="F1,F2", help="Identify the modes nearest to these frequencies, e.g. '12,40 Hz'."),
     ] = None,
     channels: Channels = None,
     repeated: Repeated = None,
@@ -74,7 +77,7 @@ def correlate_command(
     identified = identified_modes(
         measurement,
         band=None if band is None else band_of(band),
-        select=picked(pick),
+        select=selected(select),
     )
     result = correlate(
         mechanism,
@@ -82,7 +85,7 @@ def correlate_command(
         measurement=measurement,
         parameters=parameters,
         n=n,
-        within=None if tolerance is None else quantity_of("--tolerance", tolerance, "m", "'2 mm'"),
+        within=None if within is None else quantity_of("--within", within, "m", "'2 mm'"),
         close=close,
         reduced_mass=reduced_mass.value,
     )
@@ -99,7 +102,7 @@ def correlate_command(
 
 def place_sensors_command(
     file: File,
-    k: Annotated[int, typer.Option("-k", min=1, help="Number of sensors.")],
+    sensors: Annotated[int, typer.Option(min=1, help="Number of sensors.")],
     n: Annotated[int, typer.Option("-n", min=1, max=200, help="Modes that they have to tell apart.")] = 6,
     candidate: Annotated[
         list[str] | None,
@@ -109,11 +112,11 @@ def place_sensors_command(
     set: Settings = None,
     as_json: Json = False,
 ) -> None:
-    """The best places for k sensors among the candidates, by effective independence."""
+    """The best places for so many sensors among the candidates, by effective independence."""
     from flexura.testing.virtual.sensor_placement import place_sensors
 
     mechanism, parameters = read(file, set)
-    result = place_sensors(mechanism, sensors=k, n=n, candidates=candidate, parameters=parameters)
+    result = place_sensors(mechanism, sensors=sensors, n=n, candidates=candidate, parameters=parameters)
     written: list[Path] = []
     if plot is not None:
         from flexura.view import draw_sensors, save_figures

@@ -52,7 +52,9 @@ def export_command(
     input: Inputs = None,
     output: Outputs = None,
     n: Annotated[int | None, typer.Option("-n", min=1, help="Modes that are kept (6).")] = None,
-    up_to: Annotated[str | None, typer.Option(metavar="HZ", help="Keep modes up to this frequency instead.")] = None,
+    up_to: Annotated[
+        str | None, typer.Option(metavar="FREQUENCY", help="Keep modes up to this frequency instead.")
+    ] = None,
     residual_modes: Annotated[
         bool, typer.Option("--residual-modes", help="Add a mode for each input, of the static part of those left out.")
     ] = False,
@@ -63,7 +65,8 @@ def export_command(
     hold: Annotated[Hold, typer.Option(help="Inputs between steps.")] = Hold.zoh,
     delay: Annotated[str, typer.Option(metavar="TIME", help="Dead time of the inputs with its unit.")] = "0 s",
     band: Annotated[
-        str | None, typer.Option(metavar="FROM,TO", help="Band of a response, or that a state space is for, Hz.")
+        str | None,
+        typer.Option(metavar="FROM,TO", help="Band of a response, or that a state space is for, e.g. '5,200 Hz'."),
     ] = None,
     damping: Ratio = None,
     keep: Annotated[
@@ -100,7 +103,7 @@ def export_command(
         from flexura.analysis import frequency_response
 
         if band is None:
-            raise OptionError("a response needs a --band FROM,TO in Hz")
+            raise OptionError("a response needs a --band FROM,TO, e.g. '5,200 Hz'")
         thing = frequency_response(
             mechanism, parameters, inputs=input, outputs=output, band=band_of(band), damping=damping
         )

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, picked, print_result
+from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, print_result, selected
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -26,9 +26,10 @@ class Setups(StrEnum):
 
 def identify_command(
     data: Annotated[Path, typer.Argument(metavar="DATA", help="Measured data (UFF, CSV, npz, HDF5).")],
-    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Only in this band, Hz.")] = None,
-    pick: Annotated[
-        str | None, typer.Option(metavar="F1,F2", help="The modes nearest to these frequencies, Hz, and no others.")
+    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Only in this band, e.g. '5,200 Hz'.")] = None,
+    select: Annotated[
+        str | None,
+        typer.Option(metavar="F1,F2", help="The modes nearest to these frequencies, and no others, e.g. '12,40 Hz'."),
     ] = None,
     order: Annotated[int | None, typer.Option(min=2, max=500, help="Order of the largest model.")] = None,
     setups: Annotated[
@@ -55,7 +56,7 @@ def identify_command(
         measurement,
         band=None if band is None else band_of(band),
         order=order,
-        select=picked(pick),
+        select=selected(select),
         setups=setups.value,
         refine=refine,
         most_damped=most_damped,

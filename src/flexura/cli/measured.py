@@ -32,7 +32,9 @@ def estimate_frf_command(
     force_window: Annotated[
         str | None, typer.Option(metavar="TIME", help="The force counts for so long after the pulse began, e.g. 8ms.")
     ] = None,
-    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Keep the lines in this band, Hz.")] = None,
+    band: Annotated[
+        str | None, typer.Option(metavar="FROM,TO", help="Keep the lines in this band, e.g. '5,200 Hz'.")
+    ] = None,
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="Cut records to this, e.g. 4s.")] = None,
     accept: Annotated[
         list[str] | None, typer.Option(metavar="DEFECT", help="Use records with this defect. May be repeated.")

@@ -1,4 +1,4 @@
-"""The commands `modes` and `buckling`, and what they print."""
+"""The commands `modes` and `preload`, and what they print."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def modes_command(
         typer.Option(min=0, help="Normal modes kept in each substructure; 0: constraint modes alone, as in the paper."),
     ] = None,
     keep_below: Annotated[
-        str | None, typer.Option(metavar="HZ", help="Keep all normal modes below this frequency.")
+        str | None, typer.Option(metavar="FREQUENCY", help="Keep all normal modes below this frequency, e.g. '3 kHz'.")
     ] = None,
     reduction: Annotated[
         Reduction | None, typer.Option(help="Kept modes: fixed-interface, or free-interface with residual flexibility.")
@@ -70,7 +70,7 @@ def modes_command(
         typer.Option(metavar="REL", help="Find the smallest model proven to this relative error. By default 1e-3."),
     ] = None,
     up_to: Annotated[
-        str | None, typer.Option(metavar="HZ", help="All modes up to this frequency, whatever -n is.")
+        str | None, typer.Option(metavar="FREQUENCY", help="All modes up to this frequency, whatever -n is.")
     ] = None,
     set: Settings = None,
     strict: Strict = False,
@@ -100,7 +100,7 @@ def modes_command(
         print_modes(result, pictures)
 
 
-def buckling_command(
+def preload_command(
     file: File,
     gravity: Gravity = None,
     load: Loads = None,
@@ -221,7 +221,7 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
     if rest > 0:
         console.print(f"    and {rest} more", markup=False)
     console.print(
-        "  keep fixed-interface normal modes to see them: --tolerance 1e-3 --up-to HZ, or --keep 2", markup=False
+        "  keep fixed-interface normal modes to see them: --tolerance 1e-3 --up-to 'F Hz', or --keep 2", markup=False
     )
 
 

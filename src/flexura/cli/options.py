@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import sys
 import time
@@ -55,15 +54,23 @@ Repeated = Annotated[
     RepeatedResponses | None,
     typer.Option(help="Merge responses that a universal file gives more than once, which are refused else."),
 ]
-Gravity = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Acceleration in m/s^2, e.g. 0,0,-9.81.")]
+Gravity = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="Acceleration with its unit, e.g. '0,0,-9.81 m/s^2'.")
+]
 Loads = Annotated[
     list[str] | None,
-    typer.Option("--load", metavar="NODE=FX,FY,FZ[,MX,MY,MZ]", help="Dead load at a node, N and N m. May be repeated."),
+    typer.Option(
+        "--load",
+        metavar="NODE=FX,FY,FZ[,MX,MY,MZ]",
+        help="Dead load at a node, with units, e.g. 'table=0,0,-5 N'. May be repeated.",
+    ),
 ]
 Commands = Annotated[
     list[str] | None,
     typer.Option(
-        "--actuator", metavar="NAME=VALUE", help="Command, e.g. '*.piezo=75 V'; bare: SI. * allowed. May be repeated."
+        "--actuator",
+        metavar="NAME=VALUE",
+        help="Command with its unit, e.g. '*.piezo=75 V'. * allowed. May be repeated.",
     ),
 ]
 
@@ -140,62 +147,106 @@ def named(option: str, text: str) -> Iterator[None]:
         raise OptionError(f"{option} {text!r}: {error}") from None
 
 
-def vector(option: str, text: str, form: str, count: int | None = None) -> list[float]:
-    """Numbers separated by commas, `count` of them where that is given. Raises OptionError for anything else."""
-    parts = text.split(",")
-    with named(option, text):
-        if count is not None and len(parts) != count:
-            raise OptionError(f"{form} is expected, {count} numbers; {len(parts)} found")
-        return [_bare(part, form) for part in parts]
+Kind = tuple[str, str]
+"""What a quantity is, in words, and an SI unit of its kind."""
 
-
-def _bare(text: str, form: str) -> float:
-    """A finite number without a unit. Raises OptionError for anything else."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise OptionError(
-            f"{text.strip() or 'nothing'!r} is no number; {form} is expected, numbers without units"
-        ) from None
-    if not math.isfinite(value):
-        raise OptionError(f"a number must be finite; {form} is expected")
-    return value
+_FREQUENCY = ("a positive frequency", "Hz")
+_KINDS = {"s": "a time", "m": "a length"}
 
 
 def gravity_of(text: str | None) -> list[float] | None:
-    """An acceleration, m/s^2; None where it is not given. Raises OptionError when it is none."""
-    return None if text is None else vector("--gravity", text, "X,Y,Z in m/s^2, e.g. 0,0,-9.81,", 3)
+    """An acceleration (3,), m/s^2; None where it is not given. Raises OptionError when it is none."""
+    if text is None:
+        return None
+    with named("--gravity", text):
+        parts = text.split(",")
+        if len(parts) != 3:
+            raise OptionError(f"X,Y,Z with a unit is expected, e.g. '0,0,-9.81 m/s^2', 3 numbers; {len(parts)} found")
+        return _amounts(parts, [("an acceleration", "m/s^2")] * 3, "'0,0,-9.81 m/s^2'")
 
 
 def loads_of(texts: list[str] | None) -> dict[str, list[float]]:
-    """Loads by node, N and N m. Raises OptionError for text that is none, and for nodes that are named twice."""
-    form, found = "NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ in N and N m", dict[str, list[float]]()
+    """Loads (6,) by node, N and N m. Raises OptionError for text that is none, and for nodes that are named twice."""
+    found: dict[str, list[float]] = {}
+    kinds = [("a force", "N")] * 3 + [("a moment", "N*m")] * 3
     for text in texts or []:
         node, equals, numbers = text.partition("=")
         with named("--load", text):
-            if not equals or not node.strip() or numbers.count(",") not in (2, 5):
-                raise OptionError(f"{form} is expected, e.g. table=0,0,-5")
+            parts = numbers.split(",")
+            if not equals or not node.strip() or len(parts) not in (3, 6):
+                form = "NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ"
+                raise OptionError(
+                    f"{form} is expected, with units, e.g. 'table=0,0,-5 N' or 'table=0,0,-5 N,0,0,1 N*m'"
+                )
             if node in found:
                 raise OptionError(f"{node} has a load already; give one")
-            force = [_bare(part, form) for part in numbers.split(",")]
+            force = _amounts(parts, kinds[: len(parts)], "'table=0,0,-5 N'")
         found[node] = force + [0.0] * (6 - len(force))
     return found
 
 
-def hertz_of(text: str) -> float:
-    """A frequency such as `20 Hz`, Hz; a bare number is in Hz. Raises OptionError for anything else, rad/s among it."""
-    from flexura.units import parse_quantity, split_quantity
+def _amounts(parts: list[str], kinds: list[Kind], example: str) -> list[float]:
+    """Numbers in SI, each with a unit of its kind, or without one with that of the next that has one; 0 needs none.
 
-    try:
-        value, unit = parse_quantity(text)[0], split_quantity(text)[1]
-    except ExpressionError as error:
-        raise OptionError(f"{error.rule}; {_FREQUENCY}") from None
-    if unit and not re.fullmatch(r"[mkMG]?Hz", unit):
-        raise OptionError(f"{text.strip()!r} is no frequency; it is written in Hz or kHz, or bare in Hz")
+    Raises OptionError for anything else.
+    """
+    from flexura.units import split_quantity
+
+    found, unit = list[float](), ""
+    for part, kind in zip(reversed(parts), reversed(kinds), strict=True):
+        with _explained(kind, example, part):
+            unit = split_quantity(part)[1] or unit
+        found.append(_amount(part if split_quantity(part)[1] else f"{part} {unit}".strip(), kind, example))
+    return found[::-1]
+
+
+def _amount(text: str, kind: Kind, example: str) -> float:
+    """A finite number with a unit of its kind, in SI; 0 needs none. Raises OptionError for anything else."""
+    from flexura.units import parse_quantity, parse_unit, split_quantity
+
+    what, unit = kind
+    with _explained(kind, example, text):
+        (value, exponents), written = parse_quantity(text), split_quantity(text)[1]
+    if not written and value:
+        raise OptionError(f"{text.strip()!r} has no unit; {what} with its unit is expected, e.g. {example}")
+    if written and exponents != parse_unit(unit)[1]:
+        raise OptionError(f"{text.strip()!r} is no {what.split()[-1]}; {what} in {unit} is expected, e.g. {example}")
     return value
 
 
-_FREQUENCY = "a positive frequency is expected, in Hz or kHz, or bare in Hz"
+@contextmanager
+def _explained(kind: Kind, example: str, text: str) -> Iterator[None]:
+    """Let what cannot be read say what is expected."""
+    if re.match(r"\s*[+-]?(nan|inf)", text, re.IGNORECASE):
+        raise OptionError(f"a number must be finite; {kind[0]} with its unit is expected, e.g. {example}")
+    try:
+        yield
+    except ExpressionError as error:
+        raise OptionError(f"{error.rule}; {kind[0]} with its unit is expected, e.g. {example}") from None
+
+
+def hertz_of(text: str, example: str = "20 Hz") -> float:
+    """A frequency such as `20 Hz` or `1.5 kHz`, Hz. Raises OptionError for anything else, rad/s among it."""
+    from flexura.units import split_quantity
+
+    value = _amount(text, _FREQUENCY, example)
+    unit = split_quantity(text)[1]
+    if unit and not re.fullmatch(r"[mkMG]?Hz", unit):
+        raise OptionError(f"{text.strip()!r} is no frequency; it is written in Hz or kHz")
+    return value
+
+
+def _hertz(text: str, example: str) -> list[float]:
+    """Frequencies separated by commas, Hz; those without a unit have that of the next. Raises OptionError."""
+    from flexura.units import split_quantity
+
+    found, unit = list[float](), ""
+    for part in reversed(text.split(",")):
+        with _explained(_FREQUENCY, example, part):
+            own = split_quantity(part)[1]
+        unit = own or unit
+        found.append(hertz_of(part if own else f"{part} {unit}".strip(), example))
+    return found[::-1]
 
 
 def limit_of(option: str, text: str | None) -> float | None:
@@ -205,52 +256,36 @@ def limit_of(option: str, text: str | None) -> float | None:
     with named(option, text):
         value = hertz_of(text)
         if value < 0:
-            raise OptionError(_FREQUENCY)
+            raise OptionError("a positive frequency is expected, in Hz or kHz")
     return value
 
 
 def band_of(text: str) -> tuple[float, float]:
     """A band of frequencies, Hz. Raises OptionError when it is none."""
-    parts = text.split(",")
     with named("--band", text):
-        if len(parts) != 2:
-            raise OptionError("FROM,TO in Hz is expected, e.g. 5,200")
-        low, high = map(hertz_of, parts)
+        found = _hertz(text, "'5,200 Hz'")
+        if len(found) != 2:
+            raise OptionError("FROM,TO with a unit is expected, e.g. '5,200 Hz' or '5 Hz,0.2 kHz'")
+        low, high = found
         if not 0 <= low < high:
             raise OptionError("a band goes from a lower frequency, at least 0, to a higher one")
     return low, high
 
 
-def picked(text: str | None) -> list[float] | None:
+def selected(text: str | None) -> list[float] | None:
     """Frequencies, Hz; None where they are not given. Raises OptionError for anything else."""
     if text is None:
         return None
-    with named("--pick", text):
-        return [hertz_of(part) for part in text.split(",")]
+    with named("--select", text):
+        return _hertz(text, "'12.1,40 Hz'")
 
 
 def quantity_of(option: str, text: str, unit: str, example: str) -> float:
     """A number with a unit that has the dimension of `unit`, SI. Raises OptionError for anything else."""
-    from flexura.units import parse_quantity, parse_unit, split_quantity
-
-    what = {"s": "a time", "m": "a length"}.get(unit, "a quantity")
     with named(option, text):
-        try:
-            (value, exponents), written = parse_quantity(text), split_quantity(text)[1]
-        except ExpressionError as error:
-            raise OptionError(f"{error.rule}; {what} with its unit is expected, e.g. {example}") from None
-        if not written:
-            raise OptionError(f"{what} with its unit is expected, e.g. {example}")
-        if exponents != parse_unit(unit)[1]:
-            raise OptionError(f"{what} is expected, in {unit} or another unit of its kind, e.g. {example}")
-    return value
+        return _amount(text, (_KINDS.get(unit, "a quantity"), unit), example)
 
 
 def seconds_of(text: str) -> float:
-    """A time such as `10 s` or `5 min`, s; a bare number is in seconds. Raises OptionError when it is none."""
-    from flexura.units import parse_quantity, parse_unit, split_quantity
-
-    value, exponents = parse_quantity(text)
-    if split_quantity(text)[1] and exponents != parse_unit("s")[1]:
-        raise OptionError(f"{text!r} is no time; it is written like 10 s or 5 min")
-    return value
+    """A time such as `10 s` or `5 min`, s. Raises OptionError when it is none."""
+    return _amount(text, (_KINDS["s"], "s"), "10 s or 5 min")

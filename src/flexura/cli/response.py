@@ -85,7 +85,7 @@ def statics_command(
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     loads = loads_of(load)
     g = gravity_of(gravity)
-    result = statics(mechanism, loads=loads, gravity=g, actuators=commands, parameters=parameters)
+    result = statics(mechanism, parameters, loads=loads, gravity=g, actuators=commands)
     if strict:
         result.raise_warnings()
     if as_json:
@@ -96,10 +96,11 @@ def statics_command(
 
 def kinetostatics_command(
     file: File,
-    platform: Annotated[
-        str | None, typer.Argument(metavar="[PLATFORM]", help="Node; the only body by default.")
+    platform: Annotated[str | None, typer.Option(metavar="NODE", help="The only body by default.")] = None,
+    actuator: Annotated[
+        list[str] | None,
+        typer.Option("--actuator", metavar="NAME", help="Input (* allowed); all that are described by default."),
     ] = None,
-    actuators: Inputs = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -109,7 +110,7 @@ def kinetostatics_command(
     from flexura.cli.response_tables import print_kinetostatics
 
     mechanism, parameters = read(file, set)
-    result = kinetostatics(mechanism, platform=platform, actuators=actuators, parameters=parameters)
+    result = kinetostatics(mechanism, parameters, platform=platform, actuators=actuator)
     if strict:
         result.raise_warnings()
     if as_json:
@@ -120,7 +121,7 @@ def kinetostatics_command(
 
 def frequency_response_command(
     file: File,
-    band: Annotated[str, typer.Option(metavar="FROM,TO", help="Band of frequencies, Hz.")],
+    band: Annotated[str, typer.Option(metavar="FROM,TO", help="Band of frequencies, e.g. '5,200 Hz'.")],
     points: Annotated[int, typer.Option(min=2, help="Least number of frequencies; resonances get more.")] = 400,
     input: Inputs = None,
     output: Outputs = None,
@@ -141,7 +142,7 @@ def frequency_response_command(
     mechanism, parameters = read(file, set)
     result = frequency_response(
         mechanism,
-        frequency_hz=None,
+        parameters,
         inputs=input,
         outputs=output,
         band=band_of(band),
@@ -150,7 +151,6 @@ def frequency_response_command(
         order=order.value,
         method=method.value,
         damping=damping,
-        parameters=parameters,
     )
     if strict:
         result.raise_warnings()
@@ -174,28 +174,32 @@ def time_response_command(
     dt: Annotated[str, typer.Option(metavar="STEP", help="Time step with its unit, e.g. 0.1ms.")],
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="With its unit, e.g. 0.5s.")] = None,
     step: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="A step at time zero, e.g. 'coil=2 N'; bare: SI.")
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="A step at time zero, e.g. 'coil=2 N'.")
     ] = None,
     impulse: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="An impulse at time zero, e.g. 'coil=5 mN*s'; bare: SI."),
+        typer.Option(metavar="NAME=VALUE", help="An impulse at time zero, e.g. 'coil=5 mN*s'."),
     ] = None,
     hammer: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=PEAK,WIDTH", help="A half-sine pulse, e.g. 'coil=50 N,2 ms'; bare: SI."),
+        typer.Option(metavar="NAME=PEAK,WIDTH", help="A half-sine pulse, e.g. 'coil=50 N,2 ms'."),
     ] = None,
     sweep: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=AMPLITUDE,FROM,TO", help="A sine sweep over the duration; bare: SI, Hz."),
+        typer.Option(
+            metavar="NAME=AMPLITUDE,FROM,TO", help="A sine sweep over the duration, e.g. 'coil=1 N,5 Hz,200 Hz'."
+        ),
     ] = None,
     noise: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=RMS[,FROM,TO]", help="Random, in a band; bare: SI, Hz.")
+        list[str] | None,
+        typer.Option(metavar="NAME=RMS[,FROM,TO]", help="Random, in a band, e.g. 'coil=1 N,5 Hz,200 Hz'."),
     ] = None,
     signals: Annotated[
         Path | None, typer.Option(metavar="FILE", help="CSV with time and columns named as inputs.")
     ] = None,
-    release: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Let go of the static state under this at time zero.")
+    start: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Start from the static state under this, let go at time zero."),
     ] = None,
     output: Outputs = None,
     hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = Hold.foh,
@@ -226,15 +230,15 @@ def time_response_command(
         total = found.time[-1] if total is None else total
     result = time_response(
         mechanism,
+        parameters,
         inputs=inputs,
         outputs=output,
         dt=h,
         duration=total if total is not None or not inputs else None,
         hold=hold.value,
         impulses=commands.values("--impulse", impulse, impulse=True),
-        start=commands.values("--release", release),
+        start=commands.values("--start", start),
         damping=damping,
-        parameters=parameters,
     )
     if strict:
         result.raise_warnings()

@@ -25,7 +25,9 @@ def virtual_test_command(
     measured: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Measured frequencies (CSV, YAML) to stand beside.")
     ] = None,
-    band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Identify modes in this band, Hz.")] = None,
+    band: Annotated[
+        str | None, typer.Option(metavar="FROM,TO", help="Identify modes in this band, e.g. '5,200 Hz'.")
+    ] = None,
     damping: Ratio = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the noise and the peaks of the hits.")] = 0,
     double_hits: Annotated[int, typer.Option(min=0, help="So many more hits at every point bounce.")] = 0,
@@ -44,12 +46,10 @@ def virtual_test_command(
     test = mechanism.test
     if test is None:
         raise OptionError(f"{file} describes no test: add the key test")
-    if band is not None:
-        test = test.model_copy(update={"band": band_of(band)})
     result = virtual_test(
         mechanism,
         parameters,
-        test=test,
+        band=None if band is None else band_of(band),
         damping=damping,
         seed=seed,
         double_hits=double_hits,
