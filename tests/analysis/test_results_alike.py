@@ -170,21 +170,21 @@ def test_how_arrays_are_told() -> None:
 GUIDE_VERBS = {
     "modes -n 2": lambda m: fx.modes(m, n=2),
     "check": fx.check,
-    f"statics --load {NODE}=1,0,0": lambda m: fx.statics(m, loads={NODE: [1, 0, 0, 0, 0, 0]}),
-    f"kinetostatics {NODE}": lambda m: fx.kinetostatics(m, NODE),
-    "buckling --gravity 0,0,-9.81": lambda m: fx.preload(m, gravity=(0, 0, -9.81)),
+    f"statics --load {NODE}=1N,0,0": lambda m: fx.statics(m, loads={NODE: [1, 0, 0, 0, 0, 0]}),
+    f"kinetostatics --platform {NODE}": lambda m: fx.kinetostatics(m, platform=NODE),
+    "preload --gravity 0,0,-9.81m/s^2": lambda m: fx.preload(m, gravity=(0, 0, -9.81)),
     "compare -n 2 --methods constraint_modes": lambda m: fx.compare(m, n=2, methods=["constraint_modes"]),
-    "place-sensors -k 2 -n 1": lambda m: fx.place_sensors(m, k=2, n=1),
-    f"frequency-response -i {NODE}.tx -o {NODE}.tx --band 3,40": lambda m: fx.frequency_response(
+    "place-sensors --sensors 2 -n 1": lambda m: fx.place_sensors(m, sensors=2, n=1),
+    f"frequency-response -i {NODE}.tx -o {NODE}.tx --band 3,40Hz": lambda m: fx.frequency_response(
         m, inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], band=(3, 40)
     ),
-    f"time-response --dt 1ms --duration 5ms --impulse {NODE}.tx=1 -o {NODE}.tx": lambda m: fx.time_response(
-        m, {}, [f"{NODE}.tx"], dt=1e-3, duration=5e-3, impulses={f"{NODE}.tx": 1}
+    f"time-response --dt 1ms --duration 5ms --impulse {NODE}.tx=1N*s -o {NODE}.tx": lambda m: fx.time_response(
+        m, inputs={}, outputs=[f"{NODE}.tx"], dt=1e-3, duration=5e-3, impulses={f"{NODE}.tx": 1}
     ),
 }
 TEST_VERBS = {
-    "test --seed 1 STAGE": lambda m, _: fx.virtual_test(m, seed=1),
-    "correlate STAGE DATA": fx.correlate,
+    "virtual-test --seed 1 STAGE": lambda m, _: fx.virtual_test(m, seed=1),
+    "correlate STAGE DATA": lambda m, data: fx.correlate(m, test=data),
     "identify DATA": lambda _, data: fx.identify(data),
     "estimate-frf DATA": lambda _, data: fx.Measurement(data.name, data.recordings, fx.estimate_frf(data), data.notes),
 }

@@ -59,7 +59,7 @@ def statics() -> fx.Statics:
 
 @cache
 def system() -> fx.System:
-    return fx.system(guide(), [f"{NODE}.tx"], [f"{NODE}.tx", f"{NODE}.rz"])
+    return fx.system(guide(), inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx", f"{NODE}.rz"])
 
 
 def frequency_response(frequency_hz: np.ndarray = HZ) -> fx.FrequencyResponse:
@@ -69,16 +69,16 @@ def frequency_response(frequency_hz: np.ndarray = HZ) -> fx.FrequencyResponse:
 
 def time_response() -> fx.TimeResponse:
     return fx.time_response(
-        guide(), {f"{NODE}.tx": np.ones(12)}, dt=1e-3, outputs=[f"{NODE}.tx", f"{NODE}.rz:velocity"]
+        guide(), inputs={f"{NODE}.tx": np.ones(12)}, dt=1e-3, outputs=[f"{NODE}.tx", f"{NODE}.rz:velocity"]
     )
 
 
 def natural_frequencies() -> fx.NaturalFrequencies:
-    return fx.natural_frequencies(guide(), {"thickness": np.array([5e-4, 6e-4])}, 3)
+    return fx.natural_frequencies(guide(), {"thickness": np.array([5e-4, 6e-4])}, n=3)
 
 
 def neglected() -> fx.Neglected:
-    found = fx.state_space(system(), 3).neglected
+    found = fx.state_space(system(), n=3).neglected
     assert found is not None
     return found
 
@@ -91,7 +91,7 @@ def calibration() -> fx.Calibration:
 def drift() -> fx.Drift:
     found = statics()
     turning = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
-    return fx.drift(found.model, found.displacement_vector, NODE, turning)
+    return fx.drift(found.model, found.displacement_vector, node=NODE, load=turning)
 
 
 def screw_axis() -> fx.ScrewAxis:
@@ -112,7 +112,7 @@ def left_out() -> fx.LeftOut:
 def mode_pairing() -> fx.ModePairing:
     found = fx.modes(guide(), n=3)
     shapes = found.shapes.reshape(-1, 3)
-    return fx.pair_modes(found.frequency_hz, shapes, found.frequency_hz, shapes)
+    return fx.pair_modes(found.frequency_hz, shapes, model_hz=found.frequency_hz, model_shapes=shapes)
 
 
 def imported_part() -> fx.ImportedPart:
@@ -134,14 +134,14 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "CheckReport": lambda: fx.check(guide()),
     "Comparison": lambda: fx.compare(guide(), n=2, methods=["constraint_modes"]),
     "ComplexModes": lambda: system().modal(3).complex_modes,
-    "ComplianceSpectrum": lambda: fx.kinetostatics(guide(), NODE).spectrum,
-    "Correlation": lambda: fx.correlate(stage(), virtual_test().measurement),
+    "ComplianceSpectrum": lambda: fx.kinetostatics(guide(), platform=NODE).spectrum,
+    "Correlation": lambda: fx.correlate(stage(), test=virtual_test().measurement),
     "Drift": drift,
     "FrequencyResponse": frequency_response,
     "FullOrderModel": lambda: fx.assemble(guide()),
     "IdentifiedModes": identified,
     "ImportedPart": imported_part,
-    "Kinetostatics": lambda: fx.kinetostatics(guide(), NODE),
+    "Kinetostatics": lambda: fx.kinetostatics(guide(), platform=NODE),
     "LeftOut": left_out,
     "LowOrderModel": lambda: fx.reduce(guide(), keep=1),
     "MeasuredFRF": lambda: virtual_test().measurement.frfs[0],
@@ -160,9 +160,9 @@ RESULTS: dict[str, Callable[[], Result]] = {
     ),
     "ScrewAxis": screw_axis,
     "Sensitivities": lambda: fx.sensitivities(guide(), free=["length"], n=2),
-    "SensorPlacement": lambda: fx.place_sensors(guide(), k=2, n=1),
+    "SensorPlacement": lambda: fx.place_sensors(guide(), sensors=2, n=1),
     "SignalFile": signal_file,
-    "StateSpace": lambda: fx.state_space(system(), 3),
+    "StateSpace": lambda: fx.state_space(system(), n=3),
     "Statics": statics,
     "StoredMatrices": stored_matrices,
     "Stresses": lambda: statics().stresses(),

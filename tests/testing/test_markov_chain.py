@@ -54,8 +54,8 @@ def test_chains_that_differ_are_told():
 
 
 def test_an_interrupt_keeps_what_was_drawn():
-    def stop(k, total):
-        if k == total - 10:
+    def stop(at):
+        if at.done == at.of - 10:
             raise KeyboardInterrupt
 
     found = metropolis(np.zeros(1), np.eye(1), (FREE[0][:1], FREE[1][:1]), lambda z: float(z @ z) / 2, 400, 3, stop)

@@ -118,15 +118,15 @@ def test_plain_data():
 @pytest.mark.parametrize(
     ("how", "words"),
     [
-        ({"k": 1, "n": 2}, "at least 2 sensors"),
-        ({"k": 1, "n": 0}, "at least one mode"),
-        ({"k": 4, "n": 2, "candidates": ["n5.t*"]}, "only 2 candidates"),
-        ({"k": 2, "n": 2, "candidates": ["n5.tx", "n4.tx"]}, "only 0 candidates"),
-        ({"k": 2, "n": 3, "candidates": ["n5.tz", "n4.tz", "n3.tz"]}, "at least 3 sensors"),
-        ({"k": 2, "n": 2, "candidates": ["nothing*"]}, "no sensor or DOF matches"),
-        ({"k": 2, "n": 2, "candidates": ["n5.sideways", "n5.tz"]}, "neither"),
-        ({"k": 2, "n": 2, "candidates": ["n9.tz", "n5.tz"]}, "no node"),
-        ({"k": 2, "n": 500}, "at least 500"),
+        ({"sensors": 1, "n": 2}, "at least 2 sensors"),
+        ({"sensors": 1, "n": 0}, "at least one mode"),
+        ({"sensors": 4, "n": 2, "candidates": ["n5.t*"]}, "only 2 candidates"),
+        ({"sensors": 2, "n": 2, "candidates": ["n5.tx", "n4.tx"]}, "only 0 candidates"),
+        ({"sensors": 2, "n": 3, "candidates": ["n5.tz", "n4.tz", "n3.tz"]}, "at least 3 sensors"),
+        ({"sensors": 2, "n": 2, "candidates": ["nothing*"]}, "no sensor or DOF matches"),
+        ({"sensors": 2, "n": 2, "candidates": ["n5.sideways", "n5.tz"]}, "neither"),
+        ({"sensors": 2, "n": 2, "candidates": ["n9.tz", "n5.tz"]}, "no node"),
+        ({"sensors": 2, "n": 500}, "at least 500"),
     ],
 )
 def test_what_is_refused(how, words):

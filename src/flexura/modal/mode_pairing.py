@@ -45,7 +45,7 @@ def mac_with_spaces(reference: ArrayLike, shapes: ArrayLike, groups: Sequence[In
     Any mixture of modes of a repeated frequency is a mode as well (theory eqs. 57, L11). `weight` as in `mac`.
     """
     x = np.asarray(reference)
-    found = mac(x, shapes, weight)
+    found = mac(x, shapes, weight=weight)
     for group in groups:
         if len(group) > 1:
             found[group] = space_mac(shapes, x[:, group], weight)
