@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
-from flexura.deadline import checkpoint
+from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism.substructure import DOF_NAMES, Mechanism
 from flexura.modal.mode_tracking import track_modes
@@ -25,7 +25,6 @@ from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Plan, assemble
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
 
@@ -118,7 +117,7 @@ def stroke(
     loads: Mapping[str, ArrayLike] | None = None,
     gravity: Sequence[float] | None = None,
     nodes: Sequence[str] | None = None,
-    progress: Progress | None = None,
+    progress: Listener | None = None,
 ) -> Stroke:
     """The mechanism over the stroke of some displacements, with large displacements and rotations.
 
@@ -126,7 +125,7 @@ def stroke(
     poses at equal distances, or a single number for one pose. Several move together. Rotations are components of the
     rotation vector. `loads`, (6,) N and N m by node, and `gravity`, (3,) m/s^2, are dead and on all the way, beside
     those that are described. At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are
-    those whose displacements are told, by default those that move. `progress` is called with what is done and how much.
+    those whose displacements are told, by default those that move. `progress` is told of every pose.
 
     Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
@@ -166,7 +165,7 @@ def stroke(
                 break
             states[k] = state
             if progress is not None:
-                progress("poses", len(states) / len(targets))
+                progress(Progress("poses", len(states), len(targets)))
     poses = list(_poses(equations, [states[k] for k in sorted(states)], n, numbers))
     return Stroke(full, tuple(poses), tuple(stopped))
 
