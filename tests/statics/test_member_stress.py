@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.stress import internal_force_rows, member_stresses, stress_rows
+from flexura.analysis.internal_forces import internal_force_rows
+from flexura.analysis.stress import member_stresses, stress_rows
 from flexura.beam.stress import (
     flat_notch_factors,
     rectangle_torsion_stress,

@@ -13,6 +13,7 @@ from flexura.analysis.freedoms import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis.freedoms import Freedom as Freedom
 from flexura.analysis.frequency_response import FrequencyResponse as FrequencyResponse
 from flexura.analysis.frequency_response import frequency_response as frequency_response
+from flexura.analysis.internal_forces import internal_force_rows as internal_force_rows
 from flexura.analysis.kinetostatics import Kinetostatics as Kinetostatics
 from flexura.analysis.kinetostatics import kinetostatics as kinetostatics
 from flexura.analysis.left_out import LeftOut as LeftOut
@@ -29,7 +30,6 @@ from flexura.analysis.statics import compliance as compliance
 from flexura.analysis.statics import statics as statics
 from flexura.analysis.stress import MemberStress as MemberStress
 from flexura.analysis.stress import Stresses as Stresses
-from flexura.analysis.stress import internal_force_rows as internal_force_rows
 from flexura.analysis.stress import member_stresses as member_stresses
 from flexura.analysis.stress import stress_rows as stress_rows
 from flexura.analysis.stroke import Stroke as Stroke

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.stress import element_motions, yield_ratios
+from flexura.analysis.internal_forces import element_motions
+from flexura.analysis.stress import yield_ratios
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
@@ -197,12 +198,12 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
     says so where states are left that might be worse.
     """
     numbers, bound = _candidates(states)
-    worst, beyond, least, names = None, 0, 1 + EXACT, []
+    worst, beyond, least, names = None, 0, 1 + EXACT, ()
     for first in range(0, min(len(numbers), MOST_STATES), ROWS):
         own = numbers[first : first + ROWS]
         if not bound[own[0]] > least:
             break
-        names, ratio = yield_ratios(states.model, states.at(own), gravity)
+        names, ratio, _ = yield_ratios(states.model, states.at(own), gravity)
         ratio = np.where(np.isfinite(ratio), ratio, 0.0)
         if ratio.size and ratio.max() > least:
             member, state = np.unravel_index(int(ratio.argmax()), ratio.shape)
@@ -232,7 +233,7 @@ def _candidates(states: States) -> tuple[NDArray[np.intp], Array]:
         energy = np.einsum("nk,nk->k", u, K @ u) if states.count > MOST_STATES else np.zeros(states.count)
         return np.argsort(-energy, kind="stable"), np.full(states.count, np.inf)
     peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
-    _, each = yield_ratios(states.model, states.columns * peak)
+    each = yield_ratios(states.model, states.columns * peak).ratio
     each = np.where(np.isfinite(each), each, 0.0)
     own = each.sum(axis=1) > 1
     if not own.any():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -11,18 +11,17 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.internal_forces import end_forces, find_member, internal_force_rows, unknown_member
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
-from flexura.beam import rigid_arm
 from flexura.beam.stress import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
-from flexura.structure.part import Part, PartMatrices
+from flexura.structure.part import Part
 from flexura.structure.sections import SectionGroup
-from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
@@ -31,6 +30,10 @@ STATIONS = 41
 
 BLOCK = 2_000_000
 """Internal forces that are held at a time."""
+
+EndForces = Callable[[str], tuple[Array, Array]]
+"""Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies of a prototype, in the
+axes of the members on the face towards the second end, in k states."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,7 +77,7 @@ class Stresses(Tabular):
     def __getitem__(self, name: str) -> MemberStress:
         """The stress of a placed member, e.g. `branch1.hinge`. Raises OptionError for unknown names."""
         if name not in self._by_name:
-            raise OptionError(_unknown(name, list(self._by_name)))
+            raise OptionError(unknown_member(name, list(self._by_name)))
         return self._by_name[name]
 
     @property
@@ -120,11 +123,16 @@ def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[fl
     """
     states = _states(model, u)
     g = None if gravity is None else finite_numbers("gravity", gravity, 3)
+    return worst_stresses(model, lambda name: end_forces(model, name, states, g))
+
+
+def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
+    """The largest stress in every placed link and flexure under internal forces of some states."""
     found: list[MemberStress] = []
-    for name, matrices in model.matrices.items():
+    for name in model.matrices:
         part = model.plan.parts[name]
         if part.members:
-            ends = _end_forces(model, name, matrices, states, g)
+            ends = forces(name)
             for group, n, _ in part.table.groups:
                 found += _reported(model, part, group, _worst_of(model, part, group, n, ends))
     order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in found])
@@ -160,39 +168,6 @@ def _states(model: FullOrderModel, u: ArrayLike) -> Array:
     return states.reshape(model.order, -1)
 
 
-def _end_forces(
-    model: FullOrderModel, name: str, matrices: PartMatrices, states: Array, g: Array | None
-) -> tuple[Array, Array]:
-    """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies (theory eq. S1)."""
-    placed = model.plan.topology.copies[name]
-    v = element_motions(model, name, states)
-    arm = np.zeros((v.shape[1], 3))
-    arm[:, 0] = matrices.elements.length
-    D = rigid_arm(arm)
-    at_end = np.linalg.inv(matrices.elements.C) @ (v[:, :, 6:] - D @ v[:, :, :6])
-    at_start = np.swapaxes(D, -1, -2) @ at_end
-    if g is not None:
-        local = np.zeros((len(placed.paths), v.shape[1], 12, 1))
-        Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
-        R = np.stack([matrices.T[:, :3, :3], matrices.T[:, 6:9, 6:9]], axis=1)
-        local.reshape(*local.shape[:2], 2, 6)[..., :3] = (R @ (Q[:, :, None] @ g[:, None]))[..., 0]
-        weight = matrices.elements.M @ local
-        at_start, at_end = at_start + weight[:, :, :6], at_end - weight[:, :, 6:]
-    return at_start, at_end
-
-
-def element_motions(model: FullOrderModel, name: str, states: Array, at: Index | slice = slice(None)) -> Array:
-    """Motions (i, e, 12, k) of both ends of elements `at` of all copies of a prototype, element axes."""
-    part, placed = model.plan.parts[name], model.plan.topology.copies[name]
-    number = np.array(placed.offset)[:, None] + np.arange(part.n_named + len(part.mesh_member))
-    Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
-    axial = np.linalg.det(Q).round()[..., None, None] * Q
-    whole = model.node_displacements(states)[number]
-    own = np.concatenate([Q @ whole[:, :, :3], axial @ whole[:, :, 3:]], axis=2)
-    v = own[:, part.connectivity[at]]
-    return np.asarray(model.matrices[name].T[at] @ v.reshape(*v.shape[:2], 12, states.shape[1]))
-
-
 def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]) -> _Worst:
     """The worst station and state of the members of a group, which have `n` elements each."""
     worst: _Worst | None = None
@@ -203,30 +178,53 @@ def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, en
     return worst
 
 
-def yield_ratios(
-    model: FullOrderModel, u: Array, gravity: Sequence[float] | None = None
-) -> tuple[list[str], NDArray[np.float64]]:
-    """Names of all placed members whose yield stress is known, and their largest von Mises stress over it (members, k)
-    in each of the states u (n, k), as in `member_stresses`."""
+class YieldRatios(NamedTuple):
+    """Of the placed members (m,) whose yield stress is known: `names`, and in each of k states the largest von Mises
+    stress with notch factors over it, `ratio` (m, k), and where along the member that is, `position` (m, k)."""
+
+    names: tuple[str, ...]
+    ratio: Array
+    position: Array
+
+
+def yield_ratios(model: FullOrderModel, u: Array, gravity: Sequence[float] | None = None) -> YieldRatios:
+    """How near the members come to yield in each of the states u (n, k), as in `member_stresses`."""
     g = None if gravity is None else finite_numbers("gravity", gravity, 3)
+    return ratios_to_yield(model, lambda name: end_forces(model, name, u, g), u.shape[1])
+
+
+def ratios_to_yield(model: FullOrderModel, forces: EndForces, count: int) -> YieldRatios:
+    """How near the members come to yield under internal forces of `count` states."""
     names: list[str] = []
-    ratios = [np.empty((0, u.shape[1]))]
-    for name, matrices in model.matrices.items():
+    ratios, positions = [np.empty((0, count))], [np.empty((0, count))]
+    for name in model.matrices:
         part = model.plan.parts[name]
         limit = part.table.yield_stress(model.values) if part.members else np.empty(0)
         known = [group for group in part.table.groups if not np.isnan(limit[group[0].index]).all()]
         known = [(group, n) for group, n, _ in known if group.family != "constants"]
         if not known:
             continue
-        ends, keys = _end_forces(model, name, matrices, u, g), list(part.members)
+        ends, keys = forces(name), list(part.members)
         for group, n in known:
-            blocks = [raised.max(axis=2) for *_, raised, _ in _stresses(model, part, group, n, ends)]
-            ratio = np.concatenate(blocks, axis=-1) / limit[group.index][:, None]
             has = np.flatnonzero(~np.isnan(limit[group.index]))
-            ratios.append(ratio[:, has].reshape(-1, u.shape[1]))
+            for values, block in zip((ratios, positions), _largest(model, part, group, n, ends), strict=True):
+                values.append(block[:, has].reshape(-1, count))
+            ratios[-1] /= np.tile(limit[group.index[has]], len(ends[0]))[:, None]
             paths = model.plan.topology.copies[name].paths
             names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
-    return names, np.concatenate(ratios)
+    return YieldRatios(tuple(names), np.concatenate(ratios), np.concatenate(positions))
+
+
+def _largest(
+    model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Largest von Mises stresses (i, m, k) of the members of a group in each state, and where they are along them."""
+    largest, position = [], []
+    for _, x, _, raised, _ in _stresses(model, part, group, n, ends):
+        station = leading(raised, axis=2)
+        largest.append(raised.max(axis=2))
+        position.append(x[np.arange(len(x))[None, :, None], station])
+    return np.concatenate(largest, axis=-1), np.concatenate(position, axis=-1)
 
 
 def _stresses(
@@ -302,39 +300,13 @@ def _worse(one: _Worst | None, other: _Worst) -> _Worst:
 
 
 @verb
-def internal_force_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
-    """The map (6, n) from the model's DOFs to N, Vy, Vz, N, and T, My, Mz, N m, of a section (theory eq. S1).
-
-    member: as placed, e.g. `branch1.hinge`; position: fraction of its length. Raises OptionError for unknown
-    members and positions outside.
-    """
-    name, copy, k = _find(model, member, position)
-    part, matrices = model.plan.parts[name], model.matrices[name]
-    n = int(part.counts[k])
-    element = min(int(position * n), n - 1)
-    e = int(part.first[k]) + element
-    length = float(matrices.elements.length[e])
-    rest = length * (element + 1 - position * n)
-    to_end, to_section = rigid_arm((length, 0.0, 0.0)), rigid_arm((rest, 0.0, 0.0))
-    P = to_section.T @ np.linalg.solve(matrices.elements.C[e], np.hstack([-to_end, np.eye(6)])) @ matrices.T[e]
-    nodes = part.connectivity[e]
-    G = model.design.node_transforms(name, nodes)[copy]
-    topology = model.plan.topology
-    dof = topology.dof[topology.root[topology.copies[name].offset[copy] + nodes]].ravel()
-    rows = np.hstack([P[:, :6] @ G[0], P[:, 6:] @ G[1]])[:, dof >= 0]
-    dof = np.broadcast_to(dof[dof >= 0], rows.shape)
-    at = np.broadcast_to(np.arange(6)[:, None], rows.shape)
-    return sp.csr_matrix((rows.ravel(), (at.ravel(), dof.ravel())), shape=(6, model.order))
-
-
-@verb
 def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
     """The map (4, n) from the model's DOFs to the nominal normal stress, Pa, of four fibres (theory eq. S2).
 
     Rectangles: the corners (+b/2, +t/2), (+b/2, -t/2), (-b/2, -t/2), (-b/2, +t/2); round sections: the ends of their
     diameters along y, z, -y, -z. Arguments as in `internal_force_rows`, and sections by constants raise as well.
     """
-    name, _, k = _find(model, member, position)
+    name, _, k = find_member(model, member, position)
     part = model.plan.parts[name]
     group = next(group for group, _, _ in part.table.groups if k in group.index)
     if group.family == "constants":
@@ -353,25 +325,3 @@ def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) ->
     S = np.zeros((4, 6))
     S[:, 0], S[:, 4], S[:, 5] = 1 / A, z / Iy, -y / Iz
     return sp.csr_matrix(S @ internal_force_rows(model, member, position=position))
-
-
-def _find(model: FullOrderModel, member: str, position: float) -> tuple[str, int, int]:
-    """Prototype, copy and number of a placed member."""
-    if not 0 <= position <= 1:
-        raise OptionError(f"a position is a fraction of the member's length, from 0 to 1, not {position!r}")
-    *path, key = member.split(".")
-    for name, placed in model.plan.topology.copies.items():
-        if tuple(path) in placed.paths and key in placed.part.members:
-            return name, placed.paths.index(tuple(path)), list(placed.part.members).index(key)
-    raise OptionError(_unknown(member, list(_names(model))))
-
-
-def _names(model: FullOrderModel) -> Iterator[str]:
-    for placed in model.plan.topology.copies.values():
-        for path in placed.paths:
-            yield from (".".join((*path, member)) for member in placed.part.members)
-
-
-def _unknown(name: str, known: list[str]) -> str:
-    shown = ", ".join(known[:4]) + (", ..." if len(known) > 4 else "")
-    return f"there is no link or flexure {name!r}; there are {shown or 'none'}"

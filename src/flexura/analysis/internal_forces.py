@@ -1,0 +1,96 @@
+"""Internal forces of links and flexures from displacements of the full-order model (theory eq. S1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.arguments import verb
+from flexura.beam import rigid_arm
+from flexura.errors import OptionError
+from flexura.structure import FullOrderModel
+from flexura.structure.value_table import Index
+
+Array = NDArray[np.float64]
+
+
+def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None) -> tuple[Array, Array]:
+    """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies (theory eq. S1)."""
+    placed, matrices = model.plan.topology.copies[name], model.matrices[name]
+    v = element_motions(model, name, states)
+    arm = np.zeros((v.shape[1], 3))
+    arm[:, 0] = matrices.elements.length
+    D = rigid_arm(arm)
+    at_end = np.linalg.inv(matrices.elements.C) @ (v[:, :, 6:] - D @ v[:, :, :6])
+    at_start = np.swapaxes(D, -1, -2) @ at_end
+    if g is not None:
+        local = np.zeros((len(placed.paths), v.shape[1], 12, 1))
+        Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
+        R = np.stack([matrices.T[:, :3, :3], matrices.T[:, 6:9, 6:9]], axis=1)
+        local.reshape(*local.shape[:2], 2, 6)[..., :3] = (R @ (Q[:, :, None] @ g[:, None]))[..., 0]
+        weight = matrices.elements.M @ local
+        at_start, at_end = at_start + weight[:, :, :6], at_end - weight[:, :, 6:]
+    return at_start, at_end
+
+
+def element_motions(model: FullOrderModel, name: str, states: Array, at: Index | slice = slice(None)) -> Array:
+    """Motions (i, e, 12, k) of both ends of elements `at` of all copies of a prototype, element axes."""
+    part, placed = model.plan.parts[name], model.plan.topology.copies[name]
+    number = np.array(placed.offset)[:, None] + np.arange(part.n_named + len(part.mesh_member))
+    Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
+    axial = np.linalg.det(Q).round()[..., None, None] * Q
+    whole = model.node_displacements(states)[number]
+    own = np.concatenate([Q @ whole[:, :, :3], axial @ whole[:, :, 3:]], axis=2)
+    v = own[:, part.connectivity[at]]
+    return np.asarray(model.matrices[name].T[at] @ v.reshape(*v.shape[:2], 12, states.shape[1]))
+
+
+@verb
+def internal_force_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
+    """The map (6, n) from the model's DOFs to N, Vy, Vz, N, and T, My, Mz, N m, of a section (theory eq. S1).
+
+    member: as placed, e.g. `branch1.hinge`; position: fraction of its length. Raises OptionError for unknown
+    members and positions outside.
+    """
+    name, copy, k = find_member(model, member, position)
+    part, matrices = model.plan.parts[name], model.matrices[name]
+    n = int(part.counts[k])
+    element = min(int(position * n), n - 1)
+    e = int(part.first[k]) + element
+    length = float(matrices.elements.length[e])
+    rest = length * (element + 1 - position * n)
+    to_end, to_section = rigid_arm((length, 0.0, 0.0)), rigid_arm((rest, 0.0, 0.0))
+    P = to_section.T @ np.linalg.solve(matrices.elements.C[e], np.hstack([-to_end, np.eye(6)])) @ matrices.T[e]
+    nodes = part.connectivity[e]
+    G = model.design.node_transforms(name, nodes)[copy]
+    topology = model.plan.topology
+    dof = topology.dof[topology.root[topology.copies[name].offset[copy] + nodes]].ravel()
+    rows = np.hstack([P[:, :6] @ G[0], P[:, 6:] @ G[1]])[:, dof >= 0]
+    dof = np.broadcast_to(dof[dof >= 0], rows.shape)
+    at = np.broadcast_to(np.arange(6)[:, None], rows.shape)
+    return sp.csr_matrix((rows.ravel(), (at.ravel(), dof.ravel())), shape=(6, model.order))
+
+
+def find_member(model: FullOrderModel, member: str, position: float) -> tuple[str, int, int]:
+    """Prototype, copy and number of a placed member."""
+    if not 0 <= position <= 1:
+        raise OptionError(f"a position is a fraction of the member's length, from 0 to 1, not {position!r}")
+    *path, key = member.split(".")
+    for name, placed in model.plan.topology.copies.items():
+        if tuple(path) in placed.paths and key in placed.part.members:
+            return name, placed.paths.index(tuple(path)), list(placed.part.members).index(key)
+    raise OptionError(unknown_member(member, list(_names(model))))
+
+
+def _names(model: FullOrderModel) -> Iterator[str]:
+    for placed in model.plan.topology.copies.values():
+        for path in placed.paths:
+            yield from (".".join((*path, member)) for member in placed.part.members)
+
+
+def unknown_member(name: str, known: list[str]) -> str:
+    shown = ", ".join(known[:4]) + (", ..." if len(known) > 4 else "")
+    return f"there is no link or flexure {name!r}; there are {shown or 'none'}"
