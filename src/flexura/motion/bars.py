@@ -39,12 +39,7 @@ class Bars:
         n = line / now[:, None]
         stretch = now - self.length
         pull = self.stiffness * stretch
-        # rows of displacements of the ends by those of the frames
-        D = np.zeros((len(n), 2, 3, 12))
-        for end, sign in ((0, -1.0), (1, 1.0)):
-            D[:, end, :, 6 * end : 6 * end + 3] = sign * np.eye(3)
-            D[:, end, :, 6 * end + 3 : 6 * end + 6] = -sign * skew(ends.arm[:, end])
-        B = D.sum(axis=1)
+        B = _rows(ends)
         across = (np.eye(3) - n[:, :, None] * n[:, None]) * (pull / now)[:, None, None]
         along = self.stiffness[:, None, None] * n[:, :, None] * n[:, None]
         force = pull[:, None] * (n[:, None] @ B)[:, 0]
@@ -56,8 +51,24 @@ class Bars:
             tangent[:, six, six] -= turned(force[:, six])
         return Response(0.5 * pull * stretch, force, tangent)
 
+    def material(self, frames: Frames) -> Array:
+        """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
+        ends = self._ends(frames)
+        line = ends.position[:, 1] - ends.position[:, 0]
+        along = ((line / np.linalg.norm(line, axis=1)[:, None])[:, None] @ _rows(ends))[:, 0]
+        return self.stiffness[:, None, None] * along[:, :, None] * along[:, None]
+
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
         twists = self._ends(frames).twists()
         M = np.einsum("eaij,eaibk,ebkl->eajbl", twists, self.mass.reshape(-1, 2, 6, 2, 6), twists)
         return M.reshape(-1, 12, 12)
+
+
+def _rows(ends: Ends) -> Array:
+    """Displacements (e, 3, 12) of end 2 from end 1 by those of the frames."""
+    B = np.zeros((len(ends.arm), 3, 12))
+    for end, sign in ((0, -1.0), (1, 1.0)):
+        B[:, :, 6 * end : 6 * end + 3] = sign * np.eye(3)
+        B[:, :, 6 * end + 3 : 6 * end + 6] = -sign * skew(ends.arm[:, end])
+    return B

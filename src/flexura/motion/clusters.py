@@ -81,20 +81,31 @@ class Cluster:
         ends, log = self._ends(frames), self._poses(frames)
         d = self.deformation(frames)
         n = self.stiffness @ d
-        twists = ends.twists()
-        size, first = 6 * self.node.shape[1], slice(0, 6)
-        B = np.zeros((size - 6, size))
-        B[6 * (self.own - 1) :, 6 * self.own :] = np.eye(size - 6 * self.own)
+        twists, B = ends.twists(), self._rows(ends, log)
+        slope = np.zeros(B.T.shape)
         before, after = log.second(n[: 6 * (self.own - 1)].reshape(-1, 6))
-        slope = np.zeros((size, size - 6))
         for i in range(self.own - 1):
             row, column = slice(6 * i, 6 * i + 6), slice(6 * i + 6, 6 * i + 12)
-            B[row, first] = -log.before[i] @ twists[i, 0]
-            B[row, column] = log.after[i] @ twists[i, 1]
-            slope[first, row] = -twists[i, 0].T @ before[i]
+            slope[:6, row] = -twists[i, 0].T @ before[i]
             slope[column, row] = twists[i, 1].T @ after[i]
         K = (B.T @ self.stiffness + slope) @ B
         return Response(np.array([0.5 * n @ d]), (B.T @ n)[None], K[None])
+
+    def _rows(self, ends: Ends, log: Logarithm) -> Array:
+        """Derivatives (d, 6k) of the deformation by displacements of the frames."""
+        twists, size = ends.twists(), 6 * self.node.shape[1]
+        B = np.zeros((size - 6, size))
+        B[6 * (self.own - 1) :, 6 * self.own :] = np.eye(size - 6 * self.own)
+        for i in range(self.own - 1):
+            row, column = slice(6 * i, 6 * i + 6), slice(6 * i + 6, 6 * i + 12)
+            B[row, :6] = -log.before[i] @ twists[i, 0]
+            B[row, column] = log.after[i] @ twists[i, 1]
+        return B
+
+    def material(self, frames: Frames) -> Array:
+        """Derivatives (1, 6k, 6k) of the forces in a state, as if there were none in it (theory eq. G16)."""
+        B = self._rows(self._ends(frames), self._poses(frames))
+        return (B.T @ self.stiffness @ B)[None]
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrix (1, 6k, 6k) by velocities of the frames."""

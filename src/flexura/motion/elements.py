@@ -95,6 +95,10 @@ class Group(Protocol):
         """Energies, forces and tangents in a state of the frames."""
         ...
 
+    def material(self, frames: Frames) -> Array:
+        """Derivatives (e, 6k, 6k) of the forces in a state, as if there were none in it (theory eq. G16)."""
+        ...
+
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 6k, 6k) by velocities of the frames."""
         ...
@@ -123,18 +127,22 @@ class PoseElements:
     def response(self, frames: Frames) -> Response:
         """Energies, forces and tangents in a state of the frames (theory eq. G7)."""
         ends = self.ends(frames)
-        log = ends.relative()
+        log, twists = ends.relative(), ends.twists()
         energy, n, k = self.strain.response(log.e - self.rest)
-        twists = ends.twists()
-        B = np.empty((len(n), 6, 12))
-        B[..., :6] = -log.before @ twists[:, 0]
-        B[..., 6:] = log.after @ twists[:, 1]
+        B = _rows(log, twists)
         before, after = log.second(n)
         turned = np.swapaxes(B, 1, 2)
         K = turned @ k
         K[:, :6] -= np.swapaxes(twists[:, 0], 1, 2) @ before
         K[:, 6:] += np.swapaxes(twists[:, 1], 1, 2) @ after
         return Response(energy, (turned @ n[..., None])[..., 0], K @ B)
+
+    def material(self, frames: Frames) -> Array:
+        """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
+        ends = self.ends(frames)
+        log = ends.relative()
+        B = _rows(log, ends.twists())
+        return np.swapaxes(B, 1, 2) @ self.strain.material(log.e - self.rest) @ B
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
@@ -145,6 +153,14 @@ class PoseElements:
         out = self.mass.reshape(-1, 2, 6, 2, 6)
         out = np.einsum("eaij,eaibk,ebkl->eajbl", twists, out, twists, optimize=True)
         return out.reshape(-1, 12, 12)
+
+
+def _rows(log: Logarithm, twists: Array) -> Array:
+    """Derivatives (e, 6, 12) of the logarithm by displacements of the frames (theory eq. G4)."""
+    B = np.empty((len(twists), 6, 12))
+    B[..., :6] = -log.before @ twists[:, 0]
+    B[..., 6:] = log.after @ twists[:, 1]
+    return B
 
 
 def turned(force: Array) -> Array:

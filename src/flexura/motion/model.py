@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Cluster
-from flexura.motion.elements import Ends, Frames, Group, PoseElements, turned
+from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
 from flexura.motion.se3 import skew
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.structure.design import Design
@@ -29,12 +29,14 @@ MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 
 
 class Forces(NamedTuple):
-    """Forces (n + 1, 6) on the frames that hold a state, N and N m, its energy, N m, and the blocks of the derivatives
-    of the forces by displacements, in the order of the model's pattern."""
+    """Forces (n + 1, 6) on the frames that hold a state, N and N m, its energy, N m, the blocks of the derivatives
+    of the forces by displacements, in the order of the model's pattern, and what each of `MovingModel.elements`
+    answers with."""
 
     energy: float
     force: Array
     blocks: list[Array]
+    responses: list[Response]
 
 
 @dataclass(frozen=True)
@@ -75,20 +77,22 @@ class MovingModel:
 
     def forces(self, frames: Frames, gravity: Array) -> Forces:
         """What holds the mechanism in a state against its stiffness and its weight, g (3,) in m/s^2."""
-        total, energy = np.zeros(self.dof.shape), 0.0
-        blocks = []
-        for elements in self.elements:
-            own = elements.response(frames)
-            energy += float(own.energy.sum())
+        total, responses = np.zeros(self.dof.shape), [elements.response(frames) for elements in self.elements]
+        for elements, own in zip(self.elements, responses, strict=True):
             at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
             for column in range(6):
                 total[:, column] += np.bincount(at, flat[:, column], len(total))
-            blocks.append(own.tangent)
         local = turned(total)
         if gravity.any():
             weight, slope = self._weights(frames, gravity)
             total, local = total - weight, local - slope
-        return Forces(energy, total, [*blocks, local])
+        energy = sum(float(own.energy.sum()) for own in responses)
+        return Forces(energy, total, [*(own.tangent for own in responses), local], responses)
+
+    def material(self, frames: Frames) -> sp.csc_matrix:
+        """Derivatives (n, n) of the forces of free displacements in a state, as if nothing were under force there."""
+        K = self.pattern.sparse([*(e.material(frames) for e in self.elements), np.zeros((*self.dof.shape, 6))])
+        return ((K + K.T) / 2).tocsc()
 
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""

@@ -78,28 +78,45 @@ class Strain:
 
     def response(self, d: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), N m, its gradient (e, 6) and Hessian (e, 6, 6) by d (e, 6), inner motions at rest."""
-        e, n, *_ = self.curvature.shape
-        q = np.zeros((e, n))
-        q[:, :6] = d
-        if n == 6:
-            return self._derivatives(q)
-        for _ in range(ITERATIONS):
-            energy, gradient, hessian = self._derivatives(q)
-            both = np.concatenate([gradient[:, 6:, None], hessian[:, 6:, :6]], axis=-1)
-            inner = np.linalg.solve(hessian[:, 6:, 6:], both)
-            if np.abs(inner[..., 0]).max(initial=0.0) < SETTLED:
-                break
-            q[:, 6:] -= inner[..., 0]
+        _, energy, gradient, hessian, inner = self._settled(d)
         coupled = hessian[:, :6, 6:]
         gradient = gradient[:, :6] - (coupled @ inner[..., :1])[..., 0]
         return energy, gradient, hessian[:, :6, :6] - coupled @ inner[..., 1:]
 
+    def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Motions q (e, q) with those inside at rest, energy, gradient and Hessian there, and what the motions inside
+        still lack and how they follow those of the ends, (e, q - 6, 7), negative."""
+        e, n, *_ = self.curvature.shape
+        q = np.zeros((e, n))
+        q[:, :6] = d
+        for _ in range(ITERATIONS):
+            energy, gradient, hessian = self._derivatives(q)
+            both = np.concatenate([gradient[:, 6:, None], hessian[:, 6:, :6]], axis=-1)
+            inner = np.asarray(np.linalg.solve(hessian[:, 6:, 6:], both), dtype=float)
+            if np.abs(inner[..., 0]).max(initial=0.0) < SETTLED:
+                break
+            q[:, 6:] -= inner[..., 0]
+        return q, energy, gradient, hessian, inner
+
+    def material(self, d: Array) -> Array:
+        """The part (e, 6, 6) of the Hessian that stiffness makes and not the forces, inner motions at rest."""
+        slope = self._slope(self._settled(d)[0])
+        own = np.swapaxes(slope, 1, 2) @ (self.stiffness @ slope)
+        coupled = own[:, :6, 6:]
+        return own[:, :6, :6] - coupled @ np.linalg.solve(own[:, 6:, 6:], np.swapaxes(coupled, 1, 2))
+
+    def _slope(self, q: Array) -> Array:
+        """Derivatives (e, q, q) of the strains."""
+        e, n, *_ = self.curvature.shape
+        slope = (self.curvature.reshape(e, n * n, n) @ q[..., None]).reshape(e, n, n)
+        slope[:, range(n), range(n)] += 1.0
+        return slope
+
     def _derivatives(self, q: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), gradient (e, q) and Hessian (e, q, q) by all motions."""
         e, n, *_ = self.curvature.shape
-        slope = (self.curvature.reshape(e, n * n, n) @ q[..., None]).reshape(e, n, n)
-        strain = q + 0.5 * (slope @ q[..., None])[..., 0]
-        slope[:, range(n), range(n)] += 1.0
+        slope = self._slope(q)
+        strain = 0.5 * (q + (slope @ q[..., None])[..., 0])
         stress = (self.stiffness @ strain[..., None])[..., 0]
         turned = np.swapaxes(slope, 1, 2)
         hessian = turned @ (self.stiffness @ slope)
