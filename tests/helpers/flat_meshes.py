@@ -29,9 +29,9 @@ from flexura.mechanism import (
 )
 from flexura.mechanism.evaluation import scalars
 
-Place = tuple[np.ndarray, np.ndarray]
+Pose = tuple[np.ndarray, np.ndarray]
 """An orthogonal matrix Q and a translation t: x -> Q x + t."""
-STILL: Place = (np.eye(3), np.zeros(3))
+STILL: Pose = (np.eye(3), np.zeros(3))
 
 
 def about(axis: Iterable[float], angle: float) -> np.ndarray:
@@ -40,16 +40,16 @@ def about(axis: Iterable[float], angle: float) -> np.ndarray:
     return Turn.from_rotvec(angle * a / np.linalg.norm(a)).as_matrix()
 
 
-def _then(first: Place, second: Place) -> Place:
+def _then(first: Pose, second: Pose) -> Pose:
     return second[0] @ first[0], second[0] @ first[1] + second[1]
 
 
-def _around(Q: np.ndarray, centre: Iterable[float]) -> Place:
+def _around(Q: np.ndarray, centre: Iterable[float]) -> Pose:
     c = np.array(tuple(centre))
     return Q, c - Q @ c
 
 
-def placements(name: str, instance: Any) -> list[tuple[str, Place]]:
+def placements(name: str, instance: Any) -> list[tuple[str, Pose]]:
     """Return name and place of every copy of an instance."""
     own = STILL
     for turn in instance.rotate:
@@ -102,14 +102,14 @@ def _six(Q: np.ndarray) -> np.ndarray:
 class Flat:
     """Collects the parts of a mechanism in global axes."""
 
-    def __init__(self, mechanism: Mechanism, place: Place = STILL) -> None:
+    def __init__(self, mechanism: Mechanism, place: Pose = STILL) -> None:
         self.mechanism = mechanism
         self.parts: dict[str, dict[str, Any]] = {
             kind: {} for kind in ("nodes", "links", "flexures", "masses", "springs", "bodies")
         }
         self._add(mechanism, "", place)
 
-    def _add(self, part: Any, path: str, place: Place) -> list[str]:
+    def _add(self, part: Any, path: str, place: Pose) -> list[str]:
         Q, t = place
         own = [*part.nodes, *part.bodies]
         for key, instance in part.instances.items():
@@ -153,7 +153,7 @@ class Flat:
         return own
 
 
-def flatten(mechanism: Mechanism, place: Place = STILL) -> Mechanism:
+def flatten(mechanism: Mechanism, place: Pose = STILL) -> Mechanism:
     """Return the same mechanism without instances, moved or mirrored by `place`; ground must be on own nodes."""
     fields = {name: getattr(mechanism, name) for name in ("materials", "theory", "corrections", "ground")}
     return Mechanism(**Flat(mechanism, place).parts, **fields)

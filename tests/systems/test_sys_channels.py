@@ -215,7 +215,7 @@ def test_directions_of_copies(pattern, name, Q, t):
         assert found[1] == pytest.approx(axial @ basis[3:], abs=1e-13)
     assert built.D[2] == pytest.approx([1.0] + [0.0] * 7) and not built.rows[2].any()
     assert built.limits[0] == (-3.0, 3.0)
-    bases = [i.base for i in fx.system(described, inputs=[f"{name}.shake", f"{name}.roll"], outputs=dofs).placed_inputs]
+    bases = [i.base for i in fx.system(described, inputs=[f"{name}.shake", f"{name}.roll"], outputs=dofs).input_ports]
     assert bases[0] == pytest.approx([*d, 0, 0, 0], abs=1e-14)
     about = Q @ [0.01, 0.02, 0.03] + t
     assert bases[1] == pytest.approx([*np.cross(about, axial), *axial], abs=1e-14)

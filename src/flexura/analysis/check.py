@@ -30,7 +30,7 @@ from flexura.structure.assembler import full_order
 from flexura.structure.plan import plan_of
 from flexura.structure.solids import solids_of
 from flexura.systems.damping import damping_law
-from flexura.systems.placed import Placement
+from flexura.systems.ports import Ports
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
 def _channels(full: FullOrderModel) -> dict[str, Any]:
     """Actuators, sensors and damping in words."""
     plan = full.plan
-    place = Placement(full.design)
+    ports = Ports(full.design)
     law = damping_law(plan.mechanism.damping, plan.parameter_values(full.parameters), None)
     C, H = full_order(plan).dissipation(full.design, law.loss_factor)
     words = []
@@ -186,13 +186,13 @@ def _channels(full: FullOrderModel) -> dict[str, Any]:
         words.append("structural damping")
     if C.nnz:
         words.append("dashpots")
-    ranges = {i.channel.name: (i.channel, i.limits) for i in place.inputs()}
+    ranges = {i.channel.name: (i.channel, i.limits) for i in ports.inputs()}
     return {
         "actuators": {
             name: f"{c.quantity} [{c.unit}]" + (f", {low:.5g} to {high:.5g}" if np.isfinite(high) else "")
             for name, (c, (low, high)) in ranges.items()
         },
-        "sensors": {o.channel.name: f"{o.channel.quantity} [{o.channel.unit}]" for o in place.outputs()},
+        "sensors": {o.channel.name: f"{o.channel.quantity} [{o.channel.unit}]" for o in ports.outputs()},
         "damping": " and ".join(words) or "none",
     }
 

@@ -40,7 +40,7 @@ from flexura.systems.system import as_quantity, reduced
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Order = Literal["low", "full", "exact"]
+ResponseOrder = Literal["low", "full", "exact"]
 Method = Literal["modal", "direct"]
 Quantity = Literal["receptance", "mobility", "accelerance", "transmissibility"]
 
@@ -141,7 +141,7 @@ def frequency_response(
     band: tuple[float, float] | None = None,
     points: int = 400,
     quantity: Quantity | None = None,
-    order: Order = "low",
+    order: ResponseOrder = "low",
     method: Method = "modal",
     damping: Damping | float | Mapping[str, Any] | None = None,
     keep: int | Mapping[str, int] | None = None,
@@ -166,7 +166,7 @@ def frequency_response(
     combinations that make no sense; SolverError at an undamped resonance.
     """
     wanted = _wanted(frequency_hz, band, points)
-    if order not in get_args(Order):
+    if order not in get_args(ResponseOrder):
         raise OptionError(f"order is low, full or exact, not {order!r}")
     if method not in get_args(Method):
         raise OptionError(f"method is modal or direct, not {method!r}")
@@ -239,7 +239,7 @@ def _system(
     inputs: Sequence[str] | None,
     outputs: Sequence[str] | None,
     top: float,
-    order: Order,
+    order: ResponseOrder,
     damping: Any,
     parameters: Mapping[str, ArrayLike] | None,
     how: dict[str, Any],
@@ -403,7 +403,7 @@ def _lost_digits(built: System) -> tuple[Exceeded, ...]:
 def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
     if not isinstance(built.model, FullOrderModel):
         raise OptionError("order exact needs the mechanism, not a system reduced from it")
-    exact = ExactResponse(built.model, built.law, built.placed_inputs, built.placed_outputs, built.D)
+    exact = ExactResponse(built.model, built.law, built.input_ports, built.output_ports, built.D)
     modes = built.modal(up_to=BEYOND * wanted[-1])
     resonances = _resonances(modes, wanted)
     hz = _grid(wanted, band, points, *resonances)

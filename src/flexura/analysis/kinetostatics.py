@@ -35,7 +35,7 @@ from flexura.reduction.model import STATE
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems.channel import Channel
-from flexura.systems.placed import Placement
+from flexura.systems.ports import Ports
 
 Array = NDArray[np.float64]
 
@@ -155,8 +155,8 @@ def kinetostatics(
     """
     model = assemble(model, parameters)
     node = _platform(model, platform)
-    place = Placement(model.design)
-    inputs = place.inputs(actuators)
+    ports = Ports(model.design)
+    inputs = ports.inputs(actuators)
     if any(i.base is not None for i in inputs):
         inputs = [i for i in inputs if i.base is None]
     number = model.plan.topology.numbers([node])
@@ -183,7 +183,7 @@ def kinetostatics(
     names = [i.channel.name for i in inputs]
     driven = [f"of {node} by a load along its {dof}" for dof in DOF_NAMES] + [f"by {name}" for name in names]
     found = [
-        _drifted(model, P, node, f, names, place, limits) if a else _yielding(model, node, f, free[p, p], spectrum)
+        _drifted(model, P, node, f, names, ports, limits) if a else _yielding(model, node, f, free[p, p], spectrum)
         for f in freedoms
     ]
     loaded = (f"{STATE}, whose own stress the strokes at yield leave out",) if model.plan.is_loaded else ()
@@ -335,7 +335,7 @@ def _drifted(
     node: str,
     one: Freedom,
     names: list[str],
-    place: Placement,
+    ports: Ports,
     limits: Sequence[tuple[float, float]],
 ) -> Freedom:
     """The freedom with the drift of its axis from rest to half the commands' range (theory eq. S22)."""
@@ -350,7 +350,7 @@ def _drifted(
     used = np.abs(command) > 1e-9 * np.abs(command).max()
     stroke = float((half[used] / np.abs(command[used])).min())
     displaced = stroke * unit.displacement_vector
-    load = sum(c * i.load for c, i in zip(command, place.inputs(names), strict=True))
+    load = sum(c * i.load for c, i in zip(command, ports.inputs(names), strict=True))
     try:
         K_t = tangent_stiffness(model, displaced)
     except OptionError:

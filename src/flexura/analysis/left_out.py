@@ -163,7 +163,7 @@ def _sizes(modes: ModalSystem, turn: Array) -> tuple[Array, Array, NDArray[np.bo
     and omega^4, and over omega^2 with the kept modes; and which outputs inputs reach (p, m). Of the full order, the
     inputs in combinations `turn` (., m)."""
     system, full = modes.system, modes.system.full_order
-    rows = np.array([o.row for o in system.placed_outputs]).reshape(-1, full.order)
+    rows = np.array([o.row for o in system.output_ports]).reshape(-1, full.order)
     flexible = system.full_flexibility
     shift = flexible.shift
     known = 0.0 if isinstance(system.model, FullOrderModel) else KNOWN

@@ -14,7 +14,7 @@ from flexura.analysis.stress import yield_ratios
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
-from flexura.systems.placed import PlacedInput, Placement
+from flexura.systems.ports import InputPort, Ports
 
 Array = NDArray[np.float64]
 
@@ -270,7 +270,7 @@ def merged(found: Iterable[Exceeded]) -> tuple[Exceeded, ...]:
 
 
 def command_limits(
-    inputs: Sequence[PlacedInput], commands: Array, when: Callable[[int], str] = lambda _: ""
+    inputs: Sequence[InputPort], commands: Array, when: Callable[[int], str] = lambda _: ""
 ) -> tuple[Exceeded, ...]:
     """Commands (m, N) to inputs beyond their range, above and below: a stack's free stroke or blocked force, or the
     limit of a force or moment."""
@@ -294,10 +294,10 @@ def command_limits(
     return tuple(found)
 
 
-def force_limits(states: States, place: Placement, commands: dict[str, Array]) -> tuple[Exceeded, ...]:
+def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tuple[Exceeded, ...]:
     """Forces in piezo stacks, driven or not, beyond their blocked force: stiffness times free stroke."""
     found = []
-    for own in place.inputs(place.actuators):
+    for own in ports.inputs(ports.actuators):
         if own.stiffness is None or not np.isfinite(own.limits[1]):
             continue
         most = own.stiffness * own.stroke * own.limits[1]

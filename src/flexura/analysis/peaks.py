@@ -16,7 +16,7 @@ from flexura.reduction.flexibility import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, SecondOrder
 from flexura.systems.band import UNDAMPED
-from flexura.systems.placed import Placement
+from flexura.systems.ports import Ports
 from flexura.systems.system import input_loads
 
 Array = NDArray[np.float64]
@@ -125,12 +125,12 @@ def _left_out(system: SecondOrder, shapes: Array, gain: Array) -> Array:
 
 def _merged(system: SecondOrder, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
     full, names = system.full_order, [c.name for c in system.inputs]
-    place = Placement(full.design)
+    ports = Ports(full.design)
     at_rest = np.zeros((full.order, 1 if columns is None else 0))
     if full.plan.is_loaded:
         # what is described as loaded moves about its displaced state
         at_rest = system.full_flexibility(full.dead_load[:, None])
-    found = list(command_limits(system.placed_inputs, u, lambda k: _at(time[k])))
+    found = list(command_limits(system.input_ports, u, lambda k: _at(time[k])))
     for q, own in blocks:  # type: ignore[attr-defined]
 
         def when(k: int, first: int = own.start) -> str:
@@ -141,7 +141,7 @@ def _merged(system: SecondOrder, columns: Array | None, blocks: object, time: Ar
         else:
             amplitudes = np.vstack([q, u[:, own], np.ones((at_rest.shape[1], q.shape[1]))])
             states = States(full, np.hstack([columns, at_rest]), amplitudes, when)
-        found += force_limits(states, place, dict(zip(names, u[:, own], strict=True)))
+        found += force_limits(states, ports, dict(zip(names, u[:, own], strict=True)))
         found += [*motion_limits(states), *stress_limits(states)]
     return merged(found)
 

@@ -23,7 +23,7 @@ from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.full_order import unloaded
 from flexura.structure.prestress import Drive, Pushes, prestress, solve_definite
-from flexura.systems.placed import PlacedInput, Placement
+from flexura.systems.ports import InputPort, Ports
 
 Array = NDArray[np.float64]
 
@@ -154,8 +154,8 @@ def preload(
 
 def _drive(model: FullOrderModel, actuators: Mapping[str, float]) -> Drive:
     """What actuator commands do to a state."""
-    place = Placement(model.design)
-    named = [(own, float(value)) for name, value in actuators.items() for own in place.inputs([name])]
+    ports = Ports(model.design)
+    named = [(own, float(value)) for name, value in actuators.items() for own in ports.inputs([name])]
     if any(own.base is not None or not np.isfinite(value) for own, value in named):
         raise OptionError("commands are finite numbers of forces, moments and piezo stacks; a base at rest is assumed")
     load = sum((value * own.load for own, value in named), np.zeros(model.order))
@@ -164,7 +164,7 @@ def _drive(model: FullOrderModel, actuators: Mapping[str, float]) -> Drive:
     return Drive(load, tuple(pushes), expansion)
 
 
-def _pushes(model: FullOrderModel, own: PlacedInput, force: float) -> Iterator[Pushes]:
+def _pushes(model: FullOrderModel, own: InputPort, force: float) -> Iterator[Pushes]:
     """Rigid arms that a force pushes on."""
     topology, x = model.plan.topology, model.geometry.positions
     for node in own.nodes:

@@ -23,7 +23,7 @@ from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.prestress import dead_load
 from flexura.systems.channel import matched
-from flexura.systems.placed import PlacedInput, Placement
+from flexura.systems.ports import InputPort, Ports
 
 Array = NDArray[np.float64]
 
@@ -76,11 +76,11 @@ class Statics(Tabular):
     def warnings(self) -> tuple[Exceeded, ...]:
         """Where this response stops holding: large motion, ranges of actuators, yield, buckling and coarse meshes."""
         states = States(self.model, self.displacement_vector[:, None])
-        place = Placement(self.model.design)
+        ports = Ports(self.model.design)
         commands = {a.name: np.array([a.command]) for a in self.actuators}
         return (
-            *command_limits(place.inputs(list(commands)), np.array(list(commands.values())).reshape(-1, 1)),
-            *force_limits(states, place, commands),
+            *command_limits(ports.inputs(list(commands)), np.array(list(commands.values())).reshape(-1, 1)),
+            *force_limits(states, ports, commands),
             *motion_limits(states),
             *stress_limits(states, self._weight),
             *self._buckling[0],
@@ -166,13 +166,13 @@ def response_to(
 def _about(
     model: FullOrderModel, g: Array, load: Array, loads: Mapping[str, ArrayLike], actuators: Mapping[str, float]
 ) -> Statics:
-    place = Placement(model.design)
+    ports = Ports(model.design)
     forces = {node: finite_numbers(f"load on {node}", value, 6) for node, value in loads.items()}
     for node, force in forces.items():
         load = load + model.design.node_rows(model.plan.topology.numbers([node])).T @ force
-    named = matched(actuators, place.actuators)
+    named = matched(actuators, ports.actuators)
     commands = {own: _number(name, value) for name, value in actuators.items() for own in named[name]}
-    driven = place.inputs(list(commands))
+    driven = ports.inputs(list(commands))
     base = np.zeros(6)
     for own, value in zip(driven, commands.values(), strict=True):
         load = load + value * own.load
@@ -180,10 +180,10 @@ def _about(
             base += value * own.base
     load = load - model.base_inertia_forces @ base
     u = flexibility(model).held(load[:, None])[:, 0]
-    known = {i.channel.name: i for i in place.inputs(place.actuators)} | {i.channel.name: i for i in driven}
+    known = {i.channel.name: i for i in ports.inputs(ports.actuators)} | {i.channel.name: i for i in driven}
     states = tuple(_state(own, commands.get(name, 0.0), u) for name, own in known.items() if own.base is None)
     readings = {}
-    for out in place.outputs(place.sensors):
+    for out in ports.outputs(ports.sensors):
         if out.derivative == 0:
             fed = sum(out.feed.get(name, 0.0) * value for name, value in commands.items())
             readings[out.channel.name] = float(out.row @ u + fed)
@@ -212,7 +212,7 @@ def _number(name: str, value: object) -> float:
     return number
 
 
-def _state(own: PlacedInput, command: float, u: Array) -> ActuatorState:
+def _state(own: InputPort, command: float, u: Array) -> ActuatorState:
     elongation = float(own.row @ u)
     force = command if own.stiffness is None else own.stiffness * (own.stroke * command - elongation)
     return ActuatorState(own.channel.name, command, own.channel.unit, elongation, force)

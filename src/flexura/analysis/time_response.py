@@ -28,7 +28,7 @@ from flexura.structure import FullOrderModel, Plan
 from flexura.structure.plan import plan_of
 from flexura.systems import Channel, ModalSystem, System, system
 from flexura.systems.channel import matched
-from flexura.systems.placed import actuator_names
+from flexura.systems.ports import actuator_names
 from flexura.systems.residual_modes import with_residual_modes
 from flexura.systems.system import Order
 

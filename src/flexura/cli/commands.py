@@ -93,11 +93,11 @@ class CommandReader:
         """The inputs of the mechanism, found once and only when a unit is to be judged."""
         from flexura.structure import Design
         from flexura.structure.plan import plan_of
-        from flexura.systems.placed import Placement
+        from flexura.systems.ports import Ports
 
         plan = plan_of(self._mechanism)
         plan.verify(self._parameters)
-        return Placement(Design.of(plan, self._parameters))
+        return Ports(Design.of(plan, self._parameters))
 
 
 def _times_second(unit: str) -> str:

@@ -37,7 +37,7 @@ RESOLVED = 1e-6
 """Relative differences below this are lost in the round-off of the full-order solution."""
 
 
-class Order(StrEnum):
+class ModelOrder(StrEnum):
     """Which model to solve."""
 
     low = "low"
@@ -54,7 +54,7 @@ class Reduction(StrEnum):
 def modes_command(
     file: File,
     n: Annotated[int, typer.Option("-n", min=1, max=1000, help="Number of modes.")] = 6,
-    order: Annotated[Order, typer.Option(help="Low-order beside full, or the full model alone.")] = Order.low,
+    order: Annotated[ModelOrder, typer.Option(help="Low-order beside full, or the full model alone.")] = ModelOrder.low,
     keep: Annotated[
         int | None,
         typer.Option(min=0, help="Normal modes kept in each substructure; 0: constraint modes alone, as in the paper."),
@@ -83,7 +83,7 @@ def modes_command(
     mechanism, parameters = read(file, set)
     below, limit = limit_of("--keep-below", keep_below), limit_of("--up-to", up_to)
     how = {"keep": keep, "keep_below": below, "tolerance": tolerance, "up_to": limit}
-    if order is Order.full and (reduction is not None or any(value is not None for value in how.values())):
+    if order is ModelOrder.full and (reduction is not None or any(value is not None for value in how.values())):
         raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
     method = None if reduction is None else reduction.value
     result = modes(mechanism, parameters, n=n, order=order.value, reduction=method, **how)

@@ -33,7 +33,7 @@ from flexura.cli.options import (
 from flexura.errors import OptionError
 
 
-class Order(StrEnum):
+class ResponseOrder(StrEnum):
     """Which model answers."""
 
     low = "low"
@@ -126,7 +126,9 @@ def frequency_response_command(
     input: Inputs = None,
     output: Outputs = None,
     quantity: Annotated[Quantity | None, typer.Option(help="Read all motions as this.")] = None,
-    order: Annotated[Order, typer.Option(help="Proven low-order, full-order, or exact beams.")] = Order.low,
+    order: Annotated[
+        ResponseOrder, typer.Option(help="Proven low-order, full-order, or exact beams.")
+    ] = ResponseOrder.low,
     method: Annotated[Method, typer.Option(help="Modal sum, or solved at every frequency.")] = Method.modal,
     damping: Ratio = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write magnitudes and phases here, as .csv.")] = None,

@@ -14,7 +14,7 @@ from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.io.hdf5 import read_datasets
 from flexura.npz import read_arrays
-from flexura.testing.measurement.channel_positions import Place, Places, placed
+from flexura.testing.measurement.channel_descriptions import ChannelDescription, ChannelDescriptions, with_description
 from flexura.testing.measurement.channel_units import quantity_of, split_heading
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
@@ -23,17 +23,17 @@ Array = NDArray[np.float64]
 Arrays = dict[str, Any]
 
 
-def read_npz(path: Path, places: Places) -> Measurement:
+def read_npz(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     """Read a NumPy archive; see docs/testing.md for the names of its arrays. Raises OptionError."""
-    return _measurement(path, read_arrays(path), places)
+    return _measurement(path, read_arrays(path), descriptions)
 
 
-def read_hdf5(path: Path, places: Places) -> Measurement:
+def read_hdf5(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     """Read an HDF5 file with the same names, groups for the dots. Raises OptionError, also without h5py."""
-    return _measurement(path, read_datasets(path), places)
+    return _measurement(path, read_datasets(path), descriptions)
 
 
-def _measurement(path: Path, arrays: Mapping[str, Any], places: Places) -> Measurement:
+def _measurement(path: Path, arrays: Mapping[str, Any], descriptions: ChannelDescriptions) -> Measurement:
     """The measurement of arrays whose names begin with `recordingN.` or `frfN.`, or stand alone for a single one."""
     groups: dict[str, Arrays] = {}
     for name, value in arrays.items():
@@ -47,9 +47,9 @@ def _measurement(path: Path, arrays: Mapping[str, Any], places: Places) -> Measu
     for label in sorted(groups, key=lambda g: (len(g), g)):
         own, where = groups[label], f"{path}: {label}" if label != "single" else str(path)
         if "response" in own:
-            frfs.append(_frf(own, where, places))
+            frfs.append(_frf(own, where, descriptions))
         else:
-            recordings += _recordings(own, where, places)
+            recordings += _recordings(own, where, descriptions)
     if not recordings and not frfs:
         raise OptionError(f"{path}: neither `samples` of a time record nor a `response` is in the file")
     notes = tuple(str(n) for n in np.atleast_1d(bare.get("notes", np.array([], dtype=str))))
@@ -67,7 +67,9 @@ def _text(own: Arrays, name: str) -> str:
     return "" if value is None else value.decode() if isinstance(value, bytes) else str(np.asarray(value)[()])
 
 
-def _channels(own: Arrays, prefix: str, where: str, places: Places) -> tuple[tuple[MeasuredChannel, ...], Array]:
+def _channels(
+    own: Arrays, prefix: str, where: str, descriptions: ChannelDescriptions
+) -> tuple[tuple[MeasuredChannel, ...], Array]:
     """Channels from `channels`, texts `name [unit]`, with `quantities`, `nodes`, `directions` and `positions`."""
     texts = [str(t) for t in np.atleast_1d(_get(own, f"{prefix}channels", where))]
     found, factors = [], []
@@ -78,9 +80,11 @@ def _channels(own: Arrays, prefix: str, where: str, places: Places) -> tuple[tup
 
     for k, text in enumerate(texts):
         name, unit = split_heading(text, where)
-        place = places.get(name, Place())
+        described = descriptions.get(name, ChannelDescription())
         quantity, factor = quantity_of(
-            place.unit or unit, place.quantity or (str(entry("quantities", k) or "") or None), f"{where}: {name}"
+            described.unit or unit,
+            described.quantity or (str(entry("quantities", k) or "") or None),
+            f"{where}: {name}",
         )
         channel = MeasuredChannel(
             name,
@@ -89,7 +93,7 @@ def _channels(own: Arrays, prefix: str, where: str, places: Places) -> tuple[tup
             _vector(entry("directions", k), f"{where}: {name}", True),
             _vector(entry("positions", k), f"{where}: {name}", False),
         )
-        found.append(placed(channel, place))
+        found.append(with_description(channel, described))
         factors.append(factor)
     return tuple(found), np.array(factors)
 
@@ -106,10 +110,10 @@ def _vector(value: Any, where: str, unit: bool) -> tuple[float, float, float] | 
     return x, y, z
 
 
-def _recordings(own: Arrays, where: str, places: Places) -> Iterator[Recording]:
+def _recordings(own: Arrays, where: str, descriptions: ChannelDescriptions) -> Iterator[Recording]:
     """Records of `samples` (c, N), or (n, c, N) of n hits."""
     samples = np.asarray(_get(own, "samples", where), dtype=float)
-    channels, factors = _channels(own, "", where, places)
+    channels, factors = _channels(own, "", where, descriptions)
     if samples.ndim not in (2, 3) or samples.shape[-2] != len(channels):
         raise OptionError(f"{where}: samples of shape {samples.shape} are not those of {len(channels)} channels")
     if "sample_rate" in own:
@@ -134,11 +138,11 @@ def _recordings(own: Arrays, where: str, places: Places) -> Iterator[Recording]:
         yield Recording(rate, hit * factors[:, None], channels, inputs, _text(own, "setup"), name)
 
 
-def _frf(own: Arrays, where: str, places: Places) -> MeasuredFRF:
+def _frf(own: Arrays, where: str, descriptions: ChannelDescriptions) -> MeasuredFRF:
     hz = np.atleast_1d(np.asarray(_get(own, "frequency_hz", where), dtype=float))
     H = np.asarray(_get(own, "response", where), dtype=complex)
-    inputs, below = _channels(own, "input_", where, places)
-    outputs, above = _channels(own, "output_", where, places)
+    inputs, below = _channels(own, "input_", where, descriptions)
+    outputs, above = _channels(own, "output_", where, descriptions)
     if H.shape != (len(hz), len(outputs), len(inputs)):
         raise OptionError(
             f"{where}: a response of shape {H.shape} is not that of {len(hz)} frequencies, {len(outputs)} outputs and "

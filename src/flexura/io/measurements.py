@@ -18,7 +18,14 @@ from flexura.io.uff.reader import read_uff
 from flexura.io.uff.writer import write_uff
 from flexura.mechanism import Mechanism
 from flexura.structure.plan import Plan
-from flexura.testing.measurement.channel_positions import FORCES, Place, Places, placed, places_of, read_places
+from flexura.testing.measurement.channel_descriptions import (
+    FORCES,
+    ChannelDescription,
+    ChannelDescriptions,
+    described_channels,
+    read_channel_descriptions,
+    with_description,
+)
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
 from flexura.testing.measurement.plausible import refuse_implausible
@@ -68,7 +75,7 @@ def read_measurement(
             modes[0] if modes else None,
         )
     if isinstance(channels, str | Path):
-        _refuse_missing(found, read_places(channels), str(channels))
+        _refuse_missing(found, read_channel_descriptions(channels), str(channels))
     return found
 
 
@@ -93,34 +100,34 @@ def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
 def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: Repeated | None) -> Measurement:
     suffix = file.suffix.lower()
     beside = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
-    places: Places = {}
+    descriptions: ChannelDescriptions = {}
     if isinstance(channels, str | Path):
-        places = read_places(channels)
+        descriptions = read_channel_descriptions(channels)
     elif channels is None:
-        places = next((read_places(p) for p in beside if p.is_file()), {})
+        descriptions = next((read_channel_descriptions(p) for p in beside if p.is_file()), {})
     elif not isinstance(channels, Mechanism | Plan):
         raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
     if suffix not in SUFFIXES:
         raise OptionError(f"{file}: {suffix or 'no suffix'} says no format of measured data: {', '.join(SUFFIXES)}")
     try:
         with np.errstate(all="ignore"):
-            found = _of_suffix(file, suffix, places, repeated)
+            found = _of_suffix(file, suffix, descriptions, repeated)
             refuse_implausible(found, str(file))
     except FlexuraError:
         raise
     except Exception as error:  # what is wrong in a file from anywhere shows in any way
         raise OptionError(f"{file}: not as its format has it: {error or type(error).__name__}") from None
     if isinstance(channels, Mechanism | Plan):
-        found = _placed(found, places_of(channels, [c.name for c in _channels(found)]))
+        found = _with_descriptions(found, described_channels(channels, [c.name for c in _channels(found)]))
     return found
 
 
-def _of_suffix(file: Path, suffix: str, places: Places, repeated: Repeated | None) -> Measurement:
+def _of_suffix(file: Path, suffix: str, descriptions: ChannelDescriptions, repeated: Repeated | None) -> Measurement:
     if suffix in UFF:
-        return _placed(read_uff(file, places, repeated), places)
+        return _with_descriptions(read_uff(file, descriptions, repeated), descriptions)
     if suffix in (".csv", ".txt"):
-        return read_csv(file, places)
-    return (read_npz if suffix == ".npz" else read_hdf5)(file, places)
+        return read_csv(file, descriptions)
+    return (read_npz if suffix == ".npz" else read_hdf5)(file, descriptions)
 
 
 def _channels(measurement: Measurement) -> list[MeasuredChannel]:
@@ -130,21 +137,21 @@ def _channels(measurement: Measurement) -> list[MeasuredChannel]:
     return list(dict.fromkeys(own))
 
 
-def _placed(measurement: Measurement, places: Places) -> Measurement:
-    """Channels with the places that are known of them, checked for what they measure."""
+def _with_descriptions(measurement: Measurement, descriptions: ChannelDescriptions) -> Measurement:
+    """Channels with what is described of them, checked for what they measure."""
 
     def of(channels: tuple[MeasuredChannel, ...]) -> tuple[MeasuredChannel, ...]:
-        return tuple(placed(c, _checked(c, places.get(c.name))) for c in channels)
+        return tuple(with_description(c, _checked(c, descriptions.get(c.name))) for c in channels)
 
     def record(r: Recording) -> Recording:
-        said = {k: places[c.name].is_input for k, c in enumerate(r.channels) if c.name in places}
+        said = {k: descriptions[c.name].is_input for k, c in enumerate(r.channels) if c.name in descriptions}
         inputs = [k for k in range(len(r.channels)) if said.get(k) or (said.get(k) is None and k in r.inputs)]
         return replace(r, channels=of(r.channels), inputs=tuple(inputs))
 
     def response(f: MeasuredFRF) -> MeasuredFRF:
         return replace(f, inputs=of(f.inputs), outputs=of(f.outputs))
 
-    if not places:
+    if not descriptions:
         return measurement
     modes: Any = measurement.modes
     return replace(
@@ -155,13 +162,13 @@ def _placed(measurement: Measurement, places: Places) -> Measurement:
     )
 
 
-def _checked(channel: MeasuredChannel, place: Place | None) -> Place | None:
-    is_other_end = place is not None and place.force is not None and channel.quantity in FORCES
-    if place is not None and place.quantity not in (None, channel.quantity) and not is_other_end:
+def _checked(channel: MeasuredChannel, described: ChannelDescription | None) -> ChannelDescription | None:
+    is_other_end = described is not None and described.force is not None and channel.quantity in FORCES
+    if described is not None and described.quantity not in (None, channel.quantity) and not is_other_end:
         raise OptionError(
-            f"{channel.name} is {channel.quantity} in the data, and {place.quantity} where it is described"
+            f"{channel.name} is {channel.quantity} in the data, and {described.quantity} where it is described"
         )
-    return place
+    return described
 
 
 def _in_setup(measurement: Measurement, setup: str) -> Measurement:
@@ -173,9 +180,9 @@ def _in_setup(measurement: Measurement, setup: str) -> Measurement:
     )
 
 
-def _refuse_missing(measurement: Measurement, places: Places, where: str) -> None:
+def _refuse_missing(measurement: Measurement, descriptions: ChannelDescriptions, where: str) -> None:
     known = [c.name for c in _channels(measurement)]
-    missing = [name for name in places if name not in known]
+    missing = [name for name in descriptions if name not in known]
     if missing:
         raise OptionError(f"{where}: channel {missing[0]!r} is not in the data; there: {', '.join(known)}")
 

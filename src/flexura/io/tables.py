@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 
 from flexura.errors import ExpressionError, OptionError
 from flexura.files import read_text
-from flexura.testing.measurement.channel_positions import Place, Places, placed
+from flexura.testing.measurement.channel_descriptions import (
+    FORCES,
+    ChannelDescription,
+    ChannelDescriptions,
+    with_description,
+)
 from flexura.testing.measurement.channel_units import frequency_factor, quantity_of, split_heading
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
@@ -27,11 +32,12 @@ UNEVEN = 1e-3
 _PARTS = ("real", "imag", "coherence")
 
 
-def read_csv(path: Path, places: Places) -> Measurement:
+def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     """Read `time [s], NAME [UNIT], ...` as a record, or `frequency [Hz], OUT / IN [UNIT] real, ... imag` as responses.
 
-    Lines `# setup: NAME` and `# decay: RATE` (1/s) may stand above. Forces are inputs where `places` says nothing else.
-    Raises OptionError, with the line, for anything else, empty cells, numbers that are not finite and uneven times.
+    Lines `# setup: NAME` and `# decay: RATE` (1/s) may stand above. Forces are inputs where `descriptions` say nothing
+    else. Raises OptionError, with the line, for anything else, empty cells, numbers that are not finite and uneven
+    times.
     """
     text = read_text(path)
     said = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
@@ -48,10 +54,12 @@ def read_csv(path: Path, places: Places) -> Measurement:
         raise OptionError(f"{path}:{rows[0][0]}: every column has a heading of its own, at least one beside {first}")
     if first.lower() in ("time", "t"):
         factor = _seconds(unit, path)
-        return _record(path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, places, said.get("setup", ""))
+        return _record(
+            path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, descriptions, said.get("setup", "")
+        )
     if first.lower() in ("frequency", "f"):
         hz = frequency_factor(unit, f"{path}: {headings[0]}") * values[:, 0]
-        return _responses(path, headings[1:], hz, values[:, 1:], places, said)
+        return _responses(path, headings[1:], hz, values[:, 1:], descriptions, said)
     raise OptionError(f"{path}:{rows[0][0]}: the first column is time [s] or frequency [Hz], not {headings[0]}")
 
 
@@ -89,14 +97,20 @@ def _seconds(unit: str, path: Path) -> float:
     return float(factor)
 
 
-def _channel(path: Path, name: str, unit: str, places: Places) -> tuple[MeasuredChannel, float]:
-    place = places.get(name, Place())
-    quantity, factor = quantity_of(place.unit or unit, place.quantity, f"{path}: {name}")
-    return placed(MeasuredChannel(name, quantity), place), factor
+def _channel(path: Path, name: str, unit: str, descriptions: ChannelDescriptions) -> tuple[MeasuredChannel, float]:
+    described = descriptions.get(name, ChannelDescription())
+    quantity, factor = quantity_of(described.unit or unit, described.quantity, f"{path}: {name}")
+    return with_description(MeasuredChannel(name, quantity), described), factor
 
 
 def _record(
-    path: Path, headings: list[str], time: Array, values: Array, lines: list[int], places: Places, setup: str
+    path: Path,
+    headings: list[str],
+    time: Array,
+    values: Array,
+    lines: list[int],
+    descriptions: ChannelDescriptions,
+    setup: str,
 ) -> Measurement:
     steps = np.diff(time)
     step = float(steps.mean())
@@ -115,23 +129,25 @@ def _record(
             f"{np.median(steps):.4g} s: resample the record"
         )
     named = [split_heading(heading, str(path)) for heading in headings]
-    missing = [name for name, place in places.items() if place.is_input and name not in dict(named)]
+    missing = [name for name, described in descriptions.items() if described.is_input and name not in dict(named)]
     if missing:
         raise OptionError(f"{path}: there is no column {missing[0]!r}; columns: {', '.join(n for n, _ in named)}")
-    channels, factors = zip(*(_channel(path, name, unit, places) for name, unit in named), strict=True)
-    inputs = tuple(
-        k
-        for k, c in enumerate(channels)
-        if (places.get(c.name, Place()).is_input if places.get(c.name, Place()).is_input is not None else
-            c.quantity in ("force", "moment"))
-    )  # fmt: skip
+    channels, factors = zip(*(_channel(path, name, unit, descriptions) for name, unit in named), strict=True)
+    inputs = tuple(k for k, c in enumerate(channels) if _is_input(c, descriptions.get(c.name)))
     rate = float(f"{1 / step:.6g}") if abs(float(f"{1 / step:.6g}") * step - 1) < 1e-6 else 1 / step
     samples = (values * np.array(factors)).T
     return Measurement(path.stem, (Recording(rate, samples, tuple(channels), inputs, setup, path.stem),))
 
 
+def _is_input(channel: MeasuredChannel, described: ChannelDescription | None) -> bool:
+    """Whether a channel excites: as it is described, else if it is a force or a moment."""
+    if described is not None and described.is_input is not None:
+        return described.is_input
+    return channel.quantity in FORCES
+
+
 def _responses(
-    path: Path, headings: list[str], hz: Array, values: Array, places: Places, said: dict[str, str]
+    path: Path, headings: list[str], hz: Array, values: Array, descriptions: ChannelDescriptions, said: dict[str, str]
 ) -> Measurement:
     if np.any(np.diff(hz) <= 0):
         raise OptionError(f"{path}: frequencies do not increase")
@@ -152,8 +168,8 @@ def _responses(
     known: dict[str, tuple[MeasuredChannel, float]] = {}
     for out, into in columns:
         above, below = _units_of(columns[out, into]["real"][0], f"{path}: {out} / {into}")
-        known.setdefault(out, _channel(path, out, above, places))
-        known.setdefault(into, _channel(path, into, below, places))
+        known.setdefault(out, _channel(path, out, above, descriptions))
+        known.setdefault(into, _channel(path, into, below, descriptions))
     H = np.empty((len(hz), len(outs), len(ins)), dtype=complex)
     has_coherence = all("coherence" in parts for parts in columns.values())
     gamma = np.empty(H.shape) if has_coherence else None

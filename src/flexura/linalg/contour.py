@@ -18,7 +18,7 @@ from flexura.errors import SolverError
 
 Array = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
-Problem = Callable[[complex], Any]
+MatrixFunction = Callable[[complex], Any]
 """T(z), (n, n), real for real z."""
 
 NODES = 96
@@ -50,7 +50,7 @@ CLOSE = 1e-6
 
 
 def real_eigenvalues(
-    problem: Problem, low: float, high: float, guesses: Array, poles: int = 0, is_real: bool = True
+    problem: MatrixFunction, low: float, high: float, guesses: Array, poles: int = 0, is_real: bool = True
 ) -> Array:
     """All eigenvalues of T(z) x = 0 in [low, high], ascending, repeated ones repeated.
 
@@ -82,7 +82,7 @@ def real_eigenvalues(
     raise SolverError(f"the contour between {low:.6g} and {high:.6g} did not separate its {count} eigenvalues")
 
 
-def _balanced(problem: Problem, reference: complex) -> Problem:
+def _balanced(problem: MatrixFunction, reference: complex) -> MatrixFunction:
     """The problem with rows and columns scaled so that the largest entry of each is about one at z (Ruiz 2001)."""
     A = np.abs(problem(reference))
     row, column = np.ones(len(A)), np.ones(len(A))
@@ -94,7 +94,7 @@ def _balanced(problem: Problem, reference: complex) -> Problem:
 
 
 def _moments(
-    problem: Problem, centre: float, radius: float, probes: int, nodes: int, is_real: bool
+    problem: MatrixFunction, centre: float, radius: float, probes: int, nodes: int, is_real: bool
 ) -> tuple[Complex | None, int]:
     """Eigenvalues inside the ellipse from the first two moments, None when there are as many as probes; and their
     number from the winding of det T."""
@@ -122,7 +122,7 @@ def _moments(
     return centre + radius * la.eigvals(small), count
 
 
-def _winding(problem: Problem, centre: float, radius: float, phases: list[float], is_real: bool) -> int:
+def _winding(problem: MatrixFunction, centre: float, radius: float, phases: list[float], is_real: bool) -> int:
     """Times that det T goes round zero along the ellipse, from its phases along it, or along its upper half."""
     if is_real:
         ends = [float(np.angle(np.linalg.slogdet(problem(centre + side * radius))[0])) for side in (1, -1)]
@@ -131,7 +131,9 @@ def _winding(problem: Problem, centre: float, radius: float, phases: list[float]
     return round(float(np.angle(np.exp(1j * turns)).sum() / (np.pi if is_real else 2 * np.pi)))
 
 
-def _refined(problem: Problem, start: Array, low: float, high: float, enough: int | None, is_real: bool) -> Array:
+def _refined(
+    problem: MatrixFunction, start: Array, low: float, high: float, enough: int | None, is_real: bool
+) -> Array:
     """Eigenvalues inside [low, high] refined from starting values, copies of each together; stray ones drop out. The
     search ends with `enough` of them."""
     found = np.empty(0)
@@ -146,14 +148,14 @@ def _refined(problem: Problem, start: Array, low: float, high: float, enough: in
     return found
 
 
-def _nearby(problem: Problem, z: float, is_real: bool) -> Array:
+def _nearby(problem: MatrixFunction, z: float, is_real: bool) -> Array:
     """Eigenvalues next to z by the linearised problem T(z) x = mu T'(z) x."""
     mu = _steps(problem, z, is_real)
     mu = mu[np.abs(mu) <= FAR * abs(z)]
     return z - mu[np.abs(mu.imag) <= 0.1 * np.abs(mu) + CLOSE * abs(z)].real
 
 
-def _steps(problem: Problem, z: float, is_real: bool) -> Complex:
+def _steps(problem: MatrixFunction, z: float, is_real: bool) -> Complex:
     """Finite eigenvalues of T(z) x = mu T'(z) x, smallest first."""
     T, slope = _linearised(problem, z, is_real)
     try:
@@ -166,7 +168,7 @@ def _steps(problem: Problem, z: float, is_real: bool) -> Complex:
     return mu[np.argsort(np.abs(mu))]
 
 
-def _linearised(problem: Problem, z: float, is_real: bool) -> tuple[Any, Any]:
+def _linearised(problem: MatrixFunction, z: float, is_real: bool) -> tuple[Any, Any]:
     """T and dT/dz at real z: from one point a little off the real line where T is real there (Squire and Trapp 1998),
     else by a difference quotient."""
     if is_real:
@@ -175,7 +177,7 @@ def _linearised(problem: Problem, z: float, is_real: bool) -> tuple[Any, Any]:
     return problem(z), (problem(z * (1 + STEP)) - problem(z * (1 - STEP))) / (2 * STEP * z)
 
 
-def _newton(problem: Problem, z: float, is_real: bool) -> Array | None:
+def _newton(problem: MatrixFunction, z: float, is_real: bool) -> Array | None:
     """The eigenvalue next to z, as often as it is repeated; None when none is near."""
     start = z
     for _ in range(30):

@@ -14,7 +14,7 @@ from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.structure.assembler import full_order
 from flexura.structure.model import FullOrderModel
 from flexura.systems.damping import DampingLaw
-from flexura.systems.placed import PlacedInput, PlacedOutput
+from flexura.systems.ports import InputPort, OutputPort
 from flexura.systems.system import uniform_loss
 
 Array = NDArray[np.float64]
@@ -34,8 +34,8 @@ class ExactResponse:
         self,
         model: FullOrderModel,
         law: DampingLaw,
-        inputs: Sequence[PlacedInput],
-        outputs: Sequence[PlacedOutput],
+        inputs: Sequence[InputPort],
+        outputs: Sequence[OutputPort],
         direct: Array,
     ) -> None:
         model.plan.refuse_loads("the exact dynamic stiffness")

@@ -72,11 +72,11 @@ class ReverberationRays(ChainEquations):
             inner, at = own[:, at : at + 12], at + 12
             right, to_right = (last, end) if number == len(runs) - 1 else (own[:, at : at + 6], eye)
             at += 6
-            places = (left, right), (to_left, to_right)
+            ends = (left, right), (to_left, to_right)
             if is_ray:
-                _add_rays(local, chains, (a, b), places, inner, lam)
+                _add_rays(local, chains, (a, b), ends, inner, lam)
             else:
-                _add_joints(local, DynamicBeam(*(f[:, a:b] for f in pieces)), places, inner)
+                _add_joints(local, DynamicBeam(*(f[:, a:b] for f in pieces)), ends, inner)
             left, to_left = right, to_right
 
     def own_poles(self, chains: ExactChains, lam: float) -> int:
@@ -86,12 +86,12 @@ class ReverberationRays(ChainEquations):
         return sum(int(own.J0.sum()) for run in stepped for own in _thirds(run))
 
 
-Places = tuple[tuple[Index, Index], tuple[Array, Array]]
+RunEnds = tuple[tuple[Index, Index], tuple[Array, Array]]
 """DOFs (c, 6) of the two ends of a run, and what takes them to twists at the pole (c, 6, 6)."""
 
 
 def _add_rays(
-    local: Array, chains: ExactChains, span: tuple[int, int], places: Places, own: Index, lam: complex
+    local: Array, chains: ExactChains, span: tuple[int, int], ends: RunEnds, own: Index, lam: complex
 ) -> None:
     """Displacements of both ends by waves, and what these exert on the nodes (theory eqs. W10-W11)."""
     a, b = span
@@ -112,21 +112,21 @@ def _add_rays(
     for k in range(len(own)):
         for side, sign in ((0, -1.0), (1, 1.0)):
             place = 1 - side if back[k] else side
-            dofs, rows = places[0][place][k], own[k, 6 * side : 6 * side + 6]
-            T = reach[side][k] @ places[1][place][k]
+            dofs, rows = ends[0][place][k], own[k, 6 * side : 6 * side + 6]
+            T = reach[side][k] @ ends[1][place][k]
             local[np.ix_(rows, dofs)] += T
             local[np.ix_(rows, own[k])] -= u[side][k]
             local[np.ix_(dofs, own[k])] += sign * T.T @ q[side][k]
 
 
-def _add_joints(local: Array, pieces: DynamicBeam, places: Places, own: Index) -> None:
+def _add_joints(local: Array, pieces: DynamicBeam, ends: RunEnds, own: Index) -> None:
     """Three exact beams in series, with two free twists between them (theory eq. W12)."""
     thirds = _thirds(pieces)
     for k in range(len(own)):
         start, end = np.eye(12), np.eye(12)
-        start[:6, :6], end[6:, 6:] = places[1][0][k], places[1][1][k]
+        start[:6, :6], end[6:, 6:] = ends[1][0][k], ends[1][1][k]
         inner = (own[k, :6], own[k, 6:])
-        spans = ((places[0][0][k], inner[0], start), (*inner, np.eye(12)), (inner[1], places[0][1][k], end))
+        spans = ((ends[0][0][k], inner[0], start), (*inner, np.eye(12)), (inner[1], ends[0][1][k], end))
         for beam, (a, b, to_twists) in zip(thirds, spans, strict=True):
             T = TO_RELATIVE @ to_twists
             dofs = np.concatenate([a, b])
@@ -134,7 +134,7 @@ def _add_joints(local: Array, pieces: DynamicBeam, places: Places, own: Index) -
 
 
 def _thirds(pieces: DynamicBeam) -> list[DynamicBeam]:
-    """Pieces (c, s) in series, in three unequal runs (c,): modes with held ends have no nodes at such places."""
+    """Pieces (c, s) in series, in three unequal runs (c,): modes with held ends have no nodes at such ends."""
     n = pieces.J0.shape[-1]
     cuts = (0, max(1, (2 * n) // 7), max(2, (5 * n) // 8), n)
     return [in_series(DynamicBeam(*(f[:, a:b] for f in pieces)))[0] for a, b in pairwise(cuts)]

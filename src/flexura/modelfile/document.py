@@ -21,7 +21,7 @@ from flexura.sizes import beyond, size_limit
 MAX_DEPTH = 30
 
 
-Place = tuple[str, int]
+SourcePosition = tuple[str, int]
 """Name of a document, and a line of it."""
 
 
@@ -32,7 +32,7 @@ class Node:
     line: int
     value: Any = None
     size: int = 1
-    key_places: dict[str, Place] = field(default_factory=dict)
+    key_places: dict[str, SourcePosition] = field(default_factory=dict)
     name: str = ""
 
     def plain(self) -> Any:
@@ -50,7 +50,7 @@ class Node:
             node = node.value[key]
         return node
 
-    def locate(self, path: Path) -> tuple[Path, Place]:
+    def locate(self, path: Path) -> tuple[Path, SourcePosition]:
         """The part of a path that the document has, and the place of its end.
 
         One key more is kept where a mapping lacks it; positions are dropped where there is no list.

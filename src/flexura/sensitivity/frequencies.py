@@ -15,7 +15,15 @@ from flexura.expressions.expression import Expression
 from flexura.mechanism.substructure import Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity.eigenpairs import branches, moved_clusters, whole_clusters
-from flexura.sensitivity.variation import Family, FullOrderFamily, LowOrderFamily, Order, Rows, changes_of, unbounded
+from flexura.sensitivity.variation import (
+    Family,
+    FullOrderFamily,
+    LowOrderFamily,
+    ModelOrder,
+    Rows,
+    changes_of,
+    unbounded,
+)
 from flexura.structure import Plan
 from flexura.structure.plan import one_design
 
@@ -76,7 +84,7 @@ def sensitivities(
     *,
     free: Sequence[str] | None = None,
     n: int = 6,
-    order: Order = "full",
+    order: ModelOrder = "full",
     keep: int | Mapping[str, int] = 0,
 ) -> Sensitivities:
     """Derivatives of the `n` lowest natural frequencies and mode shapes with respect to the parameters `free`.
@@ -134,13 +142,13 @@ def sensitivities(
 
 def family_of(
     plan: Plan,
-    order: Order,
+    order: ModelOrder,
     at: Mapping[str, float],
     keep: int | Mapping[str, int] = 0,
     rows: Rows | None = None,
 ) -> Family:
     """The models of a plan over its parameters. Raises OptionError for unknown orders."""
-    if order not in get_args(Order):
+    if order not in get_args(ModelOrder):
         raise OptionError(f"order is low or full, not {order!r}")
     if order == "full":
         if keep:

@@ -18,7 +18,7 @@ from flexura.results import Result
 from flexura.sensitivity.eigenpairs import Cluster, moved_clusters, whole_clusters
 from flexura.sensitivity.frequencies import family_of, free_names
 from flexura.sensitivity.points import Reading, displacement_rows
-from flexura.sensitivity.variation import Change, Matrices, Order, changes_of, unbounded
+from flexura.sensitivity.variation import Change, Matrices, ModelOrder, changes_of, unbounded
 from flexura.structure import FullOrderModel, Plan
 from flexura.structure.plan import one_design
 
@@ -48,7 +48,7 @@ def response_sensitivities(
     free: Sequence[str] | None = None,
     damping: float = 0.01,
     n: int = 12,
-    order: Order = "full",
+    order: ModelOrder = "full",
     keep: int | Mapping[str, int] = 0,
 ) -> ResponseSensitivities:
     """Receptances between DOFs such as `platform.tz` and their derivatives with respect to the parameters `free`.

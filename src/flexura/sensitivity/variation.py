@@ -216,7 +216,7 @@ class LowOrderFamily:
 
 
 Family = FullOrderFamily | LowOrderFamily
-Order = Literal["low", "full"]
+ModelOrder = Literal["low", "full"]
 
 
 class Varied(Protocol):

@@ -20,7 +20,7 @@ from flexura.structure import FullOrderModel
 from flexura.structure.full_order import full_order_model
 from flexura.systems.channel import Channel, positions
 from flexura.systems.damping import DampingLaw
-from flexura.systems.placed import PlacedInput, PlacedOutput
+from flexura.systems.ports import InputPort, OutputPort
 
 Array = NDArray[np.float64]
 Model = FullOrderModel | LowOrderModel
@@ -77,8 +77,8 @@ class SecondOrder(Result):
     inputs: tuple[Channel, ...]
     outputs: tuple[Channel, ...]
     limits: tuple[tuple[float, float], ...]
-    placed_inputs: tuple[PlacedInput, ...]
-    placed_outputs: tuple[PlacedOutput, ...]
+    input_ports: tuple[InputPort, ...]
+    output_ports: tuple[OutputPort, ...]
 
     @property
     def order(self) -> int:
@@ -171,8 +171,8 @@ class SecondOrder(Result):
             inputs=tuple(self.inputs[k] for k in i),
             outputs=tuple(self.outputs[k] for k in o),
             limits=tuple(self.limits[k] for k in i),
-            placed_inputs=tuple(self.placed_inputs[k] for k in i),
-            placed_outputs=tuple(self.placed_outputs[k] for k in o),
+            input_ports=tuple(self.input_ports[k] for k in i),
+            output_ports=tuple(self.output_ports[k] for k in o),
         )
 
 

@@ -24,7 +24,7 @@ from flexura.structure.assembler import full_order
 from flexura.structure.plan import one_design, plan_of
 from flexura.systems.damping import damping_law
 from flexura.systems.modal import ModalSystem, modal_system
-from flexura.systems.placed import DERIVATIVE, PlacedInput, PlacedOutput, Placement, default_dofs
+from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs
 from flexura.systems.second_order import Model, SecondOrder, full_order_of
 
 Array = NDArray[np.float64]
@@ -88,8 +88,8 @@ def system(
     }
     model = _model(model, parameters, order, {name: value for name, value in how.items() if value is not None})
     plan = model.plan
-    place = Placement(model.design)
-    ins, outs = _channels(place, inputs, outputs)
+    ports = Ports(model.design)
+    ins, outs = _channels(ports, inputs, outputs)
     full = full_order_of(model)
     law = damping_law(plan.mechanism.damping, plan.parameter_values(model.parameters), damping)
     C_full, H_full = full_order(plan).dissipation(model.design, law.loss_factor)
@@ -137,19 +137,19 @@ def as_quantity(built: System, quantity: str | None) -> System:
         return built
     if quantity not in QUANTITIES:
         raise OptionError(f"quantity is one of {', '.join(QUANTITIES)}, not {quantity!r}")
-    if quantity == "transmissibility" and not all(i.base is not None for i in built.placed_inputs):
+    if quantity == "transmissibility" and not all(i.base is not None for i in built.input_ports):
         raise OptionError("transmissibility is from motion of the base: name inputs such as ground.tx")
-    outs = [_read_as(out, QUANTITIES[quantity]) for out in built.placed_outputs]
+    outs = [_read_as(out, QUANTITIES[quantity]) for out in built.output_ports]
     return replace(
         built,
         derivative=np.array([o.derivative for o in outs], dtype=np.intp),
-        D=_direct(list(built.placed_inputs), outs),
+        D=_direct(list(built.input_ports), outs),
         outputs=tuple(o.channel for o in outs),
-        placed_outputs=tuple(outs),
+        output_ports=tuple(outs),
     )
 
 
-def _read_as(out: PlacedOutput, derivative: int) -> PlacedOutput:
+def _read_as(out: OutputPort, derivative: int) -> OutputPort:
     if out.channel.quantity not in DERIVATIVE:
         return out
     turns = out.channel.quantity.startswith(("rotation", "angular"))
@@ -180,32 +180,32 @@ def reduced(plan: Plan, parameters: Mapping[str, float], how: Mapping[str, Any])
 
 
 def _channels(
-    place: Placement, inputs: Sequence[str] | None, outputs: Sequence[str] | None
-) -> tuple[list[PlacedInput], list[PlacedOutput]]:
-    if (inputs is None and not place.actuators) or (outputs is None and not place.sensors):
-        dofs = default_dofs(place.plan, static_nodes(low_order(place.plan), None))
-        inputs = dofs if inputs is None and not place.actuators else inputs
-        outputs = dofs if outputs is None and not place.sensors else outputs
-    return place.inputs(inputs), place.outputs(outputs)
+    ports: Ports, inputs: Sequence[str] | None, outputs: Sequence[str] | None
+) -> tuple[list[InputPort], list[OutputPort]]:
+    if (inputs is None and not ports.actuators) or (outputs is None and not ports.sensors):
+        dofs = default_dofs(ports.plan, static_nodes(low_order(ports.plan), None))
+        inputs = dofs if inputs is None and not ports.actuators else inputs
+        outputs = dofs if outputs is None and not ports.sensors else outputs
+    return ports.inputs(inputs), ports.outputs(outputs)
 
 
 def input_loads(system: SecondOrder) -> Array:
     """Loads (n, m) of one unit of each input on the DOFs of the full-order model."""
-    return _loads(list(system.placed_inputs), system.full_order)
+    return _loads(list(system.input_ports), system.full_order)
 
 
-def _loads(ins: list[PlacedInput], full: FullOrderModel) -> Array:
+def _loads(ins: list[InputPort], full: FullOrderModel) -> Array:
     return np.stack([_load(i, full) for i in ins], axis=1) if ins else np.zeros((full.order, 0))
 
 
-def _load(placed: PlacedInput, full: FullOrderModel) -> Array:
+def _load(placed: InputPort, full: FullOrderModel) -> Array:
     """Load (n,) of one unit of an input; that of an accelerated base is the inertia of everything (theory eq. T3)."""
     if placed.base is None:
         return placed.load
     return -(full.base_inertia_forces @ placed.base)
 
 
-def _direct(ins: list[PlacedInput], outs: list[PlacedOutput]) -> Array:
+def _direct(ins: list[InputPort], outs: list[OutputPort]) -> Array:
     """D (p, m): what force sensors and absolute accelerations get from inputs directly."""
     D = np.zeros((len(outs), len(ins)))
     for k, out in enumerate(outs):

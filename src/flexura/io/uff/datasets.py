@@ -17,7 +17,7 @@ from flexura.extras import need
 from flexura.files import read_bytes
 from flexura.io.uff.text import readable, restore_names
 from flexura.sizes import within
-from flexura.testing.measurement.channel_positions import Places
+from flexura.testing.measurement.channel_descriptions import ChannelDescriptions
 from flexura.testing.measurement.channel_units import dimension, frequency_factor, quantity_of, split_response
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.units import parse_unit
@@ -177,7 +177,7 @@ class _End:
     label: str
 
 
-def _end(dataset: dict[str, Any], which: str, axis: str, places: Places) -> _End:
+def _end(dataset: dict[str, Any], which: str, axis: str, descriptions: ChannelDescriptions) -> _End:
     number, code = int(dataset[f"{which}_node"]), int(dataset[f"{which}_dir"])
     node = node_name(str(dataset[f"{which}_ent_name"]).strip(), number)
     line, word, key = {"rsp": ("id2", "response", "at"), "ref": ("id3", "reference", "from")}[which]
@@ -197,31 +197,31 @@ def _end(dataset: dict[str, Any], which: str, axis: str, places: Places) -> _End
     quantity = MOTIONS.get(int(kind), "force" if int(kind) in FORCES else None)
     if quantity is not None and abs(code) >= 4:
         quantity = TURNING[quantity]
-    place = places.get(title)
-    given = None if place is None else place.unit_of(which == "ref")
+    described = descriptions.get(title)
+    given = None if described is None else described.unit_of(which == "ref")
     unit = given or ("" if unit.upper() in NOTHING else unit)
     return _End(title, node, number, code, quantity, kind, unit)
 
 
 def channel_of(
-    dataset: dict[str, Any], geometry: NodeFrames, where: str, places: Places
+    dataset: dict[str, Any], geometry: NodeFrames, where: str, descriptions: ChannelDescriptions
 ) -> tuple[MeasuredChannel, float, bool]:
     """The response of a dataset 58, its factor to SI, and whether its unit is known.
 
-    A unit of `places` counts before that of the file. Raises OptionError for units that are not of the quantity.
+    A unit of `descriptions` counts before that of the file. Raises OptionError for units that are not of the quantity.
     """
-    end = _end(dataset, "rsp", "ordinate", places)
+    end = _end(dataset, "rsp", "ordinate", descriptions)
     return _measured(end, geometry, where)
 
 
 def response_of(
-    dataset: dict[str, Any], geometry: NodeFrames, where: str, places: Places
+    dataset: dict[str, Any], geometry: NodeFrames, where: str, descriptions: ChannelDescriptions
 ) -> tuple[MeasuredChannel, MeasuredChannel, float, bool]:
     """Response and reference of a frequency response, its factor to SI, and whether both units are known.
 
     The unit of the whole, as (m/s^2)/N, may stand at the response. Raises OptionError as `channel_of`.
     """
-    out, into = _end(dataset, "rsp", "ordinate", places), _end(dataset, "ref", "orddenom", places)
+    out, into = _end(dataset, "rsp", "ordinate", descriptions), _end(dataset, "ref", "orddenom", descriptions)
     whole = split_response(out.label, out.quantity)
     if whole is not None:
         out, cause = replace(out, label=whole[0]), replace(into, label=whole[1])

@@ -30,7 +30,7 @@ from flexura.io.uff.datasets import (
     read_sets,
     response_of,
 )
-from flexura.testing.measurement.channel_positions import Places
+from flexura.testing.measurement.channel_descriptions import ChannelDescriptions
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes, ModeEvidence
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
@@ -42,18 +42,20 @@ Complex = NDArray[np.complex128]
 TIME, SPECTRUM, CROSS, RESPONSE, COHERENCE = 1, 2, 3, 4, 6
 
 
-def read_uff(path: Path, places: Places | None = None, repeated: Repeated | None = None) -> Measurement:
+def read_uff(
+    path: Path, descriptions: ChannelDescriptions | None = None, repeated: Repeated | None = None
+) -> Measurement:
     """Read a universal file (58, 58b, 55, with 15, 2411, 18, 2420 and 164).
 
     A time record begins where a channel comes for the second time, and forces are its inputs. Responses are collected
     into one matrix per setup and set of frequencies; those between the same channels are merged as `repeated` says.
-    Units of `places` count before those of the file. Datasets of other functions are left out, and named in notes.
+    Units of `descriptions` count before those of the file. Datasets of other functions are left out, and named in notes.
 
     Raises OptionError without pyuff, for files, units and sampling that cannot be used, and for responses that are
     given more than once, unless `repeated` says what to make of them.
     """
     sets = read_sets(path)
-    places = places or {}
+    descriptions = descriptions or {}
     geometry = geometry_of(sets)
     functions = [(k, s) for k, s in enumerate(sets) if s["type"] == 58]
     left_out: dict[int, int] = {}
@@ -73,11 +75,11 @@ def read_uff(path: Path, places: Places | None = None, repeated: Repeated | None
             coherences.setdefault(_codes(s), []).append(np.real(data))
             continue
         if kind == TIME:
-            out, factor, known = channel_of(s, geometry, where, places)
+            out, factor, known = channel_of(s, geometry, where, descriptions)
             assumed += not known
             records.append(_Row(out, factor * np.real(data), rate_of(s, where, exact), exact))
             continue
-        out, into, factor, known = response_of(s, geometry, where, places)
+        out, into, factor, known = response_of(s, geometry, where, descriptions)
         assumed += not known
         hz = abscissa(s, exact, where)[: len(data)]
         H: Any = factor * np.asarray(data, dtype=complex)

@@ -90,7 +90,7 @@ class _Numbers:
 
     def _key(self, channel: MeasuredChannel) -> _Place:
         oblique = channel.direction is not None and np.count_nonzero(channel.direction) > 1
-        return channel.node or channel.name, channel.direction if oblique else None, channel.place[1]
+        return channel.node or channel.name, channel.direction if oblique else None, channel.location[1]
 
     def of(self, channel: MeasuredChannel) -> tuple[int, int]:
         """Node number and direction code."""

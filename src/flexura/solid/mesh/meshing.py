@@ -38,7 +38,7 @@ _GMSH_ORDER = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)
 """Points of a tetrahedron in gmsh's order for those of VTK."""
 
 
-class Piece(NamedTuple):
+class PieceMesh(NamedTuple):
     """Points (n, 3), m, cells (c, 10 or 27), and the position in the group of each cell's member."""
 
     points: Array
@@ -87,22 +87,22 @@ def _check_size(group: Sequence[MemberSolid], size: float, hexahedra: bool, limi
         )
 
 
-def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> Piece:
+def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> PieceMesh:
     """The mesh of one piece."""
     if len(group) == 1 and hexahedra:
         (member,) = group
         points, cells = shape_cells(member.shape, size)
-        piece = Piece(member.placed(member.length * points), cells, np.zeros(len(cells), dtype=np.intp))
+        piece = PieceMesh(member.placed(member.length * points), cells, np.zeros(len(cells), dtype=np.intp))
         wanted = member.volume
     else:
         with occ.session() as gmsh:
             figure = swept(group)
             if figure is not None:
-                piece = Piece(*swept_cells(gmsh, figure, size, hexahedra))
+                piece = PieceMesh(*swept_cells(gmsh, figure, size, hexahedra))
                 area = sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
                 wanted = figure.width * area * MILLIMETRE**2
             else:
-                piece = Piece(*_filled(gmsh, group, size))
+                piece = PieceMesh(*_filled(gmsh, group, size))
                 wanted = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3)) * MILLIMETRE**3
         if piece.cells.shape[1] == 10:
             piece = piece._replace(points=_straightened(piece.points, piece.cells))
@@ -110,7 +110,7 @@ def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> Piece:
     return piece
 
 
-def _check(piece: Piece, name: str, wanted: float) -> None:
+def _check(piece: PieceMesh, name: str, wanted: float) -> None:
     """Raise SolverError for folded cells, another volume than wanted, m^3, and cells that rigid motions strain."""
     least, volume = jacobians(piece.points, piece.cells)
     if least.min() <= 0 or abs(volume.sum() / wanted - 1) > VOLUME:
@@ -243,7 +243,7 @@ def _straightened(points: Array, cells: Index) -> Array:
     return points
 
 
-def _placed(piece: Piece, group: Sequence[MemberSolid]) -> SolidMesh:
+def _placed(piece: PieceMesh, group: Sequence[MemberSolid]) -> SolidMesh:
     """A normalised piece in the place of its group, with its materials, members and end faces."""
     materials = tuple(dict.fromkeys(member.material for member in group))
     kind = _KINDS[piece.cells.shape[1]]

@@ -14,7 +14,7 @@ from flexura.modal.mode_pairing import ModePairing
 from flexura.structure import FullOrderModel
 from flexura.structure.value_table import Index
 from flexura.systems import Channel, System, system
-from flexura.systems.placed import DERIVATIVE
+from flexura.systems.ports import DERIVATIVE
 from flexura.testing.measurement.identified import IdentifiedModes
 from flexura.testing.measurement.measurement import MeasuredFRF
 from flexura.testing.rig.channel_pairing import ChannelPairing, pair_channels

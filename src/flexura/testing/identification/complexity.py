@@ -112,7 +112,7 @@ def driving_points(
     found = []
     for i, out in enumerate(outputs):
         for j, into in enumerate(inputs):
-            if None in (out.node, into.node, out.direction, into.direction) or out.place != into.place:
+            if None in (out.node, into.node, out.direction, into.direction) or out.location != into.location:
                 continue
             along = float(np.dot(out.direction or (), into.direction or ()))
             fits = into.quantity == ("moment" if out.quantity in ROTATIONS else "force")

@@ -295,7 +295,7 @@ def _stacked(
     for s, (own, part) in enumerate(zip(channels, parts, strict=True)):
         for channel, row in zip(own, part, strict=True):
             known = channel.node is not None or channel.position is not None
-            spot = (channel.place, channel.direction, channel.quantity) if known else (s, channel.name)
+            spot = (channel.location, channel.direction, channel.quantity) if known else (s, channel.name)
             if spot not in place:
                 place[spot] = len(kept)
                 kept.append(channel)

@@ -20,6 +20,6 @@ class MeasuredChannel(Channel):
     position: tuple[float, float, float] | None = None
 
     @property
-    def place(self) -> tuple[str | None, tuple[float, ...] | None]:
+    def location(self) -> tuple[str | None, tuple[float, ...] | None]:
         """Node and position, m, to a nanometre: where a channel is."""
         return self.node, None if self.position is None else tuple(round(x, 9) + 0.0 for x in self.position)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.systems.channel import UNITS
-from flexura.testing.measurement.channel_positions import FORCES
+from flexura.testing.measurement.channel_descriptions import FORCES
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.integrated import grows_towards_zero, noisy_until
 from flexura.testing.measurement.measurement import MeasuredFRF
@@ -70,7 +70,7 @@ class ResponseMatrix:
 
 def key_of(channel: MeasuredChannel) -> Key:
     """What tells channels apart."""
-    return (channel.name, channel.place, channel.direction)
+    return (channel.name, channel.location, channel.direction)
 
 
 def response_matrices(

@@ -17,9 +17,9 @@ from flexura.mechanism.placement import rotation_matrix
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.structure.value_table import Index
-from flexura.systems.placed import DERIVATIVE, Placement
+from flexura.systems.ports import DERIVATIVE, Ports
 from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.rig.test_points import Place, PlacesOfTest
+from flexura.testing.rig.test_points import TestPoint, TestPoints
 
 Array = NDArray[np.float64]
 
@@ -117,12 +117,12 @@ def pair_channels(
     that is in other units, or in another frame, shows there. Raises OptionError for a distance that is not positive and
     for a position that is not finite.
     """
-    places = _Places(model, within)
+    points = _ModelPoints(model, within)
     found: list[_Found] = []
     at: list[int] = []
     unmatched: list[UnmatchedChannel] = []
     for k, channel in enumerate(channels):
-        own = places.find(channel)
+        own = points.find(channel)
         if isinstance(own, UnmatchedChannel):
             unmatched.append(own)
         else:
@@ -144,7 +144,7 @@ def pair_channels(
         np.array([f.match.channel.quantity in TURNS for f in moving], dtype=bool),
         np.array([f.x for f in moving]).reshape(-1, 3),
         np.array([f.direction for f in moving]).reshape(-1, 3),
-        tuple(places.hints(unmatched)),
+        tuple(points.hints(unmatched)),
     )
 
 
@@ -178,7 +178,7 @@ def _rows(model: FullOrderModel, found: list[_Found]) -> Array:
     return rows
 
 
-class _Places:
+class _ModelPoints:
     """The nodes, bodies and described channels of one model."""
 
     def __init__(self, model: FullOrderModel, within: float | None) -> None:
@@ -190,9 +190,9 @@ class _Places:
         self.within = (WITHIN * size or POINT) if within is None else float(within)
         if not self.within > 0:
             raise OptionError(f"within is a positive length in m, not {self.within:g}")
-        self.described = Placement(model.design)
+        self.described = Ports(model.design)
         self.bodies = list(_solid_bodies(model))
-        described = None if model.plan.mechanism.test is None else PlacesOfTest(model.design)
+        described = None if model.plan.mechanism.test is None else TestPoints(model.design)
         self.hammer = {} if described is None else described.hammer
         self.accelerometers = {} if described is None else described.accelerometers
         self.points = [*self.hammer.values(), *self.accelerometers.values()]
@@ -324,7 +324,7 @@ class _Places:
         return []
 
 
-def _gap(point: Place, x: Array) -> float:
+def _gap(point: TestPoint, x: Array) -> float:
     """Distance, m, of a position from a point of the test."""
     return float(np.linalg.norm(np.asarray(point.channel.position) - x))
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.sensitivity.variation import Family, Matrices
 from flexura.structure import Design, FullOrderModel
-from flexura.testing.rig.test_points import PlacesOfTest
+from flexura.testing.rig.test_points import TestPoints
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ class MassLoadedFamily:
 
     def _built(self, at: dict[str, float]) -> FullOrderModel | Matrices:
         own = self._family.model(at)
-        added = self._places(at).added(self._placements)
+        added = self._points(at).added(self._placements)
         if isinstance(own, FullOrderModel):
             return replace(own, M=sp.csc_matrix(own.M + added.on()))
         return replace(own, M=own.M + added.on(self._family.over_coordinates(at, added.motion)))
@@ -44,7 +44,7 @@ class MassLoadedFamily:
     def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
         """K X, M X (n, k) with the sensors, and readings (o, k), for one design."""
         KX, MX, Y = self._family.products(parameters, X)
-        added = self._places(parameters).added(self._placements)
+        added = self._points(parameters).added(self._placements)
         rows = self._family.over_coordinates(parameters, added.motion)
         return KX, MX + rows.T @ (np.repeat(added.mass, 3)[:, None] * (rows @ X)), Y
 
@@ -56,8 +56,8 @@ class MassLoadedFamily:
         """The rows themselves over the coordinates: (o, n)."""
         return self._family.rows(parameters)
 
-    def _places(self, parameters: Mapping[str, float]) -> PlacesOfTest:
-        return PlacesOfTest(Design.of(self._family.plan, parameters))
+    def _points(self, parameters: Mapping[str, float]) -> TestPoints:
+        return TestPoints(Design.of(self._family.plan, parameters))
 
 
 AnyFamily = Family | MassLoadedFamily

@@ -24,9 +24,9 @@ SHIFT = 0.1
 
 
 @dataclass(frozen=True)
-class Place:
-    """A place on a mechanism: `motion` (3, n), its displacement from the DOFs of the full-order model, and a channel
-    along a direction there, with the mass of its sensor, kg, and the `number` of the node that carries it."""
+class TestPoint:
+    """A test point of a mechanism: `motion` (3, n), its displacement from the DOFs of the full-order model, and a
+    channel along a direction there, with the mass of its sensor, kg, and the `number` of the node that carries it."""
 
     channel: MeasuredChannel
     number: int
@@ -63,8 +63,8 @@ class AddedMass:
         return across @ (sp.csr_array(sp.diags_array(weight)) @ rows)
 
 
-class PlacesOfTest:
-    """The places of a test in one design of a mechanism, with what they weigh.
+class TestPoints:
+    """The test points of a test in one design of a mechanism, with what they weigh.
 
     Raises OptionError for a name that the mechanism does not have.
     """
@@ -78,12 +78,12 @@ class PlacesOfTest:
         self.test = ModalTest(**{name: getattr(numbers, name) for name in ModalTest.model_fields})
 
     @cached_property
-    def hammer(self) -> dict[str, Place]:
+    def hammer(self) -> dict[str, TestPoint]:
         """Hammer points by name."""
         return {name: self._hammer(name, point) for name, point in self.test.hammer.items()}
 
     @cached_property
-    def accelerometers(self) -> dict[str, Place]:
+    def accelerometers(self) -> dict[str, TestPoint]:
         """Accelerometers by name."""
         return {name: self._sensor(name, own) for name, own in self.test.accelerometers.items()}
 
@@ -93,39 +93,39 @@ class PlacesOfTest:
         share = {name: sum(name in placed[k] for k in placements) / max(len(placements), 1) for name in own}
         weight = [own[name].mass * (share[name] - isinstance(self.test.accelerometers[name], str)) for name in own]
         used = [k for k, w in enumerate(weight) if w]
-        places = list(own.values())
+        points = list(own.values())
         n = self.design.plan.topology.n_dof
-        motion = sp.vstack([sp.csr_array((0, n)), *(places[k].motion for k in used)], format="csr")
+        motion = sp.vstack([sp.csr_array((0, n)), *(points[k].motion for k in used)], format="csr")
         return AddedMass(np.array([weight[k] for k in used], dtype=float), motion)
 
-    def _hammer(self, name: str, point: HammerPoint | str) -> Place:
+    def _hammer(self, name: str, point: HammerPoint | str) -> TestPoint:
         if isinstance(point, str):
             return self._described("actuator", name, point)
         return self._inline(name, "force", point)
 
-    def _sensor(self, name: str, sensor: Accelerometer | str) -> Place:
+    def _sensor(self, name: str, sensor: Accelerometer | str) -> TestPoint:
         if isinstance(sensor, str):
             return self._described("sensor", name, sensor)
-        place = self._inline(name, "acceleration", sensor)
-        return replace(place, mass=float(sensor.mass))  # type: ignore[arg-type]
+        point = self._inline(name, "acceleration", sensor)
+        return replace(point, mass=float(sensor.mass))  # type: ignore[arg-type]
 
-    def _inline(self, name: str, quantity: str, part: HammerPoint | Accelerometer) -> Place:
+    def _inline(self, name: str, quantity: str, part: HammerPoint | Accelerometer) -> TestPoint:
         number = int(self.design.plan.topology.numbers([part.node])[0])
         here = self.design.geometry.positions[number]
         at = here if part.at is None else np.asarray(part.at, dtype=float)
         label = part.node if part.at is None else name
-        return self._place(name, quantity, number, label, at, np.asarray(part.direction, dtype=float))
+        return self._point(name, quantity, number, label, at, np.asarray(part.direction, dtype=float))
 
-    def _place(self, name: str, quantity: str, number: int, label: str, at: Array, direction: Array) -> Place:
+    def _point(self, name: str, quantity: str, number: int, label: str, at: Array, direction: Array) -> TestPoint:
         arm = at - self.design.geometry.positions[number]
         S = np.array([[0.0, arm[2], -arm[1]], [-arm[2], 0.0, arm[0]], [arm[1], -arm[0], 0.0]])
         motion = sp.csr_matrix(np.hstack([np.eye(3), S])) @ self.design.node_rows(np.array([number]))
         dx, dy, dz = (direction / np.linalg.norm(direction)).tolist()
         x, y, z = at.tolist()
         channel = MeasuredChannel(name, quantity, label, (dx, dy, dz), (x, y, z))
-        return Place(channel, number, sp.csr_matrix(motion))
+        return TestPoint(channel, number, sp.csr_matrix(motion))
 
-    def _described(self, kind: str, name: str, described: str) -> Place:
+    def _described(self, kind: str, name: str, described: str) -> TestPoint:
         """A force or a sensor of the mechanism, under its name in the test."""
         plan, geometry = self.design.plan, self.design.geometry
         *path, key = described.split(".")
@@ -140,9 +140,9 @@ class PlacesOfTest:
             direction = geometry.Q[placed.number[copy]] @ np.asarray(own)
             quantity = "force" if kind == "actuator" else "acceleration"
             label = plan.topology.node_names[number]
-            place = self._place(name, quantity, number, label, geometry.positions[number], direction)
+            point = self._point(name, quantity, number, label, geometry.positions[number], direction)
             mass = float(evaluated(part, self._values).mass) if kind == "sensor" else 0.0  # type: ignore[arg-type]
-            return replace(place, mass=mass)
+            return replace(point, mass=mass)
         raise OptionError(f"test: there is no {kind} {described!r}")
 
 
@@ -166,7 +166,7 @@ def placements_of(plan: Plan, setups: Sequence[tuple[str, Sequence[MeasuredChann
 
 def added_mass(model: FullOrderModel, placements: Sequence[str]) -> AddedMass | None:
     """Mean mass that the sensors of some placements add to a model; None for no placements."""
-    return PlacesOfTest(model.design).added(placements) if placements else None
+    return TestPoints(model.design).added(placements) if placements else None
 
 
 def with_sensors(model: FullOrderModel, placements: Sequence[str]) -> FullOrderModel:
@@ -180,12 +180,12 @@ def placement_frequencies(model: FullOrderModel, placements: Sequence[str], hz: 
     the space of these)."""
     if not placements:
         return np.empty((0, len(hz)))
-    places = PlacesOfTest(model.design)
-    mean = places.added(placements)
+    points = TestPoints(model.design)
+    mean = points.added(placements)
     mean_mass = mean.on(mean.motion @ vectors)
     found = np.empty((len(placements), len(hz)))
     for row, placement in zip(found, placements, strict=True):
-        own = places.added([placement])
+        own = points.added([placement])
         found_mass = np.eye(len(hz)) + own.on(own.motion @ vectors) - mean_mass
         L = np.linalg.cholesky(found_mass)
         root = np.linalg.solve(L, np.diag((2 * np.pi * hz) ** 2))

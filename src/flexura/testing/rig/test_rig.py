@@ -18,8 +18,8 @@ from flexura.mechanism.damping import Damping
 from flexura.structure import Plan, assemble
 from flexura.structure.plan import one_design, plan_of
 from flexura.systems import ModalSystem, System, system
-from flexura.systems.placed import PlacedInput, PlacedOutput
-from flexura.testing.rig.test_points import Place, PlacesOfTest
+from flexura.systems.ports import InputPort, OutputPort
+from flexura.testing.rig.test_points import TestPoint, TestPoints
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,8 @@ class TrueModes:
 class ModalTestRig:
     """A mechanism ready for the test that it describes, or for `test`.
 
-    Raises OptionError without a test and for places that cannot move, ModelError for a description that cannot be used.
+    Raises OptionError without a test and for test points that cannot move, ModelError for a description that cannot be
+    used.
     """
 
     def __init__(
@@ -57,14 +58,14 @@ class ModalTestRig:
         if test is not None:
             plan = plan_of(plan.mechanism.model_copy(update={"test": test}))
         self.model = assemble(plan, single)
-        self._places = PlacesOfTest(self.model.design)
-        self.test = self._places.test
+        self._points = TestPoints(self.model.design)
+        self.test = self._points.test
         self._built = system(self.model, inputs=[], outputs=[], damping=damping)
-        self.hammer = list(self._places.hammer.values())
-        self.accelerometers = self._places.accelerometers
-        for place in [*self.hammer, *self.accelerometers.values()]:
-            if not place.row.any():
-                raise OptionError(f"test: {place.channel.name} is at {place.channel.node}, which is held there")
+        self.hammer = list(self._points.hammer.values())
+        self.accelerometers = self._points.accelerometers
+        for point in [*self.hammer, *self.accelerometers.values()]:
+            if not point.row.any():
+                raise OptionError(f"test: {point.channel.name} is at {point.channel.node}, which is held there")
 
     @property
     def name(self) -> str:
@@ -72,7 +73,7 @@ class ModalTestRig:
         return self.model.plan.mechanism.name
 
     @cached_property
-    def placements(self) -> dict[str, tuple[Place, ...]]:
+    def placements(self) -> dict[str, tuple[TestPoint, ...]]:
         """Accelerometers in every placement."""
         return {k: tuple(self.accelerometers[name] for name in own) for k, own in self.test.placed().items()}
 
@@ -81,24 +82,24 @@ class ModalTestRig:
 
         theory eq. H15.
         """
-        added = self._places.added([] if placement is None else [placement])
+        added = self._points.added([] if placement is None else [placement])
         M = sp.csc_matrix(self.model.M + added.on())
-        built, places = self._built, list(self.accelerometers.values())
-        p, m = len(places), len(self.hammer)
+        built, sensors = self._built, list(self.accelerometers.values())
+        p, m = len(sensors), len(self.hammer)
         return replace(
             built,
             M=M,
             C=built.C + built.law.alpha * (M - self.model.M),
             B=np.stack([h.row for h in self.hammer], axis=1),
-            rows=np.stack([a.row for a in places]),
+            rows=np.stack([a.row for a in sensors]),
             derivative=np.full(p, 2, dtype=np.intp),
             D=np.zeros((p, m)),
             residual=np.zeros((p, m)),
             inputs=tuple(h.channel for h in self.hammer),
-            outputs=tuple(a.channel for a in places),
+            outputs=tuple(a.channel for a in sensors),
             limits=((-np.inf, np.inf),) * m,
-            placed_inputs=tuple(PlacedInput(h.channel, h.row, h.row) for h in self.hammer),
-            placed_outputs=tuple(PlacedOutput(a.channel, a.row, 2, a.rigid) for a in places),
+            input_ports=tuple(InputPort(h.channel, h.row, h.row) for h in self.hammer),
+            output_ports=tuple(OutputPort(a.channel, a.row, 2, a.rigid) for a in sensors),
         )
 
     def modes(self, placement: str | None) -> ModalSystem:

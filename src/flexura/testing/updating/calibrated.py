@@ -14,7 +14,7 @@ from flexura.mechanism.substructure import Mechanism
 from flexura.results import Tabular
 from flexura.testing.updating.misfit import Misfit
 from flexura.testing.updating.posterior import LEAST_GAIN, Direction, Sample, draw
-from flexura.testing.updating.residuals import Problem
+from flexura.testing.updating.residuals import CalibrationProblem
 
 Array = NDArray[np.float64]
 Method = Literal["map", "least_squares"]
@@ -90,7 +90,7 @@ class Calibration(Tabular):
     residuals: int
     evaluations: int
     converged: bool
-    problem: Problem = field(repr=False)
+    problem: CalibrationProblem = field(repr=False)
     z: Array = field(repr=False)
     covariance: Array = field(repr=False)
     also: tuple[Mechanism, ...] = ()

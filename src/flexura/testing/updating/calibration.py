@@ -12,14 +12,14 @@ from scipy.optimize import least_squares
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism.substructure import Mechanism
-from flexura.sensitivity.variation import Order
+from flexura.sensitivity.variation import ModelOrder
 from flexura.structure import Plan
 from flexura.structure.plan import one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.testing.updating.configuration import Configuration, configurations
 from flexura.testing.updating.misfit import UNLIKELY, Misfit, misfits, widening
 from flexura.testing.updating.posterior import LEAST_GAIN, QUANTILE, Direction, covariance, directions
-from flexura.testing.updating.residuals import Problem
+from flexura.testing.updating.residuals import CalibrationProblem
 from flexura.testing.updating.targets import ModalTarget, Target, targets_of
 from flexura.testing.updating.unknowns import Prior, Unknowns, unknowns
 
@@ -47,7 +47,7 @@ def calibrate(
     response_sigma: float = 0.1,
     damping: float = 0.01,
     priors: Mapping[str, Prior] | None = None,
-    order: Order = "full",
+    order: ModelOrder = "full",
     keep: int | Mapping[str, int] = 0,
     pairing: Pairing = "tracked",
     max_steps: int = 60,
@@ -111,12 +111,12 @@ def _solved(
     together: tuple[Configuration, ...],
     own: Unknowns,
     method: Method,
-    order: Order,
+    order: ModelOrder,
     keep: int | Mapping[str, int],
     max_steps: int,
     tracked: bool,
 ) -> Calibration:
-    first = Problem(together, own, order, keep, tracked=tracked)
+    first = CalibrationProblem(together, own, order, keep, tracked=tracked)
     z = own.z(own.start)
     before = first.residual(z)
     if first.refused is not None:
@@ -132,7 +132,7 @@ def _solved(
         if not any(part.table.corrections.wanted.any() for c in together for part in c.plan.parts.values()):
             break
         anew = [c.settled(mechanism) for c, mechanism in zip(together, mechanisms, strict=True)]
-        settled = Problem(anew, own, order, keep, problem.references, tracked)
+        settled = CalibrationProblem(anew, own, order, keep, problem.references, tracked)
         moved = float(np.abs(settled.residual(z) - problem.residual(z)).max(initial=0.0))
         problem = settled
         if moved < 1e-6:
@@ -147,7 +147,7 @@ def _solved(
     return _outcome(problem, first, mechanisms, method, z, J, before, after, start_modes, evaluations, converged, notes)
 
 
-def _minimum(problem: Problem, z: Array, method: Method, max_steps: int) -> tuple[Array, bool]:
+def _minimum(problem: CalibrationProblem, z: Array, method: Method, max_steps: int) -> tuple[Array, bool]:
     """The minimum of |r|^2, plus |z|^2 with a prior, within the bounds, and whether it was reached."""
     with_prior = method == "map"
     low, high = problem.unknown.z_bounds
@@ -193,7 +193,7 @@ def _said(targets: Sequence[Target]) -> str:
     return " and ".join(parts) + (f" of {names}" if names else "")
 
 
-def _compared(problem: Problem, z: Array) -> list[tuple[Array, NDArray[np.intp], list[float | None]]]:
+def _compared(problem: CalibrationProblem, z: Array) -> list[tuple[Array, NDArray[np.intp], list[float | None]]]:
     """For every modal target the model's frequencies, mode numbers and MAC."""
     found = []
     for target, state, rows in problem.compared(z):
@@ -204,8 +204,8 @@ def _compared(problem: Problem, z: Array) -> list[tuple[Array, NDArray[np.intp],
 
 
 def _outcome(
-    problem: Problem,
-    first: Problem,
+    problem: CalibrationProblem,
+    first: CalibrationProblem,
     mechanisms: Sequence[Mechanism],
     method: Method,
     z: Array,
@@ -279,7 +279,7 @@ def _interval(own: Unknowns, z: Array, deviation: Array) -> list[tuple[float, fl
 
 
 def _modes(
-    problem: Problem, z: Array, start: list[tuple[Array, NDArray[np.intp], list[float | None]]]
+    problem: CalibrationProblem, z: Array, start: list[tuple[Array, NDArray[np.intp], list[float | None]]]
 ) -> tuple[CalibratedMode, ...]:
     found = []
     several = len(problem.configurations) > 1
@@ -322,8 +322,8 @@ def _warnings(missed: Sequence[Misfit], stopped: int | None) -> list[Exceeded]:
 
 
 def _notes(
-    problem: Problem,
-    first: Problem,
+    problem: CalibrationProblem,
+    first: CalibrationProblem,
     parameters: Sequence[CalibratedParameter],
     ways: Sequence[Direction],
     modes: Sequence[CalibratedMode],

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import FlexuraError
-from flexura.sensitivity.variation import Order
+from flexura.sensitivity.variation import ModelOrder
 from flexura.testing.rig.test_points import placements_of
 from flexura.testing.updating.configuration import Configuration
 from flexura.testing.updating.targets import ModalTarget, State, Target
@@ -21,7 +21,7 @@ REFUSED = 1e4
 """Residual of a design that cannot be evaluated."""
 
 
-class Problem:
+class CalibrationProblem:
     """Weighted residuals of targets over standard coordinates z of the unknowns.
 
     Targets of one configuration that were measured with the sensors of the same placements share a model with their
@@ -33,7 +33,7 @@ class Problem:
         self,
         configurations: Sequence[Configuration],
         unknown: Unknowns,
-        order: Order,
+        order: ModelOrder,
         keep: int | Mapping[str, int],
         references: Sequence[Array | None] | None = None,
         tracked: bool = True,

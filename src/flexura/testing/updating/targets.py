@@ -15,7 +15,7 @@ from flexura.modal.mode_pairing import pair_modes
 from flexura.sensitivity.eigenpairs import Cluster, clusters
 from flexura.sensitivity.responses import Reader, modal_response
 from flexura.sensitivity.variation import Change
-from flexura.systems.placed import DERIVATIVE
+from flexura.systems.ports import DERIVATIVE
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes, Setups, setups_of
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement

@@ -15,7 +15,7 @@ from flexura.sensitivity.eigenpairs import moved_clusters, whole_clusters
 from flexura.sensitivity.frequencies import family_of
 from flexura.sensitivity.points import displacement_rows
 from flexura.sensitivity.responses import first_columns, static_vectors
-from flexura.sensitivity.variation import Order, changes_of
+from flexura.sensitivity.variation import ModelOrder, changes_of
 from flexura.structure import Plan
 from flexura.structure.design import Design
 from flexura.structure.full_order import full_order_model
@@ -47,17 +47,17 @@ class TrackedModel:
         start: Mapping[str, float],
         targets: Sequence[Target],
         placements: Sequence[str],
-        order: Order,
+        order: ModelOrder,
         keep: int | Mapping[str, int],
         reference: Array | None,
         tracked: bool,
     ) -> None:
         self._is_tracked, self._reference = tracked, reference
         channels = [c for t in targets for c in t.channels]
-        places = readings_of(full_order_model(Design.of(plan, start)), channels) if channels else []
+        readings = readings_of(full_order_model(Design.of(plan, start)), channels) if channels else []
         ends = np.cumsum([0, *(len(t.channels) for t in targets)])
         self.rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
-        bare = family_of(plan, order, start, keep, displacement_rows(places))
+        bare = family_of(plan, order, start, keep, displacement_rows(readings))
         self.family: AnyFamily = MassLoadedFamily(bare, placements) if placements else bare
         self._has_responses = any(isinstance(t, ResponseTarget) for t in targets)
         self._has_shapes = bool(channels)

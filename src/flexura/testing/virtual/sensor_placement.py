@@ -21,7 +21,7 @@ from flexura.reduction.certificate import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.structure.value_table import Index
-from flexura.systems.placed import Placement
+from flexura.systems.ports import Ports
 from flexura.testing.correlation.correlation import UNSEEN
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.rig.channel_pairing import TURNS, pair_channels
@@ -212,7 +212,7 @@ def _candidates(model: FullOrderModel, wanted: Sequence[str] | None, vectors: Ar
 
 def candidate_names(model: FullOrderModel, wanted: Sequence[str] | None = None) -> tuple[str, ...]:
     """Names of candidate sensors, wildcards written out. Raises OptionError for names that mean nothing."""
-    described = [name for name in Placement(model.design).sensors if _sensor_type(model, name) != "force"]
+    described = [name for name in Ports(model.design).sensors if _sensor_type(model, name) != "force"]
     if wanted is None:
         return tuple(described or [f"{node}.{dof}" for node in _nodes(model, True) for dof in DOF_NAMES[:3]])
     wanted = [wanted] if isinstance(wanted, str) else wanted

@@ -48,7 +48,7 @@ _WORDS = ("displacement", "velocity", "acceleration")
 
 
 @dataclass(frozen=True, repr=False)
-class PlacedInput(Record):
+class InputPort(Record):
     """An input: the load (n,) that one unit of it puts on the DOFs of the full-order model, or the motion of the base.
 
     `base` (6,) is a unit acceleration of the ground, of and about the global origin; loads follow from masses.
@@ -70,7 +70,7 @@ class PlacedInput(Record):
 
 
 @dataclass(frozen=True, repr=False)
-class PlacedOutput(Record):
+class OutputPort(Record):
     """An output: row (n,) over the DOFs, differentiated `derivative` times.
 
     `absolute` (6,) is its reading in unit rigid motions of the base, of and about the global origin; `feed` what inputs
@@ -86,7 +86,7 @@ class PlacedOutput(Record):
     feed: dict[str, float] = field(default_factory=dict)
 
 
-class Placement:
+class Ports:
     """Everything that can drive a mechanism of one design, or be read from it, by name.
 
     Described actuators and sensors go by `NAME` or `INSTANCE.NAME`; beside them any DOF of a node is an input, a force
@@ -122,7 +122,7 @@ class Placement:
         """Names of the described sensors."""
         return list(self._sensors)
 
-    def inputs(self, names: Sequence[str] | None = None) -> list[PlacedInput]:
+    def inputs(self, names: Sequence[str] | None = None) -> list[InputPort]:
         """Inputs by name, wildcards allowed; all described actuators when none are named.
 
         Raises OptionError for names that mean nothing, and ModelError for actuators that can move nothing.
@@ -132,7 +132,7 @@ class Placement:
             found.append(self._actuator(name) if name in self._actuators else self._dof_input(name))
         return found
 
-    def outputs(self, names: Sequence[str] | None = None) -> list[PlacedOutput]:
+    def outputs(self, names: Sequence[str] | None = None) -> list[OutputPort]:
         """Outputs by name, wildcards allowed; all described sensors when none are named.
 
         Raises OptionError for names that mean nothing, and ModelError for sensors where nothing can move.
@@ -202,7 +202,7 @@ class Placement:
         position = self.geometry.positions[numbers[0]]
         return {"node": label[0], "direction": _triple(direction), "position": _triple(position)}
 
-    def _actuator(self, name: str) -> PlacedInput:
+    def _actuator(self, name: str) -> InputPort:
         entry = self._actuators[name]
         prototype, _, key = entry
         placed = self.plan.topology.copies[prototype]
@@ -211,7 +211,7 @@ class Placement:
         nothing = np.zeros(self.plan.topology.n_dof)
         if isinstance(part, BaseMotion | BaseRotation):
             base = self._base(entry)
-            return PlacedInput(_of_base(name, _BASE[part.type], base), nothing, nothing, base)
+            return InputPort(_of_base(name, _BASE[part.type], base), nothing, nothing, base)
         row, _, at = self._along(entry, "actuator", isinstance(part, MomentActuator))
         if not row.any():
             _refuse_still("actuators", prototype, key)
@@ -224,14 +224,14 @@ class Placement:
         if not isinstance(part, PiezoStack):
             limit = value.get("limit", np.inf)
             quantity = "moment" if isinstance(part, MomentActuator) else "force"
-            return PlacedInput(Channel(name, quantity, **at), row, row, nodes=nodes, limits=(-limit, limit))
+            return InputPort(Channel(name, quantity, **at), row, row, nodes=nodes, limits=(-limit, limit))
         k = value["stiffness"]
         top = value.get("free_stroke", value.get("blocked_force", np.inf) / k)
         gain = value.get("gain")
         stroke = 1.0 if gain is None else gain
         quantity = "expansion" if gain is None else "voltage"
         channel = Channel(name, quantity, **at)
-        return PlacedInput(channel, k * stroke * row, row, None, k, stroke, nodes, (0.0, top / stroke))
+        return InputPort(channel, k * stroke * row, row, None, k, stroke, nodes, (0.0, top / stroke))
 
     def _base(self, entry: tuple[str, int, str]) -> Array:
         prototype, copy, key = entry
@@ -247,7 +247,7 @@ class Placement:
         d = d * round(float(np.linalg.det(Q)))
         return np.concatenate([np.cross(Q @ point + t, d), d])
 
-    def _sensor(self, name: str) -> PlacedOutput:
+    def _sensor(self, name: str) -> OutputPort:
         prototype, _, key = self._sensors[name]
         part: Sensor = self.plan.topology.copies[prototype].part.channels.sensors[key]
         if isinstance(part, ForceSensor):
@@ -256,31 +256,31 @@ class Placement:
         row, absolute, at = self._along(self._sensors[name], "sensor", turns)
         if not row.any():
             _refuse_still("sensors", prototype, key)
-        return PlacedOutput(Channel(name, part.type, **at), row, DERIVATIVE[part.type], absolute)
+        return OutputPort(Channel(name, part.type, **at), row, DERIVATIVE[part.type], absolute)
 
-    def _force_sensor(self, name: str, sensor: ForceSensor) -> PlacedOutput:
+    def _force_sensor(self, name: str, sensor: ForceSensor) -> OutputPort:
         source = self._actuator(".".join((*name.split(".")[:-1], sensor.actuator)))
         channel = replace(source.channel, name=name, quantity="force")
         if source.stiffness is None:
-            return PlacedOutput(channel, 0 * source.row, 0, np.zeros(6), {source.channel.name: 1.0})
+            return OutputPort(channel, 0 * source.row, 0, np.zeros(6), {source.channel.name: 1.0})
         feed = {source.channel.name: source.stiffness * source.stroke}
-        return PlacedOutput(channel, -source.stiffness * source.row, 0, np.zeros(6), feed)
+        return OutputPort(channel, -source.stiffness * source.row, 0, np.zeros(6), feed)
 
-    def _dof_input(self, name: str) -> PlacedInput:
+    def _dof_input(self, name: str) -> InputPort:
         node, dof = self._node_and_dof(name, "input", self._actuators)
         turns = dof >= 3
         nothing = np.zeros(self.plan.topology.n_dof)
         if node is None:
             base = np.eye(6)[dof]
             channel = _of_base(name, _BASE["base_rotation" if turns else "base"], base)
-            return PlacedInput(channel, nothing, nothing, base)
+            return InputPort(channel, nothing, nothing, base)
         row = self._rows([node])[dof]
         if not row.any():
             raise OptionError(f"{name} is held: it can be neither driven nor read")
         at = self._place([node], np.eye(3)[dof % 3])
-        return PlacedInput(Channel(name, "moment" if turns else "force", **at), row, row, nodes=(node,))
+        return InputPort(Channel(name, "moment" if turns else "force", **at), row, row, nodes=(node,))
 
-    def _dof_output(self, name: str) -> PlacedOutput:
+    def _dof_output(self, name: str) -> OutputPort:
         where, _, word = name.partition(":")
         if word and word not in _WORDS:
             raise OptionError(f"{name}: after the colon stands {', '.join(_WORDS)}, not {word!r}")
@@ -293,7 +293,7 @@ class Placement:
         derivative = _WORDS.index(word) if word else 0
         quantity = (_TURNS if dof >= 3 else _WORDS)[derivative]
         at = self._place([node], np.eye(3)[dof % 3])
-        return PlacedOutput(Channel(name, quantity, **at), row, derivative, self._rigid(node)[dof])
+        return OutputPort(Channel(name, quantity, **at), row, derivative, self._rigid(node)[dof])
 
     def _node_and_dof(self, name: str, what: str, known: dict[str, tuple[str, int, str]]) -> tuple[int | None, int]:
         node, _, dof = name.rpartition(".")

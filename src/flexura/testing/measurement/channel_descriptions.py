@@ -1,4 +1,4 @@
-"""Where the channels of a test are: from a file beside the data, or from a mechanism with nodes of the same names."""
+"""What the channels of a test are: from a file beside the data, or from a mechanism with nodes of the same names."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flexura.modelfile.document import parse
 from flexura.modelfile.extension import text_of
 from flexura.structure.design import Design
 from flexura.structure.plan import Plan, plan_of
-from flexura.systems.placed import Placement
+from flexura.systems.ports import Ports
 from flexura.testing.measurement.channel_units import quantity_of, refuse_unknown
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.units import parse_quantity
@@ -27,7 +27,7 @@ _KEYS = ("node", "direction", "position", "quantity", "unit", "force", "input")
 
 
 @dataclass(frozen=True)
-class Place:
+class ChannelDescription:
     """What is known of a channel beside its data; None where nothing is. `is_input` says that it excites.
 
     `force` is the unit of the force of the same name, as a driving point has one beside its response.
@@ -48,7 +48,7 @@ class Place:
         return self.unit if self.force is not None or is_reference == (self.quantity in FORCES) else None
 
 
-Places = Mapping[str, Place]
+ChannelDescriptions = Mapping[str, ChannelDescription]
 
 
 def axis(text: Any, what: str) -> tuple[float, float, float]:
@@ -68,7 +68,7 @@ def axis(text: Any, what: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def read_places(path: str | Path) -> dict[str, Place]:
+def read_channel_descriptions(path: str | Path) -> dict[str, ChannelDescription]:
     """Read a file of channels (YAML): for every channel any of node, direction, position, quantity, unit, force,
     input.
 
@@ -80,12 +80,12 @@ def read_places(path: str | Path) -> dict[str, Place]:
     if not isinstance(table.value, dict):
         raise OptionError(f"{file}:{table.line}: a mapping of channel names is expected, e.g. p1.z: {{direction: z}}")
     return {
-        name: _place(entry.plain(), f"{file}:{table.key_places[name][1]}: channel {name}")
+        name: _description(entry.plain(), f"{file}:{table.key_places[name][1]}: channel {name}")
         for name, entry in table.value.items()
     }
 
 
-def _place(entry: Any, what: str) -> Place:
+def _description(entry: Any, what: str) -> ChannelDescription:
     if not isinstance(entry, dict):
         raise OptionError(f"{what}: a mapping is expected, with any of {', '.join(_KEYS)}")
     unknown = next((key for key in entry if key not in _KEYS), None)
@@ -101,7 +101,7 @@ def _place(entry: Any, what: str) -> Place:
     force = entry.get("force")
     if force is not None and quantity_of(str(force), None, what)[0] not in FORCES:
         raise OptionError(f"{what}: {force} is no unit of a force or a moment")
-    return Place(
+    return ChannelDescription(
         None if entry.get("node") is None else str(entry["node"]),
         None if entry.get("direction") is None else axis(entry["direction"], what),
         None if entry.get("position") is None else _position(entry["position"], what),
@@ -128,40 +128,42 @@ def _position(raw: Any, what: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def places_of(mechanism: Mechanism | Plan, names: Sequence[str]) -> dict[str, Place]:
-    """Places of the channels whose names are sensors, actuators or DOFs (`NODE.tz`) of a mechanism.
+def described_channels(mechanism: Mechanism | Plan, names: Sequence[str]) -> dict[str, ChannelDescription]:
+    """ChannelDescriptions of the channels whose names are sensors, actuators or DOFs (`NODE.tz`) of a mechanism.
 
     Names that mean nothing there, and sensors between two nodes, have no entry. Raises ModelError for a mechanism that
     cannot be used.
     """
     plan = plan_of(mechanism)
     design = Design.of(plan)
-    placement = Placement(design)
-    found: dict[str, Place] = {}
+    ports = Ports(design)
+    found: dict[str, ChannelDescription] = {}
     for name in names:
         node, _, dof = name.partition(":")[0].rpartition(".")
         try:
-            if name in placement.sensors or name in placement.actuators:
-                is_sensor = name in placement.sensors
-                channel = (placement.outputs([name]) if is_sensor else placement.inputs([name]))[0].channel
+            if name in ports.sensors or name in ports.actuators:
+                is_sensor = name in ports.sensors
+                channel = (ports.outputs([name]) if is_sensor else ports.inputs([name]))[0].channel
                 if channel.node is not None and channel.against is None:
-                    found[name] = Place(channel.node, channel.direction, channel.position, channel.quantity)
+                    found[name] = ChannelDescription(
+                        channel.node, channel.direction, channel.position, channel.quantity
+                    )
             else:
                 number = int(plan.topology.numbers([node])[0])
                 x, y, z = design.geometry.positions[number].tolist()
-                found[name] = Place(node, axis("xyz"[DOF_NAMES.index(dof) % 3], name), (x, y, z))
+                found[name] = ChannelDescription(node, axis("xyz"[DOF_NAMES.index(dof) % 3], name), (x, y, z))
         except (FlexuraError, ValueError, IndexError):
             continue
     return found
 
 
-def placed(channel: MeasuredChannel, place: Place | None) -> MeasuredChannel:
-    """A channel with the place that is known of it; what it knows itself stays where nothing else is known."""
-    if place is None:
+def with_description(channel: MeasuredChannel, described: ChannelDescription | None) -> MeasuredChannel:
+    """A channel with its node, direction and position as described; what is not described stays as it is."""
+    if described is None:
         return channel
     return replace(
         channel,
-        node=place.node if place.node is not None else channel.node,
-        direction=place.direction if place.direction is not None else channel.direction,
-        position=place.position if place.position is not None else channel.position,
+        node=described.node if described.node is not None else channel.node,
+        direction=described.direction if described.direction is not None else channel.direction,
+        position=described.position if described.position is not None else channel.position,
     )
