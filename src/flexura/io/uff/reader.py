@@ -49,7 +49,8 @@ def read_uff(
 
     A time record begins where a channel comes for the second time, and forces are its inputs. Responses are collected
     into one matrix per setup and set of frequencies; those between the same channels are merged as `repeated` says.
-    Units of `descriptions` count before those of the file. Datasets of other functions are left out, and named in notes.
+    Units of `descriptions` count before those of the file. Datasets of other functions are left out, and named in
+    notes.
 
     Raises OptionError without pyuff, for files, units and sampling that cannot be used, and for responses that are
     given more than once, unless `repeated` says what to make of them.
