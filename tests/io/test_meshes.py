@@ -308,7 +308,7 @@ def test_a_channel_between_two_nodes_is_announced(tmp_path: Path, monkeypatch: p
         "--what",
         "response",
         "--band",
-        "5,50",
+        "5,50 Hz",
     ]
     monkeypatch.setattr("sys.argv", ["flexura", *words, "-i", "coil", "-o", "gap", "-o", "between"])
     with pytest.raises(SystemExit, match="0"):

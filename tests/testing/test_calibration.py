@@ -351,7 +351,7 @@ def test_command_with_another_configuration(tmp_path):
         (tmp_path / name).write_text(f"frequency,unit\n{f},Hz\n", encoding="utf-8")
     names = [str(tmp_path / n) for n in ("body.yaml", "a.csv")]
     also = ["--also", f"{tmp_path / 'loaded.yaml'}={tmp_path / 'b.csv'}", "--free", "kx,mass"]
-    also += ["--method", "least-squares", "--set", "ky=8 N/mm"]
+    also += ["--method", "least_squares", "--set", "ky=8 N/mm"]
     run = CliRunner().invoke(app, ["calibrate", *names, *also, "--out", str(tmp_path / "new.yaml")])
     assert run.exit_code == 0, run.output
     assert "body on springs (2)" in run.output
@@ -394,6 +394,6 @@ def test_command(tmp_path):
         assert words in run.output
     assert fx.load(out).parameters["kx"].value == pytest.approx(5e3, rel=0.02)
     assert (pictures / "calibration.png").stat().st_size > 5000
-    run = CliRunner().invoke(app, ["calibrate", *names, "--free", "kx", "--method", "least-squares", "--json"])
+    run = CliRunner().invoke(app, ["calibrate", *names, "--free", "kx", "--method", "least_squares", "--json"])
     data = json.loads(run.output)
     assert data["parameters"][0]["value"] == pytest.approx(5e3, rel=1e-6)

@@ -102,7 +102,7 @@ def test_the_command_warns_and_strict_refuses(tmp_path):
     _, hz = measured(500, 1e-3, 0, ["thickness"])
     (tmp_path / "f.csv").write_text("frequency\n" + "".join(f"{f} Hz\n" for f in hz), encoding="utf-8")
     names = ["calibrate", str(tmp_path / "beam.yaml"), str(tmp_path / "f.csv"), "--free", "thickness"]
-    how = ["--sigma", "0.001", "--pairing", "in-order"]
+    how = ["--sigma", "0.001", "--pairing", "in_order"]
     run = CliRunner().invoke(app, [*names, *how])
     assert run.exit_code == 0, run.output
     assert "warning: the model misses the data" in run.output
