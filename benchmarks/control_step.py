@@ -30,9 +30,8 @@ import numpy as np
 import scipy.linalg as la
 
 import flexura as fx
-from flexura.io.fmu.code import FLAGS, SOURCES, c_sources, shared_library
-from flexura.systems.channel import Channel
-from flexura.systems.state_space import StateSpace
+from flexura.io import FLAGS, SOURCES, c_sources, shared_library
+from flexura.systems import Channel, StateSpace
 
 ROOT = Path(__file__).parents[1]
 STEP = 1e-4

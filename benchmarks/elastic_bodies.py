@@ -8,9 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 import flexura as fx
-from flexura.analysis.body_doubts import lowered_by_bodies
-from flexura.solid.fem.modes import solid_modes
-from flexura.solid.fem.parts import with_solid_parts
+from flexura.analysis import lowered_by_bodies
+from flexura.solid.fem import solid_modes, with_solid_parts
 from flexura.structure import assemble
 
 STEEL = "spring-steel"

@@ -28,7 +28,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import flexura as fx
-from flexura.testing.identification.identification import LEAST_CONFIDENCE
+from flexura.testing.identification import LEAST_CONFIDENCE
 from helpers.modal_systems import System, measured, modal, random_modal
 
 LINES = np.arange(0.0, 100.0, 0.125)

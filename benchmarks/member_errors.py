@@ -10,7 +10,7 @@ import numpy as np
 
 import flexura as fx
 from flexura.beam import rigid_arm
-from flexura.solid.fem.parts import with_solid_parts
+from flexura.solid.fem import with_solid_parts
 
 METAL = {"metal": fx.Material(E=200e9, nu=0.3, rho=7800.0)}
 NAMES = ("stretch", "twist", "y moment", "y parallel", "z moment", "z parallel")

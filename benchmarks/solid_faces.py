@@ -14,10 +14,9 @@ import numpy as np
 
 import flexura as fx
 from flexura.beam import rigid_arm
-from flexura.mechanism.member import Faces
-from flexura.solid.fem.modes import solid_modes
-from flexura.solid.fem.parts import with_solid_parts
-from flexura.solid.verification.verify import verify
+from flexura.mechanism import Faces
+from flexura.solid.fem import solid_modes, with_solid_parts
+from flexura.solid.verification import verify
 from flexura.structure import assemble
 
 METAL = {"metal": fx.Material(E=71.7e9, nu=0.33, rho=2810.0)}

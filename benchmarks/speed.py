@@ -29,10 +29,8 @@ import numpy as np
 
 import flexura
 from flexura.linalg import lowest
-from flexura.reduction.equal_branches import split
-from flexura.structure.assembler import full_order
-from flexura.structure.design import Design
-from flexura.structure.full_order import stiffness_and_mass
+from flexura.reduction import split
+from flexura.structure import Design, full_order, stiffness_and_mass
 
 ROOT = Path(__file__).parents[1]
 RPR = ROOT / "examples" / "rpr" / "rpr.yaml"

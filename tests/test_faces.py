@@ -14,7 +14,7 @@ from flexura.lazy import listed
 
 STUBS = sorted(Path(flexura.__file__).parent.rglob("__init__.pyi"))
 FACES = [".".join(stub.parent.relative_to(Path(flexura.__file__).parents[1]).parts) for stub in STUBS]
-MODULES = {"contour", "dimension", "signals"}
+MODULES = {"contour", "dimension", "element", "occ", "profile", "section", "signals", "strip", "wedge"}
 """Faces show these as they are: families of functions and constants."""
 
 

@@ -7,8 +7,9 @@ from scipy.spatial import cKDTree
 from skfem import Basis, BilinearForm, ElementHex2, ElementTetP2, ElementVector, MeshHex, MeshTet
 from skfem.helpers import ddot, dot, sym_grad, trace
 
-from flexura.solid import SolidMaterial, SolidMesh
 from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.geometry import SolidMaterial
+from flexura.solid.mesh import SolidMesh
 from flexura.solid.mesh.shape_functions import shape_of
 
 METAL = SolidMaterial("metal", 71.7e9, 0.33, 2810.0)

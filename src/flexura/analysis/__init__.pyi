@@ -1,8 +1,10 @@
 from flexura.analysis import signals as signals
+from flexura.analysis.body_doubts import lowered_by_bodies as lowered_by_bodies
 from flexura.analysis.check import CheckReport as CheckReport
 from flexura.analysis.check import Doubt as Doubt
 from flexura.analysis.check import check as check
 from flexura.analysis.clashes import Clash as Clash
+from flexura.analysis.doubts import corrected as corrected
 from flexura.analysis.drift import Drift as Drift
 from flexura.analysis.drift import ScrewAxis as ScrewAxis
 from flexura.analysis.drift import drift as drift

@@ -8,9 +8,8 @@ from typing import Any
 
 from flexura.analysis.doubts import Doubt
 from flexura.errors import Path
-from flexura.expressions.expression import Binary, Call, Expression, Folded, Name, Negative, Tree
-from flexura.mechanism import Mechanism
-from flexura.mechanism.evaluation import scalars
+from flexura.expressions import Binary, Call, Expression, Folded, Name, Negative, Tree
+from flexura.mechanism import Mechanism, scalars
 
 TURN = 2 * math.pi
 """An angle beyond a full turn, rad, is hardly one in radians."""

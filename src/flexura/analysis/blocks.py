@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.recurrences import CRITICAL, Hold, step_weights
-from flexura.systems.modal import ModalSystem
+from flexura.systems import ModalSystem
 
 Array = NDArray[np.float64]
 

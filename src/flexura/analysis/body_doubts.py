@@ -15,10 +15,8 @@ from flexura.analysis.energy import placed_motions
 from flexura.beam import rigid_arm
 from flexura.errors import SolverError
 from flexura.linalg import lowest_modes
-from flexura.mechanism import Box, Cylinder, Mechanism, Plate, RigidBody
-from flexura.mechanism.evaluation import evaluated
-from flexura.mechanism.placement import rotation_matrix
-from flexura.reduction.chained import chained
+from flexura.mechanism import Box, Cylinder, Mechanism, Plate, RigidBody, evaluated, rotation_matrix
+from flexura.reduction import chained
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

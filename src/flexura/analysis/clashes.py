@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.doubts import Doubt
 from flexura.convex import crossed, overlapping_bounds, separations, shared
-from flexura.structure import FullOrderModel
-from flexura.structure.solids import ROUND, Bars, Bodies
+from flexura.structure import ROUND, Bars, Bodies, FullOrderModel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

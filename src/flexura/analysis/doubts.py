@@ -8,11 +8,8 @@ from typing import Any
 import numpy as np
 
 from flexura.beam import phi
-from flexura.mechanism.corrections import CORRECTIONS
-from flexura.mechanism.layout import TOP
-from flexura.mechanism.member import Flexure
-from flexura.structure import FullOrderModel
-from flexura.structure.part import Part, PartGeometry
+from flexura.mechanism import CORRECTIONS, TOP, Flexure
+from flexura.structure import FullOrderModel, Part, PartGeometry
 
 SHEAR = 0.03
 """Share of shear in the deflection between parallel ends from which leaving it out is doubtful."""

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import block_rotation, rigid_arm
-from flexura.structure import FullOrderModel
-from flexura.structure.part import Part, PartMatrices
+from flexura.structure import FullOrderModel, Part, PartMatrices
 
 Array = NDArray[np.float64]
 

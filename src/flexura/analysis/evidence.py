@@ -10,10 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
 from flexura.records import Record
-from flexura.structure import FullOrderModel
-from flexura.structure.discrete_elements import rigid_mass
-from flexura.structure.part import Part, PartGeometry, PartMatrices
-from flexura.structure.scatter import node_dofs
+from flexura.structure import FullOrderModel, Part, PartGeometry, PartMatrices, node_dofs, rigid_mass
 
 Array = NDArray[np.float64]
 

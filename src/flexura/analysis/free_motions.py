@@ -9,8 +9,7 @@ import numpy as np
 from flexura.analysis.doubts import Doubt
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, bracket, leading
-from flexura.reduction.certificate import Certificate, certificate, lowest_pairs
-from flexura.reduction.chained import ChainedModel, chained
+from flexura.reduction import Certificate, ChainedModel, certificate, chained, lowest_pairs
 from flexura.structure import FullOrderModel
 
 LOOSE = 3e-5

@@ -15,28 +15,30 @@ from flexura.analysis.response_meshes import response_meshes
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import count_below, inverse_roots, least_pivot, scaled
-from flexura.mechanism.damping import Damping
-from flexura.mechanism.substructure import Mechanism
-from flexura.methods.exact_response import ExactResponse
-from flexura.reduction import LowOrderModel, reduce
-from flexura.reduction.low_order import Reduction
+from flexura.mechanism import Damping, Mechanism
+from flexura.methods import ExactResponse
+from flexura.reduction import LowOrderModel, Reduction, reduce
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.design import Design
-from flexura.structure.full_order import stiffness_and_mass
-from flexura.structure.plan import one_design, plan_of
-from flexura.systems import Channel, ModalSystem, SecondOrder, StateSpace, System, system
-from flexura.systems.band import (
+from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of, stiffness_and_mass
+from flexura.systems import (
     NEAR,
+    Channel,
+    ModalSystem,
+    SecondOrder,
+    StateSpace,
+    System,
+    as_quantity,
     band_limits,
     proof_limits,
+    reduced,
     remainder_of_response,
     resonance_limits,
+    response_columns,
+    stiffening,
+    system,
     truncation_limits,
+    unit_of_response,
 )
-from flexura.systems.channel import response_columns, unit_of_response
-from flexura.systems.remainder import stiffening
-from flexura.systems.system import as_quantity, reduced
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

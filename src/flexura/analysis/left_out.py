@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from flexura.analysis.recurrences import Hold, motion
 from flexura.errors import Exceeded
 from flexura.linalg import leading
-from flexura.reduction.flexibility import stored_flexibility
+from flexura.reduction import stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel
-from flexura.systems import Channel, ModalSystem
-from flexura.systems.neglected import FAINT, WORTH, rounded_up
-from flexura.systems.system import input_loads
+from flexura.systems import FAINT, WORTH, Channel, ModalSystem, input_loads, rounded_up
 
 Array = NDArray[np.float64]
 

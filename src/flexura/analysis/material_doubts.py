@@ -8,10 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexura.analysis.doubts import Doubt
-from flexura.mechanism import Material, Mechanism
-from flexura.mechanism.evaluation import evaluated
-from flexura.mechanism.layout import Layout
-from flexura.mechanism.quantity import Scalar
+from flexura.mechanism import Layout, Material, Mechanism, Scalar, evaluated
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from flexura.analysis.doubts import Doubt, place_of
 from flexura.analysis.energy import KINDS, energies
 from flexura.linalg import lowest
-from flexura.mechanism import CircularContour, Flexure, Leaf, Notch
-from flexura.mechanism.evaluation import evaluated
+from flexura.mechanism import CircularContour, Flexure, Leaf, Notch, evaluated
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

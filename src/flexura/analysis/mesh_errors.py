@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.energy import placed_motions, quadratic
 from flexura.errors import Exceeded
-from flexura.mechanism.body import Superelement
-from flexura.mechanism.layout import TOP
+from flexura.mechanism import TOP, Superelement
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

@@ -16,18 +16,25 @@ from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
-from flexura.mechanism.substructure import Mechanism
-from flexura.modal.close_modes import close_groups
-from flexura.modal.mode_pairing import REPEATED, mac_with_spaces, pair_by_mac
-from flexura.reduction import Certificate, LowOrderModel, reduce
-from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs, model_pairs
-from flexura.reduction.chained import ChainedModel, chained
-from flexura.reduction.equal_branches import split
-from flexura.reduction.low_order import TOLERANCE, Reduction, reduction_of
-from flexura.reduction.model import STATE
-from flexura.structure import Plan, assemble
-from flexura.structure.full_order import full_order_model
-from flexura.structure.plan import one_design, plan_of
+from flexura.mechanism import Mechanism
+from flexura.modal import REPEATED, close_groups, mac_with_spaces, pair_by_mac
+from flexura.reduction import (
+    HERTZ,
+    STATE,
+    TOLERANCE,
+    Certificate,
+    ChainedModel,
+    LowOrderModel,
+    Reduction,
+    certificate,
+    chained,
+    lowest_pairs,
+    model_pairs,
+    reduce,
+    reduction_of,
+    split,
+)
+from flexura.structure import Plan, assemble, full_order_model, one_design, plan_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from flexura.analysis.energy import KINDS, PartEnergy, energies
 from flexura.linalg import leading, ranked, turned
 from flexura.records import Record
-from flexura.structure import FullOrderModel
-from flexura.structure.part import Part
+from flexura.structure import FullOrderModel, Part
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,7 @@ from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion
 from flexura.errors import Exceeded
 from flexura.records import Record
-from flexura.reduction import Certificate
-from flexura.reduction.intervals import HERTZ
-from flexura.reduction.low_order import TOLERANCE
+from flexura.reduction import HERTZ, TOLERANCE, Certificate
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 

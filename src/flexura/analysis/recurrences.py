@@ -12,8 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.systems.modal import ModalSystem
-from flexura.systems.state_space import held_exponentials
+from flexura.systems import ModalSystem, held_exponentials
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

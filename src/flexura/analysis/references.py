@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from flexura.analysis.doubts import Doubt
 from flexura.linalg import lowest
-from flexura.mechanism.layout import TOP
-from flexura.mechanism.substructure import Mechanism
-from flexura.structure import FullOrderModel, assemble
-from flexura.structure.solids import Bars
+from flexura.mechanism import TOP, Mechanism
+from flexura.structure import Bars, FullOrderModel, assemble
 
 Array = NDArray[np.float64]
 

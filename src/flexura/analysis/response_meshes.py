@@ -7,8 +7,7 @@ import numpy as np
 from flexura.analysis.mesh_errors import frequency_errors, mesh_warning, motion_meshes, part_meshes
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
-from flexura.systems import ModalSystem, SecondOrder
-from flexura.systems.system import input_loads
+from flexura.systems import ModalSystem, SecondOrder, input_loads
 
 
 def response_meshes(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexura.analysis.doubts import Doubt
-from flexura.mechanism.layout import TOP
+from flexura.mechanism import TOP
 from flexura.structure import FullOrderModel
 
 SLIP = 0.3

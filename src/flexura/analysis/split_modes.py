@@ -5,9 +5,7 @@ from __future__ import annotations
 from flexura.analysis.evidence import Evidence, mass_evidence
 from flexura.analysis.motion import motions
 from flexura.analysis.proven_modes import Modes, certified_mode, unproven, with_mesh_errors
-from flexura.reduction.equal_branches import SplitModel
-from flexura.reduction.low_order import TOLERANCE
-from flexura.reduction.model import STATE
+from flexura.reduction import STATE, TOLERANCE, SplitModel
 
 
 def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Modes:

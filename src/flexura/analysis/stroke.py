@@ -14,12 +14,9 @@ from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.mechanism.substructure import DOF_NAMES, Mechanism
-from flexura.modal.mode_tracking import track_modes
-from flexura.motion.equilibrium import NO_LOADS, Drive, Equations, Equilibrium, Loads
-from flexura.motion.model import MovingModel
-from flexura.motion.path import Path, Point, Stopped
-from flexura.motion.pose import Pose
+from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.modal import track_modes
+from flexura.motion import NO_LOADS, Drive, Equations, Equilibrium, Loads, MovingModel, Path, Point, Pose, Stopped
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Plan, assemble

@@ -12,15 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
-from flexura.beam import rigid_arm, skew
-from flexura.beam.geometric import arm_stiffness, geometric_stiffness
+from flexura.beam import arm_stiffness, geometric_stiffness, rigid_arm, skew
 from flexura.errors import OptionError
-from flexura.structure import FullOrderModel
-from flexura.structure.scatter import Scatter
-from flexura.structure.segments import Segments, segments
-from flexura.structure.value_table import Index
+from flexura.structure import FullOrderModel, Scatter, Segments, segments
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 _MEAN = np.vstack([-np.eye(6) / 2, np.eye(6) / 2])
 """End motions (12, 6) of an element from its deformation, about a frame that turns with the mean of both ends."""

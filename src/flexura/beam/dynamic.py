@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flexura.beam.frames import rigid_arm
 from flexura.beam.uniform import UniformBeam
-from flexura.linalg.scaling import scaled, unit_scale
+from flexura.linalg import scaled, unit_scale
 
 Array: TypeAlias = NDArray[Any]
 """Real or complex."""

@@ -27,7 +27,7 @@ import numpy as np
 from flexura.beam._columns import FloatArray, Real, basis_of, columns, combine, symmetric
 from flexura.beam.frames import rigid_arm
 from flexura.beam.section import SectionProperties
-from flexura.linalg.scaling import unit_scale
+from flexura.linalg import unit_scale
 
 # Freedoms of the one-dimensional parts of the element, as (freedom, sign). A rotation +ry lowers tz along +x,
 # so bending in the xz plane is bending in the xy plane with the rotation reversed.

@@ -1,5 +1,5 @@
 """The shell's `flexura VERB FILE`: the same verbs as in Python, printed."""
 
-from flexura.cli.app import main
+from flexura.lazy import face
 
-__all__ = ["main"]
+face(__name__)

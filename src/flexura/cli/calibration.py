@@ -18,8 +18,7 @@ from flexura.cli.tables import console_of_width
 from flexura.errors import OptionError
 
 if TYPE_CHECKING:
-    from flexura.testing.updating.calibrated import CalibratedParameter, Calibration
-    from flexura.testing.updating.posterior import Sample
+    from flexura.testing.updating import CalibratedParameter, Calibration, Sample
 
 LISTS = (".yaml", ".yml")
 """Suffixes of files that hold a plain list of frequencies."""
@@ -80,8 +79,7 @@ def calibrate_command(
     as_json: Json = False,
 ) -> None:
     """Find parameters with which the mechanism meets a measurement, and how far they can be trusted."""
-    from flexura.testing.updating.calibrated_file import save_calibrated
-    from flexura.testing.updating.calibration import calibrate
+    from flexura.testing.updating import calibrate, save_calibrated
 
     files, measured = [file], [data]
     for pair in also or []:
@@ -113,7 +111,7 @@ def calibrate_command(
         else [save_calibrated(result, t, base=f, configuration=k) for k, (t, f) in enumerate(_targets(out, files))]
     )
     if plot is not None:
-        from flexura.view.calibration import save_calibration
+        from flexura.view import save_calibration
 
         written.append(save_calibration(result, plot))
     if as_json:
@@ -157,12 +155,12 @@ def _targets(out: Path, files: list[Path]) -> list[tuple[Path, Path]]:
 
 def read_data(path: Path, on: Compared = Compared.modes) -> Any:
     """Frequencies of a list, or what is compared of a measurement. Raises OptionError for what cannot be read."""
-    from flexura.testing.updating.frequency_list import MeasuredFrequencies, read_frequencies
+    from flexura.testing.updating import MeasuredFrequencies, read_frequencies
 
     if path.suffix.lower() in LISTS or (path.suffix.lower() == ".csv" and _is_list(path)):
         return read_frequencies(path)
     import flexura
-    from flexura.testing.updating.targets import setups_of
+    from flexura.testing.updating import setups_of
 
     measurement = flexura.read_measurement(path)
     if on is Compared.responses:

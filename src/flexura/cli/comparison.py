@@ -32,7 +32,7 @@ def compare_command(
     as_json: Json = False,
 ) -> None:
     """Natural frequencies by every method, with their errors against the exact ones and their times."""
-    from flexura.methods.compare import progressively
+    from flexura.methods import progressively
 
     mechanism, parameters = read(file, set)
     names = None if methods is None else methods.split(",")

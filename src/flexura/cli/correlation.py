@@ -27,8 +27,8 @@ from flexura.cli.options import (
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
-    from flexura.testing.correlation.correlated import Correlation, ModePair
-    from flexura.testing.virtual.sensor_placement import SensorPlacement
+    from flexura.testing.correlation import Correlation, ModePair
+    from flexura.testing.virtual import SensorPlacement
 
 MOST_CHANNELS = 40
 """Channels that are listed."""
@@ -68,9 +68,8 @@ def correlate_command(
     as_json: Json = False,
 ) -> None:
     """Test against model: pairs of modes with MAC and frequency error, channels that disagree, FRFs, pictures."""
-    from flexura.io.measurements import read_measurement
-    from flexura.testing.correlation.correlation import correlate
-    from flexura.testing.correlation.test_shapes import identified_modes
+    from flexura.io import read_measurement
+    from flexura.testing.correlation import correlate, identified_modes
 
     mechanism, parameters = read(file, set)
     measurement = read_measurement(data, channels=channels, repeated=None if repeated is None else repeated.value)
@@ -113,7 +112,7 @@ def place_sensors_command(
     as_json: Json = False,
 ) -> None:
     """The best places for so many sensors among the candidates, by effective independence."""
-    from flexura.testing.virtual.sensor_placement import place_sensors
+    from flexura.testing.virtual import place_sensors
 
     mechanism, parameters = read(file, set)
     result = place_sensors(mechanism, sensors=sensors, n=n, candidates=candidate, parameters=parameters)

@@ -78,8 +78,7 @@ def export_command(
     as_json: Json = False,
 ) -> None:
     """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
-    from flexura.io import export, format_of
-    from flexura.io.uff.models import scalar_notes
+    from flexura.io import export, format_of, scalar_notes
 
     own = what or DEFAULTS.get(format_of(out, format), What.state_space)
     mechanism, parameters = read(file, set)
@@ -129,10 +128,8 @@ def _matrices(
     mechanism: Any, parameters: dict[str, float], is_full: bool, keep: int | None, n: int | None, up_to: float | None
 ) -> Any:
     """The full-order model, or the low-order one in the coordinates of its substructures."""
-    from flexura.reduction import reduce
-    from flexura.reduction.low_order import reduction_of
-    from flexura.structure import assemble
-    from flexura.structure.plan import plan_of
+    from flexura.reduction import reduce, reduction_of
+    from flexura.structure import assemble, plan_of
 
     if is_full:
         return assemble(mechanism, parameters)

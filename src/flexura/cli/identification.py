@@ -14,7 +14,7 @@ from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, print_r
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
-    from flexura.testing.measurement.identified import IdentifiedModes
+    from flexura.testing.measurement import IdentifiedModes
 
 
 class Setups(StrEnum):
@@ -48,8 +48,8 @@ def identify_command(
     as_json: Json = False,
 ) -> None:
     """Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted."""
-    from flexura.io.measurements import read_measurement
-    from flexura.testing.identification.identification import identify
+    from flexura.io import read_measurement
+    from flexura.testing.identification import identify
 
     measurement = read_measurement(data, channels=channels, repeated=None if repeated is None else repeated.value)
     result = identify(
@@ -64,7 +64,7 @@ def identify_command(
     )
     written: list[Path] = []
     if plot is not None:
-        from flexura.view.identification import save_identification
+        from flexura.view import save_identification
 
         written = save_identification(result, plot, data=measurement)
     if as_json:

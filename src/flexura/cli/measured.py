@@ -43,9 +43,8 @@ def estimate_frf_command(
     as_json: Json = False,
 ) -> None:
     """Frequency responses from hits: windows, averages, coherence; bad records are named and left out."""
-    from flexura.io.measurements import read_measurement, write_measurement
-    from flexura.testing.measurement.estimation import estimate_frf
-    from flexura.testing.measurement.measurement import Measurement
+    from flexura.io import read_measurement, write_measurement
+    from flexura.testing.measurement import Measurement, estimate_frf
 
     measurement = read_measurement(data, channels)
     frfs = estimate_frf(

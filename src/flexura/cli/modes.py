@@ -30,8 +30,7 @@ from flexura.cli.tables import console_of_width, print_warnings
 from flexura.errors import OptionError
 
 if TYPE_CHECKING:
-    from flexura.analysis import Mode, Modes
-    from flexura.analysis.evidence import Evidence
+    from flexura.analysis import Evidence, Mode, Modes
 
 RESOLVED = 1e-6
 """Relative differences below this are lost in the round-off of the full-order solution."""

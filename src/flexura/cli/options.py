@@ -77,14 +77,14 @@ Commands = Annotated[
 
 def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]:
     """The mechanism of a file, solid members reduced to superelements, and the parameters that are replaced."""
-    from flexura.mechanism.substructure import has_solid_members
+    from flexura.mechanism import has_solid_members
     from flexura.modelfile import load
 
     stage("reading the file")
     mechanism = load(file)
     parameters = settings_of(mechanism, settings)
     if has_solid_members(mechanism):
-        from flexura.solid.fem.parts import with_solid_parts
+        from flexura.solid.fem import with_solid_parts
 
         # parts in the cache say nothing, and neither does a pipe
         mechanism = with_solid_parts(mechanism, parameters, progress=say if sys.stderr.isatty() else None)

@@ -158,8 +158,7 @@ def frequency_response_command(
         result.raise_warnings()
     written = [] if out is None else [write_frequency_csv(result, out)]
     if plot is not None:
-        from flexura.view import draw_bode, draw_nyquist, draw_response_matrix
-        from flexura.view.curves import MOST_PANELS
+        from flexura.view import MOST_PANELS, draw_bode, draw_nyquist, draw_response_matrix
 
         figures = {"bode.png": draw_bode(result), "nyquist.png": draw_nyquist(result)}
         if max(result.response.shape[1:]) <= MOST_PANELS:

@@ -15,7 +15,7 @@ from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
     from flexura.mechanism import Mechanism
-    from flexura.solid.verification.verify import SolidRow, Verification, VerificationRow
+    from flexura.solid.verification import SolidRow, Verification, VerificationRow
 
 GAP = 2
 """Spaces between columns."""
@@ -58,7 +58,7 @@ def verify_command(
 ) -> None:
     """Beam models, plain and corrected, against solid finite elements of the same mechanism, mode by mode."""
     from flexura.modelfile import load
-    from flexura.solid.verification.verify import progressively
+    from flexura.solid.verification import progressively
 
     mechanism = load(file)
     parameters = settings_of(mechanism, set)
@@ -85,8 +85,8 @@ def verify_command(
 
 
 def _write_step(mechanism: Mechanism, parameters: dict[str, float], path: Path) -> Path:
-    from flexura.solid.fem.parts import as_beams
-    from flexura.solid.interchange.step import write_step
+    from flexura.solid.fem import as_beams
+    from flexura.solid.interchange import write_step
     from flexura.structure import assemble
 
     say(f"solids to {path}")

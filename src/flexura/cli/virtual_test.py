@@ -13,8 +13,8 @@ from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, prin
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
-    from flexura.testing.updating.frequency_list import MeasuredFrequencies
-    from flexura.testing.virtual.virtual_test import FoundMode, VirtualTest
+    from flexura.testing.updating import MeasuredFrequencies
+    from flexura.testing.virtual import FoundMode, VirtualTest
 
 
 def virtual_test_command(
@@ -37,9 +37,9 @@ def virtual_test_command(
 ) -> None:
     """Simulate the hammer test that a file describes, identify its modes, and compare them with the truth."""
     from flexura.errors import OptionError
-    from flexura.io.measurements import write_measurement
-    from flexura.testing.updating.frequency_list import read_frequencies
-    from flexura.testing.virtual.virtual_test import virtual_test
+    from flexura.io import write_measurement
+    from flexura.testing.updating import read_frequencies
+    from flexura.testing.virtual import virtual_test
 
     mechanism, parameters = read(file, set)
     beside = None if measured is None else read_frequencies(measured)
@@ -57,7 +57,7 @@ def virtual_test_command(
     )
     written = [] if out is None else [write_measurement(result.measurement, out)]
     if plot is not None:
-        from flexura.view.virtual_test import save_virtual_test
+        from flexura.view import save_virtual_test
 
         written += save_virtual_test(result, plot, measured=beside)
     if as_json:

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel
-from flexura.systems.channel import Channel
-from flexura.systems.state_space import StateSpace
+from flexura.systems import Channel, StateSpace
 
 Array = NDArray[np.float64]
 

@@ -8,21 +8,21 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from flexura.analysis.modes import Modes
+from flexura.analysis import Modes
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.io.arrays import write_hdf5, write_npz
 from flexura.io.contents import Response
-from flexura.io.fmu.package import write_fmu
+from flexura.io.fmu import write_fmu
 from flexura.io.matlab import write_mat
 from flexura.io.matrix_market import write_matrix_market
 from flexura.io.simscape import write_simscape
-from flexura.io.uff.models import write_uff
+from flexura.io.uff import write_results_uff
 from flexura.io.vtk import write_vtu
-from flexura.mechanism.damping import Damping
+from flexura.mechanism import Damping
 from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel
-from flexura.systems.state_space import StateSpace
+from flexura.systems import StateSpace
 
 STATE_SPACE, RESPONSE, MODES, LOW, FULL = (
     "state space",
@@ -61,7 +61,9 @@ FORMATS = {
     "hdf5": Format((".h5", ".hdf5"), _ARRAYS, "HDF5", write_hdf5),
     "matrix-market": Format((".mtx",), (LOW, FULL), "Matrix Market files and a table of DOFs", write_matrix_market),
     "vtu": Format((".vtu",), (MODES, FULL), "VTK mesh of lines with mode shapes", write_vtu),
-    "uff": Format((".uff", ".unv"), (MODES, RESPONSE), "universal file, datasets 15, 55, 58, 82, 151, 164", write_uff),
+    "uff": Format(
+        (".uff", ".unv"), (MODES, RESPONSE), "universal file, datasets 15, 55, 58, 82, 151, 164", write_results_uff
+    ),
 }
 """All formats by name."""
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from flexura.errors import OptionError
-from flexura.structure.value_table import Index
-from flexura.systems.state_space import StateSpace
+from flexura.systems import StateSpace
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 TYPICAL_INPUT = {"expansion": 1e-5}
 """Ordinary size of an input by quantity, SI; 1 for those not listed."""

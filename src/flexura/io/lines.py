@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexura.io.contents import Array
 from flexura.structure import FullOrderModel
-from flexura.structure.value_table import Index
+
+Index = NDArray[np.intp]
 
 KINDS = ("link", "flexure", "body", "spring", "superelement")
 

@@ -10,7 +10,7 @@ import numpy as np
 from flexura.files import write_file
 from flexura.io.contents import contents
 from flexura.io.names import signal_names
-from flexura.systems.state_space import StateSpace
+from flexura.systems import StateSpace
 
 _MATLAB_NAMES = {
     "dt": "Ts",

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.io.contents import SecondOrder, second_order
-from flexura.mechanism.substructure import DOF_NAMES
+from flexura.mechanism import DOF_NAMES
 from flexura.structure import FullOrderModel
 
 _COLUMNS = ("row", "coordinate", "node", "dof", "x_m", "y_m", "z_m")

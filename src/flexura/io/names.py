@@ -6,8 +6,7 @@ from collections import Counter
 from typing import NamedTuple
 
 from flexura.errors import OptionError
-from flexura.systems.channel import Channel
-from flexura.systems.state_space import StateSpace
+from flexura.systems import Channel, StateSpace
 
 
 class Names(NamedTuple):

@@ -9,7 +9,7 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.io.names import refuse_clashes, signal_names
-from flexura.systems.state_space import StateSpace
+from flexura.systems import StateSpace
 
 if TYPE_CHECKING:
     import control

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexura.analysis.modes import Modes
+from flexura.analysis import Modes
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.files import complete_files

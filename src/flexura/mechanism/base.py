@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Get
 from pydantic_core import PydanticCustomError
 
 from flexura.errors import ModelError, Path, Problem
-from flexura.expressions.expression import Expression
+from flexura.expressions import Expression
 from flexura.mechanism.quantity import Length, Number, Scalar
 
 if TYPE_CHECKING:

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
-from flexura.expressions.dimension import Dimension
-from flexura.expressions.expression import Expression
+from flexura.expressions import Dimension, Expression
 from flexura.mechanism.base import AnyPart, Part
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Quantity, Scalar

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from flexura.expressions.dimension import Dimension
+from flexura.expressions import Dimension
 from flexura.mechanism.base import Part, Text, refuse
 from flexura.mechanism.quantity import AnyQuantity
 

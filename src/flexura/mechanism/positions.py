@@ -7,7 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
-from flexura.expressions.expression import Expression
+from flexura.expressions import Expression
 from flexura.mechanism.base import Vector
 from flexura.mechanism.layout import Child, Layout
 from flexura.mechanism.placement import Affine, Reflect, Step, Turn, reflect, turn

@@ -16,8 +16,8 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from flexura.errors import ExpressionError
+from flexura.expressions import Expression, Folded, checked
 from flexura.expressions import dimension as dim
-from flexura.expressions.expression import Expression, Folded, checked
 
 CONTEXT_KEY = "read_quantity"
 FRACTION = "at least 0 and below 1"

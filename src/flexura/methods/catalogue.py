@@ -17,8 +17,7 @@ from flexura.methods.reverberation_ray import reverberation_ray
 from flexura.methods.solution import Solution
 from flexura.methods.spectral import spectral_element
 from flexura.methods.transfer_matrix import transfer_matrix
-from flexura.reduction import reduce
-from flexura.reduction.certificate import low_order_modes
+from flexura.reduction import low_order_modes, reduce
 from flexura.structure import FullOrderModel, Plan, assemble
 
 TOLERANCE = 1e-3

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flexura.beam.dynamic import Array
 from flexura.methods.dense import refuse_large
 from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.methods.exact_chains import ExactChains
-from flexura.structure.model import FullOrderModel
-from flexura.structure.scatter import Scatter
-from flexura.structure.value_table import Index
+from flexura.structure import FullOrderModel, Scatter
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 LARGE = 400
 """Unknowns of chains beyond which they are eliminated."""

@@ -14,16 +14,15 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.deadline import Listener, OutOfTime, Progress, time_limit
 from flexura.errors import FlexuraError, OptionError
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism import Mechanism
 from flexura.methods.catalogue import EXACT, FINEST, MESHES, METHODS, Method, Task
 from flexura.methods.finite_elements import convergence, finite_elements
 from flexura.methods.pairing import agree, pair
 from flexura.methods.solution import Solution
-from flexura.modal.frequency_pairing import in_order
+from flexura.modal import in_order
 from flexura.records import Record
 from flexura.results import Tabular
-from flexura.structure import Plan, assemble
-from flexura.structure.plan import one_design, plan_of
+from flexura.structure import Plan, assemble, one_design, plan_of
 
 REPEATS = 5
 """Methods are timed by the best of so many runs, as long as all runs together take less than `PATIENCE`, s."""

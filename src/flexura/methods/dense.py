@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexura.errors import SolverError
-from flexura.reduction.assembler import LowOrderAssembler
+from flexura.reduction import LowOrderAssembler
 
 LARGEST = 2000
 """Largest order of dense equations: beyond it a dozen matrices fill gigabytes and each factorisation takes minutes."""

@@ -9,13 +9,13 @@ parts have with their ends held (theory eqs. D9-D12).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from flexura.beam.dynamic import Array, radians
+from flexura.beam import radians
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import scaled, unit_scale
@@ -23,13 +23,11 @@ from flexura.methods.dense import refuse_large_parts
 from flexura.methods.exact_chains import ExactChains, exact_chains
 from flexura.methods.exact_condensation import ExactCondensation
 from flexura.methods.solution import Solution
-from flexura.reduction.assembler import LowOrderAssembler, low_order
-from flexura.reduction.certificate import full_order_modes
-from flexura.reduction.parts import PartReducer
-from flexura.structure.members import ElementSlice
-from flexura.structure.model import FullOrderModel
-from flexura.structure.part import DiscreteElement
-from flexura.structure.value_table import Index
+from flexura.reduction import LowOrderAssembler, PartReducer, full_order_modes, low_order
+from flexura.structure import DiscreteElement, ElementSlice, FullOrderModel
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 Floats = NDArray[np.float64]
 

@@ -8,21 +8,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import block_rotation, rigid_arm
-from flexura.beam.dynamic import Array, DynamicBeam, Joint, at_pole, join, radians, turned
-from flexura.beam.dynamic_series import SMALL, BeamSeries
-from flexura.beam.uniform import UniformBeam
+from flexura.beam import (
+    SMALL,
+    BeamSeries,
+    DynamicBeam,
+    Joint,
+    UniformBeam,
+    at_pole,
+    block_rotation,
+    join,
+    radians,
+    rigid_arm,
+    turned,
+)
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.methods.exact_chains import ExactChains, exact_chains
-from flexura.reduction.parts import PartReducer
-from flexura.structure.members import Cut, ElementSlice
-from flexura.structure.model import FullOrderModel
-from flexura.structure.value_table import Index
+from flexura.reduction import PartReducer
+from flexura.structure import Cut, ElementSlice, FullOrderModel
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 FINEST = 2**20
 """Most pieces of one element."""

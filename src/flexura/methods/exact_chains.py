@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import rigid_arm
-from flexura.beam.dynamic import Array, DynamicBeam, Joint, at_pole, dynamic_beam, join, turned
-from flexura.beam.uniform import UniformBeam
-from flexura.reduction.chain import ChainGroup, kinematics
-from flexura.structure.members import Cut
-from flexura.structure.part import Part
-from flexura.structure.plan import Geometry
-from flexura.structure.value_table import Index
+from flexura.beam import DynamicBeam, Joint, UniformBeam, at_pole, dynamic_beam, join, rigid_arm, turned
+from flexura.reduction import ChainGroup, kinematics
+from flexura.structure import Cut, Geometry, Part
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

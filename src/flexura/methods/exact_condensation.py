@@ -11,23 +11,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from flexura.beam.dynamic import Array, DynamicBeam, Joint
+from flexura.beam import DynamicBeam, Joint
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg import inverse_roots, scaled, unit_scale
 from flexura.methods.dense import refuse_large, refuse_large_parts
 from flexura.methods.exact_branches import PartBranches, branches_below
-from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
-from flexura.structure.members import TAPERED_PIECES
-from flexura.structure.model import FullOrderModel
-from flexura.structure.part import DiscreteElement
-from flexura.structure.scatter import Scatter, node_dofs
-from flexura.structure.value_table import Index
+from flexura.reduction import LowOrderAssembler, low_order, with_modes
+from flexura.structure import TAPERED_PIECES, DiscreteElement, FullOrderModel, Scatter, node_dofs
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 BATCH = 4_000_000
 """About how many numbers matrices hold at once."""

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.errors import OptionError
 from flexura.linalg import lowest_modes
 from flexura.methods.solution import Solution
-from flexura.reduction.chained import chained
-from flexura.structure.model import FullOrderModel
+from flexura.reduction import chained
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 

@@ -20,10 +20,10 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, lowest
 from flexura.methods.solution import Solution
 from flexura.reduction import reduce
-from flexura.structure.model import FullOrderModel
-from flexura.structure.value_table import Index
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 GAP = 100.0
 """Constraints are so many times stiffer than freedoms, at least; an order of magnitude in frequency."""

@@ -7,14 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.beam import rigid_arm
-from flexura.beam.dynamic import DynamicBeam, at_pole, dynamic_beam, join
-from flexura.beam.uniform import UniformBeam
+from flexura.beam import DynamicBeam, UniformBeam, at_pole, dynamic_beam, join, rigid_arm
 from flexura.errors import OptionError
 from flexura.methods.exact_chains import in_series, twists_inside
 from flexura.methods.solution import Solution
-from flexura.structure.members import ElementSlice
-from flexura.structure.model import FullOrderModel
+from flexura.structure import ElementSlice, FullOrderModel
 
 Array = NDArray[np.float64]
 

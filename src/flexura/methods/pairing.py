@@ -6,10 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.methods.solution import Solution
-from flexura.modal.close_modes import close_groups
-from flexura.modal.frequency_pairing import in_order
-from flexura.modal.mode_pairing import REPEATED, mac_with_spaces, pair_by_mac
-from flexura.structure.model import FullOrderModel
+from flexura.modal import REPEATED, close_groups, in_order, mac_with_spaces, pair_by_mac
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 

@@ -14,16 +14,11 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import lowest
 from flexura.methods.solution import Solution
-from flexura.reduction.chain import ChainGroup
-from flexura.reduction.serial_chains import SegmentChains, segment_chains
-from flexura.structure.assembler import full_order
-from flexura.structure.model import FullOrderModel
-from flexura.structure.part import Part
-from flexura.structure.scatter import block_diagonal, node_dofs
-from flexura.structure.triplets import Triplets
-from flexura.structure.value_table import Index
+from flexura.reduction import ChainGroup, SegmentChains, segment_chains
+from flexura.structure import FullOrderModel, Part, Triplets, block_diagonal, full_order, node_dofs
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 RANK = 1e-9
 """Motions that supports hold less than this, relative, are free."""

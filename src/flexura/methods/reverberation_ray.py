@@ -11,20 +11,21 @@ equations are solved before S is formed, with d and the junctions' displacements
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flexura.beam import rigid_arm
-from flexura.beam.dynamic import Array, DynamicBeam
-from flexura.beam.uniform import UniformBeam
-from flexura.beam.waves import reversed_waves, waves
+from flexura.beam import DynamicBeam, UniformBeam, reversed_waves, rigid_arm, waves
 from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains, in_series
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
-from flexura.reduction.certificate import full_order_modes
-from flexura.structure.model import FullOrderModel
-from flexura.structure.value_table import Index
+from flexura.reduction import full_order_modes
+from flexura.structure import FullOrderModel
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 MEMBER = 7
 """At least so many equal pieces in line are a member that carries rays: more than one element of a stepped flexure."""

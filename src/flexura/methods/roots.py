@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.deadline import checkpoint
-from flexura.linalg.contour import real_eigenvalues
-from flexura.reduction.certificate import full_order_modes
-from flexura.structure.model import FullOrderModel
+from flexura.linalg import real_eigenvalues
+from flexura.reduction import full_order_modes
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 

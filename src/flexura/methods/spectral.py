@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
-from flexura.beam.dynamic import Array
 from flexura.errors import OptionError
 from flexura.linalg import scaled, unit_scale
 from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
-from flexura.structure.model import FullOrderModel
-from flexura.structure.value_table import Index
+from flexura.structure import FullOrderModel
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 DECAY = 1e-6
 """To this part of its size a motion decays within the period, by exp(-sigma t)."""

@@ -7,16 +7,21 @@ The matrix of these equations has no poles and is singular at the natural freque
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from flexura.beam import dynamic, rigid_arm
-from flexura.beam.dynamic import Array, transfer_at_pole, transfer_turned
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm, transfer_at_pole, transfer_turned
+from flexura.beam import transfer_matrix as beam_transfer
 from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains
 from flexura.methods.roots import natural_frequencies
 from flexura.methods.solution import Solution
-from flexura.structure.model import FullOrderModel
-from flexura.structure.value_table import Index
+from flexura.structure import FullOrderModel
+
+Array = NDArray[Any]
+Index = NDArray[np.intp]
 
 
 class TransferMatrices(ChainEquations):
@@ -40,7 +45,7 @@ class TransferMatrices(ChainEquations):
 
 def chain_transfer(chains: ExactChains, lam: complex) -> Array:
     """Transfer matrices (c, 12, 12) of whole chains, twist and wrench at their poles."""
-    phi = transfer_at_pole(dynamic.transfer_matrix(chains.beam, lam)[chains.kind], chains.X)
+    phi = transfer_at_pole(beam_transfer(chains.beam, lam)[chains.kind], chains.X)
     if chains.reverse.any():
         phi = np.where(chains.reverse[..., None, None], transfer_turned(phi), phi)
     whole = phi[:, 0]

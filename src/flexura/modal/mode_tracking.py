@@ -15,7 +15,7 @@ from flexura.modal.criteria import space_mac
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-REPEATED = 1e-6
+REPEATED_EIGENVALUES = 1e-6
 """Eigenvalues closer than this, relative, are taken as repeated."""
 
 OWN_SHARE = 1e-3
@@ -51,7 +51,7 @@ def track_modes(
     x, lam, y = np.asarray(before, dtype=float), np.asarray(values, dtype=float), np.array(shapes, dtype=float)
     weighted = x if mass is None else mass @ x
     overlap = weighted.T @ y / np.sqrt(np.einsum("ik,ik->k", x, weighted))[:, None]
-    for group in close_groups(lam, REPEATED):
+    for group in close_groups(lam, REPEATED_EIGENVALUES):
         if len(group) > 1 and len(overlap):
             turn = _turn(overlap[:, group])
             y[:, group], overlap[:, group] = y[:, group] @ turn, overlap[:, group] @ turn

@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from flexura.errors import ModelError, Path, Problem
-from flexura.mechanism.base import CONTROL
+from flexura.mechanism import CONTROL
 from flexura.sizes import beyond, size_limit
 
 MAX_DEPTH = 30

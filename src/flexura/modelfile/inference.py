@@ -5,11 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from flexura.errors import ExpressionError
-from flexura.expressions import Expression
-from flexura.expressions.dimension import NUMBER, Dimension
-from flexura.expressions.expression import Binary, Call, Name, Negative, Number, Tree
-from flexura.mechanism import Mechanism
-from flexura.mechanism.evaluation import parameter_dimensions, scalars
+from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Name, Negative, Number, Tree
+from flexura.mechanism import Mechanism, parameter_dimensions, scalars
 
 MaybeDimension = Dimension | None
 

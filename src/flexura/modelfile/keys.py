@@ -6,10 +6,7 @@ from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from flexura.errors import Path
-from flexura.mechanism import Mechanism, Superelement
-from flexura.mechanism.base import Part
-from flexura.mechanism.checks.survey import suggestion
-from flexura.mechanism.parameters import Parameter
+from flexura.mechanism import Mechanism, Parameter, Part, Superelement, suggestion
 
 _KINDS = ("type", "shape")
 FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",)}

@@ -6,12 +6,8 @@ import re
 from typing import Any
 
 from flexura.errors import ModelError, Path, Problem
-from flexura.expressions import Expression
-from flexura.expressions.dimension import NUMBER, Dimension
-from flexura.expressions.expression import Number, format_tree
-from flexura.mechanism import Mechanism
-from flexura.mechanism.evaluation import scalars
-from flexura.mechanism.quantity import Quantity, Scalar
+from flexura.expressions import NUMBER, Dimension, Expression, Number, format_tree
+from flexura.mechanism import Mechanism, Quantity, Scalar, scalars
 from flexura.modelfile.inference import Inference
 from flexura.units import format_number, format_quantity
 

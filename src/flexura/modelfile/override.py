@@ -9,9 +9,7 @@ import numpy as np
 
 from flexura.errors import ExpressionError, OptionError
 from flexura.expressions import Expression
-from flexura.mechanism import Mechanism
-from flexura.mechanism.evaluation import parameter_dimensions
-from flexura.mechanism.quantity import Quantity
+from flexura.mechanism import Mechanism, Quantity, parameter_dimensions
 from flexura.modelfile.parameters import ANY, measure
 from flexura.modelfile.quantities import QuantityReader
 from flexura.units import format_quantity

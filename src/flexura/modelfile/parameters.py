@@ -6,11 +6,8 @@ from contextlib import suppress
 from typing import Any
 
 from flexura.errors import ExpressionError, ModelError, Problem
-from flexura.expressions.dimension import NUMBER, Dimension
-from flexura.expressions.expression import Expression
-from flexura.mechanism.evaluation import parameter_dimensions
-from flexura.mechanism.parameters import Parameter
-from flexura.mechanism.quantity import Quantity, Scalar
+from flexura.expressions import NUMBER, Dimension, Expression
+from flexura.mechanism import Parameter, Quantity, Scalar, parameter_dimensions
 from flexura.modelfile.quantities import QuantityReader
 
 ANY = Quantity("quantity", None, "0.3 mm")

@@ -9,10 +9,8 @@ from contextlib import suppress
 from typing import Any
 
 from flexura.errors import ExpressionError
-from flexura.expressions.dimension import FREQUENCY, NUMBER, Dimension
-from flexura.expressions.expression import CONSTANTS, FUNCTIONS, Expression
-from flexura.mechanism.checks.survey import suggestion
-from flexura.mechanism.quantity import Quantity, Scalar
+from flexura.expressions import CONSTANTS, FREQUENCY, FUNCTIONS, NUMBER, Dimension, Expression
+from flexura.mechanism import Quantity, Scalar, suggestion
 from flexura.units import FAMILIAR, customary_unit, parse_quantity, parse_unit
 
 _LITERAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)

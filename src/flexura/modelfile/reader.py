@@ -12,10 +12,8 @@ from pydantic import ValidationError
 from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError, Path, Problem
 from flexura.expressions import Expression
-from flexura.mechanism import Mechanism
-from flexura.mechanism.base import UNKNOWN_KEY, Part, problems_of, validated
-from flexura.mechanism.checks import problems as problems_of_whole
-from flexura.mechanism.quantity import CONTEXT_KEY
+from flexura.mechanism import CONTEXT_KEY, UNKNOWN_KEY, Mechanism, Part, problems_of, validated
+from flexura.mechanism import problems as problems_of_whole
 from flexura.modelfile.document import Node, parse
 from flexura.modelfile.extension import text_of, with_bases
 from flexura.modelfile.keys import unknown_key_hint

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import ExpressionError, OptionError, Path, Problem
-from flexura.expressions.dimension import LENGTH, MASS, Dimension
+from flexura.expressions import LENGTH, MASS, Dimension
 from flexura.files import MISSING, read_bytes
 from flexura.modelfile.matrix_market import read_entries, read_header
 from flexura.sizes import beyond

@@ -9,8 +9,7 @@ from typing import Any
 from flexura.arguments import verb
 from flexura.errors import Path
 from flexura.files import write_file
-from flexura.mechanism import DOF_NAMES, Matrix, Mechanism, Parameter, Substructure, Support
-from flexura.mechanism.base import Part
+from flexura.mechanism import DOF_NAMES, Matrix, Mechanism, Parameter, Part, Substructure, Support
 from flexura.modelfile.document import resolve
 from flexura.modelfile.numbers import written_scalars
 from flexura.modelfile.reader import VERSION

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg.factor import factorise
+from flexura.linalg import factorise
 from flexura.motion.elements import Frames, turned
 from flexura.motion.model import Forces, MovingModel
 from flexura.motion.se3 import LARGEST, Logarithm, skew

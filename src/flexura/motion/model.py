@@ -16,10 +16,7 @@ from flexura.motion.clusters import Cluster
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
 from flexura.motion.se3 import skew
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
-from flexura.structure.design import Design
-from flexura.structure.discrete_elements import SpringElement
-from flexura.structure.part import Part
-from flexura.structure.topology import Copies
+from flexura.structure import Copies, Design, Part, SpringElement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

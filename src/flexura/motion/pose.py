@@ -10,8 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, factorise, is_definite
-from flexura.linalg.search import next_to
+from flexura.linalg import Eigenpairs, factorise, is_definite, next_to
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.se3 import rotation_vector, skew
 

@@ -18,7 +18,7 @@ from flexura.reduction.craig_bampton import CraigBampton
 from flexura.reduction.full_modes import reduce_by_modes, wide_parts
 from flexura.reduction.goal import Coordinates, Goal, proven, smallest
 from flexura.reduction.model import LowOrderModel, assembled
-from flexura.structure.model import FullOrderModel
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 

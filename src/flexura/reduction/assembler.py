@@ -7,17 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.linalg import Eigenpairs, lowest
-from flexura.linalg.stacked import GUARD
+from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Kept, Latest
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
-from flexura.structure.design import Design
-from flexura.structure.plan import Plan
-from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.value_table import Index
+from flexura.structure import Design, Plan, Scatter, block_diagonal
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 class LowOrderAssembler:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress
 from flexura.errors import Exceeded, OptionError
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism import Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, ChainOrder, Kind
@@ -21,8 +21,7 @@ from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
 from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
 from flexura.results import Tabular
-from flexura.structure import Design, assemble
-from flexura.structure.plan import Plan, plan_of
+from flexura.structure import Design, Plan, assemble, plan_of
 
 Array = NDArray[np.float64]
 """Called with how many designs are done, and of how many."""

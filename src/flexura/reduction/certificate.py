@@ -22,8 +22,7 @@ from flexura.linalg import (
 from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.intervals import HERTZ, Certificate
 from flexura.reduction.model import LowOrderModel
-from flexura.structure import FullOrderModel
-from flexura.structure.full_order import full_order_model
+from flexura.structure import FullOrderModel, full_order_model
 
 Array = NDArray[np.float64]
 

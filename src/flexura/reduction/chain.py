@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.structure.members import Elements, ElementSlice
-from flexura.structure.part import Part
-from flexura.structure.plan import Geometry
-from flexura.structure.value_table import Index
+from flexura.structure import Elements, ElementSlice, Geometry, Part
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 class ChainGroup(NamedTuple):

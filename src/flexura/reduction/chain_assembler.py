@@ -11,20 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.linalg import Eigenpairs, lowest
-from flexura.linalg.stacked import GUARD
+from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Latest
 from flexura.reduction.chain import kinematics
 from flexura.reduction.chain_moments import EPS, ChainMoments, PoleFrame, interior_modes, moments
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
-from flexura.structure.design import Design
-from flexura.structure.part import DiscreteElement
-from flexura.structure.plan import Plan
-from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.value_table import Index
+from flexura.structure import Design, DiscreteElement, Plan, Scatter, block_diagonal
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 ROUNDING = 64 * EPS
 """Relative error of an entry of L' A L, as a part of |L|' |A| |L|: two products of some twenty terms and their sums

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from flexura.linalg import Eigenpairs
-from flexura.linalg.stacked import GUARD, lowest_pairs, small_pencils
+from flexura.linalg import GUARD, Eigenpairs, lowest_pairs, small_pencils
 from flexura.reduction.chain_assembler import ChainOrder
 from flexura.reduction.chain_moments import EPS
 

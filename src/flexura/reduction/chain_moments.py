@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from flexura.linalg import Eigenpairs, inverse_roots, lowest
 from flexura.reduction.chain import ChainGroup, ChainKinematics, taken
-from flexura.structure.members import Elements, ElementSlice
+from flexura.structure import Elements, ElementSlice
 
 Array = NDArray[np.float64]
 

@@ -22,15 +22,17 @@ from flexura.linalg import Pencil
 from flexura.records import Record
 from flexura.reduction.chain import find_chains
 from flexura.reduction.serial_chains import SegmentChains, element_chains, factor, growth, segment_chains
-from flexura.structure.full_order import described_prestress
-from flexura.structure.members import TAPERED_PIECES
-from flexura.structure.model import FullOrderModel
-from flexura.structure.part import DiscreteElement
-from flexura.structure.scatter import block_diagonal
-from flexura.structure.triplets import Triplets
-from flexura.structure.value_table import Index
+from flexura.structure import (
+    TAPERED_PIECES,
+    DiscreteElement,
+    FullOrderModel,
+    Triplets,
+    block_diagonal,
+    described_prestress,
+)
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 CHUNK = 2000
 """Coordinates whose shapes are worked out together."""

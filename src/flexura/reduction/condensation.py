@@ -17,9 +17,9 @@ from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
 from flexura.reduction.model import LowOrderModel, SubstructureBasis
 from flexura.sizes import within
-from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 Condensation = Literal["guyan", "irs", "iterated_irs", "serep", "modal"]
 
 DEPENDENT = 1e-7

@@ -13,12 +13,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, count_below, factorise, lowest, scaled, unit_scale
-from flexura.linalg.factor import DENSE_LIMIT
+from flexura.linalg import DENSE_LIMIT, Eigenpairs, count_below, factorise, lowest, scaled, unit_scale
 from flexura.records import Record
-from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 REPEATED = 1e-6

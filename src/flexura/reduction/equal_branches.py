@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
 from flexura.records import Kept, Record
 from flexura.reduction.certificate import Certificate
-from flexura.structure.model import FullOrderModel
-from flexura.structure.value_table import Index
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 LEAST = 5000
 """Smaller models are not worth it."""

@@ -11,15 +11,13 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism import Mechanism
 from flexura.reduction.adaptive import reduce_to_tolerance
 from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
 from flexura.reduction.goal import Coordinates, Goal
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
-from flexura.structure.full_order import checked_design, full_order_model
-from flexura.structure.model import FullOrderModel
-from flexura.structure.plan import Plan, plan_of
+from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model, plan_of
 
 Reduction = Literal["craig_bampton", "rubin"]
 

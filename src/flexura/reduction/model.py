@@ -14,21 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, scaled, unit_scale
-from flexura.mechanism.layout import TOP
-from flexura.mechanism.substructure import DOF_NAMES
+from flexura.mechanism import DOF_NAMES, TOP
 from flexura.records import Record
 from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
 from flexura.reduction.craig_bampton import ReducedPart
 from flexura.reduction.intervals import Certificate
 from flexura.results import Result
 from flexura.sizes import within
-from flexura.structure.design import Design
-from flexura.structure.full_order import described_prestress, stiffness_and_mass
-from flexura.structure.plan import Geometry, Plan
-from flexura.structure.prestress import solve_definite
-from flexura.structure.value_table import Index
+from flexura.structure import Design, Geometry, Plan, described_prestress, solve_definite, stiffness_and_mass
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, repr=False)

@@ -13,15 +13,14 @@ from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
-from flexura.mechanism.body import Matrix, Superelement
-from flexura.mechanism.substructure import DOF_NAMES, Substructure
+from flexura.mechanism import DOF_NAMES, Matrix, Substructure, Superelement
 from flexura.reduction.model import LowOrderModel
 from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
-from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 PART = "reduced"
 """Name of the superelement in the substructure that is made of a reduced mechanism."""

@@ -15,12 +15,10 @@ from flexura.records import Latest
 from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.sizes import beyond
-from flexura.structure.part import DiscreteElement, Part, PartMatrices
-from flexura.structure.plan import Geometry
-from flexura.structure.scatter import Scatter, node_dofs
-from flexura.structure.value_table import Index
+from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 SPARSE_FROM = 3000

@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 from flexura.beam import block_rotation, element_mass, flexibility, rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.reduction.chain import ChainGroup, kinematics
-from flexura.structure.members import TAPERED_PIECES, Cut, ElementSlice
-from flexura.structure.model import FullOrderModel
-from flexura.structure.scatter import block_diagonal
-from flexura.structure.value_table import Index
+from flexura.structure import TAPERED_PIECES, Cut, ElementSlice, FullOrderModel, block_diagonal
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 _SWAP = np.r_[6:12, 0:6]
 """The DOFs of the two ends of a segment the other way round."""

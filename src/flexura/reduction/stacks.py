@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import ModelError, OptionError
-from flexura.structure.part import PartMatrices
-from flexura.structure.plan import Plan
+from flexura.structure import PartMatrices, Plan
 
 STACK = 32
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""

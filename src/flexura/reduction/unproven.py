@@ -9,12 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.linalg.stacked import lowest_values
-from flexura.mechanism.substructure import Mechanism
+from flexura.linalg import lowest_values
+from flexura.mechanism import Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.reduction.stacks import ImpossibleDesignError, named, refuse_turned, some_of, stacks
-from flexura.structure.design import Design
-from flexura.structure.plan import Plan, plan_of
+from flexura.structure import Design, Plan, plan_of
 
 Array = NDArray[np.float64]
 

@@ -1,1 +1,5 @@
 """Derivatives of eigenpairs and responses with respect to the parameters of a mechanism."""
+
+from flexura.lazy import face
+
+face(__name__)

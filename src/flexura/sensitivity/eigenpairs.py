@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, scaled
-from flexura.modal.close_modes import close_groups
-from flexura.modal.mode_tracking import REPEATED
+from flexura.modal import REPEATED_EIGENVALUES, close_groups
 from flexura.sensitivity.variation import Change
 
 Array = NDArray[np.float64]
@@ -39,7 +38,7 @@ def whole_clusters(K: Any, M: Any, n: int) -> Eigenpairs:
 
 def clusters(values: Array) -> list[list[int]]:
     """Positions of ascending values, those that are repeated together."""
-    return [group.tolist() for group in close_groups(values, REPEATED)]
+    return [group.tolist() for group in close_groups(values, REPEATED_EIGENVALUES)]
 
 
 @dataclass(frozen=True)

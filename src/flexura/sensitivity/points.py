@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.mechanism.substructure import DOF_NAMES
+from flexura.mechanism import DOF_NAMES
 from flexura.sensitivity.variation import Rows
 from flexura.structure import Design
 

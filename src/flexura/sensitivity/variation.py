@@ -17,15 +17,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism import Mechanism
 from flexura.reduction import LowOrderModel, reduce
-from flexura.structure import Design, FullOrderModel, Plan
-from flexura.structure.full_order import described_prestress, full_order_model
-from flexura.structure.part import PartGeometry, PartMatrices
-from flexura.structure.plan import plan_of
-from flexura.structure.value_table import Index
+from flexura.structure import (
+    Design,
+    FullOrderModel,
+    PartGeometry,
+    PartMatrices,
+    Plan,
+    described_prestress,
+    full_order_model,
+    plan_of,
+)
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 Rows = Callable[[Design], Any]
 """Rows (o, n) over the DOFs of the full-order model that read something off it, for the sizes of a design."""
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.mechanism import MotionSensor, PiezoStack
-from flexura.mechanism.substructure import Substructure
+from flexura.mechanism import MotionSensor, PiezoStack, Substructure
 from flexura.structure.discrete_elements import PiezoElement, rigid_mass
 from flexura.structure.value_table import Index, ValueTable
 

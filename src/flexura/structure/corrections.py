@@ -8,10 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import SectionProperties, section, strip, wedge
-from flexura.mechanism.corrections import CORRECTIONS
-from flexura.mechanism.member import Flexure, Link, possible_corrections
-from flexura.mechanism.substructure import Mechanism
+from flexura.beam import SectionProperties, rectangle, strip, wedge
+from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
 from flexura.structure.value_table import Index
 
@@ -95,7 +93,7 @@ class MemberCorrections:
 def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
     """Factors, (..., m, n) or 1, of uniform strips; b, t, nu, L: (..., m, 1)."""
     plate, warping = active[:, :1], active[:, 1:2]
-    J = section.rectangle(b, t, nu).J
+    J = rectangle(b, t, nu).J
     edges = np.arange(n + 1) / n
     every = []
     for share, span, start in _cases(clamped):
@@ -202,8 +200,8 @@ def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
     x = dx * (np.arange(rotation.shape[-1]) + 0.5)
     weight = web**3 / 12 * rotation
     area, first, second = ((weight * x**k).sum(axis=-1, keepdims=True) for k in (0, 1, 2))
-    J = section.rectangle(cut.width, cut.thickness, nu).J
-    own = section.rectangle(b, web, nu).J
+    J = rectangle(cut.width, cut.thickness, nu).J
+    own = rectangle(b, web, nu).J
     length = (own * dx / J).sum(axis=-1, keepdims=True)
     warping = strip.warping_constant(b, web)
     poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}

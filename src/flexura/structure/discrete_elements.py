@@ -8,9 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import SectionProperties, block_rotation, element_mass, element_stiffness, member_frame, rigid_arm
-from flexura.beam.geometric import geometric_basis
-from flexura.beam.uniform import UniformBeam
+from flexura.beam import (
+    SectionProperties,
+    UniformBeam,
+    block_rotation,
+    element_mass,
+    element_stiffness,
+    geometric_basis,
+    member_frame,
+    rigid_arm,
+)
 from flexura.mechanism import (
     Box,
     Cylinder,
@@ -22,8 +29,8 @@ from flexura.mechanism import (
     RigidBody,
     Rotation,
     Spring,
+    rotation_matrix,
 )
-from flexura.mechanism.placement import rotation_matrix
 from flexura.structure.sections import family_properties
 from flexura.structure.value_table import Index, ValueTable
 

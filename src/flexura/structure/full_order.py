@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism import Mechanism
 from flexura.records import Latest
 from flexura.structure.assembler import full_order
 from flexura.structure.design import Design

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.mechanism.layout import TOP, Layout, matching
+from flexura.mechanism import TOP, Layout, matching
 from flexura.structure.value_table import ValueTable
 
 Array = NDArray[np.float64]

@@ -9,13 +9,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import SectionProperties, element
-from flexura.beam.geometric import geometric_basis, tapered_geometric_basis
-from flexura.beam.tapered import gauss_stations, tapered
-from flexura.beam.uniform import UniformBeam
+from flexura.beam import (
+    SectionProperties,
+    UniformBeam,
+    element,
+    gauss_stations,
+    geometric_basis,
+    tapered,
+    tapered_geometric_basis,
+)
 from flexura.errors import OptionError
-from flexura.mechanism.member import Flexure, Link
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism import Flexure, Link, Mechanism
 from flexura.structure.corrections import Factors, MemberCorrections
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
 from flexura.structure.value_table import Index, ValueTable

@@ -18,8 +18,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, member_frame, rigid_arm
-from flexura.mechanism.layout import TOP, Layout, matching
-from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism import TOP, Flexure, Layout, Link, matching
 from flexura.structure.channels import PartChannels
 from flexura.structure.discrete_elements import BodyElement, PointMassElement, SpringElement, least_aligned
 from flexura.structure.members import STATIONS, WEIGHTS, Elements, ElementSlice, Members

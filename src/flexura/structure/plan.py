@@ -11,12 +11,24 @@ from numpy.typing import ArrayLike, NDArray
 
 import flexura
 from flexura.errors import ModelError, OptionError, Problem
-from flexura.expressions.expression import Expression
-from flexura.mechanism.checks import problems
-from flexura.mechanism.evaluation import ParameterTable
-from flexura.mechanism.layout import TOP, Child, Layout
-from flexura.mechanism.placement import IDENTITY, Affine, Move, Reflect, Turn, reflect, turn
-from flexura.mechanism.substructure import Mechanism, has_solid_members, solid_members
+from flexura.expressions import Expression
+from flexura.mechanism import (
+    IDENTITY,
+    TOP,
+    Affine,
+    Child,
+    Layout,
+    Mechanism,
+    Move,
+    ParameterTable,
+    Reflect,
+    Turn,
+    has_solid_members,
+    problems,
+    reflect,
+    solid_members,
+    turn,
+)
 from flexura.records import Kept, Latest, Record
 from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads

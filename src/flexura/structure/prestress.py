@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.beam.geometric import arm_stiffness
+from flexura.beam import arm_stiffness
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import critical_factors, factorise, is_definite
 from flexura.records import Record

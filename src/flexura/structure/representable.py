@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from flexura.errors import ModelError, Path, Problem
-from flexura.mechanism.layout import TOP
+from flexura.mechanism import TOP
 from flexura.structure.design import Design
 from flexura.structure.part import PartMatrices
 from flexura.structure.plan import Plan

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, contour, section
+from flexura.mechanism import Flexure, Link
 from flexura.mechanism import profile as pr
 from flexura.mechanism import section as sc
-from flexura.mechanism.member import Flexure, Link
 from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.beam.uniform import UniformBeam
+from flexura.beam import UniformBeam
 from flexura.errors import OptionError
 from flexura.structure.assembler import full_order
 from flexura.structure.members import TAPERED_PIECES, ElementSlice

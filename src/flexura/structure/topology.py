@@ -14,8 +14,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from flexura.errors import ModelError, OptionError, Problem
-from flexura.mechanism.layout import TOP, Layout, matching
-from flexura.mechanism.substructure import DOF_NAMES
+from flexura.mechanism import DOF_NAMES, TOP, Layout, matching
 from flexura.structure.part import Part
 from flexura.structure.value_table import Index
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.expressions.expression import Expression
-from flexura.mechanism.quantity import Scalar
+from flexura.expressions import Expression
+from flexura.mechanism import Scalar
 from flexura.records import Record
 
 Array = NDArray[np.float64]

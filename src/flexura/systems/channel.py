@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.mechanism.layout import is_pattern
+from flexura.mechanism import is_pattern
 
 UNITS = {
     "force": "N",

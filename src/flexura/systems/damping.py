@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from flexura.errors import ExpressionError, OptionError
-from flexura.mechanism.base import problems_of, validated
-from flexura.mechanism.damping import Damping
-from flexura.mechanism.evaluation import evaluated
+from flexura.mechanism import Damping, evaluated, problems_of, validated
 
 Array = NDArray[np.float64]
 

@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import (
     DOF_NAMES,
+    Actuator,
     BaseMotion,
     BaseRotation,
     ForceSensor,
     MomentActuator,
     PiezoStack,
+    Sensor,
+    is_pattern,
+    suggestion,
 )
-from flexura.mechanism.channels import Actuator, Sensor
-from flexura.mechanism.checks.survey import suggestion
-from flexura.mechanism.layout import is_pattern
 from flexura.records import Record
-from flexura.structure.design import Design
-from flexura.structure.plan import Plan
-from flexura.structure.value_table import Index
+from flexura.structure import Design, Plan
 from flexura.systems.channel import Channel
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 DERIVATIVE = {
     "displacement": 0,

@@ -12,12 +12,9 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
-from flexura.reduction import LowOrderModel
-from flexura.reduction.chained import chained
-from flexura.reduction.flexibility import WELL, Flexibility, flexibility, stored_flexibility
+from flexura.reduction import WELL, Flexibility, LowOrderModel, chained, flexibility, stored_flexibility
 from flexura.results import Result
-from flexura.structure import FullOrderModel
-from flexura.structure.full_order import full_order_model
+from flexura.structure import FullOrderModel, full_order_model
 from flexura.systems.channel import Channel, positions
 from flexura.systems.damping import DampingLaw
 from flexura.systems.ports import InputPort, OutputPort

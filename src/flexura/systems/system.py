@@ -12,16 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.mechanism.damping import Damping
-from flexura.mechanism.substructure import Mechanism
-from flexura.reduction import LowOrderModel, reduce
-from flexura.reduction.assembler import low_order
-from flexura.reduction.flexibility import flexibility, stored_flexibility
-from flexura.reduction.low_order import Reduction, reduction_of
-from flexura.reduction.model import static_nodes
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.assembler import full_order
-from flexura.structure.plan import one_design, plan_of
+from flexura.mechanism import Damping, Mechanism
+from flexura.reduction import (
+    LowOrderModel,
+    Reduction,
+    flexibility,
+    low_order,
+    reduce,
+    reduction_of,
+    static_nodes,
+    stored_flexibility,
+)
+from flexura.structure import FullOrderModel, Plan, assemble, full_order, one_design, plan_of
 from flexura.systems.damping import damping_law
 from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs

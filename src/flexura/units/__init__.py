@@ -1,15 +1,5 @@
 """Text with units to SI floats, and back."""
 
-from flexura.units.format import customary_unit, format_number, format_quantity
-from flexura.units.parse import FAMILIAR, Exponents, parse_quantity, parse_unit, split_quantity
+from flexura.lazy import face
 
-__all__ = [
-    "FAMILIAR",
-    "Exponents",
-    "customary_unit",
-    "format_number",
-    "format_quantity",
-    "parse_quantity",
-    "parse_unit",
-    "split_quantity",
-]
+face(__name__)

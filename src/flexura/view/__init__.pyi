@@ -1,8 +1,11 @@
+from flexura.view.calibration import draw_calibration as draw_calibration
+from flexura.view.calibration import save_calibration as save_calibration
 from flexura.view.correlation import draw_correlation as draw_correlation
 from flexura.view.correlation import draw_frf_overlay as draw_frf_overlay
 from flexura.view.correlation import draw_sensors as draw_sensors
 from flexura.view.correlation import draw_shape_pair as draw_shape_pair
 from flexura.view.correlation import save_correlation as save_correlation
+from flexura.view.curves import MOST_PANELS as MOST_PANELS
 from flexura.view.curves import draw_bode as draw_bode
 from flexura.view.curves import draw_nyquist as draw_nyquist
 from flexura.view.curves import draw_response_matrix as draw_response_matrix
@@ -12,6 +15,9 @@ from flexura.view.doubts import save_doubts as save_doubts
 from flexura.view.files import save_figures as save_figures
 from flexura.view.files import save_modes as save_modes
 from flexura.view.files import save_pictures as save_pictures
+from flexura.view.identification import draw_stabilisation as draw_stabilisation
+from flexura.view.identification import draw_synthesis as draw_synthesis
+from flexura.view.identification import save_identification as save_identification
 from flexura.view.pictures import draw_mechanism as draw_mechanism
 from flexura.view.pictures import draw_mode as draw_mode
 from flexura.view.pictures import draw_sheet as draw_sheet
@@ -21,3 +27,5 @@ from flexura.view.solids import solids as solids
 from flexura.view.verification import draw_mode_pair as draw_mode_pair
 from flexura.view.verification import draw_verification as draw_verification
 from flexura.view.verification import save_verification as save_verification
+from flexura.view.virtual_test import draw_virtual_test as draw_virtual_test
+from flexura.view.virtual_test import save_virtual_test as save_virtual_test

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.files import complete_files
-from flexura.testing.updating.calibrated import Calibration
+from flexura.testing.updating import Calibration
 from flexura.view.annotations import foot
 from flexura.view.palette import INK
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import ranked
-from flexura.testing.correlation.correlated import Correlation
-from flexura.testing.correlation.overlay import FRFOverlay
-from flexura.testing.virtual.sensor_placement import SensorPlacement
+from flexura.testing.correlation import Correlation, FRFOverlay
+from flexura.testing.virtual import SensorPlacement
 from flexura.view.annotations import Box, colour_bar, foot, heading, legend, pixel_axes, triad
 from flexura.view.axes import frame
 from flexura.view.camera import Camera, View

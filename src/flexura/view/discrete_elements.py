@@ -9,12 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties
-from flexura.mechanism import Box, Cylinder, Plate, PointMass, RigidBody, Rotation, Spring
-from flexura.mechanism.evaluation import evaluated, parameter_values
-from flexura.mechanism.placement import rotation_matrix
-from flexura.structure import FullOrderModel
-from flexura.structure.discrete_elements import inertia_tensor
-from flexura.structure.part import Part
+from flexura.mechanism import (
+    Box,
+    Cylinder,
+    Plate,
+    PointMass,
+    RigidBody,
+    Rotation,
+    Spring,
+    evaluated,
+    parameter_values,
+    rotation_matrix,
+)
+from flexura.structure import FullOrderModel, Part, inertia_tensor
 from flexura.view.meshes import Array, Mesh, box, cylinder, normals, sphere
 from flexura.view.scene import Collector, Kind
 

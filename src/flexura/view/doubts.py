@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from flexura.analysis import CheckReport
 from flexura.arguments import verb
-from flexura.structure import FullOrderModel
-from flexura.structure.solids import Bars, Bodies, solids_of
+from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
 from flexura.view.annotations import heading, legend
 from flexura.view.axes import frame
 from flexura.view.camera import View

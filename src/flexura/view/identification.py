@@ -12,11 +12,8 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import ranked
-from flexura.testing.identification.identification import Data, frfs_of
-from flexura.testing.identification.indicators import mode_indicators
-from flexura.testing.identification.multi_setup import modes_of_setup
-from flexura.testing.measurement.identified import IdentifiedModes, Poles
-from flexura.testing.measurement.response_matrices import ResponseMatrix, response_matrices
+from flexura.testing.identification import Data, frfs_of, mode_indicators, modes_of_setup
+from flexura.testing.measurement import IdentifiedModes, Poles, ResponseMatrix, response_matrices
 from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS, FAINT
 from flexura.view.files import save_figures

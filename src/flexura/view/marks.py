@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.mechanism.layout import TOP, matching
+from flexura.mechanism import TOP, matching
 from flexura.structure import FullOrderModel
 from flexura.view.meshes import Array, Index, Mesh, box, cone, frame_along
 from flexura.view.scene import Collector, Kind

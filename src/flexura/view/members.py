@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, shape_functions
-from flexura.structure.part import Part, PartGeometry
-from flexura.structure.sections import SectionGroup
+from flexura.structure import Part, PartGeometry, SectionGroup
 from flexura.view.meshes import Array, Index, loft_faces, polygon, square
 
 _ROUND = ("circle", "round", "tube", "constants")

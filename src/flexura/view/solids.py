@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.errors import OptionError
-from flexura.solid.mesh.surface import SurfaceShape
+from flexura.solid.mesh import SurfaceShape
 from flexura.structure import FullOrderModel
 from flexura.view.discrete_elements import add_discrete_elements
 from flexura.view.marks import add_marks

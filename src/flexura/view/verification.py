@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.solid.verification.verify import ShapePairs, Verification, VerificationRow
+from flexura.solid.verification import ShapePairs, Verification, VerificationRow
 from flexura.view.annotations import Box, colour_bar, heading, remark_lines, triad
 from flexura.view.files import save_figures
 from flexura.view.palette import INK

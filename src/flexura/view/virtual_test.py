@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import leading
-from flexura.testing.updating.frequency_list import MeasuredFrequencies
-from flexura.testing.virtual.virtual_test import VirtualTest
+from flexura.testing.updating import MeasuredFrequencies
+from flexura.testing.virtual import VirtualTest
 from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS
 from flexura.view.files import save_figures

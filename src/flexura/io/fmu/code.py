@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.files import scratch_folder
 from flexura.io.linear import Array, Blocks, balance, blocks_of, nominals
-from flexura.structure.value_table import Index
-from flexura.systems.state_space import StateSpace
+from flexura.systems import StateSpace
+
+Index = NDArray[np.intp]
 
 SOURCES = ("fmi2.c", "step.c", "model.c")
 HEADERS = ("fmi2.h", "step.h", "model.h")

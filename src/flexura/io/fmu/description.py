@@ -13,8 +13,7 @@ from flexura._version import __version__
 from flexura.io.contents import notes_of
 from flexura.io.linear import Array, blocks_of, nominals, pole_sizes
 from flexura.io.names import Names, signal_names
-from flexura.systems.channel import UNITS
-from flexura.systems.state_space import StateSpace
+from flexura.systems import UNITS, StateSpace
 
 BASE_UNITS: dict[str, dict[str, int]] = {
     "N": {"kg": 1, "m": 1, "s": -2},

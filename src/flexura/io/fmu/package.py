@@ -11,7 +11,7 @@ from flexura.files import write_file
 from flexura.io.fmu.code import SOURCES, binary_place, c_sources, shared_library
 from flexura.io.fmu.description import description, model_identifier
 from flexura.io.linear import refuse_unfit
-from flexura.systems.state_space import StateSpace
+from flexura.systems import StateSpace
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.mechanism.substructure import DOF_NAMES
+from flexura.mechanism import DOF_NAMES
 from flexura.structure import FullOrderModel
-from flexura.systems.channel import Channel
+from flexura.systems import Channel
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexura._version import __version__
-from flexura.analysis.modes import Modes
+from flexura.analysis import Modes
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.files import write_file
@@ -17,7 +17,7 @@ from flexura.io.contents import Array, Response
 from flexura.io.lines import lines_of
 from flexura.io.uff.channel_numbers import ChannelNumbers, entity
 from flexura.structure import FullOrderModel
-from flexura.systems.channel import Channel
+from flexura.systems import Channel
 
 # specific data type, exponents of length and force (universal file dataset 58, record 9)
 _DATA_TYPES = {
@@ -38,7 +38,7 @@ _LONGEST_TRACE = 250
 _SMALLEST = 1e-90
 
 
-def write_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | None = None) -> Path:
+def write_results_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | None = None) -> Path:
     """Write modes, a frequency response, or several of them as an ASCII universal file in SI units.
 
     Nodes are numbered from 1 in the order of `Modes.node_names`, when modes or `geometry` say it. A channel is at its

@@ -15,8 +15,7 @@ from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.io.uff.channel_numbers import axes_along
 from flexura.io.uff.datasets import FORCES, MOTIONS, TURNING
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
+from flexura.testing.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from flexura.errors import ExpressionError, Path, Problem
-from flexura.expressions.dimension import Dimension
-from flexura.expressions.expression import Expression
+from flexura.expressions import Dimension, Expression
 from flexura.mechanism.checks.survey import suggestion
 from flexura.mechanism.evaluation import parameter_dimensions, scalars
 from flexura.mechanism.parameters import Parameter

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from flexura.errors import Path, Problem
-from flexura.expressions.expression import CONSTANTS, FUNCTIONS, Expression
+from flexura.expressions import CONSTANTS, FUNCTIONS, Expression
 from flexura.mechanism.base import Part, Vector, problems_of, validated
 from flexura.mechanism.checks.dimensions import undefined, wrong_dimensions
 from flexura.mechanism.checks.survey import shown

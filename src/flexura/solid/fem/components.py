@@ -14,12 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import rigid_arm
-from flexura.beam.frames import block_rotation
+from flexura.beam import block_rotation, rigid_arm
 from flexura.errors import OptionError
-from flexura.mechanism.member import Faces
+from flexura.mechanism import Faces
 from flexura.solid.fem.reduced import EndTie, Piece, ReducedPiece, Section
-from flexura.solid.geometry.members import ENDS, MemberSolid, joints, normalised, solids
+from flexura.solid.geometry import ENDS, MemberSolid, joints, normalised, solids
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

@@ -11,9 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.linalg import Eigenpairs, turned
-from flexura.linalg.large import Progress, factorise_large
-from flexura.linalg.search import ShiftInvert
+from flexura.linalg import Eigenpairs, Progress, ShiftInvert, factorise_large, turned
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -13,9 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError
-from flexura.mechanism.member import Faces
-from flexura.solid.mesh.shape_functions import face_rule, faces_of, shape_of
-from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
+from flexura.mechanism import Faces
+from flexura.solid.mesh import SolidMesh, face_rule, faces_of, rigid_motions, shape_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

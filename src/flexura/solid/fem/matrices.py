@@ -14,8 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.solid.mesh.shape_functions import quadrature, shape_of
-from flexura.solid.mesh.solid_mesh import CELLS, SolidMesh
+from flexura.solid.mesh import CELLS, SolidMesh, quadrature, shape_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import lowest
-from flexura.methods.solution import Solution
+from flexura.methods import Solution
 from flexura.solid.fem.components import Component, Copy, components, turned
 from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.fem.reduced import LEAST_MODES, Announce, Matrices, ReducedPiece, reduced_piece
-from flexura.solid.mesh.surface import SurfaceShape
-from flexura.structure import FullOrderModel
-from flexura.structure.assembler import full_order
+from flexura.solid.mesh import SurfaceShape
+from flexura.structure import FullOrderModel, full_order
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

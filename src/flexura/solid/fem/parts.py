@@ -14,18 +14,29 @@ from flexura.arguments import verb
 from flexura.deadline import Listener, told
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
-from flexura.mechanism import Matrix, Mechanism, Meshed, Parameter, Substructure, Superelement
-from flexura.mechanism.checks import problems
-from flexura.mechanism.evaluation import scalars
-from flexura.mechanism.layout import TOP, Layout, matching
-from flexura.mechanism.member import Flexure, Link
-from flexura.mechanism.substructure import has_solid_members, mesh_sizes, solid_members
+from flexura.mechanism import (
+    TOP,
+    Flexure,
+    Layout,
+    Link,
+    Matrix,
+    Mechanism,
+    Meshed,
+    Parameter,
+    Substructure,
+    Superelement,
+    has_solid_members,
+    matching,
+    mesh_sizes,
+    problems,
+    scalars,
+    solid_members,
+)
 from flexura.solid.fem.components import Component, own_components, turned
 from flexura.solid.fem.mesh_error import stiffness_error
 from flexura.solid.fem.reduced import Announce, reduced_piece
-from flexura.solid.geometry.members import MemberSolid
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.plan import one_design
+from flexura.solid.geometry import MemberSolid
+from flexura.structure import FullOrderModel, Plan, assemble, one_design
 
 Members = Mapping[str, Link | Flexure]
 

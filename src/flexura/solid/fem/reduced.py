@@ -13,15 +13,13 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.mechanism.member import Faces
+from flexura.mechanism import Faces
 from flexura.solid.fem.cache import Arrays, content_key, remembered
 from flexura.solid.fem.condensation import constraint_modes
 from flexura.solid.fem.constraints import Face, face_ties
 from flexura.solid.fem.matrices import elastic_matrices, mesh_mass
-from flexura.solid.geometry.members import ENDS, MemberSolid
-from flexura.solid.mesh.meshing import group_mesh
-from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
-from flexura.solid.mesh.surface import Surface, outer_sides
+from flexura.solid.geometry import ENDS, MemberSolid
+from flexura.solid.mesh import SolidMesh, Surface, group_mesh, outer_sides, rigid_motions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

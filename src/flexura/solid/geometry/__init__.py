@@ -1,1 +1,5 @@
 """Members as solids: contours, placed solids, boundary representations."""
+
+from flexura.lazy import face
+
+face(__name__)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from flexura.structure.sections import SectionGroup
+from flexura.structure import SectionGroup
 
 Array = NDArray[np.float64]
 Values = tuple[float, ...]

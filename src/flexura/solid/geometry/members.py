@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.solid.geometry.contours import DIGITS, MemberShape, Outline
-from flexura.structure.model import FullOrderModel
-from flexura.structure.sections import SectionGroup
-from flexura.structure.value_table import Index
+from flexura.structure import FullOrderModel, SectionGroup
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 ENDS = ("start", "end")
 

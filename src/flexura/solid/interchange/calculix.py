@@ -21,7 +21,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.files import complete_file, scratch_folder
 from flexura.solid.interchange.readers import read_calculix
 from flexura.solid.interchange.stored import StoredMatrices
-from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.solid.mesh import SolidMesh
 
 ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
 """CalculiX's names of the cells it has; their points come in the same order."""

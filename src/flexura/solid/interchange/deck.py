@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.files import read_text
 from flexura.sizes import within
-from flexura.solid.fem.matrices import mesh_mass
-from flexura.solid.geometry.members import SolidMaterial
-from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.solid.fem import mesh_mass
+from flexura.solid.geometry import SolidMaterial
+from flexura.solid.mesh import SolidMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

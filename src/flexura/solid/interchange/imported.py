@@ -14,14 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import complete_files
-from flexura.mechanism import Matrix, Substructure, Superelement
-from flexura.mechanism.member import Faces
+from flexura.mechanism import Faces, Matrix, Substructure, Superelement
 from flexura.results import Result
-from flexura.solid.fem.condensation import constraint_modes
-from flexura.solid.fem.constraints import KINDS, Face, face_ties
-from flexura.solid.fem.reduced import balanced
+from flexura.solid.fem import KINDS, Face, balanced, constraint_modes, face_ties
 from flexura.solid.interchange.stored import MatrixEvidence, StoredMatrices
-from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.solid.mesh import SolidMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

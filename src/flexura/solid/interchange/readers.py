@@ -14,7 +14,7 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.files import read_bytes, read_text
-from flexura.modelfile.superelements import unit_factors
+from flexura.modelfile import unit_factors
 from flexura.solid.interchange.deck import read_deck
 from flexura.solid.interchange.stored import SYMMETRIC, StoredMatrices
 

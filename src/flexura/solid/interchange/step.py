@@ -14,13 +14,9 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError, SolverError
 from flexura.files import complete_file
-from flexura.mechanism.body import Box, Cylinder, Plate
-from flexura.mechanism.evaluation import evaluated, parameter_values
-from flexura.mechanism.placement import rotation_matrix
-from flexura.solid.geometry import occ
-from flexura.solid.geometry.members import joints, solids
-from flexura.solid.geometry.occ import MILLIMETRE
-from flexura.structure.model import FullOrderModel
+from flexura.mechanism import Box, Cylinder, Plate, evaluated, parameter_values, rotation_matrix
+from flexura.solid.geometry import MILLIMETRE, joints, occ, solids
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.results import Result
-from flexura.solid.mesh.solid_mesh import rigid_motions
+from flexura.solid.mesh import rigid_motions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

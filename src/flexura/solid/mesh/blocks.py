@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.solid.geometry.contours import MemberShape
+from flexura.solid.geometry import MemberShape
 from flexura.solid.mesh.shape_functions import shape_of
 
 Array = NDArray[np.float64]

@@ -10,11 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError, SolverError
-from flexura.solid.geometry import occ
-from flexura.solid.geometry.contours import Outline
-from flexura.solid.geometry.figures import GROWTH, swept
-from flexura.solid.geometry.members import ENDS, MemberSolid, normalised
-from flexura.solid.geometry.occ import MILLIMETRE
+from flexura.solid.geometry import ENDS, GROWTH, MILLIMETRE, MemberSolid, Outline, normalised, occ, swept
 from flexura.solid.mesh.blocks import section_mesh, shape_cells, stations
 from flexura.solid.mesh.shape_functions import quadrature, shape_of
 from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.solid.geometry.members import SolidMaterial
+from flexura.solid.geometry import SolidMaterial
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.solid.geometry import occ
-from flexura.solid.geometry.figures import ASPECT, Profile, Swept, count_of
-from flexura.solid.geometry.occ import MILLIMETRE
+from flexura.solid.geometry import ASPECT, MILLIMETRE, Profile, Swept, count_of, occ
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

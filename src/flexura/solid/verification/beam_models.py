@@ -9,15 +9,13 @@ from typing import Literal
 
 import numpy as np
 
-from flexura.analysis.doubts import corrected
+from flexura.analysis import corrected
 from flexura.errors import FlexuraError, OptionError
 from flexura.linalg import Eigenpairs
-from flexura.mechanism.substructure import Mechanism, has_solid_members
-from flexura.methods.dynamic_stiffness import dynamic_stiffness
-from flexura.methods.solution import Solution
-from flexura.reduction import reduce
-from flexura.reduction.certificate import full_order_modes, low_order_modes
-from flexura.solid.fem.parts import as_beams, with_solid_parts
+from flexura.mechanism import Mechanism, has_solid_members
+from flexura.methods import Solution, dynamic_stiffness
+from flexura.reduction import full_order_modes, low_order_modes, reduce
+from flexura.solid.fem import as_beams, with_solid_parts
 from flexura.structure import FullOrderModel, assemble
 
 Solve = Callable[[FullOrderModel, int], Solution]

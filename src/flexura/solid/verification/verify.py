@@ -13,19 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.deadline import Listener, told
 from flexura.errors import OptionError
-from flexura.mechanism.substructure import Mechanism
-from flexura.methods.pairing import mac_matrix
-from flexura.methods.solution import Solution
-from flexura.modal.mode_pairing import pair_by_mac
+from flexura.mechanism import Mechanism
+from flexura.methods import Solution, mac_matrix
+from flexura.modal import pair_by_mac
 from flexura.results import Tabular
-from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.fem.modes import SURE, SolidModes, beam_mass, solid_modes
-from flexura.solid.fem.reduced import MOST_MODES
-from flexura.solid.interchange.calculix import calculix_matrices, need_program
-from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.solid.fem import MOST_MODES, SURE, SolidModes, beam_mass, elastic_matrices, solid_modes
+from flexura.solid.interchange import calculix_matrices, need_program
+from flexura.solid.mesh import SolidMesh
 from flexura.solid.verification.beam_models import BeamModel, Described, beam_models
-from flexura.structure import FullOrderModel
-from flexura.structure.plan import one_design
+from flexura.structure import FullOrderModel, one_design
 
 Array = NDArray[np.float64]
 Solver = Literal["flexura", "calculix"]

@@ -1,1 +1,5 @@
 """Test and model side by side."""
+
+from flexura.lazy import face
+
+face(__name__)

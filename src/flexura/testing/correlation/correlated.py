@@ -12,7 +12,7 @@ from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.testing.correlation.expansion import Expansion
 from flexura.testing.correlation.overlay import FRFOverlay
-from flexura.testing.rig.channel_pairing import ChannelMatch, ChannelPairing, UnmatchedChannel
+from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

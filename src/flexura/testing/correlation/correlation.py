@@ -12,28 +12,22 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import count_below, lowest
-from flexura.mechanism.substructure import Mechanism
-from flexura.modal.criteria import largest_motion, mac, orthogonality, space_mac
-from flexura.modal.mode_pairing import CLOSE, ModePairing
-from flexura.reduction import LowOrderModel
-from flexura.reduction.certificate import full_order_modes, low_order_modes
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.full_order import full_order_model
+from flexura.mechanism import Mechanism
+from flexura.modal import CLOSE, ModePairing, largest_motion, mac, orthogonality, space_mac
+from flexura.reduction import LowOrderModel, full_order_modes, low_order_modes
+from flexura.structure import FullOrderModel, Plan, assemble, full_order_model
 from flexura.testing.correlation.correlated import Correlation, ModePair
 from flexura.testing.correlation.expansion import Expansion, ReducedMass, sensor_mass, serep
 from flexura.testing.correlation.faulty_channels import checked_pairing
 from flexura.testing.correlation.overlay import overlays
 from flexura.testing.correlation.test_shapes import ShapesOfTest, identified_modes, measured_frfs, shapes_of
-from flexura.testing.measurement.identified import IdentifiedModes, setups_of
-from flexura.testing.measurement.measurement import Measurement
-from flexura.testing.rig.channel_pairing import (
+from flexura.testing.measurement import IdentifiedModes, Measurement, setups_of
+from flexura.testing.rig import (
     ChannelPairing,
-    nothing_matched,
-    pair_channels,
-)
-from flexura.testing.rig.test_points import (
     added_mass,
     frequency_ratios,
+    nothing_matched,
+    pair_channels,
     placement_frequencies,
     placements_of,
     sensors_note,

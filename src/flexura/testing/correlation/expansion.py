@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite, scaled, unit_scale
-from flexura.reduction.flexibility import stored_flexibility
+from flexura.reduction import stored_flexibility
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.modal.criteria import channel_gain, comac, in_space, trusted_channels
-from flexura.modal.mode_pairing import ModePairing, pair_modes
-from flexura.testing.rig.channel_pairing import ChannelMatch
+from flexura.modal import ModePairing, channel_gain, comac, in_space, pair_modes, trusted_channels
+from flexura.testing.rig import ChannelMatch
 
 Array = NDArray[np.float64]
 

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.testing.identification.identification import frfs_of, identify
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
+from flexura.testing.identification import frfs_of, identify
+from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

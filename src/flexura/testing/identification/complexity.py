@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import leading, turned
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes, ModeEvidence, Poles
+from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, ModeEvidence, Poles
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.testing.identification.residues import Fit
-from flexura.testing.measurement.identified import responses
-from flexura.testing.measurement.response_matrices import ResponseMatrix
+from flexura.testing.measurement import ResponseMatrix, responses
 
 Complex = NDArray[np.complex128]
 

@@ -29,11 +29,16 @@ from flexura.testing.identification.stabilisation import (
     start_values,
     tracks,
 )
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.estimation import estimate_frf
-from flexura.testing.measurement.identified import IdentifiedModes, ModeEvidence
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
-from flexura.testing.measurement.response_matrices import ResponseMatrix, response_matrices
+from flexura.testing.measurement import (
+    IdentifiedModes,
+    MeasuredChannel,
+    MeasuredFRF,
+    Measurement,
+    ModeEvidence,
+    ResponseMatrix,
+    estimate_frf,
+    response_matrices,
+)
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.testing.measurement.response_matrices import ResponseMatrix
+from flexura.testing.measurement import ResponseMatrix
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky, eig, solve_triangular, toeplitz
 
 from flexura.errors import SolverError
-from flexura.testing.measurement.response_matrices import ResponseMatrix
+from flexura.testing.measurement import ResponseMatrix
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

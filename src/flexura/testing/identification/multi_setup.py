@@ -9,13 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.modal.assignment import best_pairs
-from flexura.modal.criteria import mac
+from flexura.modal import best_pairs, mac
 from flexura.testing.identification.complexity import assembled
 from flexura.testing.identification.residues import fit_shapes
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes, ModeEvidence, responses
-from flexura.testing.measurement.response_matrices import ResponseMatrix, key_of
+from flexura.testing.measurement import (
+    IdentifiedModes,
+    MeasuredChannel,
+    ModeEvidence,
+    ResponseMatrix,
+    key_of,
+    responses,
+)
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.testing.measurement.identified import responses
-from flexura.testing.measurement.response_matrices import ResponseMatrix
+from flexura.testing.measurement import ResponseMatrix, responses
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.modal.assignment import best_pairs
-from flexura.modal.criteria import mac
+from flexura.modal import best_pairs, mac
 from flexura.testing.identification.lscf import OrderPoles
-from flexura.testing.measurement.identified import Poles
+from flexura.testing.measurement import Poles
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

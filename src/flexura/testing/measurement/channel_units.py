@@ -7,7 +7,7 @@ from contextlib import suppress
 from math import pi
 
 from flexura.errors import ExpressionError, OptionError
-from flexura.systems.channel import UNITS
+from flexura.systems import UNITS
 from flexura.units import Exponents, parse_unit
 
 STANDARD_GRAVITY = 9.80665

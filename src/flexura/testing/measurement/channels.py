@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexura.systems.channel import Channel
+from flexura.systems import Channel
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.mechanism.base import CONTROL, LONGEST_TITLE
+from flexura.mechanism import CONTROL, LONGEST_TITLE
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
 
 HIGHEST = 1e12

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.sensitivity.points import Reading
+from flexura.sensitivity import Reading
 from flexura.structure import FullOrderModel
-from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig.channel_pairing import pair_channels
 
 

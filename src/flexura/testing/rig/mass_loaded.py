@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.sensitivity.variation import Family, Matrices
+from flexura.sensitivity import Family, Matrices
 from flexura.structure import Design, FullOrderModel
 from flexura.testing.rig.test_points import TestPoints
 

@@ -12,10 +12,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.mechanism import Accelerometer, HammerPoint, ModalTest
-from flexura.mechanism.evaluation import evaluated
+from flexura.mechanism import Accelerometer, HammerPoint, ModalTest, evaluated
 from flexura.structure import Design, FullOrderModel, Plan
-from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement import MeasuredChannel
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.deadline import Listener
 from flexura.errors import Exceeded, OptionError
-from flexura.mechanism.substructure import Mechanism
+from flexura.mechanism import Mechanism
 from flexura.results import Tabular
 from flexura.testing.updating.misfit import Misfit
 from flexura.testing.updating.posterior import LEAST_GAIN, Direction, Sample, draw

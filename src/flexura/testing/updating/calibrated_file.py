@@ -7,10 +7,10 @@ import os
 from pathlib import Path
 
 from flexura.arguments import verb
-from flexura.expressions.dimension import NUMBER
+from flexura.expressions import NUMBER
 from flexura.files import write_file
-from flexura.mechanism.evaluation import parameter_dimensions
-from flexura.modelfile.reader import VERSION
+from flexura.mechanism import parameter_dimensions
+from flexura.modelfile import VERSION
 from flexura.testing.updating.calibrated import Calibration
 from flexura.units import format_quantity
 

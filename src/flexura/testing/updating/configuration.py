@@ -6,12 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from flexura.errors import OptionError
-from flexura.mechanism.parameters import Parameter
-from flexura.mechanism.substructure import Mechanism
-from flexura.sensitivity.frequencies import free_names
-from flexura.sensitivity.variation import unbounded
-from flexura.structure import Plan
-from flexura.structure.plan import plan_of
+from flexura.mechanism import Mechanism, Parameter
+from flexura.sensitivity import free_names, unbounded
+from flexura.structure import Plan, plan_of
 from flexura.testing.updating.targets import Target
 
 

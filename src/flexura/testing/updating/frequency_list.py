@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError
 from flexura.files import read_text
-from flexura.modelfile.document import parse_any
+from flexura.modelfile import parse_any
 from flexura.results import Tabular
-from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement import MeasuredChannel
 
 Array = NDArray[np.float64]
 

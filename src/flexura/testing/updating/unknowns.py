@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.mechanism.evaluation import bounds
+from flexura.mechanism import bounds
 from flexura.structure import Plan
 from flexura.testing.updating.configuration import Configuration
 

@@ -12,19 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.deadline import Listener, told
 from flexura.errors import OptionError, SolverError
-from flexura.mechanism import Mechanism, ModalTest
-from flexura.mechanism.damping import Damping
-from flexura.modal.assignment import assignment, best_pairs
-from flexura.modal.criteria import mac, space_mac
-from flexura.modal.mode_pairing import pair_modes
+from flexura.mechanism import Damping, Mechanism, ModalTest
+from flexura.modal import assignment, best_pairs, mac, pair_modes, space_mac
 from flexura.results import Tabular
 from flexura.structure import Plan
 from flexura.systems import ModalSystem
-from flexura.testing.identification.identification import identify
-from flexura.testing.measurement.estimation import estimate_frf
-from flexura.testing.measurement.identified import IdentifiedModes
-from flexura.testing.measurement.measurement import Measurement, Recording
-from flexura.testing.rig.test_rig import ModalTestRig, TrueModes
+from flexura.testing.identification import identify
+from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
+from flexura.testing.rig import ModalTestRig, TrueModes
 from flexura.testing.virtual.hammer_pulse import hammer_pulse, response_to_pulse
 
 Array = NDArray[np.float64]

@@ -1,0 +1,1 @@
+from flexura.cli.app import main as main

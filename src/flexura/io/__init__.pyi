@@ -1,0 +1,12 @@
+from flexura.io.fmu import FLAGS as FLAGS
+from flexura.io.fmu import SOURCES as SOURCES
+from flexura.io.fmu import c_sources as c_sources
+from flexura.io.fmu import shared_library as shared_library
+from flexura.io.formats import FORMATS as FORMATS
+from flexura.io.formats import Format as Format
+from flexura.io.formats import export as export
+from flexura.io.formats import format_of as format_of
+from flexura.io.measurements import read_measurement as read_measurement
+from flexura.io.measurements import write_measurement as write_measurement
+from flexura.io.python_control import to_control as to_control
+from flexura.io.uff import scalar_notes as scalar_notes

@@ -1,0 +1,10 @@
+from flexura.motion.equilibrium import NO_LOADS as NO_LOADS
+from flexura.motion.equilibrium import Drive as Drive
+from flexura.motion.equilibrium import Equations as Equations
+from flexura.motion.equilibrium import Equilibrium as Equilibrium
+from flexura.motion.equilibrium import Loads as Loads
+from flexura.motion.model import MovingModel as MovingModel
+from flexura.motion.path import Path as Path
+from flexura.motion.path import Point as Point
+from flexura.motion.path import Stopped as Stopped
+from flexura.motion.pose import Pose as Pose

@@ -1,0 +1,16 @@
+from flexura.solid.geometry import occ as occ
+from flexura.solid.geometry.contours import MemberShape as MemberShape
+from flexura.solid.geometry.contours import Outline as Outline
+from flexura.solid.geometry.figures import ASPECT as ASPECT
+from flexura.solid.geometry.figures import GROWTH as GROWTH
+from flexura.solid.geometry.figures import Profile as Profile
+from flexura.solid.geometry.figures import Swept as Swept
+from flexura.solid.geometry.figures import count_of as count_of
+from flexura.solid.geometry.figures import swept as swept
+from flexura.solid.geometry.members import ENDS as ENDS
+from flexura.solid.geometry.members import MemberSolid as MemberSolid
+from flexura.solid.geometry.members import SolidMaterial as SolidMaterial
+from flexura.solid.geometry.members import joints as joints
+from flexura.solid.geometry.members import normalised as normalised
+from flexura.solid.geometry.members import solids as solids
+from flexura.solid.geometry.occ import MILLIMETRE as MILLIMETRE

@@ -1,0 +1,11 @@
+from flexura.solid.mesh.meshing import group_mesh as group_mesh
+from flexura.solid.mesh.shape_functions import face_rule as face_rule
+from flexura.solid.mesh.shape_functions import faces_of as faces_of
+from flexura.solid.mesh.shape_functions import quadrature as quadrature
+from flexura.solid.mesh.shape_functions import shape_of as shape_of
+from flexura.solid.mesh.solid_mesh import CELLS as CELLS
+from flexura.solid.mesh.solid_mesh import SolidMesh as SolidMesh
+from flexura.solid.mesh.solid_mesh import rigid_motions as rigid_motions
+from flexura.solid.mesh.surface import Surface as Surface
+from flexura.solid.mesh.surface import SurfaceShape as SurfaceShape
+from flexura.solid.mesh.surface import outer_sides as outer_sides

@@ -1,0 +1,17 @@
+from flexura.testing.rig.channel_pairing import TURNS as TURNS
+from flexura.testing.rig.channel_pairing import ChannelMatch as ChannelMatch
+from flexura.testing.rig.channel_pairing import ChannelPairing as ChannelPairing
+from flexura.testing.rig.channel_pairing import UnmatchedChannel as UnmatchedChannel
+from flexura.testing.rig.channel_pairing import nothing_matched as nothing_matched
+from flexura.testing.rig.channel_pairing import pair_channels as pair_channels
+from flexura.testing.rig.channel_readings import readings_of as readings_of
+from flexura.testing.rig.mass_loaded import AnyFamily as AnyFamily
+from flexura.testing.rig.mass_loaded import MassLoadedFamily as MassLoadedFamily
+from flexura.testing.rig.test_points import added_mass as added_mass
+from flexura.testing.rig.test_points import frequency_ratios as frequency_ratios
+from flexura.testing.rig.test_points import placement_frequencies as placement_frequencies
+from flexura.testing.rig.test_points import placements_of as placements_of
+from flexura.testing.rig.test_points import sensors_note as sensors_note
+from flexura.testing.rig.test_points import with_sensors as with_sensors
+from flexura.testing.rig.test_rig import ModalTestRig as ModalTestRig
+from flexura.testing.rig.test_rig import TrueModes as TrueModes
