@@ -26,7 +26,6 @@ from flexura.reduction.flexibility import flexibility as flexibility
 from flexura.reduction.flexibility import stored_flexibility as stored_flexibility
 from flexura.reduction.interface import interface_reduction as interface_reduction
 from flexura.reduction.low_order import TOLERANCE as TOLERANCE
-from flexura.reduction.low_order import Method as Method
 from flexura.reduction.low_order import Reduction as Reduction
 from flexura.reduction.low_order import reduce as reduce
 from flexura.reduction.low_order import reduction_of as reduction_of
