@@ -22,15 +22,11 @@ from flexura.analysis.sizes import size_doubts
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.linalg import lowest
-from flexura.mechanism.substructure import DOF_NAMES, Mechanism
-from flexura.reduction.assembler import low_order
+from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.reduction import low_order
 from flexura.results import Result
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.assembler import full_order
-from flexura.structure.plan import plan_of
-from flexura.structure.solids import solids_of
-from flexura.systems.damping import damping_law
-from flexura.systems.ports import Ports
+from flexura.structure import FullOrderModel, Plan, assemble, full_order, plan_of, solids_of
+from flexura.systems import Ports, damping_law
 
 
 @dataclass(frozen=True)

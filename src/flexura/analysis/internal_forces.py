@@ -12,9 +12,9 @@ from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
-from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None) -> tuple[Array, Array]:

@@ -29,13 +29,11 @@ from flexura.analysis.tangent import tangent_stiffness
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError
-from flexura.mechanism.substructure import DOF_NAMES, Mechanism
-from flexura.reduction.flexibility import flexibility, stored_flexibility
-from flexura.reduction.model import STATE
+from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.systems.channel import Channel
-from flexura.systems.ports import Ports
+from flexura.systems import Channel, Ports
 
 Array = NDArray[np.float64]
 

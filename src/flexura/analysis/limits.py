@@ -14,7 +14,7 @@ from flexura.analysis.stress import yield_ratios
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
-from flexura.systems.ports import InputPort, Ports
+from flexura.systems import InputPort, Ports
 
 Array = NDArray[np.float64]
 

@@ -12,12 +12,9 @@ from flexura.analysis.limits import States, command_limits, force_limits, merged
 from flexura.analysis.recurrences import Hold, motion
 from flexura.analysis.response_meshes import response_meshes
 from flexura.errors import Exceeded
-from flexura.reduction.flexibility import stored_flexibility
+from flexura.reduction import stored_flexibility
 from flexura.structure import FullOrderModel
-from flexura.systems import ModalSystem, SecondOrder
-from flexura.systems.band import UNDAMPED
-from flexura.systems.ports import Ports
-from flexura.systems.system import input_loads
+from flexura.systems import UNDAMPED, ModalSystem, Ports, SecondOrder, input_loads
 
 Array = NDArray[np.float64]
 

@@ -16,14 +16,11 @@ from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import critical_factors, is_definite
-from flexura.mechanism.substructure import Mechanism
-from flexura.reduction.certificate import Certificate, certificate, lowest_pairs
-from flexura.reduction.chained import chained
+from flexura.mechanism import Mechanism
+from flexura.reduction import Certificate, certificate, chained, lowest_pairs
 from flexura.results import Tabular, plain
-from flexura.structure import FullOrderModel, Plan
-from flexura.structure.full_order import unloaded
-from flexura.structure.prestress import Drive, Pushes, prestress, solve_definite
-from flexura.systems.ports import InputPort, Ports
+from flexura.structure import Drive, FullOrderModel, Plan, Pushes, prestress, solve_definite, unloaded
+from flexura.systems import InputPort, Ports
 
 Array = NDArray[np.float64]
 

@@ -17,13 +17,11 @@ from flexura.analysis.preload import preload
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.mechanism.substructure import DOF_NAMES, Mechanism
-from flexura.reduction.flexibility import flexibility
+from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.reduction import flexibility
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.prestress import dead_load
-from flexura.systems.channel import matched
-from flexura.systems.ports import InputPort, Ports
+from flexura.structure import FullOrderModel, Plan, assemble, dead_load
+from flexura.systems import InputPort, Ports, matched
 
 Array = NDArray[np.float64]
 

@@ -14,14 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.analysis.internal_forces import end_forces, find_member, internal_force_rows, unknown_member
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
-from flexura.beam.stress import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
+from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
 from flexura.records import Record
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel
-from flexura.structure.part import Part
-from flexura.structure.sections import SectionGroup
+from flexura.structure import FullOrderModel, Part, SectionGroup
 
 Array = NDArray[np.float64]
 

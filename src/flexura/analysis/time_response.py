@@ -19,18 +19,11 @@ from flexura.analysis.recurrences import Hold, motion
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError
-from flexura.mechanism.damping import Damping
-from flexura.mechanism.substructure import Mechanism
-from flexura.reduction import LowOrderModel
-from flexura.reduction.low_order import Reduction
+from flexura.mechanism import Damping, Mechanism
+from flexura.reduction import LowOrderModel, Reduction
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan
-from flexura.structure.plan import plan_of
-from flexura.systems import Channel, ModalSystem, System, system
-from flexura.systems.channel import matched
-from flexura.systems.ports import actuator_names
-from flexura.systems.residual_modes import with_residual_modes
-from flexura.systems.system import Order
+from flexura.structure import FullOrderModel, Plan, plan_of
+from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]

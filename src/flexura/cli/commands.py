@@ -91,9 +91,8 @@ class CommandReader:
     @cached_property
     def _placement(self) -> Any:
         """The inputs of the mechanism, found once and only when a unit is to be judged."""
-        from flexura.structure import Design
-        from flexura.structure.plan import plan_of
-        from flexura.systems.ports import Ports
+        from flexura.structure import Design, plan_of
+        from flexura.systems import Ports
 
         plan = plan_of(self._mechanism)
         plan.verify(self._parameters)

@@ -14,10 +14,17 @@ from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.io.hdf5 import read_datasets
 from flexura.npz import read_arrays
-from flexura.testing.measurement.channel_descriptions import ChannelDescription, ChannelDescriptions, with_description
-from flexura.testing.measurement.channel_units import quantity_of, split_heading
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
+from flexura.testing.measurement import (
+    ChannelDescription,
+    ChannelDescriptions,
+    MeasuredChannel,
+    MeasuredFRF,
+    Measurement,
+    Recording,
+    quantity_of,
+    split_heading,
+    with_description,
+)
 
 Array = NDArray[np.float64]
 Arrays = dict[str, Any]

@@ -14,22 +14,24 @@ from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
 from flexura.io.archives import read_hdf5, read_npz, write_hdf5, write_npz
 from flexura.io.tables import read_csv, write_csv
-from flexura.io.uff.reader import read_uff
-from flexura.io.uff.writer import write_uff
+from flexura.io.uff import read_uff, write_uff
 from flexura.mechanism import Mechanism
-from flexura.structure.plan import Plan
-from flexura.testing.measurement.channel_descriptions import (
+from flexura.structure import Plan
+from flexura.testing.measurement import (
     FORCES,
     ChannelDescription,
     ChannelDescriptions,
+    MeasuredChannel,
+    MeasuredFRF,
+    Measurement,
+    Recording,
+    Repeated,
+    checked,
     described_channels,
     read_channel_descriptions,
+    refuse_implausible,
     with_description,
 )
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
-from flexura.testing.measurement.plausible import refuse_implausible
-from flexura.testing.measurement.repeated import Repeated, checked
 
 UFF = (".uff", ".unv", ".uf", ".58", ".bunv")
 HDF5 = (".h5", ".hdf5", ".hdf")

@@ -13,15 +13,19 @@ from numpy.typing import NDArray
 
 from flexura.errors import ExpressionError, OptionError
 from flexura.files import read_text
-from flexura.testing.measurement.channel_descriptions import (
+from flexura.testing.measurement import (
     FORCES,
     ChannelDescription,
     ChannelDescriptions,
+    MeasuredChannel,
+    MeasuredFRF,
+    Measurement,
+    Recording,
+    frequency_factor,
+    quantity_of,
+    split_heading,
     with_description,
 )
-from flexura.testing.measurement.channel_units import frequency_factor, quantity_of, split_heading
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
 from flexura.units import parse_unit
 
 Array = NDArray[np.float64]

@@ -11,11 +11,8 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import scaled, unit_scale
 from flexura.methods.dynamic_stiffness import DynamicStiffness
-from flexura.structure.assembler import full_order
-from flexura.structure.model import FullOrderModel
-from flexura.systems.damping import DampingLaw
-from flexura.systems.ports import InputPort, OutputPort
-from flexura.systems.system import uniform_loss
+from flexura.structure import FullOrderModel, full_order
+from flexura.systems import DampingLaw, InputPort, OutputPort, uniform_loss
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -17,6 +17,6 @@ from flexura.sensitivity.responses import static_vectors as static_vectors
 from flexura.sensitivity.variation import Change as Change
 from flexura.sensitivity.variation import Family as Family
 from flexura.sensitivity.variation import Matrices as Matrices
-from flexura.sensitivity.variation import Order as Order
+from flexura.sensitivity.variation import ModelOrder as ModelOrder
 from flexura.sensitivity.variation import changes_of as changes_of
 from flexura.sensitivity.variation import unbounded as unbounded

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.expressions.expression import Expression
-from flexura.mechanism.substructure import Mechanism
+from flexura.expressions import Expression
+from flexura.mechanism import Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity.eigenpairs import branches, moved_clusters, whole_clusters
 from flexura.sensitivity.variation import (
@@ -24,8 +24,7 @@ from flexura.sensitivity.variation import (
     changes_of,
     unbounded,
 )
-from flexura.structure import Plan
-from flexura.structure.plan import one_design
+from flexura.structure import Plan, one_design
 
 Array = NDArray[np.float64]
 

@@ -12,15 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, is_definite
-from flexura.mechanism.substructure import Mechanism
-from flexura.reduction.flexibility import stored_flexibility
+from flexura.mechanism import Mechanism
+from flexura.reduction import stored_flexibility
 from flexura.results import Result
 from flexura.sensitivity.eigenpairs import Cluster, moved_clusters, whole_clusters
 from flexura.sensitivity.frequencies import family_of, free_names
 from flexura.sensitivity.points import Reading, displacement_rows
 from flexura.sensitivity.variation import Change, Matrices, ModelOrder, changes_of, unbounded
-from flexura.structure import FullOrderModel, Plan
-from flexura.structure.plan import one_design
+from flexura.structure import FullOrderModel, Plan, one_design
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -19,11 +19,11 @@ from flexura.systems.neglected import FAINT as FAINT
 from flexura.systems.neglected import WORTH as WORTH
 from flexura.systems.neglected import Neglected as Neglected
 from flexura.systems.neglected import rounded_up as rounded_up
-from flexura.systems.placed import DERIVATIVE as DERIVATIVE
-from flexura.systems.placed import PlacedInput as PlacedInput
-from flexura.systems.placed import PlacedOutput as PlacedOutput
-from flexura.systems.placed import Placement as Placement
-from flexura.systems.placed import actuator_names as actuator_names
+from flexura.systems.ports import DERIVATIVE as DERIVATIVE
+from flexura.systems.ports import InputPort as InputPort
+from flexura.systems.ports import OutputPort as OutputPort
+from flexura.systems.ports import Ports as Ports
+from flexura.systems.ports import actuator_names as actuator_names
 from flexura.systems.reduction import state_space as state_space
 from flexura.systems.remainder import stiffening as stiffening
 from flexura.systems.residual_modes import with_residual_modes as with_residual_modes

@@ -17,9 +17,14 @@ from flexura.extras import need
 from flexura.files import read_bytes
 from flexura.io.uff.text import readable, restore_names
 from flexura.sizes import within
-from flexura.testing.measurement.channel_descriptions import ChannelDescriptions
-from flexura.testing.measurement.channel_units import dimension, frequency_factor, quantity_of, split_response
-from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement import (
+    ChannelDescriptions,
+    MeasuredChannel,
+    dimension,
+    frequency_factor,
+    quantity_of,
+    split_response,
+)
 from flexura.units import parse_unit
 
 Array = NDArray[np.float64]

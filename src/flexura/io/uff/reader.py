@@ -30,11 +30,19 @@ from flexura.io.uff.datasets import (
     read_sets,
     response_of,
 )
-from flexura.testing.measurement.channel_descriptions import ChannelDescriptions
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes, ModeEvidence
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
-from flexura.testing.measurement.repeated import Repeated, grouped, merged, said_of
+from flexura.testing.measurement import (
+    ChannelDescriptions,
+    IdentifiedModes,
+    MeasuredChannel,
+    MeasuredFRF,
+    Measurement,
+    ModeEvidence,
+    Recording,
+    Repeated,
+    grouped,
+    merged,
+    said_of,
+)
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -9,17 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.modal.criteria import frac
-from flexura.modal.mode_pairing import ModePairing
+from flexura.modal import ModePairing, frac
 from flexura.structure import FullOrderModel
-from flexura.structure.value_table import Index
-from flexura.systems import Channel, System, system
-from flexura.systems.ports import DERIVATIVE
-from flexura.testing.measurement.identified import IdentifiedModes
-from flexura.testing.measurement.measurement import MeasuredFRF
-from flexura.testing.rig.channel_pairing import ChannelPairing, pair_channels
+from flexura.systems import DERIVATIVE, Channel, System, system
+from flexura.testing.measurement import IdentifiedModes, MeasuredFRF
+from flexura.testing.rig import ChannelPairing, pair_channels
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 Complex = NDArray[np.complex128]
 
 BAND = 1.25

@@ -1,9 +1,9 @@
-from flexura.testing.measurement.channel_positions import FORCES as FORCES
-from flexura.testing.measurement.channel_positions import Place as Place
-from flexura.testing.measurement.channel_positions import Places as Places
-from flexura.testing.measurement.channel_positions import placed as placed
-from flexura.testing.measurement.channel_positions import places_of as places_of
-from flexura.testing.measurement.channel_positions import read_places as read_places
+from flexura.testing.measurement.channel_descriptions import FORCES as FORCES
+from flexura.testing.measurement.channel_descriptions import ChannelDescription as ChannelDescription
+from flexura.testing.measurement.channel_descriptions import ChannelDescriptions as ChannelDescriptions
+from flexura.testing.measurement.channel_descriptions import described_channels as described_channels
+from flexura.testing.measurement.channel_descriptions import read_channel_descriptions as read_channel_descriptions
+from flexura.testing.measurement.channel_descriptions import with_description as with_description
 from flexura.testing.measurement.channel_units import dimension as dimension
 from flexura.testing.measurement.channel_units import frequency_factor as frequency_factor
 from flexura.testing.measurement.channel_units import quantity_of as quantity_of

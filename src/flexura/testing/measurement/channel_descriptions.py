@@ -10,13 +10,10 @@ from typing import Any
 import numpy as np
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
-from flexura.mechanism import Mechanism
-from flexura.mechanism.substructure import DOF_NAMES
-from flexura.modelfile.document import parse
-from flexura.modelfile.extension import text_of
-from flexura.structure.design import Design
-from flexura.structure.plan import Plan, plan_of
-from flexura.systems.ports import Ports
+from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.modelfile import parse, text_of
+from flexura.structure import Design, Plan, plan_of
+from flexura.systems import Ports
 from flexura.testing.measurement.channel_units import quantity_of, refuse_unknown
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.units import parse_quantity

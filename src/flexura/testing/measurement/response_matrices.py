@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.systems.channel import UNITS
+from flexura.systems import UNITS
 from flexura.testing.measurement.channel_descriptions import FORCES
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.integrated import grows_towards_zero, noisy_until

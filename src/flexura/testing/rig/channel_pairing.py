@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError
-from flexura.mechanism import Box, Cylinder, Plate, RigidBody
-from flexura.mechanism.evaluation import evaluated, parameter_values
-from flexura.mechanism.placement import rotation_matrix
+from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, parameter_values, rotation_matrix
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
-from flexura.structure.value_table import Index
-from flexura.systems.ports import DERIVATIVE, Ports
-from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.systems import DERIVATIVE, Ports
+from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 WITHIN = 0.02
 """Farthest a sensor may be from what it is taken to sit on, relative to the longest side of the mechanism."""

@@ -13,12 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import count_below
-from flexura.mechanism import Mechanism, ModalTest
-from flexura.mechanism.damping import Damping
-from flexura.structure import Plan, assemble
-from flexura.structure.plan import one_design, plan_of
-from flexura.systems import ModalSystem, System, system
-from flexura.systems.ports import InputPort, OutputPort
+from flexura.mechanism import Damping, Mechanism, ModalTest
+from flexura.structure import Plan, assemble, one_design, plan_of
+from flexura.systems import InputPort, ModalSystem, OutputPort, System, system
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
 Array = NDArray[np.float64]

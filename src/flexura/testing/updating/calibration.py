@@ -11,10 +11,9 @@ from scipy.optimize import least_squares
 
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.mechanism.substructure import Mechanism
-from flexura.sensitivity.variation import ModelOrder
-from flexura.structure import Plan
-from flexura.structure.plan import one_design
+from flexura.mechanism import Mechanism
+from flexura.sensitivity import ModelOrder
+from flexura.structure import Plan, one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.testing.updating.configuration import Configuration, configurations
 from flexura.testing.updating.misfit import UNLIKELY, Misfit, misfits, widening

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import FlexuraError
-from flexura.sensitivity.variation import ModelOrder
-from flexura.testing.rig.test_points import placements_of
+from flexura.sensitivity import ModelOrder
+from flexura.testing.rig import placements_of
 from flexura.testing.updating.configuration import Configuration
 from flexura.testing.updating.targets import ModalTarget, State, Target
 from flexura.testing.updating.tracked_model import TrackedModel

@@ -11,14 +11,10 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs
-from flexura.modal.mode_pairing import pair_modes
-from flexura.sensitivity.eigenpairs import Cluster, clusters
-from flexura.sensitivity.responses import Reader, modal_response
-from flexura.sensitivity.variation import Change
-from flexura.systems.ports import DERIVATIVE
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes, Setups, setups_of
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
+from flexura.modal import pair_modes
+from flexura.sensitivity import Change, Cluster, Reader, clusters, modal_response
+from flexura.systems import DERIVATIVE
+from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement, Setups, setups_of
 from flexura.testing.updating.frequency_list import MeasuredFrequencies
 
 Array = NDArray[np.float64]

@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import Eigenpairs, count_below
-from flexura.modal.mode_tracking import track_modes
-from flexura.sensitivity.eigenpairs import moved_clusters, whole_clusters
-from flexura.sensitivity.frequencies import family_of
-from flexura.sensitivity.points import displacement_rows
-from flexura.sensitivity.responses import first_columns, static_vectors
-from flexura.sensitivity.variation import ModelOrder, changes_of
-from flexura.structure import Plan
-from flexura.structure.design import Design
-from flexura.structure.full_order import full_order_model
-from flexura.testing.rig.channel_readings import readings_of
-from flexura.testing.rig.mass_loaded import AnyFamily, MassLoadedFamily
+from flexura.modal import track_modes
+from flexura.sensitivity import (
+    ModelOrder,
+    changes_of,
+    displacement_rows,
+    family_of,
+    first_columns,
+    moved_clusters,
+    static_vectors,
+    whole_clusters,
+)
+from flexura.structure import Design, Plan, full_order_model
+from flexura.testing.rig import AnyFamily, MassLoadedFamily, readings_of
 from flexura.testing.updating.targets import ModalTarget, ResponseTarget, State, Target
 
 Array = NDArray[np.float64]

@@ -13,20 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import ranked
-from flexura.mechanism import DOF_NAMES
-from flexura.mechanism.layout import is_pattern
-from flexura.mechanism.substructure import Mechanism
-from flexura.modal.criteria import largest_motion, mac
-from flexura.reduction.certificate import full_order_modes
+from flexura.mechanism import DOF_NAMES, Mechanism, is_pattern
+from flexura.modal import largest_motion, mac
+from flexura.reduction import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.structure.value_table import Index
-from flexura.systems.ports import Ports
-from flexura.testing.correlation.correlation import UNSEEN
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.rig.channel_pairing import TURNS, pair_channels
+from flexura.systems import Ports
+from flexura.testing.correlation import UNSEEN
+from flexura.testing.measurement import MeasuredChannel
+from flexura.testing.rig import TURNS, pair_channels
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 DEPENDENT = 1e-8
 """Singular values below this, relative to the largest, are taken as zero."""
