@@ -36,6 +36,7 @@ SHELL = {
     "compare": ((flexura.compare,), set()),
     "verify": ((flexura.verify,), set()),
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed
+    "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
     "time-response": ((flexura.time_response,), {"step", "hammer", "sweep", "noise", "signals"}),  # as inputs

@@ -78,9 +78,13 @@ class Tabular(Result):
         """The columns by name, each with its unit in brackets unless it is a plain number."""
         raise NotImplementedError
 
+    def to_columns(self) -> dict[str, Any]:
+        """The table as lists or arrays by name, with SI units in brackets."""
+        return dict(self._columns())
+
     def to_frame(self) -> DataFrame:
         """A pandas DataFrame; columns have their SI units in brackets. Raises OptionError without pandas."""
-        return need("pandas", "pandas").DataFrame(dict(self._columns()))
+        return need("pandas", "pandas").DataFrame(self.to_columns())
 
     def _repr_html_(self) -> str:
         columns = dict(self._columns())

@@ -163,7 +163,8 @@ def stroke(
             states[k] = state
             if progress is not None:
                 progress(Progress("poses", len(states), len(targets)))
-    poses = list(_poses(equations, [states[k] for k in sorted(states)], n, numbers))
+    reached = sorted(states)
+    poses = list(_poses(equations, [states[k] for k in reached], targets[reached], n, numbers))
     return Stroke(full, tuple(poses), tuple(stopped))
 
 
@@ -253,12 +254,12 @@ def _words(move: Mapping[str, float]) -> str:
 
 
 def _poses(
-    equations: Equations, states: Sequence[Equilibrium], n: int, nodes: Mapping[str, int]
+    equations: Equations, states: Sequence[Equilibrium], targets: Array, n: int, nodes: Mapping[str, int]
 ) -> Iterator[StrokePose]:
-    """What the mechanism is at each state."""
+    """What the mechanism is at each state, moved to targets (poses, drives)."""
     before: Array | None = None
     number = np.arange(n)
-    for state in states:
+    for state, moved in zip(states, targets, strict=True):
         checkpoint()
         pose = Pose(equations, state)
         free, held = pose.modes(n), pose.modes(n, held=True)
@@ -274,7 +275,7 @@ def _poses(
             stiffness = np.where(support > 1e-12 * support.max(), 1 / support, np.nan)
         names = [drive.name for drive in equations.drives]
         yield StrokePose(
-            move=dict(zip(names, equations.travelled(state.frames).tolist(), strict=True)),
+            move=dict(zip(names, moved.tolist(), strict=True)),
             reaction=dict(zip(names, state.drive.tolist(), strict=True)),
             drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
             frequency_hz=_hertz(free.values),

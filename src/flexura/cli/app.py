@@ -49,6 +49,11 @@ COMMANDS = {
         "statics_command",
         "Static response to loads, gravity and actuators: displacements, readings, forces, and what yields first.",
     ),
+    "stroke": _Command(
+        "stroke",
+        "stroke_command",
+        "A mechanism over its stroke, however far: equilibria, frequencies, drive forces and support stiffness.",
+    ),
     "kinetostatics": _Command(
         "response",
         "kinetostatics_command",

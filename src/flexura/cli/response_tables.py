@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.tables import console_of_width, print_warnings
-from flexura.errors import Exceeded, OptionError
-from flexura.files import write_file
+from flexura.cli.tables import console_of_width, print_warnings, write_csv
+from flexura.errors import Exceeded
 from flexura.mechanism import DOF_NAMES
 
 if TYPE_CHECKING:
@@ -182,20 +179,10 @@ def write_frequency_csv(result: FrequencyResponse, path: Path) -> Path:
             H = result.of(out.name, into.name)
             heading += [f"{out.name} / {into.name} [{result.unit(out.name, into.name)}]", "phase [deg]"]
             columns += [np.abs(H), np.degrees(np.angle(H))]
-    return _write_csv(heading, columns, path)
+    return write_csv(heading, columns, path)
 
 
 def write_time_csv(result: TimeResponse, path: Path) -> Path:
     """Write time, inputs and outputs as columns, in one step."""
     heading = ["time [s]", *map(str, result.inputs), *map(str, result.outputs)]
-    return _write_csv(heading, [result.time, *result.signals, *result.response], path)
-
-
-def _write_csv(heading: list[str], columns: list[Any], path: Path) -> Path:
-    if path.suffix.lower() != ".csv":
-        raise OptionError(f"{path} must be named .csv; `flexura export --what response` writes other formats")
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heading)
-    writer.writerows(np.stack(columns, axis=1).tolist())
-    return write_file(path, lambda file: file.write_bytes(text.getvalue().encode()))
+    return write_csv(heading, [result.time, *result.signals, *result.response], path)

@@ -1,0 +1,57 @@
+"""What the command of large motion prints and writes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from flexura.cli.tables import console_of_width, print_warnings, write_csv
+
+if TYPE_CHECKING:
+    from flexura.analysis import Stroke
+
+MOST_FREQUENCIES = 6
+MOST_ROWS = 41
+
+
+def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
+    """Print a row for every pose: what moves, what holds it, frequencies and support stiffness."""
+    console = console_of_width()
+    console.print(f"{result.name}: over its stroke, large displacements", style="bold", markup=False)
+    if result.poses:
+        table = Table(box=None, header_style="bold", pad_edge=False)
+        first = result.poses[0]
+        for name in first.move:
+            turns = name.rpartition(".")[2].startswith("r")
+            table.add_column(f"{name} {'rad' if turns else 'mm'}", justify="right")
+            table.add_column("force N m" if turns else "force N", justify="right")
+        for k in range(min(len(first.frequency_hz), MOST_FREQUENCIES)):
+            table.add_column(f"f{k + 1} Hz", justify="right")
+        for axis in "xyz":
+            table.add_column(f"k{axis} N/m", justify="right")
+        every = max(1, -(-len(result.poses) // MOST_ROWS))
+        for pose in result.poses[::every]:
+            cells: list[str] = []
+            for name, value in pose.move.items():
+                turns = name.rpartition(".")[2].startswith("r")
+                cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name]:.5g}"]
+            cells += [f"{f:.5g}" for f in pose.frequency_hz[:MOST_FREQUENCIES]]
+            cells += ["driven" if isnan(k) else f"{k:.4g}" for k in pose.support_stiffness[:3]]
+            table.add_row(*cells)
+        console.print(table)
+        console.print(
+            "f: drives free under the forces that hold the pose; k: support stiffness, drives held", markup=False
+        )
+    print_warnings(console, result.warnings)
+    for path in written:
+        console.print(f"wrote {path}", markup=False)
+
+
+def write_stroke_csv(result: Stroke, path: Path) -> Path:
+    """Write the table of all poses, columns with their units."""
+    columns = result.to_columns()
+    return write_csv(list(columns), list(columns.values()), path)

@@ -1,0 +1,52 @@
+"""`flexura stroke`: what it prints and writes, and what it says of ranges that are none."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+import flexura as fx
+from helpers.shell import flexura, refused
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+GUIDE = EXAMPLES / "guide" / "guide.yaml"
+
+
+def test_poses_are_those_of_python(tmp_path):
+    table = tmp_path / "poses.csv"
+    options = ("--move", "carriage.x=-4mm:4mm", "--steps", "5", "-n", "3")
+    told = json.loads(flexura("stroke", GUIDE, *options, "--out", table, "--json").stdout)
+    own = fx.stroke(fx.load(GUIDE), move={"carriage.x": (-0.004, 0.004)}, steps=5, n=3)
+    assert told["poses"] == own.to_dict()["poses"]
+    assert told["files"] == [str(table)]
+    rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
+    assert [float(row["carriage.x [m]"]) for row in rows] == pytest.approx([-0.004, -0.002, 0, 0.002, 0.004])
+    assert [float(row["f2 [Hz]"]) for row in rows] == pytest.approx([p.frequency_hz[1] for p in own.poses])
+
+
+def test_a_single_pose_and_degrees():
+    assert "0.087266" in flexura("stroke", EXAMPLES / "pivot" / "pivot.yaml", "--move", "arm.ry=5deg", "-n", 2).stdout
+
+
+@pytest.mark.parametrize(
+    ("move", "said"),
+    [
+        ("carriage.x=3", "has no unit; a length with its unit is expected"),
+        ("carriage.x=3mm:", "NODE.AXIS=FROM:TO or NODE.AXIS=TO is expected"),
+        ("carriage.ry=3mm", "is no"),
+        ("carriage=3mm", "is no displacement: write NODE.AXIS"),
+        ("leaf1.foot.x=3mm", "it is held by the ground"),
+        ("wagon.x=3mm", "wagon"),
+    ],
+)
+def test_what_is_no_range_is_named(move, said):
+    refused(flexura("stroke", GUIDE, "--move", move), said)
+
+
+def test_a_way_that_ends_is_said_with_what_was_reached():
+    way = ("stroke", GUIDE, "--move", "carriage.x=0:90mm", "--steps", 4, "-n", 1)
+    assert "no equilibrium is found beyond carriage.x = 0.0" in flexura(*way).stdout.replace("\n", " ")
+    strict = flexura(*way, "--strict")
+    assert strict.returncode == 1
+    assert "no equilibrium" in strict.stderr
