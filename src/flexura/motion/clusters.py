@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.motion.elements import Ends, Frames, Response
-from flexura.motion.se3 import Logarithm
+from flexura.motion.se3 import Logarithm, skew
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -115,3 +115,38 @@ class Cluster:
         for i in range(self.own):
             T[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = seen[0, 0] if i == 0 else seen[i - 1, 1]
         return (T.T @ self.mass @ T)[None]
+
+
+@dataclass(frozen=True)
+class Sagging:
+    """Weight of amplitudes of superelements, which act where these have turned.
+
+    `node` (k, 2) holds the first frame of each superelement and one with amplitudes, `weight` (k, 6, 3) the forces on
+    these per acceleration of free fall in the axes of the first, which have not turned at rest.
+    """
+
+    node: Index
+    weight: Array
+
+    @staticmethod
+    def of(clusters: list[Cluster], rest: Frames) -> Sagging:
+        """The weight of what moves inside superelements."""
+        nodes, weights = [np.empty((0, 2), dtype=np.intp)], [np.empty((0, 6, 3))]
+        for cluster in clusters:
+            own, amplitudes = cluster.node[0, : cluster.own], cluster.node[0, cluster.own :]
+            M = cluster.masses(rest)[0].reshape(-1, 6, len(own) + len(amplitudes), 6)
+            nodes.append(np.stack([np.full(len(amplitudes), own[0]), amplitudes], axis=1))
+            weights.append(M[cluster.own :, :, : cluster.own, :3].sum(axis=2))
+        return Sagging(np.concatenate(nodes), np.concatenate(weights))
+
+    def response(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
+        """Forces (k, 12) of the weight, and their derivatives (k, 12, 12): those of the energy -z'WR'g."""
+        first, amplitudes = self.node.T
+        force, slope = np.zeros((len(first), 12)), np.zeros((len(first), 12, 12))
+        by_direction = self.weight @ np.swapaxes(frames.R[first], -1, -2)
+        centre = (frames.z[amplitudes][:, None] @ by_direction)[:, 0]
+        force[:, 3:6], force[:, 6:] = np.cross(centre, gravity), by_direction @ gravity
+        slope[:, 3:6, 3:6] = skew(gravity) @ skew(centre)
+        slope[:, 6:, 3:6] = by_direction @ skew(gravity)
+        slope[:, 3:6, 6:] = np.swapaxes(slope[:, 6:, 3:6], -1, -2)
+        return force, slope

@@ -24,21 +24,26 @@ Index = NDArray[np.intp]
 
 
 class Frames(NamedTuple):
-    """Positions x (n, 3), m, and rotations R (n, 3, 3) of frames, and amplitudes z (n, 6) where a frame stands for
-    amplitudes of a superelement instead."""
+    """Positions x (n, 3), m, and rotations R (n, 3, 3) of frames that are `placed` (n,).
+
+    The others stand for amplitudes z (n, 6) of superelements, and neither move nor turn.
+    """
 
     x: Array
     R: Array
     z: Array
+    placed: NDArray[np.bool_]
 
     @staticmethod
-    def at_rest(x: Array) -> Frames:
+    def at_rest(x: Array, placed: NDArray[np.bool_]) -> Frames:
         """Frames at x (n, 3), m, that have not turned."""
-        return Frames(x, np.tile(np.eye(3), (len(x), 1, 1)), np.zeros((len(x), 6)))
+        return Frames(x, np.tile(np.eye(3), (len(x), 1, 1)), np.zeros((len(x), 6)), placed)
 
     def moved(self, step: Array) -> Frames:
         """After displacements (n, 6)."""
-        return Frames(self.x + step[:, :3], rotation(step[:, 3:]) @ self.R, self.z + step)
+        placed = self.placed[:, None]
+        pose, amplitudes = np.where(placed, step, 0.0), np.where(placed, 0.0, step)
+        return Frames(self.x + pose[:, :3], rotation(pose[:, 3:]) @ self.R, self.z + amplitudes, self.placed)
 
 
 class Ends(NamedTuple):

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.motion.bars import Bars
-from flexura.motion.clusters import Cluster
+from flexura.motion.clusters import Cluster, Sagging
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
 from flexura.motion.se3 import skew
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
@@ -43,7 +43,7 @@ class MovingModel:
     `rest` are the frames at rest, one for every node and a last one for the ground; `dof` (n + 1, 6) numbers the free
     displacements, -1 where held and where a node follows another one. `inertia` (n + 1, 6, 6) is the mass that frames
     carry, in their own axes, and `weight` (n + 1, 6, 3) the forces in these axes per acceleration of free fall, of
-    elements too.
+    elements too; `sagging` is the weight of the amplitudes of superelements.
     """
 
     design: Design
@@ -53,6 +53,7 @@ class MovingModel:
     names: tuple[tuple[str, ...], ...]
     inertia: Array
     weight: Array
+    sagging: Sagging
     arm: Array = field(repr=False)
     """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
 
@@ -70,7 +71,7 @@ class MovingModel:
     def pattern(self) -> Pattern:
         """Where derivatives by the free displacements go."""
         columns = [self.dof[e.node].reshape(len(e.node), -1) for e in self.elements]
-        return Pattern([*columns, self.dof], self.n_dof)
+        return Pattern([*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof], self.n_dof)
 
     def forces(self, frames: Frames, gravity: Array) -> Forces:
         """What holds the mechanism in a state against its stiffness and its weight, g (3,) in m/s^2."""
@@ -79,16 +80,24 @@ class MovingModel:
             at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
             for column in range(6):
                 total[:, column] += np.bincount(at, flat[:, column], len(total))
-        local = turned(total)
+        local = turned(np.where(frames.placed[:, None], total, 0.0))
+        inside_slope = self._no_sagging
         if gravity.any():
             weight, slope = self._weights(frames, gravity)
+            inside, inside_slope = self.sagging.response(frames, gravity)
+            np.add.at(weight, self.sagging.node.ravel(), inside.reshape(-1, 6))
             total, local = total - weight, local - slope
         energy = sum(float(own.energy.sum()) for own in responses)
-        return Forces(energy, total, [*(own.tangent for own in responses), local], responses)
+        return Forces(energy, total, [*(own.tangent for own in responses), -inside_slope, local], responses)
+
+    @property
+    def _no_sagging(self) -> Array:
+        return np.zeros((len(self.sagging.node), 12, 12))
 
     def material(self, frames: Frames) -> sp.csc_matrix:
         """Derivatives (n, n) of the forces of free displacements in a state, as if nothing were under force there."""
-        K = self.pattern.sparse([*(e.material(frames) for e in self.elements), np.zeros((*self.dof.shape, 6))])
+        none = np.zeros((*self.dof.shape, 6))
+        K = self.pattern.sparse([*(e.material(frames) for e in self.elements), self._no_sagging, none])
         return ((K + K.T) / 2).tocsc()
 
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
@@ -108,7 +117,7 @@ class MovingModel:
         R = np.zeros((len(frames.R), 6, 6))
         R[:, :3, :3] = R[:, 3:, 3:] = frames.R
         inertia = R @ self.inertia @ np.swapaxes(R, -1, -2)
-        M = self.pattern.sparse([*(e.masses(frames) for e in self.elements), inertia])
+        M = self.pattern.sparse([*(e.masses(frames) for e in self.elements), self._no_sagging, inertia])
         return ((M + M.T) / 2).tocsc()
 
     def positions(self, frames: Frames) -> Array:
@@ -162,7 +171,7 @@ class _Builder:
         n = topology.n_nodes
         self.ground = n
         x = np.concatenate([geometry.positions, np.zeros((1, 3))])
-        self.rest = Frames.at_rest(x)
+        self.rest = Frames.at_rest(x, np.append(topology.has_position, True))
         self.dof = np.concatenate([topology.dof, np.full((1, 6), -1)])
         arm = geometry.positions - geometry.positions[topology.root]
         self.arm = np.concatenate([np.where(topology.is_rigid[:, None], arm, 0.0), np.zeros((1, 3))])
@@ -177,8 +186,9 @@ class _Builder:
             groups.append(elements)
             names.append(own)
             self._weigh(elements)
+        sagging = Sagging.of([group for group in groups if isinstance(group, Cluster)], self.rest)
         return MovingModel(
-            self.design, self.rest, self.dof, tuple(groups), tuple(names), self.inertia, self.weight, self.arm
+            self.design, self.rest, self.dof, tuple(groups), tuple(names), self.inertia, self.weight, sagging, self.arm
         )
 
     def _groups(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
@@ -201,11 +211,10 @@ class _Builder:
     def _weigh(self, elements: Group) -> None:
         """Add what the mass of elements weighs to the frames at their ends."""
         M = elements.masses(self.rest)
-        positioned = self.design.plan.topology.has_position
-        falling = np.append(positioned, True)[elements.node]
+        falling = self.rest.placed[elements.node]
         M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
-        force = np.einsum("eikj,ek->eij", M, falling)
-        np.add.at(self.weight, elements.node.ravel(), force.reshape(-1, 6, 3))
+        force = np.einsum("eikj,ek->eij", M, falling).reshape(*elements.node.shape, 6, 3)
+        np.add.at(self.weight, elements.node.ravel(), (force * falling[..., None, None]).reshape(-1, 6, 3))
 
 
 class _Copy:

@@ -122,10 +122,7 @@ class Path:
 def _displacement(start: Frames, end: Frames) -> Array:
     """Displacements (n, 6) from one state to another."""
     turn = rotation_vector(end.R @ np.swapaxes(start.R, -1, -2))
-    step = np.concatenate([end.x - start.x, turn], axis=1)
-    amplitudes = (end.z != 0).any(axis=1) & (start.z != 0).any(axis=1)
-    step[amplitudes] = (end.z - start.z)[amplitudes]
-    return step
+    return np.concatenate([end.x - start.x, turn], axis=1) + end.z - start.z
 
 
 def _distance(start: Point, end: Point, size: float) -> float:
