@@ -32,7 +32,7 @@ PLAIN = {"help", "as_json", "strict", "set", "plot", "out"}
 SHELL = {
     "modes": ((flexura.modes,), set()),
     "check": ((flexura.check,), set()),
-    "preload": ((flexura.preload,), {"n"}),  # so many frequencies and buckling factors are printed
+    "buckling": ((flexura.preload,), {"n"}),  # so many frequencies and buckling factors are printed
     "compare": ((flexura.compare,), set()),
     "verify": ((flexura.verify,), set()),
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed

@@ -172,7 +172,7 @@ GUIDE_VERBS = {
     "check": fx.check,
     f"statics --load {NODE}=1N,0,0": lambda m: fx.statics(m, loads={NODE: [1, 0, 0, 0, 0, 0]}),
     f"kinetostatics --platform {NODE}": lambda m: fx.kinetostatics(m, platform=NODE),
-    "preload --gravity 0,0,-9.81m/s^2": lambda m: fx.preload(m, gravity=(0, 0, -9.81)),
+    "buckling --gravity 0,0,-9.81m/s^2": lambda m: fx.preload(m, gravity=(0, 0, -9.81)),
     "compare -n 2 --methods constraint_modes": lambda m: fx.compare(m, n=2, methods=["constraint_modes"]),
     "place-sensors --sensors 2 -n 1": lambda m: fx.place_sensors(m, sensors=2, n=1),
     f"frequency-response -i {NODE}.tx -o {NODE}.tx --band 3,40Hz": lambda m: fx.frequency_response(

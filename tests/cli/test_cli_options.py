@@ -31,7 +31,7 @@ CASES = [
     (("statics", GUIDE, "--load", "carriage=1,2,3"), "--load 'carriage=1,2,3'", "e.g. 'table=0,0,-5 N'"),
     (("statics", GUIDE, "--load", "carriage=0,0,1,0,0,2 N*m"), "--load 'carriage=0,0,1,0,0,2 N*m'", "no force"),
     (("statics", GUIDE, "--actuator", "carriage.tx=3"), "--actuator 'carriage.tx=3'", "takes force in N"),
-    (("preload", GUIDE, "--gravity=0,0,nan m/s^2"), "--gravity '0,0,nan m/s^2'", "finite"),
+    (("buckling", GUIDE, "--gravity=0,0,nan m/s^2"), "--gravity '0,0,nan m/s^2'", "finite"),
     (("statics", GUIDE, "--load", "table=1,2"), "--load 'table=1,2'", "NODE=FX,FY,FZ"),
     (("statics", GUIDE, "--load", "=1,2,3"), "--load '=1,2,3'", "NODE=FX,FY,FZ"),
     (("statics", GUIDE, "--load", "table=1,x,2 N"), "--load 'table=1,x,2 N'", "a force with its unit"),

@@ -265,10 +265,10 @@ def test_a_command_given_twice_is_refused(beam, flexura):
     assert status == 2 and "coil has a value already" in err
 
 
-def test_preload_takes_commands_with_units(beam, flexura):
-    one, other = (flexura("preload", beam, "--actuator", text, "--json") for text in ("coil=500 mN", "coil=0.5 N"))
+def test_buckling_takes_commands_with_units(beam, flexura):
+    one, other = (flexura("buckling", beam, "--actuator", text, "--json") for text in ("coil=500 mN", "coil=0.5 N"))
     assert one == other and one[0] == 0
-    assert "um is no unit of coil" in flexura("preload", beam, "--actuator", "coil=5 um")[2]
+    assert "um is no unit of coil" in flexura("buckling", beam, "--actuator", "coil=5 um")[2]
 
 
 @pytest.mark.parametrize(

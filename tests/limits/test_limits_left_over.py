@@ -71,7 +71,7 @@ EULER = np.pi**2 * 200e9 * 0.01 * 0.001**3 / 12 / (4 * 0.1**2)
 def test_buckling_beyond_the_load_still_answers(tmp_path):
     path = tmp_path / "column.yaml"
     save(column(0.0), path)
-    run = ["preload", str(path), "--load", f"b={-2 * EULER},0,0 N"]
+    run = ["buckling", str(path), "--load", f"b={-2 * EULER},0,0 N"]
     result = RUN.invoke(app, run)
     assert result.exit_code == 0, result.output
     assert "warning: buckled: the loads are 2" in result.stdout

@@ -169,12 +169,12 @@ def test_a_loose_mechanism_is_refused():
 def test_command_line(tmp_path):
     file = tmp_path / "column.yaml"
     fx.save(column(clamped(), 8), file)
-    done = CliRunner().invoke(app, ["preload", str(file), "--load", "b=-1,0,0 N", "-n", "2", "--json"])
+    done = CliRunner().invoke(app, ["buckling", str(file), "--load", "b=-1,0,0 N", "-n", "2", "--json"])
     assert done.exit_code == 0
     data = json.loads(done.stdout)
     assert data["buckling_factors"][0] == pytest.approx((np.pi / (2 * L)) ** 2 * EI, rel=1e-4)
     for state in ("loaded", "unloaded"):
         own = data[state]
         assert np.all(np.diff([own["lower_hz"], own["frequency_hz"], own["upper_hz"]], axis=0) >= 0)
-    shown = CliRunner().invoke(app, ["preload", str(file), "--gravity", "-9.81,0,0 m/s^2", "-n", "1"])
+    shown = CliRunner().invoke(app, ["buckling", str(file), "--gravity", "-9.81,0,0 m/s^2", "-n", "1"])
     assert "buckling factors on all loads" in shown.stdout and "axial force in bar" in shown.stdout

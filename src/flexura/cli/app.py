@@ -29,9 +29,9 @@ COMMANDS = {
     "check": _Command(
         "description", "check_command", "What was understood of a mechanism file, and every doubt about it."
     ),
-    "preload": _Command(
+    "buckling": _Command(
         "modes",
-        "preload_command",
+        "buckling_command",
         "Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles.",
     ),
     "compare": _Command(

@@ -1,4 +1,4 @@
-"""The commands `modes` and `preload`, and what they print."""
+"""The commands `modes` and `buckling`, and what they print."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def modes_command(
         print_modes(result, pictures)
 
 
-def preload_command(
+def buckling_command(
     file: File,
     gravity: Gravity = None,
     load: Loads = None,
@@ -123,7 +123,7 @@ def preload_command(
     if as_json:
         print_result(data)
     else:
-        print_preload(data)
+        print_buckling(data)
 
 
 def print_modes(result: Modes, pictures: list[Path]) -> None:
@@ -224,7 +224,7 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
     )
 
 
-def print_preload(data: dict[str, Any]) -> None:
+def print_buckling(data: dict[str, Any]) -> None:
     """Print frequencies with and without load, buckling factors, and the members that carry most."""
     from flexura.linalg import ranked
 
