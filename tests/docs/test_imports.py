@@ -13,8 +13,6 @@ SOURCE = Path(__file__).parents[2] / "src" / "flexura"
 FILES = sorted(SOURCE.rglob("*.py"))
 LATE = {"cli", "__main__"}
 """Rooms that import what one verb alone needs when it is asked for."""
-OPEN = {"structure"}
-"""Rooms whose circles are still hidden in functions, which are to go."""
 SLOW = {"numpy", "pandas", "pint", "pydantic_core", "ruamel", "scipy"}
 OPTIONAL = {"control", "fcntl", "pypardiso", "resource"}
 BY_NAME = {"lazy.py", "extras.py", "cli/app.py"}
@@ -52,7 +50,7 @@ def refused(text: str) -> set[str]:
 
 
 def test_imports_inside_functions_are_of_slow_and_optional_packages() -> None:
-    files = [path for path in FILES if room(path) not in LATE | OPEN]
+    files = [path for path in FILES if room(path) not in LATE]
     found = {place(path): refused(path.read_text(encoding="utf-8")) for path in files}
     assert {path: names for path, names in found.items() if names} == {}
 
