@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 
 AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
 
+HELD = 1e-9
+"""Part of the compliance with the drives free that is left where these hold a displacement, by round-off."""
+
 UNSTABLE = "is not stable: whatever holds it would have to hold it against its own springing away"
 
 
@@ -270,9 +273,9 @@ def _poses(
             number = tracked.number
             before = np.where(number >= 0, tracked.shapes[:, number], before)
         first = equations.drives[0]
-        support = np.diag(pose.compliance(first.node, held=True))
+        support, loose = (np.diag(pose.compliance(first.node, held=held)) for held in (True, False))
         with np.errstate(divide="ignore"):
-            stiffness = np.where(support > 1e-12 * support.max(), 1 / support, np.nan)
+            stiffness = np.where(support > HELD * loose, 1 / support, np.nan)
         names = [drive.name for drive in equations.drives]
         yield StrokePose(
             move=dict(zip(names, moved.tolist(), strict=True)),

@@ -12,6 +12,7 @@ from flexura.cli.options import (
     Gravity,
     Json,
     Loads,
+    Plot,
     Settings,
     Strict,
     gravity_of,
@@ -45,6 +46,7 @@ def stroke_command(
         typer.Option("--node", metavar="NAME", help="Tell this node's displacement. May be repeated."),
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the table of poses here, as .csv.")] = None,
+    plot: Plot = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -60,6 +62,10 @@ def stroke_command(
     if strict:
         result.raise_warnings()
     written = [] if out is None else [write_stroke_csv(result, out)]
+    if plot is not None:
+        from flexura.view import save_stroke
+
+        written += save_stroke(result, plot)
     if as_json:
         print_result(result.to_dict(), written)
     else:

@@ -24,6 +24,8 @@ from flexura.view.pictures import draw_sheet as draw_sheet
 from flexura.view.scene import Kind as Kind
 from flexura.view.scene import Solids as Solids
 from flexura.view.solids import solids as solids
+from flexura.view.stroke import draw_stroke as draw_stroke
+from flexura.view.stroke import save_stroke as save_stroke
 from flexura.view.verification import draw_mode_pair as draw_mode_pair
 from flexura.view.verification import draw_verification as draw_verification
 from flexura.view.verification import save_verification as save_verification

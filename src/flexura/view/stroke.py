@@ -1,0 +1,101 @@
+"""A mechanism over its stroke as curves: what holds it, its natural frequencies, its support stiffness."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import ScalarFormatter
+
+from flexura.analysis import Stroke
+from flexura.arguments import verb
+from flexura.errors import OptionError
+from flexura.view.annotations import foot
+from flexura.view.curves import COLOURS
+from flexura.view.files import save_figures
+from flexura.view.identification import _figure, _style
+from flexura.view.palette import INK
+
+DOFS = ("x", "y", "z", "about x", "about y", "about z")
+
+
+@verb
+def save_stroke(result: Stroke, folder: Path | str) -> list[Path]:
+    """Write `stroke.png` into a folder, complete or not at all.
+
+    Raises OptionError when the folder cannot be written to, and for a stroke of fewer than two poses.
+    """
+    return save_figures({"stroke.png": draw_stroke(result)}, folder)
+
+
+@verb
+def draw_stroke(result: Stroke) -> Figure:
+    """Forces of the drives, natural frequencies tracked by shape, and support stiffness, all over the first drive.
+
+    Full lines: drives free under the forces that hold the pose; dashed ones: drives held. Stiffness has a logarithmic
+    axis, translations and rotations one each. Raises OptionError for a stroke of fewer than two poses.
+    """
+    if len(result.poses) < 2:
+        raise OptionError("a stroke is drawn over at least two poses")
+    first = next(iter(result.poses[0].move))
+    turns = _turns(first)
+    x = np.array([pose.move[first] for pose in result.poses])
+    x = np.degrees(x) if turns else 1e3 * x
+    figure = _figure(9.0, 8.0)
+    panels = figure.subplots(2, 2)
+    _forces(panels[0, 0], result, x)
+    _frequencies(panels[0, 1], result, x)
+    _stiffness(panels[1, 0], result, x, slice(0, 3), "support stiffness, N/m")
+    _stiffness(panels[1, 1], result, x, slice(3, 6), "support stiffness, N m/rad")
+    for axes in panels.ravel():
+        axes.set_xlabel(f"{first}, {'degrees' if turns else 'mm'}", fontsize=8)
+        axes.set_xlim(x.min(), x.max())
+        _style(axes)
+    figure.suptitle(f"{result.name}: over its stroke, {len(result.poses)} poses", fontsize=10, color=INK)
+    foot(figure, [str(warning) for warning in result.warnings[:3]], result.notes)
+    return figure
+
+
+def _turns(name: str) -> bool:
+    return name.rpartition(".")[2].startswith("r")
+
+
+def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
+    for k, name in enumerate(result.poses[0].move):
+        unit = "N m" if _turns(name) else "N"
+        force = [pose.reaction[name] for pose in result.poses]
+        axes.plot(x, force, color=COLOURS[k % len(COLOURS)], lw=1.4, label=f"{name}, {unit}")
+    axes.set_ylabel("force or moment of the drive", fontsize=8)
+    _legend(axes)
+
+
+def _frequencies(axes: Axes, result: Stroke, x: np.ndarray) -> None:
+    """Curves by mode, the drives free, and the first ones with the drives held."""
+    tracked = result.frequencies_hz
+    for k in range(tracked.shape[1]):
+        positive = np.where(tracked[:, k] > 0, tracked[:, k], np.nan)
+        axes.plot(x, positive, color=COLOURS[k % len(COLOURS)], lw=1.4, label=f"mode {k + 1}")
+    least = min(len(pose.frequency_hz_held) for pose in result.poses)
+    for k in range(min(least, 2)):
+        held = np.array([pose.frequency_hz_held[k] for pose in result.poses])
+        axes.plot(x, np.where(held > 0, held, np.nan), color=INK, lw=0.9, ls="--", label="held" if k == 0 else None)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(ScalarFormatter())
+    axes.set_ylabel("natural frequency, Hz", fontsize=8)
+    _legend(axes)
+
+
+def _stiffness(axes: Axes, result: Stroke, x: np.ndarray, own: slice, label: str) -> None:
+    stiffness = np.array([pose.support_stiffness[own] for pose in result.poses], dtype=float)
+    for k, name in enumerate(DOFS[own]):
+        if np.isfinite(stiffness[:, k]).any():
+            axes.semilogy(x, stiffness[:, k], color=COLOURS[k], lw=1.4, label=name)
+    axes.set_ylabel(label, fontsize=8)
+    _legend(axes)
+
+
+def _legend(axes: Axes) -> None:
+    """A legend above the curves, where it hides none."""
+    axes.legend(fontsize=7, frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
