@@ -25,6 +25,12 @@ Array = NDArray[np.float64]
 
 AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
 
+HALF_TURN = 3.1
+"""Largest component, rad, of a rotation vector that is prescribed; it ends at half a turn."""
+
+INDEPENDENT = 1e-9
+"""What of a prescribed displacement others must leave free, over its own size."""
+
 HELD = 1e-9
 """Part of the compliance with the drives free that is left where these hold a displacement, by round-off."""
 
@@ -131,8 +137,8 @@ def stroke(
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
     elastic, sections keep their shape, and nothing touches (theory eqs. G1-G14).
 
-    Raises ModelError, OptionError for unknown nodes and axes, displacements that are held, ranges without steps, and
-    SolverError when nothing moves at all.
+    Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
+    other, ranges without steps, and SolverError when nothing moves at all.
     """
     if isinstance(model, FullOrderModel):
         if parameters:
@@ -152,6 +158,7 @@ def stroke(
     numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
     equations = Equations(moving, drives)
     applied = _loads(full.design, loads, gravity)
+    _independent(equations)
     start = _start(equations, applied)
     states: dict[int, Equilibrium] = {}
     stopped: list[str] = []
@@ -191,9 +198,17 @@ def _targets(move: Mapping[str, float | tuple[float, float]], steps: int) -> Arr
     """Displacements (poses, drives). Raises OptionError for what is no range."""
     ends = []
     for name, given in move.items():
-        values = np.asarray(given, dtype=float)
+        try:
+            values = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            values = np.array(np.nan)
         if values.shape not in ((), (2,)) or not np.isfinite(values).all():
             raise OptionError(f"{name} moves to a number, or from one to another, not {given!r}")
+        if _component(name) >= 3 and np.abs(values).max() > HALF_TURN:
+            raise OptionError(
+                f"{name} is a component of a rotation vector, up to {HALF_TURN} rad, not {given!r}: beyond it,"
+                " a displacement of what turns may be moved, or a moment put on"
+            )
         ends.append(values)
     if all(own.ndim == 0 for own in ends):
         return np.array([[float(own) for own in ends]])
@@ -211,6 +226,17 @@ def _ways(targets: Array) -> Iterator[list[int]]:
     yield list(range(first, len(targets)))
     if first:
         yield list(range(first - 1, -1, -1))
+
+
+def _independent(equations: Equations) -> None:
+    """Raise OptionError where displacements that are prescribed cannot be, all by themselves, at rest."""
+    rows = equations.tangent(equations.model.rest, NO_LOADS, np.zeros(len(equations.drives)))[0].rows / equations.scale
+    for k, drive in enumerate(equations.drives):
+        others = rows[:k]
+        left = rows[k] - np.linalg.lstsq(others.T, rows[k], rcond=None)[0] @ others
+        if np.linalg.norm(left) < INDEPENDENT * np.linalg.norm(rows[k]):
+            before = ", ".join(own.name for own in equations.drives[:k])
+            raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
 
 
 def _loads(design: Design, loads: Mapping[str, ArrayLike] | None, gravity: Sequence[float] | None) -> Loads:
@@ -275,7 +301,7 @@ def _poses(
         first = equations.drives[0]
         support, loose = (np.diag(pose.compliance(first.node, held=held)) for held in (True, False))
         with np.errstate(divide="ignore"):
-            stiffness = np.where(support > HELD * loose, 1 / support, np.nan)
+            stiffness = np.where(np.abs(support) > HELD * np.abs(loose), 1 / support, np.nan)
         names = [drive.name for drive in equations.drives]
         yield StrokePose(
             move=dict(zip(names, moved.tolist(), strict=True)),

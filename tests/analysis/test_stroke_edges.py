@@ -1,0 +1,74 @@
+"""Strokes that make no sense are refused in words, and those at the edges of sense are right."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexura as fx
+
+GUIDE = Path(__file__).parents[2] / "examples/guide/guide.yaml"
+
+LEAF = """
+flexura: 1
+name: leaf
+nodes: {{a: [0, 0, 0], b: [{size}, 0, 0]}}
+flexures:
+  leaf:
+    nodes: [a, b]
+    material: spring-steel
+    reference: z
+    elements: {elements}
+    profile: {{type: leaf, width: 0.02*{size}, thickness: 0.01*{size}}}
+masses: {{tip: {{node: b, mass: 1e-15 kg}}}}
+ground: {{a: clamped}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("move", "words"),
+    [
+        ({}, "at least one displacement"),
+        ({"carriage.q": 0.01}, "write NODE.AXIS"),
+        ({"carriage": 0.01}, "write NODE.AXIS"),
+        ({"cariage.x": 0.01}, "no node 'cariage'"),
+        ({"leaf1.foot.x": 0.01}, "held by the ground"),
+        ({"carriage.x": "far"}, "not 'far'"),
+        ({"carriage.x": (0, np.nan)}, "from one to another"),
+        ({"carriage.x": (0, 1, 2)}, "from one to another"),
+        ({"carriage.ry": (-1, 4)}, "component of a rotation vector"),
+        ({"carriage.x": 0.01, "carriage.tx": 0.01}, "carriage.tx already follows from carriage.x"),
+        ({"carriage.rx": 0.01, "leaf1.head.rx": 0.01}, "leaf1.head.rx already follows from carriage.rx"),
+        (
+            {**{f"carriage.{axis}": 0.0 for axis in ("x", "y", "z", "rx", "ry", "rz")}, "leaf1.head.x": 0.01},
+            "leaf1.head.x already follows",
+        ),
+    ],
+)
+def test_moves_that_make_no_sense(move, words):
+    with pytest.raises(fx.OptionError, match=re.escape(words)):
+        fx.stroke(fx.load(GUIDE), move=move)
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2.5, True])
+def test_ranges_without_steps(steps):
+    with pytest.raises(fx.OptionError, match="at least 2 steps"):
+        fx.stroke(fx.load(GUIDE), move={"carriage.x": (0, 0.01)}, steps=steps)
+
+
+def test_two_nodes_of_a_body_may_turn_it():
+    stroke = fx.stroke(fx.load(GUIDE), move={"carriage.z": 0.0, "leaf1.head.z": 1e-5}, nodes=["carriage"])
+    assert stroke.poses[0].displacement["carriage"][4] == pytest.approx(1e-5 / 0.025, rel=1e-3)
+
+
+def test_support_of_any_size():
+    """The stiffness of a leaf goes with its size, its torsional one with the cube, between 1 um and 100 m."""
+    found = []
+    for size in (1e-6, 1e-3, 100.0):
+        leaf = fx.loads(LEAF.format(size=f"{size!r} m", elements=6))
+        (pose,) = fx.stroke(leaf, move={"b.z": 0.3 * size}, n=2).poses
+        found.append(np.array(pose.support_stiffness) / (size ** np.repeat([1, 3], 3)))
+    assert np.isnan(found[0]).tolist() == [False, False, True, False, False, False]
+    for other in found[1:]:
+        assert other == pytest.approx(found[0], rel=1e-6, nan_ok=True)
