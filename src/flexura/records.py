@@ -56,24 +56,35 @@ def _shortened(text: str, most: int) -> str:
 
 
 class Kept:
-    """What has been worked out from an object alone, by key, to be used again. Pickles empty."""
+    """What has been worked out from an object alone, by key, to be used again. Pickles empty.
 
-    def __init__(self) -> None:
+    With `most`, only the so many that were asked for last are kept.
+    """
+
+    def __init__(self, most: int | None = None) -> None:
+        self._most = most
         self._found: dict[Hashable, Any] = {}
 
-    def once(self, key: Hashable, make: Callable[[], T]) -> T:
-        """What `make` returned when this key was first asked for."""
-        if key not in self._found:
-            self._found[key] = make()
-        return self._found[key]
+    def once(self, key: Hashable, make: Callable[[], T], enough: Callable[[T], bool] = lambda _: True) -> T:
+        """What `make` returned when this key was first asked for; it is made anew where that is not `enough`."""
+        found = self._found[key] if key in self._found and enough(self._found[key]) else make()
+        self._found.pop(key, None)
+        self._found[key] = found  # at the end: the first is the one that was not asked for for longest
+        if self._most is not None and len(self._found) > self._most:
+            del self._found[next(iter(self._found))]
+        return found
 
-    def __reduce__(self) -> tuple[type[Kept], tuple[()]]:
-        return Kept, ()
+    def clear(self) -> None:
+        """Keep nothing of what has been found."""
+        self._found.clear()
+
+    def __reduce__(self) -> tuple[type[Kept], tuple[int | None]]:
+        return Kept, (self._most,)
 
 
 class Latest(Generic[T]):
-    """The last thing that was worked out, kept while what it depends on is the same object, or equal bytes. Pickles
-    empty."""
+    """The last thing that was worked out, kept while what it depends on is the same object, or an equal one of bytes or
+    of a frozenset. Pickles empty."""
 
     def __init__(self) -> None:
         self._of: object = None
@@ -81,10 +92,14 @@ class Latest(Generic[T]):
 
     def get(self, of: object, make: Callable[[], T]) -> T:
         """What `make` returned when it was last called, if that was for the same `of`."""
-        same = self._of is of or (isinstance(of, bytes) and self._of == of)
+        same = self._of is of or (isinstance(of, bytes | frozenset) and self._of == of)
         if not same or self._found is None:
             self._of, self._found = of, make()
         return self._found
+
+    def clear(self) -> None:
+        """Keep nothing of what has been found."""
+        self._of = self._found = None
 
     def __reduce__(self) -> tuple[type[Latest[Any]], tuple[()]]:
         return Latest, ()

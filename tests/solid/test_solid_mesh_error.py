@@ -29,7 +29,7 @@ def own_cache(tmp_path_factory):
     """One cache for the tests of this module, apart from the user's."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.mktemp("cache")))
-        reduced._recent.clear()
+        reduced.IN_MEMORY.clear()
         yield
 
 

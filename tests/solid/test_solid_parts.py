@@ -44,7 +44,7 @@ CIRCULAR = {(4.0, 0.3): 585.0, (3.0, 0.5): 144.4}
 def own_cache(monkeypatch, tmp_path):
     """Keep what the tests compute out of the user's cache, and what others have computed out of the tests."""
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path / "cache"))
-    reduced._recent.clear()
+    reduced.IN_MEMORY.clear()
 
 
 def shape(*kind, **sizes):
@@ -240,7 +240,7 @@ def test_equal_pieces_are_worked_out_once(monkeypatch):
     again = with_solid_parts(thick, size=2.5, keep=3)
     assert len(made) == 2, "the mesh, and the second one that tells how fine it is"
     assert again.superelements["leaf"].amplitudes == 3
-    reduced._recent.clear()
+    reduced.IN_MEMORY.clear()
     with_solid_parts(thick, size=2.5)
     solid_modes(assemble(as_beams(thick)), 2, 2.5)
     folder = cache_folder()
@@ -258,7 +258,7 @@ def test_the_cache_does_not_change_results(monkeypatch):
     largest = np.abs(few.stiffness.array).max()
     np.testing.assert_allclose(truncated.stiffness.array, few.stiffness.array, atol=1e-9 * largest)
     monkeypatch.setenv("FLEXURA_CACHE", "off")
-    reduced._recent.clear()
+    reduced.IN_MEMORY.clear()
     again = with_solid_parts(leaf_with_block(), size=3.0).superelements["leaf"]
     np.testing.assert_array_equal(few.stiffness.array, again.stiffness.array)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
 from flexura.mechanism import Faces
+from flexura.records import Kept
 from flexura.solid.fem.cache import Arrays, content_key, remembered
 from flexura.solid.fem.condensation import constraint_modes
 from flexura.solid.fem.constraints import Face, face_ties
@@ -44,7 +44,8 @@ LEAST_POINTS = 12
 RECENT = 64
 """Pieces that are kept in memory."""
 
-_recent: OrderedDict[str, Arrays] = OrderedDict()
+IN_MEMORY = Kept(most=RECENT)
+"""Arrays of the pieces that were asked for last, by what they were worked out from."""
 
 
 class EndTie(NamedTuple):
@@ -182,14 +183,7 @@ def reduced_piece(
 
 
 def _kept(parts: Any, compute: Callable[[], Arrays], enough: Callable[[Arrays], bool]) -> Arrays:
-    key = content_key(parts)
-    found = _recent.get(key)
-    if found is None or not enough(found):
-        found = _recent[key] = remembered("solid-piece", parts, compute, enough)
-    _recent.move_to_end(key)
-    while len(_recent) > RECENT:
-        _recent.popitem(last=False)
-    return found
+    return IN_MEMORY.once(content_key(parts), lambda: remembered("solid-piece", parts, compute, enough), enough)
 
 
 def _worked_out(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.records import Latest
 from flexura.sensitivity import Family, Matrices
 from flexura.structure import Design, FullOrderModel
 from flexura.testing.rig.test_points import TestPoints
@@ -25,14 +25,12 @@ class MassLoadedFamily:
 
     def __init__(self, family: Family, placements: Sequence[str]) -> None:
         self._family, self._placements = family, tuple(placements)
-        self._last: tuple[dict[str, float], Any] | None = None
+        self._latest: Latest[FullOrderModel | Matrices] = Latest()
 
     def model(self, parameters: Mapping[str, float]) -> FullOrderModel | Matrices:
         """The model for one design with the sensors; the last one is remembered."""
         at = dict(parameters)
-        if self._last is None or self._last[0] != at:
-            self._last = (at, self._built(at))
-        return self._last[1]
+        return self._latest.get(frozenset(at.items()), lambda: self._built(at))
 
     def _built(self, at: dict[str, float]) -> FullOrderModel | Matrices:
         own = self._family.model(at)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import FlexuraError
+from flexura.records import Latest
 from flexura.sensitivity import ModelOrder
 from flexura.testing.rig import placements_of
 from flexura.testing.updating.configuration import Configuration
@@ -65,7 +66,7 @@ class CalibrationProblem:
         self.rows = [next(each[g]) for g in self._group]
         self.refused: str | None = None
         self.evaluations = 0
-        self._remembered: tuple[bytes, list[State]] | None = None
+        self._latest: Latest[list[State]] = Latest()
 
     def _named(self, z: Array) -> dict[str, float]:
         """Values of the unknowns by name."""
@@ -82,13 +83,12 @@ class CalibrationProblem:
         return zip(self.targets, (states[g] for g in self._group), self.rows, strict=True)
 
     def _states(self, z: Array) -> list[State]:
-        key = np.asarray(z).tobytes()
-        if self._remembered is None or self._remembered[0] != key:
+        def found() -> list[State]:
             values = self._named(z)
             self.evaluations += 1
-            own = zip(self.models, self._members, strict=True)
-            self._remembered = (key, [m.state(c.point(values)) for m, (c, _) in own])
-        return self._remembered[1]
+            return [m.state(c.point(values)) for m, (c, _) in zip(self.models, self._members, strict=True)]
+
+        return self._latest.get(np.asarray(z).tobytes(), found)
 
     @property
     def references(self) -> list[Array | None]:
@@ -124,7 +124,7 @@ class CalibrationProblem:
             found.append(wide)
         for model, state in zip(self.models, states, strict=True):
             model.accept(state)
-        self._remembered = None
+        self._latest.clear()
         return np.concatenate(found) * self.unknown.slope(z)
 
     @property
