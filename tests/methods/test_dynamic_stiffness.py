@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,6 @@ from flexura.beam.dynamic import dynamic_beam
 from flexura.beam.dynamic_series import BeamSeries
 from flexura.beam.uniform import UniformBeam
 from flexura.linalg import lowest
-from flexura.methods import dynamic_stiffness as method
 from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dynamic_stiffness
 from flexura.methods.exact_condensation import ExactCondensation
 from flexura.methods.finite_elements import finite_elements
@@ -23,6 +23,8 @@ from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.nodal_stiffness import NodalStiffness, end_stiffness
 from helpers.stages import E, G, guide
+
+method = sys.modules[dynamic_stiffness.__module__]
 
 ROOT = Path(__file__).parents[2]
 RHO, L, B, H = 2700.0, 0.2, 4e-3, 3e-3
