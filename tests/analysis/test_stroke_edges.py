@@ -72,3 +72,26 @@ def test_support_of_any_size():
     assert np.isnan(found[0]).tolist() == [False, False, True, False, False, False]
     for other in found[1:]:
         assert other == pytest.approx(found[0], rel=1e-6, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("elements", "far", "said"),
+    [(1, 0.02, True), (1, 0.002, False), (2, 0.1, True), (2, 0.02, False), (3, 0.75, True), (8, 0.75, False)],
+)
+def test_members_that_bend_too_far_for_their_elements(elements, far, said):
+    """A warning with the place, where the stiffness at the tip is wrong by more than 1 % or may be."""
+    leaf, fine = (fx.loads(LEAF.format(size="0.1 m", elements=n) + "corrections: none\n") for n in (elements, 24))
+    own, other = (fx.stroke(of, move={"b.z": far * 0.1}, n=1) for of in (leaf, fine))
+    assert [w.place for w in own.warnings if w.kind == "mesh"] == ["leaf"] * said
+    assert not other.warnings
+    if not said:
+        stiffness = np.array(own.poses[0].support_stiffness)
+        assert stiffness == pytest.approx(other.poses[0].support_stiffness, rel=0.01, nan_ok=True)
+
+
+def test_superelements_that_turn_within_themselves():
+    imported = fx.load(GUIDE.parents[1] / "imported/guide.yaml")
+    near, far = (fx.stroke(imported, move={"carriage.ry": angle}, n=1) for angle in (0.05, 0.2))
+    assert not near.warnings
+    assert [(w.kind, w.place) for w in far.warnings] == [("rotation", "leaf1.part"), ("rotation", "leaf2.part")]
+    assert far.warnings[0].value == pytest.approx(0.2, rel=0.02)

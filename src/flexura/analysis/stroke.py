@@ -16,7 +16,20 @@ from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.modal import track_modes
-from flexura.motion import NO_LOADS, Drive, Equations, Equilibrium, Loads, MovingModel, Path, Point, Pose, Stopped
+from flexura.motion import (
+    NO_LOADS,
+    Bend,
+    Drive,
+    Equations,
+    Equilibrium,
+    Loads,
+    MovingModel,
+    Path,
+    Point,
+    Pose,
+    Stopped,
+    bends,
+)
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Plan, assemble
@@ -65,7 +78,8 @@ class StrokePose(Record):
 
 @dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
-    """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing."""
+    """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
+    `bent` which members bend further within an element than is accurate."""
 
     _shown = ("name", "poses")
     _told = ("poses",)
@@ -73,6 +87,7 @@ class Stroke(Tabular):
     model: FullOrderModel
     poses: tuple[StrokePose, ...]
     stopped: tuple[str, ...]
+    bent: tuple[Exceeded, ...]
 
     @property
     def name(self) -> str:
@@ -81,13 +96,13 @@ class Stroke(Tabular):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Poses that are not there, and those that are not stable."""
+        """Poses that are not there, those that are not stable, and members that bend too far for their elements."""
         found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
         for pose in self.poses:
             if pose.frequency_hz_held and pose.frequency_hz_held[0] < 0:
                 text = f"at {_words(pose.move)} the mechanism {UNSTABLE}"
                 found.append(Exceeded("buckling", "", pose.frequency_hz_held[0], 0.0, "Hz", text))
-        return tuple(found)
+        return (*found, *self.bent)
 
     @property
     def frequencies_hz(self) -> Array:
@@ -175,7 +190,7 @@ def stroke(
                 progress(Progress("poses", len(states), len(targets)))
     reached = sorted(states)
     poses = list(_poses(equations, [states[k] for k in reached], targets[reached], n, numbers))
-    return Stroke(full, tuple(poses), tuple(stopped))
+    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, [states[k] for k in reached]))
 
 
 def _component(name: str) -> int:
@@ -276,6 +291,31 @@ def _why(stopped: Stopped, equations: Equations, way: list[int], targets: Array)
         f"no equilibrium is found beyond {last}, on the way to {aim}: {state}; where the drive has to turn back, as in"
         " a snap-through, another displacement may be moved, and members that bend sharply want more elements"
     )
+
+
+def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, ...]:
+    """Members and superelements that bend further within an element than is accurate, each at its worst."""
+    worst: dict[str, Bend] = {}
+    for state in states:
+        for bend in bends(model, state.frames):
+            if bend.name not in worst or bend.share > worst[bend.name].share:
+                worst[bend.name] = bend
+    found = []
+    for name, bend in worst.items():
+        if bend.elements:
+            kind = "mesh"
+            text = (
+                f"member {name}: one of its elements, {bend.elements} in all, bends by {bend.angle:.3g} rad, more than"
+                f" the {bend.limit} rad up to which stiffnesses are accurate: it wants more elements"
+            )
+        else:
+            kind = "rotation"
+            text = (
+                f"superelement {name}: it turns by {bend.angle:.3g} rad within itself, more than {bend.limit} rad;"
+                " it is linear inside"
+            )
+        found.append(Exceeded(kind, name, bend.angle, bend.limit, "rad", text))
+    return tuple(found)
 
 
 def _words(move: Mapping[str, float]) -> str:
