@@ -22,7 +22,7 @@ from helpers.every_result import GUIDE_TEXT, HZ, NAME, NODE, RESULTS, STAGE_TEXT
 DIMENSIONLESS = {
     *("relative error", "relative", "mac", "space mac", "likeness", "damping ratio", "loss factor", "confidence"),
     *("identified damping ratio", "frequency spread", "damping spread", "modal phase collinearity", "independence"),
-    *("factor to yield", "position", "information gain", "relative standard deviation"),
+    *("factor to yield", "position", "variance reduction", "relative standard deviation"),
 }
 """Columns of floats that are plain numbers."""
 

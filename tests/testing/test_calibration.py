@@ -59,7 +59,7 @@ def test_posterior_of_one_stiffness_in_closed_form():
     assert p.value == pytest.approx(np.exp(mean), rel=1e-7)
     assert p.interval == pytest.approx(np.exp(mean + np.array([-1, 1]) * 1.959964 / np.sqrt(precision)), rel=1e-6)
     assert p.prior == pytest.approx(KX * np.exp(np.array([-1, 1]) * 1.959964 * s), rel=1e-6)
-    assert p.information_gain == pytest.approx(1 - 1 / (s**2 * precision), rel=1e-6)
+    assert p.variance_reduction == pytest.approx(1 - 1 / (s**2 * precision), rel=1e-6)
     drawn = found.sample(2000, seed=1)
     assert drawn.is_settled
     assert drawn.effective > 200
@@ -89,9 +89,9 @@ def test_what_the_data_cannot_tell_is_named():
     found = fx.calibrate(samples.body(), data=[hz(KX)], free=["kx", "mass"], priors={"kx": 0.2, "mass": 0.2})
     best, worst = found.directions
     s = np.sqrt(2) * 0.2 / (2 * 0.01)
-    assert best.information_gain == pytest.approx(s**2 / (1 + s**2), rel=1e-6)
+    assert best.variance_reduction == pytest.approx(s**2 / (1 + s**2), rel=1e-6)
     assert best.weights["kx"] == pytest.approx(-best.weights["mass"], rel=1e-6)
-    assert worst.information_gain == pytest.approx(0, abs=1e-9)
+    assert worst.variance_reduction == pytest.approx(0, abs=1e-9)
     assert worst.weights["kx"] == pytest.approx(worst.weights["mass"], rel=1e-6)
     assert found.unresolved == (worst,)
     assert str(worst) == "0.71 kx + 0.71 mass"
@@ -390,7 +390,7 @@ def test_command(tmp_path):
     more = ["--free", "kx,mass", "--out", str(out), "--plot", str(pictures), "--draws", "200"]
     run = CliRunner().invoke(app, ["calibrate", *names, *more])
     assert run.exit_code == 0, run.output
-    for words in ("kx", "information gain", "measured Hz", "draws, worth", "wrote"):
+    for words in ("kx", "variance reduction", "measured Hz", "draws, worth", "wrote"):
         assert words in run.output
     assert fx.load(out).parameters["kx"].value == pytest.approx(5e3, rel=0.02)
     assert (pictures / "calibration.png").stat().st_size > 5000

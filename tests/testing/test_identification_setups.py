@@ -68,7 +68,7 @@ def test_more_hits_than_sensors_and_a_hit_that_one_placement_lacks():
     each = [measured(system, HZ, hits, at, 40, k, setup=s) for k, (s, (at, hits)) in enumerate(steps.items())]
     result = fx.identify(each)
     assert [c.name for c in result.inputs] == ["hit0", "hit5"]
-    assert "not in all setups, and not used to join them: hit1, hit2" in result.notes
+    assert "not in all setups, and not used to merge them: hit1, hit2" in result.notes
     assert result.frequency_hz == pytest.approx(FREQUENCIES, rel=1e-3)
     phi = system.normal_modes()[:, :5]
     assert np.abs(np.abs(result.real_shapes) - np.abs(phi)).max() < 0.02 * np.abs(phi).max()

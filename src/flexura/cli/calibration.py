@@ -193,11 +193,11 @@ def print_calibration(result: Calibration) -> None:
     how = "maximum of the posterior" if result.method == "map" else "least squares"
     together = ", with ".join(m.name for m in (result.mechanism, *result.also))
     console.print(f"{together}: calibrated, {how}", style="bold", markup=False)
-    table = _table("parameter", "start", "calibrated", "95 % interval", "information gain", "prior from")
+    table = _table("parameter", "start", "calibrated", "95 % interval", "variance reduction", "prior from")
     for p in result.parameters:
         mark = " at bound" if p.at_bound else ""
-        gain = f"{100 * p.information_gain:.0f} %"
-        table.add_row(p.name, _size(p, p.start), _size(p, p.value) + mark, _range(p), gain, p.reason)
+        reduction = f"{100 * p.variance_reduction:.0f} %"
+        table.add_row(p.name, _size(p, p.start), _size(p, p.value) + mark, _range(p), reduction, p.reason)
     console.print(table)
     if result.modes:
         has_mac = any(m.mac is not None for m in result.modes)
@@ -214,7 +214,7 @@ def print_calibration(result: Calibration) -> None:
     if result.unresolved:
         console.print("the data cannot tell (weights in prior standard deviations):")
         for d in result.unresolved:
-            console.print(f"  {d}  ({100 * d.information_gain:.0f} % information gain)", markup=False)
+            console.print(f"  {d}  ({100 * d.variance_reduction:.0f} % variance reduction)", markup=False)
     for own in result.misfits:
         if own.is_testable:
             said = f"{own.kind}: missed by {own.ratio:.2g} standard deviations, {own.spare:.2g} of {own.data} to spare"

@@ -33,7 +33,7 @@ def identify_command(
     ] = None,
     order: Annotated[int | None, typer.Option(min=2, max=500, help="Order of the largest model.")] = None,
     setups: Annotated[
-        Setups, typer.Option(help="Each placement of sensors by itself, then joined; or all as one.")
+        Setups, typer.Option(help="Each placement of sensors by itself, then merged; or all as one.")
     ] = Setups.each,
     refine: Annotated[
         bool, typer.Option("--refine/--no-refine", help="Fit poles and shapes together to the responses.")

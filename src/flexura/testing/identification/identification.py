@@ -17,7 +17,7 @@ from flexura.systems import Channel
 from flexura.testing.identification.complexity import assembled, confidence_of
 from flexura.testing.identification.doubts import bias, close_pairs, is_carried
 from flexura.testing.identification.lscf import OrderPoles, poles_by_order
-from flexura.testing.identification.multi_setup import joined
+from flexura.testing.identification.multi_setup import merged
 from flexura.testing.identification.residues import Fit, fit_modes, fit_shapes
 from flexura.testing.identification.stabilisation import (
     REACH,
@@ -108,7 +108,7 @@ def identify(
     nearest to the frequencies `select`, Hz, which then are all that is returned, though other stable poles still take
     part in the fit; a frequency given twice asks for two modes. `refine` then fits poles, participation and shapes
     together to the responses. `setups`: each is identified by itself, since sensors in other places shift frequencies,
-    and shapes are joined by the inputs (or else the outputs) that all setups share; or all are taken together as one
+    and shapes are merged by the inputs (or else the outputs) that all setups share; or all are taken together as one
     matrix. Damping that an exponential window has added is not in the result. Poles with a damping ratio above
     `most_damped` are no modes. Those with less than `least_confidence` are left out and named, unless they are picked.
 
@@ -147,7 +147,7 @@ def identify(
         )
     if len(found) == 1:
         return replace(found[0], notes=(*notes, *found[0].notes))
-    return joined(name, found, matrices, notes)
+    return merged(name, found, matrices, notes)
 
 
 def frfs_of(data: Data) -> tuple[str, Sequence[MeasuredFRF], tuple[str, ...]]:

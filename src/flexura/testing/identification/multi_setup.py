@@ -1,4 +1,4 @@
-"""Modes of several setups joined: mean poles, and shapes of all channels on one scale."""
+"""Multi-setup merging: mean poles, and shapes of all channels on one scale."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ LEAST_SETUPS = 0.5
 """A mode is found in so many of the setups at least."""
 
 REPEATED = 0.25
-"""Modes nearer than so many half-power half-widths are joined as a space."""
+"""Modes nearer than so many half-power half-widths are merged as a space."""
 
 
-def joined(
+def merged(
     name: str, found: Sequence[IdentifiedModes], matrices: Sequence[ResponseMatrix], notes: Sequence[str]
 ) -> IdentifiedModes:
     """Modes of several setups that share their inputs, or else their outputs (theory eqs. I20-I22).
@@ -62,7 +62,7 @@ def joined(
         found, matrices = [_flipped(own) for own in found], [own.transposed for own in matrices]
     left_out = sorted({c.name for own in found for c in own.inputs if key_of(c) not in map(key_of, common)})
     if left_out:
-        notes = (*notes, f"not in all setups, and not used to join them: {', '.join(left_out)}")
+        notes = (*notes, f"not in all setups, and not used to merge them: {', '.join(left_out)}")
     pairs = [_ordered(common, own, matrix) for own, matrix in zip(found, matrices, strict=True)]
     found, matrices = [own for own, _ in pairs], [matrix for _, matrix in pairs]
     first = max(range(len(found)), key=lambda k: (len(found[k].poles), found[k].confidence.sum()))
@@ -99,7 +99,7 @@ def modes_of_setup(own: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
 
 
 def _shared(found: Sequence[IdentifiedModes]) -> tuple[bool, list[MeasuredChannel]]:
-    """Whether setups are joined by their inputs, and the channels that all have.
+    """Whether setups are merged by their inputs, and the channels that all have.
 
     Inputs if all are shared, else outputs if all are, else some inputs, else some outputs. Raises OptionError for none.
     """
@@ -144,7 +144,7 @@ def _ordered(
 
 
 def _members(found: Sequence[IdentifiedModes], first: int) -> Index:
-    """Which mode of each setup the joined modes are (n, setups), -1 for none."""
+    """Which mode of each setup the merged modes are (n, setups), -1 for none."""
     rows: list[list[int]] = [
         [k if s == first else -1 for s in range(len(found))] for k in range(len(found[first].poles))
     ]
@@ -168,7 +168,7 @@ def _members(found: Sequence[IdentifiedModes], first: int) -> Index:
 
 
 def _averaged(found: Sequence[IdentifiedModes], members: Index) -> tuple[Complex, list[ModeEvidence]]:
-    """Poles (n,) of the joined modes, and their evidence."""
+    """Poles (n,) of the merged modes, and their evidence."""
     every = [_mean(found, row) for row in members]
     return np.array([pole for pole, _ in every], dtype=complex), [e for _, e in every]
 
@@ -257,7 +257,7 @@ def _base(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Ind
 
 
 def _groups(poles: Complex) -> list[Index]:
-    """Modes joined as a space: consecutive ones that lie nearer than a quarter of a half-power half-width."""
+    """Modes merged as a space: consecutive ones that lie nearer than a quarter of a half-power half-width."""
     gap = np.abs(np.diff(poles)) > REPEATED * np.minimum(np.abs(poles.real[1:]), np.abs(poles.real[:-1]))
     return [part for part in np.split(np.arange(len(poles)), np.flatnonzero(gap) + 1) if len(part)]
 

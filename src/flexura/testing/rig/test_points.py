@@ -210,7 +210,7 @@ def sensors_note(model: FullOrderModel, placements: Sequence[str], each: Array) 
 def frequency_ratios(each: Array, measured: Sequence[Array], test_hz: float, column: int) -> float:
     """Frequency of a mode of the model over that of the test, mean over the setups that have it.
 
-    `each` (setups, k) are those of the model, `measured` those of every setup and `test_hz` the joined one, Hz.
+    `each` (setups, k) are those of the model, `measured` those of every setup and `test_hz` the merged one, Hz.
     """
     found = []
     for own, hz in zip(each[:, column], measured, strict=True):

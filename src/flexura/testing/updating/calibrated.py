@@ -13,7 +13,7 @@ from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
 from flexura.results import Tabular
 from flexura.testing.updating.misfit import Misfit
-from flexura.testing.updating.posterior import LEAST_GAIN, Direction, Sample, draw
+from flexura.testing.updating.posterior import LEAST_REDUCTION, Direction, Sample, draw
 from flexura.testing.updating.residuals import CalibrationProblem
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ class CalibratedParameter:
     """One parameter, SI: `start` and calibrated `value`, and the `interval` that holds it with 95 %, infinite where
     the data say nothing and there is no prior.
 
-    `prior` is the same interval beforehand and `reason` its origin. `information_gain` is the share of
+    `prior` is the same interval beforehand and `reason` its origin. `variance_reduction` is the share of
     the prior variance that the data took away. At a bound the Gaussian approximation is not valid.
     """
 
@@ -36,7 +36,7 @@ class CalibratedParameter:
     interval: tuple[float, float]
     prior: tuple[float, float]
     reason: str
-    information_gain: float
+    variance_reduction: float
     at_bound: bool
 
 
@@ -113,7 +113,7 @@ class Calibration(Tabular):
     @property
     def unresolved(self) -> tuple[Direction, ...]:
         """Combinations of parameters that the data cannot tell."""
-        return tuple(d for d in self.directions if d.information_gain < LEAST_GAIN)
+        return tuple(d for d in self.directions if d.variance_reduction < LEAST_REDUCTION)
 
     def sample(self, draws: int = 1000, seed: int = 0, progress: Listener | None = None) -> Sample:
         """Draws of the posterior with the model itself, which check the Gaussian intervals (theory eq. K19).
@@ -165,6 +165,6 @@ class Calibration(Tabular):
             "value [SI]": [p.value for p in own],
             "lower [SI]": [p.interval[0] for p in own],
             "upper [SI]": [p.interval[1] for p in own],
-            "information gain": [p.information_gain for p in own],
+            "variance reduction": [p.variance_reduction for p in own],
             "at bound": [p.at_bound for p in own],
         }

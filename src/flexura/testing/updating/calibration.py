@@ -17,7 +17,7 @@ from flexura.structure import Plan, one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.testing.updating.configuration import Configuration, configurations
 from flexura.testing.updating.misfit import UNLIKELY, Misfit, misfits, widening
-from flexura.testing.updating.posterior import LEAST_GAIN, QUANTILE, Direction, covariance, directions
+from flexura.testing.updating.posterior import LEAST_REDUCTION, QUANTILE, Direction, covariance, directions
 from flexura.testing.updating.residuals import CalibrationProblem
 from flexura.testing.updating.targets import ModalTarget, Target, targets_of
 from flexura.testing.updating.unknowns import Prior, Unknowns, unknowns
@@ -332,7 +332,7 @@ def _notes(
     held = [p.name for p in parameters if p.at_bound]
     if held:
         notes.append(f"at a bound, where there is no interval: {', '.join(held)}")
-    unresolved = [d for d in ways if d.information_gain < LEAST_GAIN]
+    unresolved = [d for d in ways if d.variance_reduction < LEAST_REDUCTION]
     if unresolved:
         notes.append(f"{len(unresolved)} of {len(ways)} combinations of parameters are left to the prior")
     for own in missed:

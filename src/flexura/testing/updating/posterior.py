@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 QUANTILE = 1.959963984540054
 """95 % of a normal distribution lie within so many standard deviations."""
 
-LEAST_GAIN = 0.5
-"""A direction whose information gain is less is left to the prior."""
+LEAST_REDUCTION = 0.5
+"""A direction whose variance reduction is less is left to the prior."""
 
 ENOUGH = 50
 """Effective sample size from which on intervals are given."""
@@ -33,11 +33,11 @@ SETTLED = 1.05
 class Direction:
     """A combination of parameters: `weights` by name, in prior standard deviations, unit length.
 
-    `information_gain` is the share of its prior variance that the data take away, s^2/(1 + s^2) with the singular
+    `variance_reduction` is the share of its prior variance that the data take away, s^2/(1 + s^2) with the singular
     value s of the scaled sensitivities (theory eq. K18): 1 is determined by the data alone, 0 not at all.
     """
 
-    information_gain: float
+    variance_reduction: float
     weights: dict[str, float]
 
     def __str__(self) -> str:
@@ -49,7 +49,7 @@ class Direction:
 
 
 def directions(J: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
-    """Directions of z by their information gain from weighted sensitivities J (r, P), largest first (theory eq.
+    """Directions of z by their variance reduction from weighted sensitivities J (r, P), largest first (theory eq.
     K18)."""
     _, s, Vt = np.linalg.svd(J, full_matrices=True)
     s = np.concatenate([s, np.zeros(len(names) - len(s))])

@@ -40,7 +40,7 @@ class FoundMode:
 
     `bare_hz` without sensors; `mass_loaded_hz` and `damping_ratio` with them, means over the placements. `mass_effect`
     is `mass_loaded_hz` over `bare_hz` less one. `identified_hz`, `identified_damping` and `confidence` are of all
-    placements joined; `mac` compares their shape at all accelerometers with the one without sensors, where modes are
+    placements merged; `mac` compares their shape at all accelerometers with the one without sensors, where modes are
     close with the space of these; None where the mode was missed. `placement_hz` has the true and the identified
     frequency of every placement.
     """
@@ -254,15 +254,15 @@ def compared(
     mean = hz.mean(axis=0)
     setups = {} if found is None else {own.setup: own for own in (found.setups or (found,))}
     seen = [_nearest(own, setups.get(mass_loaded[s].placement or "")) for s, own in enumerate(hz)]
-    joined: dict[int, tuple[int, float]] = {}
+    merged: dict[int, tuple[int, float]] = {}
     if found is not None:
         names = list(rig.accelerometers)
         at = [names.index(c.name) for c in found.outputs]
         shapes = bare.shapes[at][:, kept]
-        joined = _paired(found, mean, shapes)
+        merged = _paired(found, mean, shapes)
     rows = []
     for k in np.flatnonzero((mean >= band[0]) & (mean <= band[1])).tolist():
-        i, likeness = joined.get(k, (None, None))
+        i, likeness = merged.get(k, (None, None))
         each = {own.placement or "": (float(hz[s, k]), seen[s].get(k)) for s, own in enumerate(mass_loaded)}
         own = (None, None, None, None)
         if found is not None and i is not None:
@@ -270,7 +270,7 @@ def compared(
         alone = float(bare.frequency_hz[kept[k]])
         effect = float(mean[k]) / alone - 1
         rows.append(FoundMode(len(rows) + 1, alone, float(mean[k]), effect, float(ratios[:, k].mean()), *own, each))
-    taken = {i for i, _ in joined.values()}
+    taken = {i for i, _ in merged.values()}
     wrong = () if found is None else tuple(float(f) for i, f in enumerate(found.frequency_hz) if i not in taken)
     return tuple(rows), wrong
 
