@@ -13,22 +13,22 @@ from flexura.solid.fem import solid_modes, with_solid_parts
 from flexura.structure import assemble
 
 STEEL = "spring-steel"
-CLAMPED = fx.Support(fixed=fx.DOF_NAMES)
-Case = tuple[dict[str, fx.Flexure], dict[str, tuple[float, float, float]], tuple[float, float, float]]
+CLAMPED = fx.describe.Support(fixed=fx.describe.DOF_NAMES)
+Case = tuple[dict[str, fx.describe.Flexure], dict[str, tuple[float, float, float]], tuple[float, float, float]]
 
 
 def notch(radius: float, web: float, width: float, block: float) -> Case:
     """A right-circular notch with a block of its own section, `block` long."""
-    profile = fx.Notch(width=width, contour=fx.CircularContour(radius=radius, web=web))
-    member = fx.Flexure(nodes=("a", "b"), material=STEEL, reference="z", profile=profile, elements=40)
+    profile = fx.describe.Notch(width=width, contour=fx.describe.CircularContour(radius=radius, web=web))
+    member = fx.describe.Flexure(nodes=("a", "b"), material=STEEL, reference="z", profile=profile, elements=40)
     nodes = {"a": (0.0, 0.0, 0.0), "b": (2 * radius, 0.0, 0.0)}
     return {"member": member}, nodes, (block, width, 2 * radius + web)
 
 
 def leaf(length: float, width: float, thickness: float, block: tuple[float, float]) -> Case:
     """A leaf with a block, its length and thickness given."""
-    profile = fx.Leaf(width=width, thickness=thickness)
-    member = fx.Flexure(nodes=("a", "b"), material=STEEL, reference="z", profile=profile)
+    profile = fx.describe.Leaf(width=width, thickness=thickness)
+    member = fx.describe.Flexure(nodes=("a", "b"), material=STEEL, reference="z", profile=profile)
     return {"member": member}, {"a": (0.0, 0.0, 0.0), "b": (length, 0.0, 0.0)}, (block[0], width, block[1])
 
 
@@ -46,10 +46,10 @@ def lowering(case: Case, n: int = 6) -> tuple[np.ndarray, np.ndarray, np.ndarray
     b = nodes["b"]
     end = (b[0] + size[0], b[1], b[2])
     centre = (b[0] + size[0] / 2, b[1], b[2])
-    body = fx.RigidBody(centre=centre, solid=fx.Box(size=size, material=STEEL), carries=("b",))
+    body = fx.describe.RigidBody(centre=centre, solid=fx.describe.Box(size=size, material=STEEL), carries=("b",))
     rigid = fx.Mechanism(nodes=nodes, flexures=members, bodies={"block": body}, ground={"a": CLAMPED})
-    link = fx.Link(
-        nodes=("b", "c"), material=STEEL, reference="z", section=fx.Rectangle(width=size[1], thickness=size[2])
+    link = fx.describe.Link(
+        nodes=("b", "c"), material=STEEL, reference="z", section=fx.describe.Rectangle(width=size[1], thickness=size[2])
     )
     whole = rigid.model_copy(update={"bodies": {}, "nodes": {**nodes, "c": end}, "links": {"block": link}})
     hz = solid_modes(assemble(whole), n).solution.frequency_hz[:n]

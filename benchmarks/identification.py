@@ -46,7 +46,7 @@ class Tally:
     frequency: list[float] = field(default_factory=list)
     damping: list[float] = field(default_factory=list)
 
-    def add(self, system: System, frf: fx.MeasuredFRF, count: int, band: tuple[float, float]) -> None:
+    def add(self, system: System, frf: fx.testing.MeasuredFRF, count: int, band: tuple[float, float]) -> None:
         """Identify one system."""
         try:
             result = fx.identify(frf, band=band, least_confidence=0.0)

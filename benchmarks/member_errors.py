@@ -12,14 +12,14 @@ import flexura as fx
 from flexura.beam import rigid_arm
 from flexura.solid.fem import with_solid_parts
 
-METAL = {"metal": fx.Material(E=200e9, nu=0.3, rho=7800.0)}
+METAL = {"metal": fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)}
 NAMES = ("stretch", "twist", "y moment", "y parallel", "z moment", "z parallel")
 
 
-def stiffnesses(profile: fx.Leaf | fx.Notch, length: float, is_solid: bool) -> np.ndarray:
+def stiffnesses(profile: fx.describe.Leaf | fx.describe.Notch, length: float, is_solid: bool) -> np.ndarray:
     """Six stiffnesses (6,) of a member clamped at one end: stretch, twist, and bending in both planes."""
     how = {"ends": ("clamped", "clamped"), "elements": 100, "integration": "tapered"}
-    member = fx.Flexure(nodes=("a", "b"), material="metal", reference="z", profile=profile, **how)
+    member = fx.describe.Flexure(nodes=("a", "b"), material="metal", reference="z", profile=profile, **how)
     mechanism = fx.Mechanism(
         materials=METAL,
         nodes={"a": (0.0, 0.0, 0.0), "b": (length, 0.0, 0.0)},
@@ -35,7 +35,7 @@ def stiffnesses(profile: fx.Leaf | fx.Notch, length: float, is_solid: bool) -> n
     return 1 / own[[0, 3, 4, 2, 5, 1]]
 
 
-def row(profile: fx.Leaf | fx.Notch, length: float) -> np.ndarray:
+def row(profile: fx.describe.Leaf | fx.describe.Notch, length: float) -> np.ndarray:
     """Errors (6,), %, of the corrected beam's stiffness."""
     return 100 * (stiffnesses(profile, length, False) / stiffnesses(profile, length, True) - 1)
 
@@ -46,12 +46,12 @@ def main() -> None:
     b = 10e-3
     for slender in (5.0, 15.0):
         for short in (0.3, 0.6, 1.0, 2.0, 5.0):
-            errors = row(fx.Leaf(width=b, thickness=b / slender), short * b)
+            errors = row(fx.describe.Leaf(width=b, thickness=b / slender), short * b)
             print(f"leaf ({slender:g}, {short:g}): (" + ", ".join(f"{e:.1f}" for e in errors) + "),", flush=True)
     R = 3e-3
     for deep in (2.0, 5.0, 15.0, 50.0):
         for broad in (0.2, 1.0, 3.0):
-            notch = fx.Notch(width=2 * R * broad, contour=fx.CircularContour(radius=R, web=R / deep))
+            notch = fx.describe.Notch(width=2 * R * broad, contour=fx.describe.CircularContour(radius=R, web=R / deep))
             errors = row(notch, 2 * R)
             print(f"notch ({deep:g}, {broad:g}): (" + ", ".join(f"{e:.1f}" for e in errors) + "),", flush=True)
 

@@ -19,23 +19,23 @@ from flexura.solid.fem import solid_modes, with_solid_parts
 from flexura.solid.verification import verify
 from flexura.structure import assemble
 
-METAL = {"metal": fx.Material(E=71.7e9, nu=0.33, rho=2810.0)}
+METAL = {"metal": fx.describe.Material(E=71.7e9, nu=0.33, rho=2810.0)}
 SHARED = {"material": "metal", "reference": "z"}
 KINDS: tuple[Faces, ...] = ("rigid", "flexible", "averaged")
 BLOCK = 10e-3
 
 MEMBERS = {  # profile, length, thickness of the blocks
     "notch, circular R 4, t 0.3, width 10": (
-        fx.Notch(width=10e-3, contour=fx.CircularContour(radius=4e-3, web=0.3e-3)),
+        fx.describe.Notch(width=10e-3, contour=fx.describe.CircularContour(radius=4e-3, web=0.3e-3)),
         8e-3,
         8.3e-3,
     ),
     "notch, parabolic a 4, b 3, t 0.5, width 6": (
-        fx.Notch(width=6e-3, contour=fx.ParabolicContour(depth=3e-3, web=0.5e-3)),
+        fx.describe.Notch(width=6e-3, contour=fx.describe.ParabolicContour(depth=3e-3, web=0.5e-3)),
         8e-3,
         6.5e-3,
     ),
-    "leaf 10 x 10 x 0.3 on blocks 8 thick": (fx.Leaf(width=10e-3, thickness=0.3e-3), 10e-3, 8e-3),
+    "leaf 10 x 10 x 0.3 on blocks 8 thick": (fx.describe.Leaf(width=10e-3, thickness=0.3e-3), 10e-3, 8e-3),
 }
 
 
@@ -47,13 +47,15 @@ def compliance(mechanism: fx.Mechanism, length: float) -> np.ndarray:
     return np.diag(inverse @ C @ inverse.T)[[0, 3, 4, 5]]
 
 
-def between(links: dict[str, fx.Link | fx.Flexure], nodes: dict[str, float], **more: object) -> fx.Mechanism:
+def between(
+    links: dict[str, fx.describe.Link | fx.describe.Flexure], nodes: dict[str, float], **more: object
+) -> fx.Mechanism:
     """Members along x from `a`, which is clamped, to `b`."""
     return fx.Mechanism(
         materials=METAL,
         nodes={key: (x, 0.0, 0.0) for key, x in nodes.items()},
-        links={key: m for key, m in links.items() if isinstance(m, fx.Link)},
-        flexures={key: m for key, m in links.items() if isinstance(m, fx.Flexure)},
+        links={key: m for key, m in links.items() if isinstance(m, fx.describe.Link)},
+        flexures={key: m for key, m in links.items() if isinstance(m, fx.describe.Flexure)},
         ground={"a": "clamped"},
         **more,
     )
@@ -63,20 +65,20 @@ def stiffness_rows(name: str, size: float) -> None:
     """Print the errors, %, of a member's stiffness."""
     profile, length, thickness = MEMBERS[name]
     width = profile.width
-    section = fx.Rectangle(width=width, thickness=thickness)
+    section = fx.describe.Rectangle(width=width, thickness=thickness)
     ends = {"a": 0.0, "c": BLOCK, "d": BLOCK + length, "b": 2 * BLOCK + length}
     members = {
-        "first": fx.Link(nodes=("a", "c"), section=section, **SHARED),
-        "last": fx.Link(nodes=("d", "b"), section=section, **SHARED),
-        "member": fx.Flexure(nodes=("c", "d"), profile=profile, **SHARED),
+        "first": fx.describe.Link(nodes=("a", "c"), section=section, **SHARED),
+        "last": fx.describe.Link(nodes=("d", "b"), section=section, **SHARED),
+        "member": fx.describe.Flexure(nodes=("c", "d"), profile=profile, **SHARED),
     }
     joined = with_solid_parts(between(members, ends, fidelity="solid"), size=size, keep=0)
-    bar = {"bar": fx.Link(nodes=("a", "b"), section=section, **SHARED)}
+    bar = {"bar": fx.describe.Link(nodes=("a", "b"), section=section, **SHARED)}
     blocks = with_solid_parts(between(bar, {"a": 0.0, "b": 2 * BLOCK}, fidelity="solid"), size=size, keep=0)
     wanted = compliance(joined, ends["b"]) - compliance(blocks, 2 * BLOCK)
     alone = {"a": 0.0, "b": length}
     for kind in KINDS:
-        member = fx.Flexure(nodes=("a", "b"), profile=profile, faces=kind, **SHARED)
+        member = fx.describe.Flexure(nodes=("a", "b"), profile=profile, faces=kind, **SHARED)
         try:
             part = with_solid_parts(between({"member": member}, alone, fidelity="solid"), keep=0)
         except fx.OptionError:
@@ -85,7 +87,7 @@ def stiffness_rows(name: str, size: float) -> None:
         order = 12 + part.superelements["member"].amplitudes
         print_row(name, kind, wanted / compliance(part, length) - 1, order)
     for label, corrections in (("beam, plain", "none"), ("beam, corrected", "auto")):
-        member = fx.Flexure(nodes=("a", "b"), profile=profile, ends=("clamped", "clamped"), **SHARED)
+        member = fx.describe.Flexure(nodes=("a", "b"), profile=profile, ends=("clamped", "clamped"), **SHARED)
         beam = between({"member": member}, alone, corrections=corrections)
         print_row(name, label, wanted / compliance(beam, length) - 1, None)
 
@@ -99,7 +101,7 @@ def bridge(solid_blocks: bool, faces: Faces = "rigid", fidelity: str | None = No
     """A bridge amplifier as in examples/amplifier, with its blocks centred on the leaves, rigid or solid."""
     leaf, arm, depth, rise, block, h = 5e-3, 15e-3, 10e-3, 1.5e-3, 5e-3, 8e-3
     x = block + 2 * leaf + arm
-    thin = fx.Leaf(width=depth, thickness=0.5e-3)
+    thin = fx.describe.Leaf(width=depth, thickness=0.5e-3)
     shared = {**SHARED, "faces": faces}
     nodes = {
         "output": (0.0, 0.0, h),
@@ -113,37 +115,41 @@ def bridge(solid_blocks: bool, faces: Faces = "rigid", fidelity: str | None = No
         {"nodes": ("root", "inner")} if solid_blocks else {"nodes": ("output", "inner"), "start_offset": (block, 0, 0)}
     )
     flexures = {
-        "inner_leaf": fx.Flexure(profile=thin, **start, **shared),
-        "outer_leaf": fx.Flexure(
+        "inner_leaf": fx.describe.Flexure(profile=thin, **start, **shared),
+        "outer_leaf": fx.describe.Flexure(
             nodes=("outer", "input"), start_offset=(0, 0, -rise), end_offset=(-3e-3, 0, -rise), profile=thin, **shared
         ),
     }
-    section = fx.Rectangle(width=depth, thickness=3e-3)
-    links = {"arm": fx.Link(nodes=("inner", "outer"), section=section, **shared)}
+    section = fx.describe.Rectangle(width=depth, thickness=3e-3)
+    links = {"arm": fx.describe.Link(nodes=("inner", "outer"), section=section, **shared)}
     interface = ("output", "middle") if solid_blocks else ("output", "input")
     if solid_blocks:
         upright = {**shared, "reference": "x"}
-        links["out"] = fx.Link(nodes=("output", "root"), section=fx.Rectangle(width=depth, thickness=8e-3), **shared)
-        links["in"] = fx.Link(nodes=("input", "middle"), section=fx.Rectangle(width=depth, thickness=6e-3), **upright)
+        links["out"] = fx.describe.Link(
+            nodes=("output", "root"), section=fx.describe.Rectangle(width=depth, thickness=8e-3), **shared
+        )
+        links["in"] = fx.describe.Link(
+            nodes=("input", "middle"), section=fx.describe.Rectangle(width=depth, thickness=6e-3), **upright
+        )
     kept = nodes if solid_blocks else {key: at for key, at in nodes.items() if key not in ("root", "middle")}
-    quarter = fx.Substructure(nodes=kept, flexures=flexures, links=links, interface=interface)
-    mirrors = (fx.MirrorPattern(normal=(1, 0, 0)), fx.MirrorPattern(normal=(0, 0, 1)))
+    quarter = fx.describe.Substructure(nodes=kept, flexures=flexures, links=links, interface=interface)
+    mirrors = (fx.describe.MirrorPattern(normal=(1, 0, 0)), fx.describe.MirrorPattern(normal=(0, 0, 1)))
     joints = [("quarter1.output", "quarter2.output"), ("quarter3.output", "quarter4.output")]
     bodies = {}
     if solid_blocks:
         joints += [("quarter1.middle", "quarter3.middle"), ("quarter2.middle", "quarter4.middle")]
     else:
-        upper = fx.Box(size=(2 * block, depth, 8e-3), material="metal")
-        side = fx.Box(size=(6e-3, depth, 2 * h), material="metal")
+        upper = fx.describe.Box(size=(2 * block, depth, 8e-3), material="metal")
+        side = fx.describe.Box(size=(6e-3, depth, 2 * h), material="metal")
         carried = {"right": ("quarter1.input", "quarter3.input"), "left": ("quarter2.input", "quarter4.input")}
-        bodies["upper"] = fx.RigidBody(centre=(0, 0, h), solid=upper, carries=("quarter1.output",))
+        bodies["upper"] = fx.describe.RigidBody(centre=(0, 0, h), solid=upper, carries=("quarter1.output",))
         for sign, key in ((1, "right"), (-1, "left")):
-            bodies[key] = fx.RigidBody(centre=(sign * (x + 3e-3), 0, 0), solid=side, carries=carried[key])
+            bodies[key] = fx.describe.RigidBody(centre=(sign * (x + 3e-3), 0, 0), solid=side, carries=carried[key])
     return fx.Mechanism(
         materials=METAL,
         fidelity=fidelity,
         substructures={"quarter": quarter},
-        instances={"quarter": fx.Instance(of="quarter", pattern=mirrors)},
+        instances={"quarter": fx.describe.Instance(of="quarter", pattern=mirrors)},
         joints=tuple(joints),
         bodies=bodies,
         ground={"quarter3.output": "clamped"},
@@ -174,12 +180,12 @@ def leaf_rows() -> None:
     """Print errors, %, of a leaf with a block against quadratic tetrahedra of both (192 000 DOFs)."""
     wanted = np.array([127.1, 607.0, 1399.0, 3696.0])
     nodes = {"a": 0.0, "b": 10e-3, "c": 20e-3}
-    box = fx.Box(size=(10e-3, 10e-3, 8e-3), material="metal")
-    body = {"block": fx.RigidBody(centre=(15e-3, 0, 0), solid=box, carries=("b",))}
-    solid = fx.Link(nodes=("b", "c"), section=fx.Rectangle(width=10e-3, thickness=8e-3), **SHARED)
+    box = fx.describe.Box(size=(10e-3, 10e-3, 8e-3), material="metal")
+    body = {"block": fx.describe.RigidBody(centre=(15e-3, 0, 0), solid=box, carries=("b",))}
+    solid = fx.describe.Link(nodes=("b", "c"), section=fx.describe.Rectangle(width=10e-3, thickness=8e-3), **SHARED)
     for kind, is_body in (("rigid", True), ("rigid", False), ("averaged", True)):
-        leaf = fx.Leaf(width=10e-3, thickness=0.3e-3)
-        members = {"leaf": fx.Flexure(nodes=("a", "b"), profile=leaf, faces=kind, **SHARED)}
+        leaf = fx.describe.Leaf(width=10e-3, thickness=0.3e-3)
+        members = {"leaf": fx.describe.Flexure(nodes=("a", "b"), profile=leaf, faces=kind, **SHARED)}
         if is_body:
             described = between(members, {"a": 0.0, "b": 10e-3}, fidelity="solid", bodies=body)
         else:

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from collections import Counter
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -11,11 +12,15 @@ import pytest
 
 import flexura
 from flexura.lazy import listed
+from helpers.public_names import IN_TWO_PLACES, NAMESPACES, public_names
 
 STUBS = sorted(Path(flexura.__file__).parent.rglob("__init__.pyi"))
 FACES = [".".join(stub.parent.relative_to(Path(flexura.__file__).parents[1]).parts) for stub in STUBS]
-MODULES = {"contour", "dimension", "element", "occ", "profile", "section", "signals", "strip", "wedge"}
-"""Faces show these as they are: families of functions and constants."""
+MODULES = {
+    *("contour", "dimension", "element", "occ", "profile", "section", "signals", "strip", "wedge"),
+    *NAMESPACES,
+}
+"""Faces show these as they are: families of functions and constants, and the namespaces of the package."""
 
 
 @pytest.mark.parametrize("stub", STUBS, ids=FACES)
@@ -45,3 +50,26 @@ def test_a_module_does_not_hide_the_function_of_its_name(module):
 def test_a_name_that_a_face_lacks_is_an_attribute_error():
     with pytest.raises(AttributeError, match=re.escape("module 'flexura.analysis' has no attribute 'mode'")):
         import_module("flexura.analysis").mode  # noqa: B018
+
+
+def test_a_public_name_is_in_one_namespace_alone():
+    names = Counter(place.rpartition(".")[2] for place in public_names())
+    assert [name for name, count in names.items() if count > 1] == []
+    assert getattr(flexura, IN_TWO_PLACES) is getattr(flexura.describe, IN_TWO_PLACES)
+
+
+def test_the_top_has_verbs_and_results_alone():
+    """What describes a mechanism, and pictures, have namespaces of their own."""
+    described = {name for name in flexura.describe.__all__ if name != IN_TWO_PLACES}
+    assert not described & set(flexura.__all__)
+    assert not [name for name in flexura.__all__ if name.startswith("draw_")]
+
+
+@pytest.mark.parametrize(
+    "name", ["describe.Leaf", "modal.mac", "solid.imported", "testing.Recording", "view.draw_bode"]
+)
+def test_namespaces_need_no_import_of_their_own(name):
+    """In a process of its own, where nothing else has imported them."""
+    code = f"import flexura, sys\nassert 'numpy' not in sys.modules\nprint(flexura.{name}.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == name.rpartition(".")[2]

@@ -11,8 +11,9 @@ import pytest
 
 import flexura
 from flexura.cli.app import COMMANDS, loaded
+from helpers.public_names import public_names
 
-FUNCTIONS = {name: getattr(flexura, name) for name in flexura.__all__ if inspect.isfunction(getattr(flexura, name))}
+FUNCTIONS = {name: own for name, own in public_names().items() if inspect.isfunction(own)}
 SIGNATURES = {name: inspect.signature(function) for name, function in FUNCTIONS.items()}
 VERBS = [name for name, signature in SIGNATURES.items() if "parameters" in signature.parameters]
 """What is asked of a mechanism at values of its parameters."""
@@ -44,14 +45,14 @@ SHELL = {
     "place-sensors": ((flexura.place_sensors,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "estimate-frf": ((flexura.estimate_frf, flexura.read_measurement), {"data"}),
-    "virtual-test": ((flexura.virtual_test, flexura.save_virtual_test), set()),
+    "virtual-test": ((flexura.virtual_test, flexura.view.save_virtual_test), set()),
     "export": (
         (flexura.export, flexura.state_space, flexura.system, flexura.StateSpace.discretised),
         {"what"},  # of the things that are exported
     ),
     "identify": ((flexura.identify, flexura.read_measurement), {"data"}),
     "schema": ((flexura.schema,), set()),
-    "view": ((flexura.draw_mechanism,), set()),
+    "view": ((flexura.view.draw_mechanism,), set()),
 }
 """By command: the functions whose words its options are, and the options that only a command has."""
 

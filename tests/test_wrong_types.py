@@ -10,14 +10,17 @@ import pytest
 
 import flexura as fx
 from flexura.arguments import verb
+from helpers.public_names import public_names
 
-VERBS = sorted(
-    name for name in fx.__all__ if inspect.isfunction(getattr(fx, name)) and name not in ("size_limits", "schema")
-)
-OF_NUMBERS = {"comac", "frac", "mac", "screw_axis"}
+VERBS = {
+    name: own
+    for name, own in public_names().items()
+    if inspect.isfunction(own) and name not in ("size_limits", "schema")
+}
+OF_NUMBERS = {"modal.comac", "modal.frac", "modal.mac", "screw_axis"}
 """Verbs that take a single number for an array."""
 
-OF_NAMES = {"parameter"}
+OF_NAMES = {"describe.parameter"}
 """Verbs that take any text."""
 
 
@@ -36,11 +39,11 @@ def needed(function, value):
 @pytest.mark.parametrize("name", VERBS)
 def test_a_wrong_type_is_an_error_of_ours(name, value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    places, keywords = needed(getattr(fx, name), value)
+    places, keywords = needed(VERBS[name], value)
     if (name in OF_NUMBERS and value == 3) or (name in OF_NAMES and isinstance(value, str)):
         return
     with pytest.raises(fx.FlexuraError) as caught:
-        getattr(fx, name)(*places, **keywords)
+        VERBS[name](*places, **keywords)
     assert str(caught.value).strip()
     assert not list(tmp_path.iterdir())
 
@@ -79,4 +82,4 @@ def test_numbers_that_no_solver_takes():
 
 
 def test_verbs_are_found_again_by_other_processes():
-    assert all(pickle.loads(pickle.dumps(getattr(fx, name))) is getattr(fx, name) for name in VERBS)
+    assert all(pickle.loads(pickle.dumps(own)) is own for own in VERBS.values())

@@ -37,7 +37,8 @@ import importlib, pkgutil, flexura
 names = [m.name for m in pkgutil.walk_packages(flexura.__path__, "flexura.") if not m.name.endswith("__main__")]
 for name in names:
     importlib.import_module(name)
-public = [getattr(flexura, name) for name in flexura.__all__]
+faces = [flexura, flexura.describe, flexura.modal, flexura.solid, flexura.testing, flexura.view]
+public = [getattr(face, name) for face in faces for name in face.__all__]
 print(f"{len(names)} modules, {len(public)} public names, numpy {__import__('numpy').__version__}")
 """
 TESTS = (

@@ -50,7 +50,7 @@ def pivot() -> None:
     result = fx.modes(fx.loads(block[1]), n=1)
     mode = result.modes[0]
     title = f"mode 1: {mode.frequency_hz:.4g} Hz"
-    figure = fx.draw_mode(result.model, result.shapes[:, :, 0], title=title, subtitle=mode.motion.summary)
+    figure = fx.view.draw_mode(result.model, result.shapes[:, :, 0], title=title, subtitle=mode.motion.summary)
     figure.savefig(HERE / "pivot_mode_01.png", dpi=100)
 
 
@@ -58,7 +58,7 @@ def rpr() -> None:
     """The RPR mechanism and its first six modes, as on the front page."""
     result = fx.modes(fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml"), n=6)
     with TemporaryDirectory() as folder:
-        fx.save_modes(result, folder)
+        fx.view.save_modes(result, folder)
         for name in ("mechanism", "modes"):
             shutil.copy(Path(folder) / f"{name}.png", HERE / f"rpr_{name}.png")
 
@@ -67,13 +67,13 @@ def rpr_response() -> None:
     """All frequency responses of the platform of the RPR mechanism, damping ratios of 1 % assumed."""
     mechanism = fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml")
     result = fx.frequency_response(mechanism, band=(3, 60), damping=0.01)
-    fx.draw_response_matrix(result).savefig(HERE / "rpr_response.png", dpi=100)
+    fx.view.draw_response_matrix(result).savefig(HERE / "rpr_response.png", dpi=100)
 
 
 def rpr_solid() -> None:
     """The second mode of the RPR mechanism as corrected beams and as a solid."""
     result = fx.verify(fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml"))
-    fx.draw_mode_pair(result, 2).savefig(HERE / "rpr_solid.png", dpi=100)
+    fx.view.draw_mode_pair(result, 2).savefig(HERE / "rpr_solid.png", dpi=100)
 
 
 def two_claims() -> None:
@@ -86,7 +86,9 @@ def rpr_test() -> None:
     """The virtual test of the RPR mechanism beside the measured frequencies."""
     folder = HERE.parents[1] / "examples" / "rpr"
     result = fx.virtual_test(fx.load(folder / "rpr_test.yaml"))
-    fx.draw_virtual_test(result, fx.read_frequencies(folder / "table5.csv")).savefig(HERE / "rpr_test.png", dpi=100)
+    fx.view.draw_virtual_test(result, fx.read_frequencies(folder / "table5.csv")).savefig(
+        HERE / "rpr_test.png", dpi=100
+    )
 
 
 def closed_loop() -> None:

@@ -76,10 +76,10 @@ def run(folder: Path) -> None:
             file.unlink()
 
 
-def leaf(folder: Path = HERE) -> fx.ImportedPart:
+def leaf(folder: Path = HERE) -> fx.solid.ImportedPart:
     """Return the leaf of a folder as a superelement over the middles of its ends."""
-    stored = fx.read_calculix(folder / "leaf.inp", units=UNITS)
-    return fx.imported(stored, {"foot": "FOOT", "head": "HEAD"}, keep=2)
+    stored = fx.solid.read_calculix(folder / "leaf.inp", units=UNITS)
+    return fx.solid.imported(stored, {"foot": "FOOT", "head": "HEAD"}, keep=2)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@
     result = flexura.modes(mechanism, n=6)
     print(result.frequency_hz, result.evidence.complete)
 
+Verbs and results are here, what a mechanism is described with is in `flexura.describe`, pictures are in `flexura.view`.
 Names are imported on first use, so that `import flexura` stays quick.
 """
 

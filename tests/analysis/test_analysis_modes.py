@@ -10,23 +10,28 @@ import pytest
 
 import flexura as fx
 
-STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
+STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
 
 
 def guide(**changes: object) -> fx.Mechanism:
     """A body on two parallel leaves that bend along x."""
-    blade = fx.Leaf(width=0.02, thickness=0.0005)
+    blade = fx.describe.Leaf(width=0.02, thickness=0.0005)
     data: dict[str, object] = {
         "materials": {"steel": STEEL},
         "nodes": {"f1": (0, 0, 0), "h1": (0, 0, 0.06), "f2": (0.05, 0, 0), "h2": (0.05, 0, 0.06)},
         "flexures": {
-            "left": fx.Flexure(nodes=("f1", "h1"), material="steel", reference=(1, 0, 0), profile=blade),
-            "right": fx.Flexure(nodes=("f2", "h2"), material="steel", reference=(1, 0, 0), profile=blade),
+            "left": fx.describe.Flexure(nodes=("f1", "h1"), material="steel", reference=(1, 0, 0), profile=blade),
+            "right": fx.describe.Flexure(nodes=("f2", "h2"), material="steel", reference=(1, 0, 0), profile=blade),
         },
         "bodies": {
-            "table": fx.RigidBody(centre=(0.025, 0, 0.065), mass=0.1, inertia=(1e-5, 3e-5, 3e-5), carries=("h1", "h2"))
+            "table": fx.describe.RigidBody(
+                centre=(0.025, 0, 0.065), mass=0.1, inertia=(1e-5, 3e-5, 3e-5), carries=("h1", "h2")
+            )
         },
-        "ground": {"f1": fx.Support(fixed=fx.DOF_NAMES), "f2": fx.Support(fixed=fx.DOF_NAMES)},
+        "ground": {
+            "f1": fx.describe.Support(fixed=fx.describe.DOF_NAMES),
+            "f2": fx.describe.Support(fixed=fx.describe.DOF_NAMES),
+        },
     }
     return fx.Mechanism(**(data | changes))
 
@@ -117,7 +122,7 @@ def test_impossible_options_are_refused(arguments: dict[str, object]) -> None:
 
 
 def test_everything_held_is_refused() -> None:
-    held = guide(ground={name: fx.Support(fixed=fx.DOF_NAMES) for name in ("f1", "f2", "table")})
+    held = guide(ground={name: fx.describe.Support(fixed=fx.describe.DOF_NAMES) for name in ("f1", "f2", "table")})
     low = fx.modes(held, n=2, keep=2)
     assert low.evidence.complete  # the leaves still vibrate between held ends
     by_tolerance = fx.modes(held, n=2)
@@ -130,12 +135,17 @@ def test_check_doubts_near_mechanism_by_the_name_of_the_dof() -> None:
     loose = guide(
         nodes={"f1": (0, 0, 0), "h1": (0, 0, 0.06)},
         flexures={
-            "left": fx.Flexure(
-                nodes=("f1", "h1"), material="steel", reference=(1, 0, 0), profile=fx.Leaf(width=0.02, thickness=0.0005)
+            "left": fx.describe.Flexure(
+                nodes=("f1", "h1"),
+                material="steel",
+                reference=(1, 0, 0),
+                profile=fx.describe.Leaf(width=0.02, thickness=0.0005),
             )
         },
-        bodies={"table": fx.RigidBody(centre=(0, 0, 0.065), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("h1",))},
-        ground={"f1": fx.Support(free=("rx",))},
+        bodies={
+            "table": fx.describe.RigidBody(centre=(0, 0, 0.065), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("h1",))
+        },
+        ground={"f1": fx.describe.Support(free=("rx",))},
     )
     doubts = fx.check(loose).doubts
     free = [doubt for doubt in doubts if doubt.kind == "mechanism"]
@@ -148,15 +158,20 @@ def test_check_doubts_near_mechanism_by_the_name_of_the_dof() -> None:
 def test_check_doubts_ungrounded_overlapping_wide_and_shear_members() -> None:
     doubts = {doubt.kind for doubt in fx.check(guide(ground={}, corrections="none")).doubts}
     assert {"ungrounded", "wide"} <= doubts
-    stub = fx.Link(
-        nodes=("h1", "h2"), material="steel", reference=(0, 0, 1), section=fx.Rectangle(width=0.02, thickness=0.02)
+    stub = fx.describe.Link(
+        nodes=("h1", "h2"),
+        material="steel",
+        reference=(0, 0, 1),
+        section=fx.describe.Rectangle(width=0.02, thickness=0.02),
     )
     assert "shear" in {d.kind for d in fx.check(guide(links={"stub": stub}, corrections="none")).doubts}
     twin = guide(
         nodes={**guide().nodes, "h3": (0, 0, 0.06)},
-        masses={"m": fx.PointMass(node="h3", mass=0.01)},
+        masses={"m": fx.describe.PointMass(node="h3", mass=0.01)},
         springs={
-            "s": fx.Spring(nodes=("h3", "f2"), stiffness=fx.DiagonalStiffness(tx=1e3, ty=1e3, tz=1e3, rx=1, ry=1, rz=1))
+            "s": fx.describe.Spring(
+                nodes=("h3", "f2"), stiffness=fx.describe.DiagonalStiffness(tx=1e3, ty=1e3, tz=1e3, rx=1, ry=1, rz=1)
+            )
         },
     )
     assert any(d.kind == "overlap" and "h3" in d.text + d.place for d in fx.check(twin).doubts)
@@ -166,7 +181,7 @@ def test_check_counts() -> None:
     report = fx.check(guide())
     assert report.full_order == 6 * (2 * 9 + 1)
     assert report.low_order == 6
-    assert report.held == {"f1": fx.DOF_NAMES, "f2": fx.DOF_NAMES}
+    assert report.held == {"f1": fx.describe.DOF_NAMES, "f2": fx.describe.DOF_NAMES}
     assert report.rigid_bodies == {"table": pytest.approx(0.1)}
 
 
@@ -206,8 +221,11 @@ def test_a_missing_mode_widens_intervals_and_is_counted():
 ARM = {
     "nodes": {"foot": (0, 0, 0), "tip": (0.05, 0, 0)},
     "flexures": {
-        "blade": fx.Flexure(
-            nodes=("foot", "tip"), material="steel", reference=(0, 0, 1), profile=fx.Leaf(width=0.01, thickness=0.0005)
+        "blade": fx.describe.Flexure(
+            nodes=("foot", "tip"),
+            material="steel",
+            reference=(0, 0, 1),
+            profile=fx.describe.Leaf(width=0.01, thickness=0.0005),
         )
     },
 }
@@ -216,17 +234,19 @@ ARM = {
 def test_a_heavy_point_mass_beside_a_light_body_is_what_moves() -> None:
     """The mass at the end of one leaf swings, a light body at the end of another stands nearly still: the summary
     names what the table of kinetic energy names."""
-    leaf = {"material": "steel", "reference": (0, 0, 1), "profile": fx.Leaf(width=0.01, thickness=0.0005)}
+    leaf = {"material": "steel", "reference": (0, 0, 1), "profile": fx.describe.Leaf(width=0.01, thickness=0.0005)}
     both = fx.Mechanism(
         materials={"steel": STEEL},
         nodes={"foot": (0, 0, 0), "end": (0.05, 0, 0), "far": (0.1, 0, 0), "other": (0, 0.05, 0)},
         flexures={
-            "long": fx.Flexure(nodes=("foot", "end"), **leaf),
-            "joint": fx.Flexure(nodes=("end", "far"), **leaf),
-            "short": fx.Flexure(nodes=("foot", "other"), **leaf),
+            "long": fx.describe.Flexure(nodes=("foot", "end"), **leaf),
+            "joint": fx.describe.Flexure(nodes=("end", "far"), **leaf),
+            "short": fx.describe.Flexure(nodes=("foot", "other"), **leaf),
         },
-        masses={"payload": fx.PointMass(node="far", mass=1.0, offset=(0.01, 0, 0))},
-        bodies={"light": fx.RigidBody(centre=(0.05, 0, 0), mass=1e-3, inertia=(1e-8, 1e-8, 1e-8), carries=("end",))},
+        masses={"payload": fx.describe.PointMass(node="far", mass=1.0, offset=(0.01, 0, 0))},
+        bodies={
+            "light": fx.describe.RigidBody(centre=(0.05, 0, 0), mass=1e-3, inertia=(1e-8, 1e-8, 1e-8), carries=("end",))
+        },
         ground={"foot": "clamped"},
     )
     mode = fx.modes(both, n=1, order="full").modes[0]
@@ -236,7 +256,7 @@ def test_a_heavy_point_mass_beside_a_light_body_is_what_moves() -> None:
 
 
 def test_a_mass_that_a_body_carries_counts_as_the_body() -> None:
-    loaded = guide(masses={"payload": fx.PointMass(node="h1", mass=5.0)})
+    loaded = guide(masses={"payload": fx.describe.PointMass(node="h1", mass=5.0)})
     motion = fx.modes(loaded, n=1).modes[0].motion
     assert motion.summary.startswith("table moves along x (")
     assert motion.masses[0].body == "payload" and motion.masses[0].kinetic_share > 0.9
@@ -244,8 +264,8 @@ def test_a_mass_that_a_body_carries_counts_as_the_body() -> None:
 
 def test_kinetic_energies_of_bodies_and_masses_are_those_of_the_mass_matrix() -> None:
     """With massless leaves everything that moves is rigid, masses off their node and with inertia included."""
-    air = fx.Material(E=200e9, nu=0.3, rho=1e-9)
-    point = fx.PointMass(node="h1", mass=0.3, offset=(0.01, 0.02, -0.03), inertia=(1e-4, 2e-4, 3e-4))
+    air = fx.describe.Material(E=200e9, nu=0.3, rho=1e-9)
+    point = fx.describe.PointMass(node="h1", mass=0.3, offset=(0.01, 0.02, -0.03), inertia=(1e-4, 2e-4, 3e-4))
     for mode in fx.modes(guide(materials={"steel": air}, masses={"m": point}), n=4).modes:
         motion = mode.motion
         assert sum(m.kinetic_share for m in (*motion.bodies, *motion.masses)) == pytest.approx(1.0, abs=1e-6)
@@ -264,8 +284,8 @@ def test_a_mechanism_of_instances_alone_names_their_nodes(interface: tuple[str, 
     arms = fx.Mechanism(
         materials={"steel": STEEL},
         corrections="none",
-        substructures={"arm": fx.Substructure(**ARM, interface=interface)},
-        instances={"arm": fx.Instance(of="arm")},
+        substructures={"arm": fx.describe.Substructure(**ARM, interface=interface)},
+        instances={"arm": fx.describe.Instance(of="arm")},
         ground={"arm.foot": "clamped"},
     )
     first = fx.modes(arms, n=2, order="full").modes[0]
@@ -276,13 +296,13 @@ def test_a_mechanism_of_instances_alone_names_their_nodes(interface: tuple[str, 
 
 def test_many_equal_bodies_are_not_said_to_stand_still() -> None:
     """Forty bodies on forty springs, none with more than a fortieth of the energy."""
-    spring = fx.DiagonalStiffness(tx=1e3, ty=1e5, tz=1e5, rx=1e2, ry=1e2, rz=1e2)
+    spring = fx.describe.DiagonalStiffness(tx=1e3, ty=1e5, tz=1e5, rx=1e2, ry=1e2, rz=1e2)
     names = [f"b{k}" for k in range(40)]
-    held = {k: fx.Spring(nodes=(k,), stiffness=spring) for k in names}
-    tie = fx.DiagonalStiffness(tx=1e4, ty=1e4, tz=1e4, rx=1, ry=1, rz=1)
-    ties = {f"t{a}": fx.Spring(nodes=(a, b), stiffness=tie) for a, b in pairwise(names)}
+    held = {k: fx.describe.Spring(nodes=(k,), stiffness=spring) for k in names}
+    tie = fx.describe.DiagonalStiffness(tx=1e4, ty=1e4, tz=1e4, rx=1, ry=1, rz=1)
+    ties = {f"t{a}": fx.describe.Spring(nodes=(a, b), stiffness=tie) for a, b in pairwise(names)}
     row = fx.Mechanism(
-        bodies={k: fx.RigidBody(centre=(0, 0, 0), mass=0.1, inertia=(1e-5,) * 3) for k in names},
+        bodies={k: fx.describe.RigidBody(centre=(0, 0, 0), mass=0.1, inertia=(1e-5,) * 3) for k in names},
         springs={f"s{k}": s for k, s in held.items()} | ties,
     )
     said = fx.modes(row, n=1, order="full").modes[0].motion.summary

@@ -13,7 +13,7 @@ from flexura.analysis.elastic_solids import ElasticSolid, Patch
 from flexura.structure import assemble
 
 E, NU, RHO = 206e9, 0.3, 7850.0
-CLAMPED = fx.Support(fixed=fx.DOF_NAMES)
+CLAMPED = fx.describe.Support(fixed=fx.describe.DOF_NAMES)
 FREE_BEAM = 4.730041  # first root of cos x cosh x = 1 (Blevins, Formulas for Natural Frequency and Mode Shape, 1979)
 
 
@@ -62,14 +62,18 @@ def test_what_is_out_of_balance_is_balanced_by_inertia() -> None:
 
 def on_block(size: tuple[float, ...], mass: float | None = None, material: str = "own") -> fx.Mechanism:
     """A right-circular notch, R 3, t 0.5, b 8 mm, that carries a block."""
-    notch = fx.Notch(width=8e-3, contour=fx.CircularContour(radius=3e-3, web=0.5e-3))
-    flexure = fx.Flexure(nodes=("a", "b"), material="spring-steel", reference=(0, 0, 1), profile=notch)
-    how = {"solid": fx.Box(size=size, material=material)} if mass is None else {"mass": mass, "inertia": (1e-6,) * 3}
+    notch = fx.describe.Notch(width=8e-3, contour=fx.describe.CircularContour(radius=3e-3, web=0.5e-3))
+    flexure = fx.describe.Flexure(nodes=("a", "b"), material="spring-steel", reference=(0, 0, 1), profile=notch)
+    how = (
+        {"solid": fx.describe.Box(size=size, material=material)}
+        if mass is None
+        else {"mass": mass, "inertia": (1e-6,) * 3}
+    )
     return fx.Mechanism(
-        materials={"own": fx.Material(E=E, nu=NU, rho=RHO)},
+        materials={"own": fx.describe.Material(E=E, nu=NU, rho=RHO)},
         nodes={"a": (0, 0, 0), "b": (6e-3, 0, 0)},
         flexures={"notch": flexure},
-        bodies={"block": fx.RigidBody(centre=(6e-3 + size[0] / 2, 0, 0), carries=("b",), **how)},
+        bodies={"block": fx.describe.RigidBody(centre=(6e-3 + size[0] / 2, 0, 0), carries=("b",), **how)},
         ground={"a": CLAMPED},
     )
 
@@ -109,15 +113,17 @@ def test_the_shipped_stage_is_a_doubt_and_the_guide_is_none() -> None:
 
 
 def test_a_stiff_platform_on_soft_flexures_is_no_doubt() -> None:
-    leaf = fx.Leaf(width=0.02, thickness=0.3e-3)
+    leaf = fx.describe.Leaf(width=0.02, thickness=0.3e-3)
     nodes, flexures = {}, {}
     for k, (x, y) in enumerate([(0, 0), (0.1, 0), (0, 0.1), (0.1, 0.1)]):
         nodes |= {f"f{k}": (x, y, 0), f"h{k}": (x, y, 0.08)}
-        flexures[f"l{k}"] = fx.Flexure(
+        flexures[f"l{k}"] = fx.describe.Flexure(
             nodes=(f"f{k}", f"h{k}"), material="spring-steel", reference=(1, 0, 0), profile=leaf
         )
-    table = fx.RigidBody(
-        centre=(0.05, 0.05, 0.1), solid=fx.Box(size=(0.14, 0.14, 0.04), material="spring-steel"), carries=("h*",)
+    table = fx.describe.RigidBody(
+        centre=(0.05, 0.05, 0.1),
+        solid=fx.describe.Box(size=(0.14, 0.14, 0.04), material="spring-steel"),
+        carries=("h*",),
     )
     mechanism = fx.Mechanism(nodes=nodes, flexures=flexures, bodies={"table": table}, ground={"f*": CLAMPED})
     assert elastic(mechanism) == []
@@ -126,14 +132,14 @@ def test_a_stiff_platform_on_soft_flexures_is_no_doubt() -> None:
 def test_bodies_of_mass_alone_and_very_stiff_ones_are_no_doubt() -> None:
     assert elastic(on_block((20e-3, 8e-3, 6.5e-3), mass=0.01)) == []
     stiff = on_block((20e-3, 8e-3, 6.5e-3), material="stiff")
-    stiff = stiff.model_copy(update={"materials": {"stiff": fx.Material(E=2e15, nu=0.3, rho=7850.0)}})
+    stiff = stiff.model_copy(update={"materials": {"stiff": fx.describe.Material(E=2e15, nu=0.3, rho=7850.0)}})
     assert elastic(stiff) == []
 
 
 def test_softer_bodies_lower_frequencies_more() -> None:
     def first(modulus: float) -> np.ndarray:
         own = on_block((20e-3, 8e-3, 6.5e-3), material="own")
-        materials = {"own": fx.Material(E=modulus, nu=0.3, rho=7850.0)}
+        materials = {"own": fx.describe.Material(E=modulus, nu=0.3, rho=7850.0)}
         return lowered_by_bodies(assemble(own.model_copy(update={"materials": materials}))).lowering
 
     soft, stiff = first(20e9), first(200e9)
@@ -142,14 +148,14 @@ def test_softer_bodies_lower_frequencies_more() -> None:
 
 def test_where_a_mechanism_stands_does_not_matter() -> None:
     one = on_block((20e-3, 8e-3, 6.5e-3))
-    inner = fx.Substructure(nodes=one.nodes, flexures=one.flexures, bodies=one.bodies, interface=("a",))
-    rotation = fx.Rotation(axis=(1, 2, 3), angle=0.7)
-    for pattern in ((), (fx.MirrorPattern(normal=(1, 1, 0), point=(0.1, 0, 0)),)):
+    inner = fx.describe.Substructure(nodes=one.nodes, flexures=one.flexures, bodies=one.bodies, interface=("a",))
+    rotation = fx.describe.Rotation(axis=(1, 2, 3), angle=0.7)
+    for pattern in ((), (fx.describe.MirrorPattern(normal=(1, 1, 0), point=(0.1, 0, 0)),)):
         placed = fx.Mechanism(
             materials=one.materials,
             substructures={"s": inner},
-            instances={"i": fx.Instance(of="s", at=(0.1, 0, 0), rotate=(rotation,), pattern=pattern)},
-            bodies={"base": fx.RigidBody(mass=1, inertia=(1, 1, 1), carries=("i*.a",))},
+            instances={"i": fx.describe.Instance(of="s", at=(0.1, 0, 0), rotate=(rotation,), pattern=pattern)},
+            bodies={"base": fx.describe.RigidBody(mass=1, inertia=(1, 1, 1), carries=("i*.a",))},
             ground={"base": CLAMPED},
         )
         found = lowered_by_bodies(assemble(placed))

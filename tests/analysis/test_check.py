@@ -12,8 +12,8 @@ import flexura as fx
 from flexura.cli.app import app
 from flexura.modelfile import save
 
-STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
-LEAF = fx.Leaf(width=0.02, thickness=0.0005)
+STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
+LEAF = fx.describe.Leaf(width=0.02, thickness=0.0005)
 
 
 def guide(**changes: object) -> fx.Mechanism:
@@ -23,22 +23,24 @@ def guide(**changes: object) -> fx.Mechanism:
         "materials": {"steel": STEEL},
         "nodes": {"f1": (0, 0, 0), "h1": (0, 0, 0.06), "f2": (0.05, 0, 0), "h2": (0.05, 0, 0.06)},
         "flexures": {
-            key: fx.Flexure(nodes=nodes, material="steel", reference=(1, 0, 0), profile=LEAF)
+            key: fx.describe.Flexure(nodes=nodes, material="steel", reference=(1, 0, 0), profile=LEAF)
             for key, nodes in leaves.items()
         },
         "bodies": {
-            "table": fx.RigidBody(centre=(0.025, 0, 0.065), mass=0.1, inertia=(1e-5, 3e-5, 3e-5), carries=("h1", "h2"))
+            "table": fx.describe.RigidBody(
+                centre=(0.025, 0, 0.065), mass=0.1, inertia=(1e-5, 3e-5, 3e-5), carries=("h1", "h2")
+            )
         },
-        "ground": {"f*": fx.Support(fixed=fx.DOF_NAMES)},
+        "ground": {"f*": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
     }
     return fx.Mechanism(**(data | changes))
 
 
 def with_rider(tx: float) -> fx.Mechanism:
     """The guide with a second body, held along x by a stiffness of its own."""
-    rider = fx.RigidBody(centre=(0, 0, 0.2), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
-    stiffness = fx.DiagonalStiffness(tx=tx, ty=1e3, tz=1e3, rx=1.0, ry=1.0, rz=1.0)
-    springs = {"s": fx.Spring(nodes=("rider", "table"), stiffness=stiffness)}
+    rider = fx.describe.RigidBody(centre=(0, 0, 0.2), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
+    stiffness = fx.describe.DiagonalStiffness(tx=tx, ty=1e3, tz=1e3, rx=1.0, ry=1.0, rz=1.0)
+    springs = {"s": fx.describe.Spring(nodes=("rider", "table"), stiffness=stiffness)}
     return guide(bodies={**guide().bodies, "rider": rider}, springs=springs)
 
 
@@ -48,14 +50,18 @@ def bungee(hz: float) -> fx.Mechanism:
         materials={"steel": STEEL},
         nodes={"a": (0, 0, 0), "b": (0, 0, 0.05)},
         flexures={
-            "leaf": fx.Flexure(nodes=("a", "b"), material="steel", reference=(1, 0, 0), profile=LEAF, elements=200)
+            "leaf": fx.describe.Flexure(
+                nodes=("a", "b"), material="steel", reference=(1, 0, 0), profile=LEAF, elements=200
+            )
         },
         bodies={
-            "base": fx.RigidBody(centre=(0, 0, -0.005), mass=10.0, inertia=(0.01, 0.01, 0.01), carries=("a",)),
-            "head": fx.RigidBody(centre=(0, 0, 0.055), mass=1.0, inertia=(1e-3, 1e-3, 1e-3), carries=("b",)),
+            "base": fx.describe.RigidBody(centre=(0, 0, -0.005), mass=10.0, inertia=(0.01, 0.01, 0.01), carries=("a",)),
+            "head": fx.describe.RigidBody(centre=(0, 0, 0.055), mass=1.0, inertia=(1e-3, 1e-3, 1e-3), carries=("b",)),
         },
         springs={
-            "bungee": fx.Spring(nodes=("base",), stiffness=fx.DiagonalStiffness(tz=11.0039 * (2 * np.pi * hz) ** 2))
+            "bungee": fx.describe.Spring(
+                nodes=("base",), stiffness=fx.describe.DiagonalStiffness(tz=11.0039 * (2 * np.pi * hz) ** 2)
+            )
         },
     )
 
@@ -93,8 +99,8 @@ def test_a_very_soft_motion_hides_no_other_mode() -> None:
 
 
 def test_free_motions_within_a_mechanism_are_doubts() -> None:
-    rider = fx.RigidBody(centre=(0, 0, 0.2), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
-    springs = {"s": fx.Spring(nodes=("rider", "table"), stiffness=fx.DiagonalStiffness(ty=1e3))}
+    rider = fx.describe.RigidBody(centre=(0, 0, 0.2), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
+    springs = {"s": fx.describe.Spring(nodes=("rider", "table"), stiffness=fx.describe.DiagonalStiffness(ty=1e3))}
     report = fx.check(guide(bodies={**guide().bodies, "rider": rider}, springs=springs))
     free = [d for d in report.doubts if d.kind == "mechanism"]
     assert len(free) == 5
@@ -109,7 +115,7 @@ def test_leaves_of_many_elements_are_proven() -> None:
 
 
 def test_loads_and_gravity_are_reported() -> None:
-    loads = {"table": fx.Load(force=(0, 0, -20.0), moment=(0.1, 0, 0))}
+    loads = {"table": fx.describe.Load(force=(0, 0, -20.0), moment=(0.1, 0, 0))}
     loaded, bare = fx.check(guide(loads=loads, gravity=(0, 0, -9.81))), fx.check(guide())
     assert loaded.loads == {"table": (0, 0, -20.0, 0.1, 0, 0)}
     assert loaded.gravity == (0, 0, -9.81)
@@ -122,7 +128,7 @@ def test_loads_and_gravity_are_reported() -> None:
 
 
 def test_the_command_prints_loads_and_proofs(tmp_path) -> None:
-    loads = {"table": fx.Load(force=(0, 0, -20.0), moment=(0.1, 0, 0))}
+    loads = {"table": fx.describe.Load(force=(0, 0, -20.0), moment=(0.1, 0, 0))}
     path = tmp_path / "guide.yaml"
     save(guide(loads=loads, gravity=(0, 0, -9.81)), path)
     text = CliRunner().invoke(app, ["check", str(path)]).output

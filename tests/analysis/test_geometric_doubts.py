@@ -14,7 +14,7 @@ from flexura.analysis import clashes as rules
 from flexura.cli.app import app
 from flexura.modelfile import load, save
 
-STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
+STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
 GEOMETRIC = {"clash", "deep", "touch", "gap", "unseen", "reference", "thick", "unit"}
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.yaml"))
 HALF = 0.02 * np.sin(np.pi / 4)
@@ -25,8 +25,8 @@ def geometric(mechanism, **parameters):
 
 
 def leaf(a, b, reference="z", width=12e-3, thickness=0.4e-3, **more):
-    profile = fx.Leaf(width=width, thickness=thickness)
-    return fx.Flexure(nodes=(a, b), material="steel", reference=reference, profile=profile, **more)
+    profile = fx.describe.Leaf(width=width, thickness=thickness)
+    return fx.describe.Flexure(nodes=(a, b), material="steel", reference=reference, profile=profile, **more)
 
 
 def pivot(y=12e-3, references=("z", "z"), thickness=0.4e-3, size=36e-3):
@@ -39,9 +39,9 @@ def pivot(y=12e-3, references=("z", "z"), thickness=0.4e-3, size=36e-3):
             "falling": leaf("fr", "hl", references[1], thickness=thickness),
         },
         bodies={
-            "arm": fx.RigidBody(
+            "arm": fx.describe.RigidBody(
                 centre=(0, 0, HALF + 0.01),
-                solid=fx.Box(size=(2 * HALF + 0.01, size, 0.02), material="steel"),
+                solid=fx.describe.Box(size=(2 * HALF + 0.01, size, 0.02), material="steel"),
                 carries=("hl", "hr"),
             )
         },
@@ -49,7 +49,7 @@ def pivot(y=12e-3, references=("z", "z"), thickness=0.4e-3, size=36e-3):
     )
 
 
-STIFF = fx.DiagonalStiffness(tx=1e6, ty=1e6, tz=1e6, rx=1e3, ry=1e3, rz=1e3)
+STIFF = fx.describe.DiagonalStiffness(tx=1e6, ty=1e6, tz=1e6, rx=1e3, ry=1e3, rz=1e3)
 
 
 def blocks(*bodies):
@@ -57,18 +57,18 @@ def blocks(*bodies):
     return fx.Mechanism(
         materials={"steel": STEEL},
         bodies={
-            f"b{k}": fx.RigidBody(centre=centre, solid=solid, carries=carries, rotate=rotate)
+            f"b{k}": fx.describe.RigidBody(centre=centre, solid=solid, carries=carries, rotate=rotate)
             for k, (centre, solid, carries, rotate) in enumerate(bodies)
         },
         springs={
-            "ground": fx.Spring(nodes=("b0",), stiffness=STIFF),
-            **{f"s{k}": fx.Spring(nodes=("b0", f"b{k}"), stiffness=STIFF) for k in range(1, len(bodies))},
+            "ground": fx.describe.Spring(nodes=("b0",), stiffness=STIFF),
+            **{f"s{k}": fx.describe.Spring(nodes=("b0", f"b{k}"), stiffness=STIFF) for k in range(1, len(bodies))},
         },
     )
 
 
 def cube(x, size=0.01, carries=(), rotate=None):
-    return (x, fx.Box(size=(size, size, size), material="steel"), carries, rotate)
+    return (x, fx.describe.Box(size=(size, size, size), material="steel"), carries, rotate)
 
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
@@ -119,11 +119,11 @@ def test_bodies_that_nothing_joins(gap) -> None:
 
 
 def test_a_turned_body_and_a_cylinder_in_closed_form() -> None:
-    turned = fx.Rotation(axis=(0, 0, 1), angle=np.pi / 4)
+    turned = fx.describe.Rotation(axis=(0, 0, 1), angle=np.pi / 4)
     found = fx.check(blocks(cube((0, 0, 0)), cube((0, 0, 0), rotate=turned))).clashes
     assert found[0].volume == pytest.approx(0.01**3 * 2 * (np.sqrt(2) - 1))
-    rod = fx.Cylinder(diameter=4e-3, length=0.05, axis=(1, 0, 0), material="steel")
-    plate = fx.Plate(length=0.02, width=0.03, thickness=5e-3, material="steel")
+    rod = fx.describe.Cylinder(diameter=4e-3, length=0.05, axis=(1, 0, 0), material="steel")
+    plate = fx.describe.Plate(length=0.02, width=0.03, thickness=5e-3, material="steel")
     found = fx.check(blocks(((0, 0, 0), rod, (), None), ((0, 0, 0), plate, (), None))).clashes
     assert found[0].volume == pytest.approx(np.pi * 2e-3**2 * 0.02, rel=0.004)
 
@@ -135,7 +135,7 @@ def test_bodies_on_one_cluster_may_touch_but_not_count_twice() -> None:
 
 
 def guide(length=0.06, table=0.065, width=0.02, thickness=0.5e-3, references=("x", "x"), mass=None, **ends):
-    solid = None if mass else fx.Box(size=(0.07, 0.02, 0.01), material="steel")
+    solid = None if mass else fx.describe.Box(size=(0.07, 0.02, 0.01), material="steel")
     inertia = (1e-5, 1e-5, 1e-5) if mass else None
     nodes = {"f1": (0, 0, 0), "h1": (0, 0, length), "f2": (0.05, 0, 0), "h2": (0.05, 0, length)}
     return fx.Mechanism(
@@ -146,7 +146,9 @@ def guide(length=0.06, table=0.065, width=0.02, thickness=0.5e-3, references=("x
             for k, reference in zip((1, 2), references, strict=True)
         },
         bodies={
-            "table": fx.RigidBody(centre=(0.025, 0, table), solid=solid, mass=mass, inertia=inertia, carries=("h*",))
+            "table": fx.describe.RigidBody(
+                centre=(0.025, 0, table), solid=solid, mass=mass, inertia=inertia, carries=("h*",)
+            )
         },
         ground={"f*": "clamped"},
     )
@@ -176,17 +178,20 @@ def test_offsets_lead_to_the_surface() -> None:
 def test_turned_at_will_the_doubts_are_the_same() -> None:
     """A substructure that is mirrored and turned about clashes as it does in place."""
     nodes = {"a": (0, 0, 0), "b": (0.04, 0, 0), "c": (0.02, -0.02, 0), "d": (0.02, 0.02, 0)}
-    cross = fx.Substructure(
+    cross = fx.describe.Substructure(
         nodes=nodes, flexures={"one": leaf("a", "b"), "two": leaf("c", "d")}, interface=("a", "b", "c", "d")
     )
-    for steps in ({}, {"rotate": fx.Rotation(axis=(1, 2, 3), angle=1.0), "at": (1.0, -2.0, 0.5)}):
-        own = fx.Instance(of="cross", pattern=(fx.MirrorPattern(normal=(1, 1, 0), point=(0.1, 0, 0)),), **steps)
+    for steps in ({}, {"rotate": fx.describe.Rotation(axis=(1, 2, 3), angle=1.0), "at": (1.0, -2.0, 0.5)}):
+        own = fx.describe.Instance(
+            of="cross", pattern=(fx.describe.MirrorPattern(normal=(1, 1, 0), point=(0.1, 0, 0)),), **steps
+        )
         m = fx.Mechanism(
             materials={"steel": STEEL},
             substructures={"cross": cross},
             instances={"x": own},
             springs={
-                f"s{k}": fx.Spring(nodes=("x1.a", n), stiffness=STIFF) for k, n in enumerate(("x1.c", "x2.a", "x2.c"))
+                f"s{k}": fx.describe.Spring(nodes=("x1.a", n), stiffness=STIFF)
+                for k, n in enumerate(("x1.c", "x2.a", "x2.c"))
             },
             ground={"x1.a": "clamped"},
         )
@@ -200,13 +205,13 @@ def test_turned_at_will_the_doubts_are_the_same() -> None:
 @pytest.mark.parametrize("offset", [0.0, 0.01])
 def test_links_that_meet_at_any_angle_are_in_no_doubt(angle, offset) -> None:
     way = np.deg2rad(angle)
-    bar = {"material": "steel", "reference": (0, 0, 1), "section": fx.Rectangle(width=6e-3, thickness=4e-3)}
+    bar = {"material": "steel", "reference": (0, 0, 1), "section": fx.describe.Rectangle(width=6e-3, thickness=4e-3)}
     m = fx.Mechanism(
         materials={"steel": STEEL},
         nodes={"a": (0, 0, 0), "b": (0.08, 0, 0), "c": (0.08 - 0.08 * np.cos(way), 0.08 * np.sin(way), offset)},
         links={
-            "one": fx.Link(nodes=("a", "b"), **bar),
-            "two": fx.Link(nodes=("b", "c"), start_offset=(0, 0, offset), **bar),
+            "one": fx.describe.Link(nodes=("a", "b"), **bar),
+            "two": fx.describe.Link(nodes=("b", "c"), start_offset=(0, 0, offset), **bar),
         },
         ground={"a": "clamped"},
     )
@@ -215,15 +220,17 @@ def test_links_that_meet_at_any_angle_are_in_no_doubt(angle, offset) -> None:
 
 def test_true_contours_decide() -> None:
     """A rod through the waist of a notch, where a box around the notch would be in the way."""
-    waist = fx.Notch(width=10e-3, contour=fx.CircularContour(radius=10e-3, web=0.5e-3))
-    notch = fx.Flexure(nodes=("a", "b"), material="steel", reference=(0, 0, 1), profile=waist)
+    waist = fx.describe.Notch(width=10e-3, contour=fx.describe.CircularContour(radius=10e-3, web=0.5e-3))
+    notch = fx.describe.Flexure(nodes=("a", "b"), material="steel", reference=(0, 0, 1), profile=waist)
     for z, clear in ((1.3e-3, True), (1.2e-3, False)):
         m = fx.Mechanism(
             materials={"steel": STEEL},
             nodes={"a": (0, 0, 0), "b": (0.02, 0, 0), "c": (0.01, -0.02, z), "d": (0.01, 0.02, z)},
             flexures={"notch": notch},
-            links={"rod": fx.Link(nodes=("c", "d"), material="steel", section=fx.Circle(diameter=2e-3))},
-            springs={"s": fx.Spring(nodes=("a", "c"), stiffness=STIFF)},
+            links={
+                "rod": fx.describe.Link(nodes=("c", "d"), material="steel", section=fx.describe.Circle(diameter=2e-3))
+            },
+            springs={"s": fx.describe.Spring(nodes=("a", "c"), stiffness=STIFF)},
             ground={"a": "clamped"},
         )
         assert (fx.check(m).clashes == ()) is clear
@@ -235,12 +242,16 @@ def test_a_rod_in_a_tube_is_clear_of_it() -> None:
             materials={"steel": STEEL},
             nodes={"a": (0, 0, 0), "b": (0.05, 0, 0), "c": (-0.01, 0, 0), "d": (0.06, 0, 0)},
             links={
-                "rod": fx.Link(nodes=("c", "d"), material="steel", section=fx.Circle(diameter=diameter)),
-                "tube": fx.Link(
-                    nodes=("a", "b"), material="steel", section=fx.Tube(outer_diameter=0.01, inner_diameter=8e-3)
+                "rod": fx.describe.Link(
+                    nodes=("c", "d"), material="steel", section=fx.describe.Circle(diameter=diameter)
+                ),
+                "tube": fx.describe.Link(
+                    nodes=("a", "b"),
+                    material="steel",
+                    section=fx.describe.Tube(outer_diameter=0.01, inner_diameter=8e-3),
                 ),
             },
-            springs={"s": fx.Spring(nodes=("a", "c"), stiffness=STIFF)},
+            springs={"s": fx.describe.Spring(nodes=("a", "c"), stiffness=STIFF)},
             ground={"a": "clamped"},
         )
         assert (fx.check(m).clashes == ()) is clear

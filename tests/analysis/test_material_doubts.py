@@ -42,7 +42,7 @@ REAL = {
 
 def of(**constants: float) -> list[str]:
     """Doubts about a material in a description that uses it."""
-    mechanism = fx.Mechanism(materials={"own": fx.Material(**constants)})
+    mechanism = fx.Mechanism(materials={"own": fx.describe.Material(**constants)})
     return [str(d) for d in material_doubts(mechanism, {})]
 
 
@@ -126,8 +126,8 @@ def test_an_angle_from_a_parameter_without_a_unit_is_a_doubt() -> None:
     (doubt,) = of_angles(fx.loads(text))
     assert doubt.startswith("parameters.turn: turn: 45 without a unit") and "45 deg" in doubt
     assert of_angles(fx.loads(text.replace("turn: 45}", "turn: 45 deg}"))) == []
-    rotation = fx.Rotation(axis=(0, 0, 1), angle=90)
-    assert "90 deg" in of_angles(fx.Mechanism(instances={"i": fx.Instance(of="s", rotate=rotation)}))[0]
+    rotation = fx.describe.Rotation(axis=(0, 0, 1), angle=90)
+    assert "90 deg" in of_angles(fx.Mechanism(instances={"i": fx.describe.Instance(of="s", rotate=rotation)}))[0]
 
 
 @pytest.mark.parametrize(

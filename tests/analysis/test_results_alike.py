@@ -18,6 +18,7 @@ from flexura.errors import LimitError, OptionError
 from flexura.mechanism import Mechanism
 from flexura.results import COLUMNS, ROWS, Result, Tabular, plain
 from helpers.every_result import GUIDE_TEXT, HZ, NAME, NODE, RESULTS, STAGE_TEXT, frequency_response, virtual_test
+from helpers.public_names import public_names
 
 DIMENSIONLESS = {
     *("relative error", "relative", "mac", "space mac", "likeness", "damping ratio", "loss factor", "confidence"),
@@ -36,7 +37,7 @@ def result(request) -> Result:
 
 
 def public(kind: type) -> set[str]:
-    return {name for name in dir(fx) if inspect.isclass(own := getattr(fx, name)) and issubclass(own, kind)}
+    return {own.__name__ for own in public_names().values() if inspect.isclass(own) and issubclass(own, kind)}
 
 
 def test_one_of_each_class_is_made() -> None:
@@ -45,7 +46,7 @@ def test_one_of_each_class_is_made() -> None:
 
 
 def test_verbs_return_results() -> None:
-    verbs = {name: own for name in dir(fx) if inspect.isfunction(own := getattr(fx, name))}
+    verbs = {name: own for name, own in public_names().items() if inspect.isfunction(own)}
     returned = {name: str(inspect.signature(verb).return_annotation) for name, verb in verbs.items()}
     several = re.compile(r"tuple\[(\w+), \.\.\.\]")
     odd = {name: kind for name, kind in returned.items() if several.sub(r"\1", kind) not in public(Result)}

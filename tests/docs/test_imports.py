@@ -20,7 +20,7 @@ BY_NAME = {"lazy.py", "extras.py", "cli/app.py"}
 
 
 GROUPS = {"flexura", "flexura.testing", "flexura.solid"}
-"""Packages of packages: they have no inner modules, or are the top."""
+"""Packages of packages, whose faces are for users alone: rooms import from the packages inside."""
 PACKAGES = {".".join(path.parent.relative_to(SOURCE.parent).parts) for path in SOURCE.rglob("__init__.py")}
 
 

@@ -14,38 +14,44 @@ EXAMPLES = "examples"
 def floating():
     """A bar from a box to a cylinder, nothing held, the box turned and everything placed at an angle, and its mirror
     image beside it."""
-    half = fx.Substructure(
+    half = fx.describe.Substructure(
         nodes={"a": (0, 0, 0), "b": (0.03, 0.01, 0)},
-        links={"bar": fx.Link(nodes=("a", "b"), material="Al-7075-T6", section=fx.Circle(diameter=3e-3), elements=2)},
+        links={
+            "bar": fx.describe.Link(
+                nodes=("a", "b"), material="Al-7075-T6", section=fx.describe.Circle(diameter=3e-3), elements=2
+            )
+        },
         bodies={
-            "box": fx.RigidBody(
+            "box": fx.describe.RigidBody(
                 centre=(-0.01, 0, 0),
-                solid=fx.Box(size=(0.02, 0.03, 0.01), material="Al-7075-T6"),
-                rotate=fx.Rotation(axis=(0, 0, 1), angle=0.5),
+                solid=fx.describe.Box(size=(0.02, 0.03, 0.01), material="Al-7075-T6"),
+                rotate=fx.describe.Rotation(axis=(0, 0, 1), angle=0.5),
                 carries=("a",),
             ),
-            "drum": fx.RigidBody(
+            "drum": fx.describe.RigidBody(
                 centre=(0.04, 0.01, 0),
-                solid=fx.Cylinder(diameter=0.02, length=0.01, axis=(1, 0, 0), material="Al-7075-T6"),
+                solid=fx.describe.Cylinder(diameter=0.02, length=0.01, axis=(1, 0, 0), material="Al-7075-T6"),
                 carries=("b",),
             ),
         },
         interface=("a",),
     )
-    turn = fx.Rotation(axis=(1, 2, 3), angle=0.7)
+    turn = fx.describe.Rotation(axis=(1, 2, 3), angle=0.7)
     return fx.Mechanism(
         name="floating",
         links={
-            "bridge": fx.Link(
+            "bridge": fx.describe.Link(
                 nodes=("half1.a", "half2.a"),
                 material="Al-7075-T6",
-                section=fx.Circle(diameter=3e-3),
+                section=fx.describe.Circle(diameter=3e-3),
                 elements=1,
             )
         },
         substructures={"half": half},
         instances={
-            "half": fx.Instance(of="half", rotate=turn, at=(0.1, 0, 0), pattern=fx.MirrorPattern(normal=(1, 0, 0)))
+            "half": fx.describe.Instance(
+                of="half", rotate=turn, at=(0.1, 0, 0), pattern=fx.describe.MirrorPattern(normal=(1, 0, 0))
+            )
         },
     )
 
@@ -54,10 +60,10 @@ def cantilever(diameter=3e-3, elements=10, count=5, mass=0.005, sensors=None, se
     """A bar along x with a mass at its end, round by default: every bending frequency is then repeated."""
     nodes = {f"n{k}": (0.02 * k, 0.0, 0.0) for k in range(count + 1)}
     links = {
-        f"bar{k}": fx.Link(
+        f"bar{k}": fx.describe.Link(
             nodes=(f"n{k}", f"n{k + 1}"),
             material="Al-7075-T6",
-            section=section or fx.Circle(diameter=diameter),
+            section=section or fx.describe.Circle(diameter=diameter),
             reference=(0, 0, 1),
             elements=elements // count,
         )
@@ -67,8 +73,8 @@ def cantilever(diameter=3e-3, elements=10, count=5, mass=0.005, sensors=None, se
         name="cantilever",
         nodes=nodes,
         links=links,
-        masses={"end": fx.PointMass(node=f"n{count}", mass=mass)},
-        ground={"n0": fx.Support(fixed=fx.DOF_NAMES)},
+        masses={"end": fx.describe.PointMass(node=f"n{count}", mass=mass)},
+        ground={"n0": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
         sensors=sensors or {},
     )
 

@@ -109,28 +109,28 @@ def left_out() -> fx.LeftOut:
     return found
 
 
-def mode_pairing() -> fx.ModePairing:
+def mode_pairing() -> fx.modal.ModePairing:
     found = fx.modes(guide(), n=3)
     shapes = found.shapes.reshape(-1, 3)
-    return fx.pair_modes(found.frequency_hz, shapes, model_hz=found.frequency_hz, model_shapes=shapes)
+    return fx.modal.pair_modes(found.frequency_hz, shapes, model_hz=found.frequency_hz, model_shapes=shapes)
 
 
-def imported_part() -> fx.ImportedPart:
+def imported_part() -> fx.solid.ImportedPart:
     folder = GUIDE.parents[1] / "imported"
-    stored = fx.read_calculix(folder / "leaf.inp", units={"length": "mm", "mass": "t", "time": "s"})
-    return fx.imported(stored, {"foot": "FOOT", "head": "HEAD"})
+    stored = fx.solid.read_calculix(folder / "leaf.inp", units={"length": "mm", "mass": "t", "time": "s"})
+    return fx.solid.imported(stored, {"foot": "FOOT", "head": "HEAD"})
 
 
-def stored_matrices() -> fx.StoredMatrices:
+def stored_matrices() -> fx.solid.StoredMatrices:
     one = np.array([1], dtype=np.intp)
     K = sp.csc_matrix(np.array([[2.0]]))
-    return fx.StoredMatrices(K, K, one, np.array([0], dtype=np.intp), one, np.zeros((1, 3)))
+    return fx.solid.StoredMatrices(K, K, one, np.array([0], dtype=np.intp), one, np.zeros((1, 3)))
 
 
 RESULTS: dict[str, Callable[[], Result]] = {
     "Calibration": calibration,
     "Certificate": lambda: fx.certify(fx.reduce(guide()), n=2),
-    "ChannelPairing": lambda: fx.pair_channels(fx.assemble(stage()), identified().outputs),
+    "ChannelPairing": lambda: fx.testing.pair_channels(fx.assemble(stage()), identified().outputs),
     "CheckReport": lambda: fx.check(guide()),
     "Comparison": lambda: fx.compare(guide(), n=2, methods=["constraint_modes"]),
     "ComplexModes": lambda: system().modal(3).complex_modes,
@@ -145,7 +145,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "LeftOut": left_out,
     "LowOrderModel": lambda: fx.reduce(guide(), keep=1),
     "MeasuredFRF": lambda: virtual_test().measurement.frfs[0],
-    "MeasuredFrequencies": lambda: fx.MeasuredFrequencies.of([10.0, None, 30.0], name=NAME),
+    "MeasuredFrequencies": lambda: fx.testing.MeasuredFrequencies.of([10.0, None, 30.0], name=NAME),
     "Measurement": lambda: virtual_test().measurement,
     "ModalSystem": lambda: system().modal(3),
     "ModePairing": mode_pairing,

@@ -7,11 +7,13 @@ import flexura as fx
 
 def frame() -> fx.Mechanism:
     """A spatial frame with a closed loop, members off their nodes, and a rigid body on two arms."""
-    bar = fx.Rectangle(width=0.02, thickness=0.01)
+    bar = fx.describe.Rectangle(width=0.02, thickness=0.01)
     corners = {"a": (0, 0, 0), "b": (0.3, 0, 0.1), "c": (0.3, 0.25, 0.2), "d": (0, 0.2, 0.3), "e": (0.1, 0.1, 0.5)}
 
-    def link(i: str, j: str, **more: object) -> fx.Link:
-        return fx.Link(nodes=(i, j), material="Al-6061-T6", section=bar, reference=(0.2, -0.5, 1.0), elements=4, **more)
+    def link(i: str, j: str, **more: object) -> fx.describe.Link:
+        return fx.describe.Link(
+            nodes=(i, j), material="Al-6061-T6", section=bar, reference=(0.2, -0.5, 1.0), elements=4, **more
+        )
 
     return fx.Mechanism(
         theory="euler_bernoulli",
@@ -24,20 +26,26 @@ def frame() -> fx.Mechanism:
             "da": link("d", "a", start_offset=(0.0, 0.0, -0.01)),
             "ce": link("c", "e"),
         },
-        bodies={"block": fx.RigidBody(centre=(0.1, 0.1, 0.56), mass=0.4, inertia=(3e-4, 2e-4, 4e-4), carries=("e",))},
-        ground={"a": fx.Support(fixed=fx.DOF_NAMES), "d": fx.Support(free=("rx", "rz"))},
+        bodies={
+            "block": fx.describe.RigidBody(
+                centre=(0.1, 0.1, 0.56), mass=0.4, inertia=(3e-4, 2e-4, 4e-4), carries=("e",)
+            )
+        },
+        ground={"a": fx.describe.Support(fixed=fx.describe.DOF_NAMES), "d": fx.describe.Support(free=("rx", "rz"))},
     )
 
 
 def cantilever() -> fx.Mechanism:
     """A beam that lies skew in space, its section turned about its axis."""
-    bar = fx.Rectangle(width=0.012, thickness=0.005)
+    bar = fx.describe.Rectangle(width=0.012, thickness=0.005)
     return fx.Mechanism(
         theory="euler_bernoulli",
         corrections="none",
         nodes={"a": (0, 0, 0), "b": (0.2, 0.1, 0.05)},
         links={
-            "bar": fx.Link(nodes=("a", "b"), material="Al-6061-T6", section=bar, reference=(0.2, -0.4, 1), elements=10)
+            "bar": fx.describe.Link(
+                nodes=("a", "b"), material="Al-6061-T6", section=bar, reference=(0.2, -0.4, 1), elements=10
+            )
         },
-        ground={"a": fx.Support(fixed=fx.DOF_NAMES)},
+        ground={"a": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
     )

@@ -59,7 +59,7 @@ def expression(file: Path) -> None:
     any_of(
         lambda: parse_quantity(text),
         lambda: parse_unit(text),
-        lambda: fx.Expression.parse(text).evaluate({"t": np.array([1e-3, 0.0]), "n": 3.0, "w": -1.0}),
+        lambda: fx.describe.Expression.parse(text).evaluate({"t": np.array([1e-3, 0.0]), "n": 3.0, "w": -1.0}),
         lambda: described(loads(EXPRESSION.replace("EXPRESSION", quoted))),
     )
 

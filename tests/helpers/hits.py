@@ -11,10 +11,10 @@ POLES_HZ, RATIOS = np.array([12.0, 31.0]), np.array([0.01, 0.02])
 POLES = 2 * np.pi * POLES_HZ * (-RATIOS + 1j * np.sqrt(1 - RATIOS**2))
 SHAPES = np.array([[1.0, -0.6], [0.4, 1.3]])
 RATE, WIDTH, AT = 2048.0, 1e-3, 0.05
-HAMMER = fx.MeasuredChannel("hammer", "force", "p1", (0.0, 0.0, 1.0), (0.01, 0.02, 0.03))
+HAMMER = fx.testing.MeasuredChannel("hammer", "force", "p1", (0.0, 0.0, 1.0), (0.01, 0.02, 0.03))
 OUTPUTS = (
-    fx.MeasuredChannel("p1.tz", "displacement", "p1", (0.0, 0.0, 1.0), (0.01, 0.02, 0.03)),
-    fx.MeasuredChannel("p2.tz", "displacement", "p2", (0.0, 0.0, 1.0), (0.1, 0.0, 0.0)),
+    fx.testing.MeasuredChannel("p1.tz", "displacement", "p1", (0.0, 0.0, 1.0), (0.01, 0.02, 0.03)),
+    fx.testing.MeasuredChannel("p2.tz", "displacement", "p2", (0.0, 0.0, 1.0), (0.1, 0.0, 0.0)),
 )
 
 
@@ -47,5 +47,7 @@ def hit(duration=8.0, drive=0, scale=1.0, noise=(0.0, 0.0), seed=0, setup="", na
     f, y = scale * force(time), scale * response(time - shift, drive)
     rng = np.random.default_rng(seed)
     x = np.vstack([f + noise[0] * rng.normal(size=f.shape), y + noise[1] * rng.normal(size=y.shape)])
-    hammer = HAMMER if drive == 0 else fx.MeasuredChannel("hammer2", "force", "p2", (0.0, 0.0, 1.0), (0.1, 0.0, 0.0))
-    return fx.Recording(RATE, x, (hammer, *OUTPUTS), (0,), setup, name)
+    hammer = (
+        HAMMER if drive == 0 else fx.testing.MeasuredChannel("hammer2", "force", "p2", (0.0, 0.0, 1.0), (0.1, 0.0, 0.0))
+    )
+    return fx.testing.Recording(RATE, x, (hammer, *OUTPUTS), (0,), setup, name)

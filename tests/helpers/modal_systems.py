@@ -62,7 +62,7 @@ def random_modal(seed, count=6, outputs=8, low=5.0, high=90.0):
 
 def channels(positions, kind, quantity):
     """Channels along z of nodes `n0`, `n1`, ..."""
-    return tuple(fx.MeasuredChannel(f"{kind}{k}", quantity, f"n{k}", (0.0, 0.0, 1.0)) for k in positions)
+    return tuple(fx.testing.MeasuredChannel(f"{kind}{k}", quantity, f"n{k}", (0.0, 0.0, 1.0)) for k in positions)
 
 
 def noisy(H, decibels, seed=0):
@@ -79,4 +79,4 @@ def measured(system, hz, inputs=(0, 1), outputs=None, decibels=None, seed=0, pow
     outputs = tuple(range(len(system.M))) if outputs is None else tuple(outputs)
     H = noisy(system.response(hz, inputs, outputs, power, decay), decibels, seed)
     into, out = channels(inputs, "hit", "force"), channels(outputs, "acc", QUANTITY[power])
-    return fx.MeasuredFRF(np.asarray(hz, dtype=float), H, into, out, decay=decay, setup=setup)
+    return fx.testing.MeasuredFRF(np.asarray(hz, dtype=float), H, into, out, decay=decay, setup=setup)

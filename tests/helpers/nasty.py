@@ -13,16 +13,16 @@ import flexura as fx
 MM = 1e-3
 
 
-def _flexure(rng: np.random.Generator, ends: tuple[str, str], thickness: float, elements: int) -> fx.Flexure:
+def _flexure(rng: np.random.Generator, ends: tuple[str, str], thickness: float, elements: int) -> fx.describe.Flexure:
     width = float(rng.choice([5, 20])) * MM
     corrections = "none" if rng.random() < 0.5 else "auto"
-    profile = fx.Leaf(width=width, thickness=thickness)
+    profile = fx.describe.Leaf(width=width, thickness=thickness)
     if rng.random() < 0.3:
-        contour = fx.CircularContour(radius=25 * MM, web=thickness)
-        profile = fx.Notch(width=width, contour=contour)
+        contour = fx.describe.CircularContour(radius=25 * MM, web=thickness)
+        profile = fx.describe.Notch(width=width, contour=contour)
         elements = max(elements, 2)
     integration = "tapered" if rng.random() < 0.3 and profile.type == "notch" else "stepped"
-    return fx.Flexure(
+    return fx.describe.Flexure(
         nodes=ends,
         material="spring-steel",
         reference="x",
@@ -68,7 +68,7 @@ def nasty(seed: int) -> fx.Mechanism:
         mass = 10.0 ** rng.uniform(-4, 2)
         z = nodes[heads[0]][2] + 0.005
         inertia = tuple(float(v) for v in mass * 1e-4 * rng.uniform(0.8, 1.2, 3))
-        bodies[f"c{stage}"] = fx.RigidBody(
+        bodies[f"c{stage}"] = fx.describe.RigidBody(
             centre=(away + beside, away, z), mass=mass, inertia=inertia, carries=tuple(heads)
         )
         height = z + 0.01
@@ -76,27 +76,29 @@ def nasty(seed: int) -> fx.Mechanism:
         values = {name: 10.0 ** rng.uniform(-3, 9) for name in ("tx", "ty", "tz")}
         values |= {name: 10.0 ** rng.uniform(-5, 6) for name in ("rx", "ry", "rz")}
         ends = (f"c{stage - 1}", f"c{stage}")
-        springs[f"between{stage}"] = fx.Spring(nodes=ends, stiffness=fx.DiagonalStiffness(**values))
+        springs[f"between{stage}"] = fx.describe.Spring(nodes=ends, stiffness=fx.describe.DiagonalStiffness(**values))
     for k in range(int(rng.integers(0, 3))):
         pair = rng.choice(sorted(bodies), size=min(2, len(bodies)), replace=False).tolist()
         own = [pair[0]] if len(pair) < 2 or (not floats and rng.random() < 0.3) else pair
         values = {name: 10.0 ** rng.uniform(-6, 9) for name in rng.choice(["tx", "ty", "tz"], 2, replace=False)}
-        springs[f"k{k}"] = fx.Spring(nodes=tuple(own), stiffness=fx.DiagonalStiffness(**values))
+        springs[f"k{k}"] = fx.describe.Spring(nodes=tuple(own), stiffness=fx.describe.DiagonalStiffness(**values))
     return fx.Mechanism(nodes=nodes, flexures=flexures, bodies=bodies, springs=springs, ground=ground)
 
 
 def slender(elements: int, support: float) -> fx.Mechanism:
     """Two bodies joined by one leaf of so many elements, held by a very soft spring along it alone."""
-    leaf = fx.Leaf(width=20 * MM, thickness=0.5 * MM)
-    flexure = fx.Flexure(
+    leaf = fx.describe.Leaf(width=20 * MM, thickness=0.5 * MM)
+    flexure = fx.describe.Flexure(
         nodes=("a", "b"), material="spring-steel", reference="x", profile=leaf, elements=elements, corrections="none"
     )
     return fx.Mechanism(
         nodes={"a": (0, 0, 0), "b": (0, 0, 50 * MM)},
         flexures={"leaf": flexure},
         bodies={
-            "base": fx.RigidBody(centre=(0, 0, -5 * MM), mass=10.0, inertia=(0.01, 0.01, 0.01), carries=("a",)),
-            "head": fx.RigidBody(centre=(0, 0, 55 * MM), mass=1.0, inertia=(1e-3, 1e-3, 1e-3), carries=("b",)),
+            "base": fx.describe.RigidBody(
+                centre=(0, 0, -5 * MM), mass=10.0, inertia=(0.01, 0.01, 0.01), carries=("a",)
+            ),
+            "head": fx.describe.RigidBody(centre=(0, 0, 55 * MM), mass=1.0, inertia=(1e-3, 1e-3, 1e-3), carries=("b",)),
         },
-        springs={"bungee": fx.Spring(nodes=("base",), stiffness=fx.DiagonalStiffness(tz=support))},
+        springs={"bungee": fx.describe.Spring(nodes=("base",), stiffness=fx.describe.DiagonalStiffness(tz=support))},
     )

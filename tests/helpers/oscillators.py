@@ -21,23 +21,26 @@ I_FLAT = WIDTH * THICKNESS**3 / 12
 
 def stiffness(values=K):
     """A diagonal stiffness."""
-    return fx.DiagonalStiffness(**dict(zip(DOFS, values, strict=True)))
+    return fx.describe.DiagonalStiffness(**dict(zip(DOFS, values, strict=True)))
 
 
 def dashes(values):
     """A diagonal damping."""
-    return fx.DiagonalDamping(**dict(zip(DOFS, values, strict=True)))
+    return fx.describe.DiagonalDamping(**dict(zip(DOFS, values, strict=True)))
 
 
 def body(at=(0.0, 0.0, 0.0), mass=MASS):
     """A rigid body at a place."""
-    return fx.RigidBody(centre=at, mass=mass, inertia=INERTIA)
+    return fx.describe.RigidBody(centre=at, mass=mass, inertia=INERTIA)
 
 
 def oscillator(c=None, at=(0.0, 0.0, 0.0), **more):
     """A body on a spring in all six directions, and on dashpots c (6,); all motions are decoupled."""
-    dashpots = {} if c is None else {"dash": fx.Dashpot(nodes=("mass",), damping=dashes(c))}
-    parts = {"bodies": {"mass": body(at)}, "springs": {"spring": fx.Spring(nodes=("mass",), stiffness=stiffness())}}
+    dashpots = {} if c is None else {"dash": fx.describe.Dashpot(nodes=("mass",), damping=dashes(c))}
+    parts = {
+        "bodies": {"mass": body(at)},
+        "springs": {"spring": fx.describe.Spring(nodes=("mass",), stiffness=stiffness())},
+    }
     return fx.Mechanism(**(parts | {"dashpots": dashpots} | more))
 
 
@@ -53,11 +56,12 @@ def pair(c1=C1, c2=C2, grounded=True, **more):
     """Two bodies in line along x, the first on the ground; damping is not proportional to mass or stiffness."""
     ends = {"one": ("one",), "two": ("one", "two")}
     springs = {
-        "one": fx.Spring(nodes=ends["one"], stiffness=stiffness((K1, *K[1:]))),
-        "two": fx.Spring(nodes=ends["two"], stiffness=stiffness((K2, *K[1:]))),
+        "one": fx.describe.Spring(nodes=ends["one"], stiffness=stiffness((K1, *K[1:]))),
+        "two": fx.describe.Spring(nodes=ends["two"], stiffness=stiffness((K2, *K[1:]))),
     }
     dashpots = {
-        key: fx.Dashpot(nodes=ends[key], damping=dashes((c, 0, 0, 0, 0, 0))) for key, c in (("one", c1), ("two", c2))
+        key: fx.describe.Dashpot(nodes=ends[key], damping=dashes((c, 0, 0, 0, 0, 0)))
+        for key, c in (("one", c1), ("two", c2))
     }
     if not grounded:
         springs.pop("one")
@@ -86,12 +90,12 @@ def beam(elements=8, eta=None, theory="euler_bernoulli", ground=None, **more):
         theory=theory,
         corrections="none",
         nodes={"a": (0, 0, 0), "b": (LENGTH, 0, 0)},
-        materials={"metal": fx.Material(E=E, nu=0.3, rho=RHO, loss_factor=eta)},
+        materials={"metal": fx.describe.Material(E=E, nu=0.3, rho=RHO, loss_factor=eta)},
         links={
-            "beam": fx.Link(
+            "beam": fx.describe.Link(
                 nodes=("a", "b"),
                 material="metal",
-                section=fx.Rectangle(width=WIDTH, thickness=THICKNESS),
+                section=fx.describe.Rectangle(width=WIDTH, thickness=THICKNESS),
                 reference="z",
                 elements=elements,
             )

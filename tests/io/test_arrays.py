@@ -175,7 +175,7 @@ def test_matrices_read_back_as_a_superelement_have_the_same_frequencies(tmp_path
     (tmp_path / "held.yaml").write_text(text)
     found = fx.modes(fx.load(tmp_path / "held.yaml"), n=3, order="full").frequency_hz
     # a clamped bar: f = (1.8751 / L)^2 / 2 pi sqrt(E I / rho A)
-    steel = fx.CATALOGUE["spring-steel"]
+    steel = fx.describe.CATALOGUE["spring-steel"]
     expected = (1.8751041 / 0.08) ** 2 / (2 * np.pi) * np.sqrt(steel.E / steel.rho * 0.002**2 / 12)
     assert found[0] == pytest.approx(expected, rel=1e-3)
 

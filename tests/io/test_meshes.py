@@ -66,37 +66,37 @@ def test_shapes_of_a_chosen_size_and_the_mesh_alone(tmp_path: Path) -> None:
 
 
 def test_mechanisms_without_members(tmp_path: Path) -> None:
-    held = fx.Support(fixed=fx.DOF_NAMES)
-    box = fx.Box(size=(0.01, 0.01, 0.01), material="Al-6061-T6")
-    spring = fx.Spring(
-        nodes=("foot", "block"), stiffness=fx.DiagonalStiffness(tx=1e3, ty=1e3, tz=1e3, rx=1, ry=1, rz=1)
+    held = fx.describe.Support(fixed=fx.describe.DOF_NAMES)
+    box = fx.describe.Box(size=(0.01, 0.01, 0.01), material="Al-6061-T6")
+    spring = fx.describe.Spring(
+        nodes=("foot", "block"), stiffness=fx.describe.DiagonalStiffness(tx=1e3, ty=1e3, tz=1e3, rx=1, ry=1, rz=1)
     )
     one = fx.Mechanism(
         nodes={"foot": (0, 0, 0)},
-        bodies={"block": fx.RigidBody(centre=(0, 0, 0.02), solid=box)},
+        bodies={"block": fx.describe.RigidBody(centre=(0, 0, 0.02), solid=box)},
         springs={"spring": spring},
         ground={"foot": held},
     )
     found = meshio.read(export(fx.modes(one, n=2, order="full"), tmp_path / "one.vtu")[0])
     assert found.cells[0].data.tolist() == [[0, 1]]
-    lonely = fx.Mechanism(bodies={"block": fx.RigidBody(solid=box)})
+    lonely = fx.Mechanism(bodies={"block": fx.describe.RigidBody(solid=box)})
     assert meshio.read(export(fx.assemble(lonely), tmp_path / "l.vtu")[0]).cells[0].type == "vertex"
 
 
 def test_amplitudes_of_superelements_are_no_points(tmp_path: Path) -> None:
-    section = fx.Circle(diameter=0.002)
+    section = fx.describe.Circle(diameter=0.002)
     nodes = {"a": (0.0, 0.0, 0.0), "b": (0.1, 0.0, 0.0)}
     wire = fx.Mechanism(
         nodes=nodes,
-        links={"wire": fx.Link(nodes=("a", "b"), material="Al-7075-T6", section=section, elements=10)},
+        links={"wire": fx.describe.Link(nodes=("a", "b"), material="Al-7075-T6", section=section, elements=10)},
         interface=("a", "b"),
     )
     part = fx.nested(fx.reduce(wire, keep=8))
     outside = fx.Mechanism(
         nodes={"o": (0.0, 0.1, 0.0), **nodes},
-        links={"arm": fx.Link(nodes=("o", "a"), material="Al-7075-T6", section=section, elements=2)},
+        links={"arm": fx.describe.Link(nodes=("o", "a"), material="Al-7075-T6", section=section, elements=2)},
         superelements={"wire": part.superelement},
-        ground={"o": fx.Support(fixed=fx.DOF_NAMES)},
+        ground={"o": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
     )
     modes = fx.modes(outside, n=2, order="full")
     assert len(modes.node_names) > 4  # o, a, b, the middle of the arm, and nodes for the amplitudes
@@ -156,8 +156,8 @@ def test_traces_follow_members_and_bodies(tmp_path: Path) -> None:
 
 
 def test_long_members_are_split_into_traces_of_250_nodes(tmp_path: Path) -> None:
-    section = fx.Circle(diameter=0.002)
-    link = fx.Link(nodes=("a", "b"), material="Al-7075-T6", section=section, elements=600)
+    section = fx.describe.Circle(diameter=0.002)
+    link = fx.describe.Link(nodes=("a", "b"), material="Al-7075-T6", section=section, elements=600)
     wire = fx.Mechanism(nodes={"a": (0, 0, 0), "b": (1, 0, 0)}, links={"wire": link})
     found = read_uff(export(fx.modes(wire, n=1, order="full"), tmp_path / "w.uff")[0])[82]
     assert [len(one["nodes"]) for one in found] == [250, 250, 103]

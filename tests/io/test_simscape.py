@@ -14,14 +14,14 @@ from flexura.io import export
 from helpers.export_models import EXAMPLES
 
 LENGTH, WIDTH, THICKNESS = 0.1, 0.01, 0.002
-STEEL = fx.CATALOGUE["spring-steel"]
+STEEL = fx.describe.CATALOGUE["spring-steel"]
 
 
 def bar(**more: object) -> fx.Mechanism:
     nodes = {"left": (0.02, 0.01, 0.0), "right": (0.02 + LENGTH, 0.01, 0.0)}
-    section = fx.Rectangle(width=WIDTH, thickness=THICKNESS)
+    section = fx.describe.Rectangle(width=WIDTH, thickness=THICKNESS)
     links = {
-        "bar": fx.Link(
+        "bar": fx.describe.Link(
             nodes=("left", "right"), material="spring-steel", section=section, reference=(0.0, 0.0, 1.0), elements=16
         )
     }
@@ -97,8 +97,8 @@ def test_damping_gives_every_elastic_mode_its_ratio(found: dict) -> None:
 def test_held_parts_and_frames_that_move_together_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "no.mat"
     guide = fx.reduce(fx.load(EXAMPLES / "guide" / "guide.yaml"))
-    held = fx.Support(fixed=fx.DOF_NAMES)
-    soft = fx.Spring(nodes=("left",), stiffness=fx.DiagonalStiffness(tx=1e-9))
+    held = fx.describe.Support(fixed=fx.describe.DOF_NAMES)
+    soft = fx.describe.Spring(nodes=("left",), stiffness=fx.describe.DiagonalStiffness(tx=1e-9))
     for low in (guide, fx.reduce(bar(ground={"left": held})), fx.reduce(bar(springs={"soft": soft}))):
         with pytest.raises(fx.OptionError, match="a flexible body for Simscape floats"):
             export(low, path, format="simscape")

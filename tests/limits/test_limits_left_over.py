@@ -53,7 +53,7 @@ def test_states_that_are_not_looked_at_are_said(monkeypatch):
 def test_strokes_at_yield_beyond_small_motion_are_marked(yield_stress, in_range):
     """Guided leaves yield at s L^2 / (3 E t): at 2.4 mm of 60 mm, or at 24 mm."""
     guide = fx.load(EXAMPLES / "guide" / "guide.yaml")
-    steel = fx.Material(E=E, nu=0.3, rho=7800.0, yield_stress=yield_stress)
+    steel = fx.describe.Material(E=E, nu=0.3, rho=7800.0, yield_stress=yield_stress)
     own = guide.replaced({"materials": {"spring-steel": steel}})
     (one,) = fx.kinetostatics(own, platform="carriage").freedoms
     assert one.yield_stroke == pytest.approx(yield_stress * 0.06**2 / (3 * E * 0.0005), rel=0.1)
@@ -62,7 +62,7 @@ def test_strokes_at_yield_beyond_small_motion_are_marked(yield_stress, in_range)
 
 def column(force):
     """A bar of 100 x 10 x 1 mm under a force along it at its free end."""
-    return cantilever(loads={} if not force else {"b": fx.Load(force=(-force, 0, 0))})
+    return cantilever(loads={} if not force else {"b": fx.describe.Load(force=(-force, 0, 0))})
 
 
 EULER = np.pi**2 * 200e9 * 0.01 * 0.001**3 / 12 / (4 * 0.1**2)
@@ -91,8 +91,8 @@ def test_strict_modes(tmp_path):
 
 
 def test_kinetostatics_feel_and_say_loads():
-    body = {"tip": fx.RigidBody(centre=(0.1, 0, 0), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("b",))}
-    loads = {"b": fx.Load(force=(-0.5 * EULER, 0, 0))}
+    body = {"tip": fx.describe.RigidBody(centre=(0.1, 0, 0), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("b",))}
+    loads = {"b": fx.describe.Load(force=(-0.5 * EULER, 0, 0))}
     bare = fx.kinetostatics(cantilever(bodies=body), platform="tip")
     loaded = fx.kinetostatics(cantilever(bodies=body, loads=loads), platform="tip")
     assert np.diagonal(loaded.compliance)[1:3].max() > 1.5 * np.diagonal(bare.compliance)[1:3].max()

@@ -24,16 +24,20 @@ VISCOUS = {"rayleigh": {"frequencies": (1.0, 10.0), "ratios": (1e-6, 1e-6)}}
 @pytest.fixture(scope="module")
 def heavy():
     """A cantilever with a tip of many times its own mass: one mode that is its static deflection."""
-    link = fx.Link(
-        nodes=("a", "b"), material="steel", reference=(0, 0, 1), section=fx.Rectangle(width=B, thickness=T), elements=4
+    link = fx.describe.Link(
+        nodes=("a", "b"),
+        material="steel",
+        reference=(0, 0, 1),
+        section=fx.describe.Rectangle(width=B, thickness=T),
+        elements=4,
     )
     mechanism = fx.Mechanism(
         theory="euler_bernoulli",
         corrections="none",
-        materials={"steel": fx.Material(E=E, nu=0.3, rho=7800.0, yield_stress=YIELD)},
+        materials={"steel": fx.describe.Material(E=E, nu=0.3, rho=7800.0, yield_stress=YIELD)},
         nodes={"a": (0, 0, 0), "b": (L, 0, 0)},
         links={"bar": link},
-        masses={"tip": fx.PointMass(node="b", mass=MASS)},
+        masses={"tip": fx.describe.PointMass(node="b", mass=MASS)},
         ground={"a": "clamped"},
     )
     C = np.diagonal(fx.compliance(mechanism, nodes=["b"]))
@@ -188,7 +192,7 @@ def test_pictures_say_it():
     for command, words in ((3e-3, ["warning: piezo is driven with 3 mm"]), (10e-6, [])):
         signal = {"piezo": fx.signals.step(command)}
         result = fx.time_response(amplifier, inputs=signal, outputs=["motion"], dt=2e-6, duration=4e-3, damping=0.01)
-        texts = [text.get_text() for text in fx.draw_time(result).texts]
+        texts = [text.get_text() for text in fx.view.draw_time(result).texts]
         assert len(texts) == len(words) and all(w in t for w, t in zip(words, texts, strict=True))
 
 
@@ -196,7 +200,7 @@ def test_motion_about_a_described_load_starts_from_it(heavy):
     mechanism, name, hz = heavy
     axis = ["tx", "ty", "tz"].index(name[-2:])
     force = np.eye(3)[axis] * STIFFNESS * 0.09 * L
-    loaded = mechanism.model_copy(update={"loads": {"b": fx.Load(force=tuple(map(float, force)))}})
+    loaded = mechanism.model_copy(update={"loads": {"b": fx.describe.Load(force=tuple(map(float, force)))}})
     push = {name: fx.signals.step(STIFFNESS * 0.03 * L)}
     for how in ({}, {"method": "generalised_alpha", "order": "full"}):
         ask = {"dt": 1 / (400 * hz), "duration": 1 / hz, "damping": VISCOUS, **how}

@@ -40,15 +40,15 @@ def test_cantilever_at_any_size(size):
 
 
 def test_rigid_turning_is_no_deflection():
-    hinge = fx.Spring(
-        nodes=("a", "root"), stiffness=fx.DiagonalStiffness(tx=1e9, ty=1e9, tz=1e9, rx=1.0, ry=1.0, rz=1.0)
+    hinge = fx.describe.Spring(
+        nodes=("a", "root"), stiffness=fx.describe.DiagonalStiffness(tx=1e9, ty=1e9, tz=1e9, rx=1.0, ry=1.0, rz=1.0)
     )
     plain = cantilever()
     turned = plain.model_copy(
         update={
             "nodes": {**plain.nodes, "root": (0, 0, 0)},
             "springs": {"hinge": hinge},
-            "ground": {"root": fx.Support(fixed=fx.DOF_NAMES)},
+            "ground": {"root": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
         }
     )
     found = warned(fx.statics(turned, loads={"b": (0, 2e-3 / 0.1 * 10, 0, 0, 0, 0)}))
@@ -85,12 +85,12 @@ def test_free_stroke_on_both_sides(command, kinds):
 
 
 def test_blocked_force_of_a_stack_that_is_not_driven():
-    stack = fx.PiezoStack(nodes=("c", "b"), stiffness=1e6, blocked_force=20.0)
+    stack = fx.describe.PiezoStack(nodes=("c", "b"), stiffness=1e6, blocked_force=20.0)
     held = cantilever(actuators={"stack": stack})
     held = held.model_copy(
         update={
             "nodes": {**held.nodes, "c": (0.1, 0, -0.01)},
-            "ground": {**held.ground, "c": fx.Support(fixed=fx.DOF_NAMES)},
+            "ground": {**held.ground, "c": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
         }
     )
     for force, beyond in ((-19.0, False), (-25.0, True), (25.0, True)):
@@ -103,7 +103,7 @@ def test_blocked_force_of_a_stack_that_is_not_driven():
 
 
 def test_limit_of_a_force_on_both_sides():
-    driven = cantilever(actuators={"coil": fx.ForceActuator(nodes=("b",), direction="x", limit=2.0)})
+    driven = cantilever(actuators={"coil": fx.describe.ForceActuator(nodes=("b",), direction="x", limit=2.0)})
     for command, beyond in ((2.0, False), (-2.0, False), (2.1, True), (-2.1, True)):
         assert ("command" in warned(fx.statics(driven, actuators={"coil": command}))) is beyond
 

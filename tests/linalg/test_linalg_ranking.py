@@ -36,15 +36,17 @@ def test_signs_of_vectors(noise):
 def parallel(names):
     """A table on equal leaves."""
     x = {name: 0.02 * k for k, name in enumerate(names)}
-    blade = fx.Leaf(width=0.02, thickness=0.5e-3)
+    blade = fx.describe.Leaf(width=0.02, thickness=0.5e-3)
     return fx.Mechanism(
         nodes={f"{n}_low": (at, 0, 0) for n, at in x.items()} | {f"{n}_high": (at, 0, 0.06) for n, at in x.items()},
         flexures={
-            n: fx.Flexure(nodes=(f"{n}_low", f"{n}_high"), material="spring-steel", reference=(1, 0, 0), profile=blade)
+            n: fx.describe.Flexure(
+                nodes=(f"{n}_low", f"{n}_high"), material="spring-steel", reference=(1, 0, 0), profile=blade
+            )
             for n in names
         },
         bodies={
-            "table": fx.RigidBody(
+            "table": fx.describe.RigidBody(
                 centre=(0.01 * (len(names) - 1), 0, 0.06),
                 mass=0.1,
                 inertia=(1e-4, 1e-4, 1e-4),

@@ -24,23 +24,48 @@ from helpers.verification_report import Case
 SOLID = "quadratic tetrahedra, 192 000 DOFs"
 PLANE = "nine-node quadrilaterals, plane stress, between long straight ends whose share as beams is taken off"
 HEXAHEDRA = "27-node hexahedra, an eighth of the part"
-UNIT = {"unit": fx.Material(E=1.0, nu=0.3, rho=1.0)}
+UNIT = {"unit": fx.describe.Material(E=1.0, nu=0.3, rho=1.0)}
 
 BLOCK_HZ = [127.1, 607.0, 1399, 3696]
 CIRCULAR = {(4.0, 0.3): (585.0, 10.50), (5.0, 1.0): (33.18, 5.97), (3.0, 0.5): (144.4, 6.66), (2.0, 1.0): (22.00, 3.32)}
 """(R, t): rotation per moment, stretch per force."""
 
 OTHERS = {  # length, contour: rotation per moment, stretch per force
-    "elliptical a 5, b 4.75, t 0.5": (10.0, fx.EllipticalContour(depth=4.75, web=0.5), 187.724, 9.0657),
-    "elliptical a 6, b 2, t 0.5": (12.0, fx.EllipticalContour(depth=2.0, web=0.5), 332.413, 13.2455),
-    "elliptical a 2, b 4, t 0.5": (4.0, fx.EllipticalContour(depth=4.0, web=0.5), 91.951, 5.0256),
-    "parabolic a 5, b 4, t 0.5": (10.0, fx.ParabolicContour(depth=4.0, web=0.5), 149.355, 7.7171),
-    "parabolic a 5, b 1, t 0.5": (10.0, fx.ParabolicContour(depth=1.0, web=0.5), 284.645, 11.2976),
-    "V 45 deg, r 1, t 0.5": (8.0, fx.VShapedContour(angle=np.pi / 4, root_radius=1.0, web=0.5), 90.585, 5.4345),
-    "V 30 deg, r 0.2, t 0.5": (8.0, fx.VShapedContour(angle=np.pi / 6, root_radius=0.2, web=0.5), 64.477, 5.0280),
-    "corner-filleted a 5, r 1, t 1": (10.0, fx.CornerFilletedContour(fillet_radius=1.0, web=1.0), 112.060, 10.0278),
-    "corner-filleted a 5, r 3, t 0.5": (10.0, fx.CornerFilletedContour(fillet_radius=3.0, web=0.5), 528.126, 14.6783),
-    "corner-filleted a 3, r 0.5, t 1": (6.0, fx.CornerFilletedContour(fillet_radius=0.5, web=1.0), 71.156, 6.1483),
+    "elliptical a 5, b 4.75, t 0.5": (10.0, fx.describe.EllipticalContour(depth=4.75, web=0.5), 187.724, 9.0657),
+    "elliptical a 6, b 2, t 0.5": (12.0, fx.describe.EllipticalContour(depth=2.0, web=0.5), 332.413, 13.2455),
+    "elliptical a 2, b 4, t 0.5": (4.0, fx.describe.EllipticalContour(depth=4.0, web=0.5), 91.951, 5.0256),
+    "parabolic a 5, b 4, t 0.5": (10.0, fx.describe.ParabolicContour(depth=4.0, web=0.5), 149.355, 7.7171),
+    "parabolic a 5, b 1, t 0.5": (10.0, fx.describe.ParabolicContour(depth=1.0, web=0.5), 284.645, 11.2976),
+    "V 45 deg, r 1, t 0.5": (
+        8.0,
+        fx.describe.VShapedContour(angle=np.pi / 4, root_radius=1.0, web=0.5),
+        90.585,
+        5.4345,
+    ),
+    "V 30 deg, r 0.2, t 0.5": (
+        8.0,
+        fx.describe.VShapedContour(angle=np.pi / 6, root_radius=0.2, web=0.5),
+        64.477,
+        5.0280,
+    ),
+    "corner-filleted a 5, r 1, t 1": (
+        10.0,
+        fx.describe.CornerFilletedContour(fillet_radius=1.0, web=1.0),
+        112.060,
+        10.0278,
+    ),
+    "corner-filleted a 5, r 3, t 0.5": (
+        10.0,
+        fx.describe.CornerFilletedContour(fillet_radius=3.0, web=0.5),
+        528.126,
+        14.6783,
+    ),
+    "corner-filleted a 3, r 0.5, t 1": (
+        6.0,
+        fx.describe.CornerFilletedContour(fillet_radius=0.5, web=1.0),
+        71.156,
+        6.1483,
+    ),
 }
 
 LEAVES = {  # L/b, t/b: compliance times EI under a constant moment, between parallel ends without shear; GJ/L stiffness
@@ -75,7 +100,7 @@ TWO_AXES = {  # kind, a, b, t: rotation per moment, stretch per force
 def flexure(profile, length, corrections="auto", **shape):
     """Describe a flexure along x between clamped ends, `a` held and `b` loaded."""
     ends = ("clamped", "clamped")
-    member = fx.Flexure(nodes=("a", "b"), material="unit", reference="z", profile=profile, ends=ends, **shape)
+    member = fx.describe.Flexure(nodes=("a", "b"), material="unit", reference="z", profile=profile, ends=ends, **shape)
     nodes = {"a": (0, 0, 0), "b": (length, 0, 0)}
     return fx.Mechanism(
         nodes=nodes, materials=UNIT, flexures={"hinge": member}, ground={"a": "clamped"}, corrections=corrections
@@ -94,14 +119,16 @@ def test_leaf_that_carries_a_block(verify):
         "Rayleigh with corrections: plate, warping, shear",
         "A clamped leaf of 10 x 10 x 0.3 mm carries a block of 10 x 10 x 8 mm, Al-7075; plain beams miss up to 27 %.",
     )
-    leaf = fx.Leaf(width=10e-3, thickness=0.3e-3)
+    leaf = fx.describe.Leaf(width=10e-3, thickness=0.3e-3)
     mechanism = fx.Mechanism(
-        materials={"metal": fx.Material(E=71.7e9, nu=0.33, rho=2810.0)},
+        materials={"metal": fx.describe.Material(E=71.7e9, nu=0.33, rho=2810.0)},
         nodes={"foot": (0, 0, 0), "head": (10e-3, 0, 0)},
-        flexures={"leaf": fx.Flexure(nodes=("foot", "head"), material="metal", reference="z", profile=leaf)},
+        flexures={"leaf": fx.describe.Flexure(nodes=("foot", "head"), material="metal", reference="z", profile=leaf)},
         bodies={
-            "block": fx.RigidBody(
-                centre=(15e-3, 0, 0), solid=fx.Box(size=(10e-3, 10e-3, 8e-3), material="metal"), carries=("head",)
+            "block": fx.describe.RigidBody(
+                centre=(15e-3, 0, 0),
+                solid=fx.describe.Box(size=(10e-3, 10e-3, 8e-3), material="metal"),
+                carries=("head",),
             )
         },
         ground={"foot": "clamped"},
@@ -123,7 +150,7 @@ def test_right_circular_notch(verify, R, t):
         "The beam integral misses up to 15 % of the rotation and 22 % of the stretch.",
     )
     width = 1e-3
-    narrow = fx.Notch(width=width, contour=fx.CircularContour(radius=R, web=t))
+    narrow = fx.describe.Notch(width=width, contour=fx.describe.CircularContour(radius=R, web=t))
     for name, at, reference, tolerance in zip(
         ("rotation per moment", "stretch per force"), (4, 0), CIRCULAR[R, t], (0.02, 0.08), strict=True
     ):
@@ -134,7 +161,7 @@ def test_right_circular_notch(verify, R, t):
 @pytest.mark.parametrize("shape", [{"elements": 1}, {"elements": 7}, {"elements": 200}, {"integration": "tapered"}])
 def test_elements_do_not_matter(shape):
     """What the ten stepped elements of plain beams miss is not in the corrected ones."""
-    notch = fx.Notch(width=1e-3, contour=fx.CircularContour(radius=4.0, web=0.3))
+    notch = fx.describe.Notch(width=1e-3, contour=fx.describe.CircularContour(radius=4.0, web=0.3))
     few, other = (np.diagonal(compliance(flexure(notch, 8.0, **more)))[[0, 4]] for more in ({}, shape))
     np.testing.assert_allclose(other, few, rtol=1e-3)
 
@@ -146,7 +173,7 @@ def test_other_contours(verify, name):
     )
     length, shape, rotation, stretch = OTHERS[name]
     width = 1e-3
-    C = compliance(flexure(fx.Notch(width=width, contour=shape), length))
+    C = compliance(flexure(fx.describe.Notch(width=width, contour=shape), length))
     verify(case, f"{name}: rotation per moment", C[4, 4] * width, rotation, 0.02, "-")
     verify(case, f"{name}: stretch per force", C[0, 0] * width, stretch, 0.07, "-")
 
@@ -160,7 +187,7 @@ def test_leaf_between_flat_ends(verify, length, t):
         "In units of plain beam theory.",
     )
     bend, guided, twist = LEAVES[length, t]
-    leaf = fx.Leaf(width=1.0, thickness=t)
+    leaf = fx.describe.Leaf(width=1.0, thickness=t)
     C, plain = (compliance(flexure(leaf, length, names)) for names in (("plate", "warping"), "none"))
     name = f"L {length:g}, t {t:g}"
     assert C[4, 4] / plain[4, 4] < bend
@@ -180,7 +207,7 @@ def test_wide_notch(verify, R, t, b):
         "plane stress. Plain beams are up to 15 times as soft in torsion.",
     )
     bend, twist = WIDE[R, t, b]
-    C = compliance(flexure(fx.Notch(width=b, contour=fx.CircularContour(radius=R, web=t)), 2 * R))
+    C = compliance(flexure(fx.describe.Notch(width=b, contour=fx.describe.CircularContour(radius=R, web=t)), 2 * R))
     verify(case, f"R {R:g}, t {t:g}, b {b:g}: rotation per moment", C[4, 4], bend, 0.04, "-")
     verify(case, f"R {R:g}, t {t:g}, b {b:g}: twist per torque", C[3, 3], twist, 0.13, "-")
 
@@ -190,8 +217,12 @@ def test_contours_on_all_faces(verify, kind, a, b, t):
     case = Case(
         "Two-axis and round notches, corrected", HEXAHEDRA, "Rayleigh with corrections; parabolic contours, 40 elements"
     )
-    shape = fx.ParabolicContour(depth=b, web=t)
-    profile = fx.RoundNotch(contour=shape) if kind == "round" else fx.TwoAxisNotch(y_contour=shape, z_contour=shape)
+    shape = fx.describe.ParabolicContour(depth=b, web=t)
+    profile = (
+        fx.describe.RoundNotch(contour=shape)
+        if kind == "round"
+        else fx.describe.TwoAxisNotch(y_contour=shape, z_contour=shape)
+    )
     C = compliance(flexure(profile, 2 * a, elements=40))
     rotation, stretch = TWO_AXES[kind, a, b, t]
     name = f"{kind}, a {a:g}, b {b:g}, t {t:g}"
@@ -242,7 +273,7 @@ def test_corner_filleted_hinge(verify, length, r, t):
         "Lobontiu, Paine, Garcia and Goldfarb, J. Mech. Des. 123 (2001) 346-352",
         "Euler-Bernoulli, varying section, 40 tapered elements; E = b = 1",
     )
-    profile = fx.Notch(width=1.0, contour=fx.CornerFilletedContour(fillet_radius=r, web=t))
+    profile = fx.describe.Notch(width=1.0, contour=fx.describe.CornerFilletedContour(fillet_radius=r, web=t))
     C = compliance(flexure(profile, length, "none", elements=40, integration="tapered"))
     for name, at, reference in zip(
         ("rotation per moment", "stretch per force"), (4, 0), lobontiu(length, r, t), strict=True

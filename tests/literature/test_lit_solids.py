@@ -33,12 +33,12 @@ def test_cantilever_as_a_plane_body(verify, height):
         "solid: hexahedra with 27 points; Poisson's ratio 0.3",
         "Dimensionless eigenvalues omega^2 rho L^2 / (5/6 G) for depth-to-length ratios h/L.",
     )
-    section = fx.Rectangle(width=1e-3, thickness=height)
+    section = fx.describe.Rectangle(width=1e-3, thickness=height)
     mechanism = fx.Mechanism(
-        materials={"unit": fx.Material(E=1.0, nu=0.3, rho=1.0)},
+        materials={"unit": fx.describe.Material(E=1.0, nu=0.3, rho=1.0)},
         nodes={"a": (0, 0, 0), "b": (1, 0, 0)},
-        links={"bar": fx.Link(nodes=("a", "b"), material="unit", section=section, reference=(0, 0, 1))},
-        ground={"a": fx.Support(fixed=fx.DOF_NAMES)},
+        links={"bar": fx.describe.Link(nodes=("a", "b"), material="unit", section=section, reference=(0, 0, 1))},
+        ground={"a": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
     )
     mesh = solid_mesh(fx.assemble(mechanism), 0.7, "bar")
     held = np.zeros((len(mesh.points), 3), dtype=bool)

@@ -123,16 +123,16 @@ def test_short_damping():
 
 def test_substructures_round_trip():
     """Channels of substructures are written with them."""
-    unit = fx.Substructure(
+    unit = fx.describe.Substructure(
         nodes={"a": (0, 0, 0), "b": (0.1, 0, 0)},
-        links={"l": fx.Link(nodes=("a", "b"), material="silicon", section=fx.Circle(diameter=1e-3))},
-        actuators={"f": fx.ForceActuator(nodes=("b",), direction=(0, 0.6, 0.8))},
-        sensors={"s": fx.MotionSensor(type="velocity", nodes=("a", "b"))},
-        dashpots={"d": fx.Dashpot(nodes=("a", "b"), damping={"tz": 2.0})},
+        links={"l": fx.describe.Link(nodes=("a", "b"), material="silicon", section=fx.describe.Circle(diameter=1e-3))},
+        actuators={"f": fx.describe.ForceActuator(nodes=("b",), direction=(0, 0.6, 0.8))},
+        sensors={"s": fx.describe.MotionSensor(type="velocity", nodes=("a", "b"))},
+        dashpots={"d": fx.describe.Dashpot(nodes=("a", "b"), damping={"tz": 2.0})},
         interface=("a",),
     )
     described = fx.Mechanism(
-        substructures={"unit": unit}, instances={"u": fx.Instance(of="unit")}, ground={"u.a": "clamped"}
+        substructures={"unit": unit}, instances={"u": fx.describe.Instance(of="unit")}, ground={"u.a": "clamped"}
     )
     assert fx.loads(fx.dumps(described)) == described
 
@@ -267,15 +267,15 @@ def test_everything_wrong_at_once():
 def test_python_says_the_same():
     """Parts made in Python are held to the same rules."""
     with pytest.raises(fx.ModelError, match="a direction is needed"):
-        fx.ForceActuator(nodes=("a",))
+        fx.describe.ForceActuator(nodes=("a",))
     with pytest.raises(fx.ModelError, match="free_stroke or blocked_force"):
-        fx.PiezoStack(nodes=("a", "b"), stiffness=1.0, free_stroke=1.0, blocked_force=1.0)
+        fx.describe.PiezoStack(nodes=("a", "b"), stiffness=1.0, free_stroke=1.0, blocked_force=1.0)
     with pytest.raises(fx.ModelError, match="below 1"):
-        fx.Damping(ratio=1.0)
+        fx.describe.Damping(ratio=1.0)
     for ratio in (np.nan, np.inf):
         with pytest.raises(fx.ModelError, match="finite"):
-            fx.Damping(ratio=ratio)
+            fx.describe.Damping(ratio=ratio)
     with pytest.raises(fx.ModelError, match="lower one first"):
-        fx.Rayleigh(frequencies=(20.0, 10.0), ratios=(0.1, 0.1))
+        fx.describe.Rayleigh(frequencies=(20.0, 10.0), ratios=(0.1, 0.1))
     with pytest.raises(fx.ModelError, match="unknown key"):
-        fx.MotionSensor(type="velocity", nodes=("a",), direction="x", range=3)
+        fx.describe.MotionSensor(type="velocity", nodes=("a",), direction="x", range=3)

@@ -7,37 +7,46 @@ import pytest
 
 import flexura as fx
 
-LEAF = fx.Leaf(width=0.01, thickness=0.001)
-MEMBER = fx.Flexure(nodes=("a", "b"), material="spring-steel", reference=(0, 0, 1), profile=LEAF)
+LEAF = fx.describe.Leaf(width=0.01, thickness=0.001)
+MEMBER = fx.describe.Flexure(nodes=("a", "b"), material="spring-steel", reference=(0, 0, 1), profile=LEAF)
 BEAM = fx.Mechanism(
-    nodes={"a": (0, 0, 0), "b": (0.1, 0, 0)}, flexures={"leaf": MEMBER}, ground={"a": fx.Support(fixed=fx.DOF_NAMES)}
+    nodes={"a": (0, 0, 0), "b": (0.1, 0, 0)},
+    flexures={"leaf": MEMBER},
+    ground={"a": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
 )
 
 REFUSED = {
-    "positional": (lambda: fx.Leaf(0.01, 0.001), "Leaf", "keywords", "width=..."),
+    "positional": (lambda: fx.describe.Leaf(0.01, 0.001), "Leaf", "keywords", "width=..."),
     "unknown keyword": (
-        lambda: fx.Leaf(widht=0.01, width=1, thickness=1),
+        lambda: fx.describe.Leaf(widht=0.01, width=1, thickness=1),
         "widht",
         "unknown key",
         "did you mean width",
     ),
-    "missing": (lambda: fx.Leaf(width=0.01), "thickness", "missing", ""),
-    "text": (lambda: fx.Leaf(width="10 mm", thickness=1), "width", "no unit", "model file"),
-    "nothing": (lambda: fx.Leaf(width=None, thickness=1), "width", "a number in SI", ""),
+    "missing": (lambda: fx.describe.Leaf(width=0.01), "thickness", "missing", ""),
+    "text": (lambda: fx.describe.Leaf(width="10 mm", thickness=1), "width", "no unit", "model file"),
+    "nothing": (lambda: fx.describe.Leaf(width=None, thickness=1), "width", "a number in SI", ""),
     "nested": (
-        lambda: fx.Flexure(nodes=("a", "b"), material="m", profile={"type": "leaf", "width": -1, "thickness": 1}),
+        lambda: fx.describe.Flexure(
+            nodes=("a", "b"), material="m", profile={"type": "leaf", "width": -1, "thickness": 1}
+        ),
         *("profile.width", "positive", ""),
     ),
     "another part": (lambda: fx.Mechanism(flexures={"f": LEAF}), "flexures.f", "mapping", ""),
     "as a whole": (
-        lambda: fx.Material(E=1e9, rho=1e3, nu=0.3, G=1e9),
+        lambda: fx.describe.Material(E=1e9, rho=1e3, nu=0.3, G=1e9),
         "Material",
         "exactly one of nu and G",
         "follows",
     ),
-    "validated": (lambda: fx.Leaf.model_validate({"width": -1, "thickness": 1}), "width", "positive", ""),
-    "validated JSON": (lambda: fx.Leaf.model_validate_json('{"width": -1, "thickness": 1}'), "width", "positive", ""),
-    "no JSON": (lambda: fx.Leaf.model_validate_json('{"width"'), "Leaf", "JSON", ""),
+    "validated": (lambda: fx.describe.Leaf.model_validate({"width": -1, "thickness": 1}), "width", "positive", ""),
+    "validated JSON": (
+        lambda: fx.describe.Leaf.model_validate_json('{"width": -1, "thickness": 1}'),
+        "width",
+        "positive",
+        "",
+    ),
+    "no JSON": (lambda: fx.describe.Leaf.model_validate_json('{"width"'), "Leaf", "JSON", ""),
     "assigned": (lambda: setattr(LEAF, "width", 2.0), "Leaf.width", "does not change", "model_copy"),
     "deleted": (lambda: delattr(LEAF, "width"), "Leaf.width", "does not change", "model_copy"),
     "copied": (lambda: LEAF.model_copy(update={"width": -1.0}), "width", "positive", ""),
@@ -66,7 +75,7 @@ def test_python_is_refused_as_files_are(case: str) -> None:
 
 def test_a_copy_is_the_part_with_other_values() -> None:
     thick = LEAF.model_copy(update={"thickness": 0.002})
-    assert thick == fx.Leaf(width=0.01, thickness=0.002)
+    assert thick == fx.describe.Leaf(width=0.01, thickness=0.002)
     assert LEAF.thickness == 0.001
     assert LEAF.model_copy() == LEAF and LEAF.model_copy(deep=True) == LEAF
     assert BEAM.model_copy(update={"theory": "timoshenko"}).flexures == BEAM.flexures

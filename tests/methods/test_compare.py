@@ -252,8 +252,8 @@ class TestRows:
         assert rows(compare(load("guide"), n=2))["other"].error == (0.0, 0.0)
 
     def test_links_alone_leave_the_pseudo_rigid_body_model_without_an_answer(self) -> None:
-        bar = fx.Link(
-            nodes=("a", "b"), material="steel", reference="z", section=fx.Rectangle(width=5e-3, thickness=3e-3)
+        bar = fx.describe.Link(
+            nodes=("a", "b"), material="steel", reference="z", section=fx.describe.Rectangle(width=5e-3, thickness=3e-3)
         )
         beam = fx.Mechanism(
             nodes={"a": (0, 0, 0), "b": (0.1, 0, 0)},
@@ -334,7 +334,9 @@ def test_unknown_methods_are_named() -> None:
 
 
 def test_nothing_that_can_move() -> None:
-    bar = fx.Link(nodes=("a", "b"), material="Al-7075-T6", section=fx.Circle(diameter=1e-3), elements=1)
+    bar = fx.describe.Link(
+        nodes=("a", "b"), material="Al-7075-T6", section=fx.describe.Circle(diameter=1e-3), elements=1
+    )
     held = fx.Mechanism(nodes={"a": (0, 0, 0), "b": (1, 0, 0)}, links={"bar": bar}, ground={"*": "clamped"})
     with pytest.raises(fx.OptionError, match="nothing in this mechanism can move"):
         compare(held)

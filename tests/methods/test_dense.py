@@ -12,12 +12,12 @@ from flexura.structure import assemble
 
 def comb(teeth):
     """Bars from node to node along a line, a tooth at each."""
-    bar = {"material": "Al-7075-T6", "section": fx.Rectangle(width=2e-3, thickness=1e-3), "elements": 1}
+    bar = {"material": "Al-7075-T6", "section": fx.describe.Rectangle(width=2e-3, thickness=1e-3), "elements": 1}
     nodes = {f"n{k}": (0.01 * k, 0, 0) for k in range(teeth + 1)} | {
         f"t{k}": (0.01 * k, 0.01, 0) for k in range(1, teeth + 1)
     }
-    links = {f"b{k}": fx.Link(nodes=(f"n{k - 1}", f"n{k}"), reference="z", **bar) for k in range(1, teeth + 1)}
-    links |= {f"l{k}": fx.Link(nodes=(f"n{k}", f"t{k}"), reference="z", **bar) for k in range(1, teeth + 1)}
+    links = {f"b{k}": fx.describe.Link(nodes=(f"n{k - 1}", f"n{k}"), reference="z", **bar) for k in range(1, teeth + 1)}
+    links |= {f"l{k}": fx.describe.Link(nodes=(f"n{k}", f"t{k}"), reference="z", **bar) for k in range(1, teeth + 1)}
     return fx.Mechanism(nodes=nodes, links=links, ground={"n0": "clamped"})
 
 

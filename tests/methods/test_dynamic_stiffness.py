@@ -29,8 +29,8 @@ method = sys.modules[dynamic_stiffness.__module__]
 ROOT = Path(__file__).parents[2]
 RHO, L, B, H = 2700.0, 0.2, 4e-3, 3e-3
 A, IY, IZ, J = B * H, B * H**3 / 12, H * B**3 / 12, 2e-11
-SECTION = fx.SectionConstants(A=A, Iy=IY, Iz=IZ, J=J, ky=5 / 6, kz=5 / 6)
-METAL = fx.Material(E=E, G=G, rho=RHO)
+SECTION = fx.describe.SectionConstants(A=A, Iy=IY, Iz=IZ, J=J, ky=5 / 6, kz=5 / 6)
+METAL = fx.describe.Material(E=E, G=G, rho=RHO)
 FREE_END, HELD_END = np.array([2, 3]), np.array([0, 1])
 ENDS = {"free": FREE_END, "clamped": HELD_END, "pinned": np.array([0, 3])}
 """What is zero at an end, of deflection, slope, shear force and moment."""
@@ -57,7 +57,11 @@ def bar(ends=("clamped", "free"), elements=1, theory="euler_bernoulli", **more):
         corrections="none",
         materials={"metal": METAL},
         nodes={"a": (0, 0, 0), "b": (L, 0, 0)},
-        links={"bar": fx.Link(nodes=("a", "b"), material="metal", section=SECTION, reference="z", elements=elements)},
+        links={
+            "bar": fx.describe.Link(
+                nodes=("a", "b"), material="metal", section=SECTION, reference="z", elements=elements
+            )
+        },
         ground=ground,
         **more,
     )
@@ -207,8 +211,8 @@ class TestClosedForms:
         stiff = {"tx": 1e4, "ty": 2e4, "tz": 5e4, "rx": 1.0, "ry": 1.0, "rz": 1.0}
         own = fx.Mechanism(
             nodes={"a": (0, 0, 0), "b": (0.01, 0, 0)},
-            springs={"s": fx.Spring(nodes=("a", "b"), stiffness=fx.DiagonalStiffness(**stiff))},
-            masses={"m": fx.PointMass(node="b", mass=0.02)},
+            springs={"s": fx.describe.Spring(nodes=("a", "b"), stiffness=fx.describe.DiagonalStiffness(**stiff))},
+            masses={"m": fx.describe.PointMass(node="b", mass=0.02)},
             ground={"a": "clamped"},
         )
         found = dynamic_stiffness(assemble(own), 6)
@@ -335,7 +339,7 @@ class TestCondensation:
     def test_nothing_that_moves(self) -> None:
         own = fx.Mechanism(
             nodes={"a": (0, 0, 0), "b": (0.01, 0, 0)},
-            springs={"s": fx.Spring(nodes=("a", "b"), stiffness=fx.DiagonalStiffness(tx=1.0))},
+            springs={"s": fx.describe.Spring(nodes=("a", "b"), stiffness=fx.describe.DiagonalStiffness(tx=1.0))},
             ground={"a": "clamped", "b": "clamped"},
         )
         with pytest.raises(fx.OptionError, match="nothing with a mass"):

@@ -18,7 +18,7 @@ from flexura.methods.spectral import spectral_element, spectral_response
 from flexura.methods.transfer_matrix import transfer_matrix
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
+STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
 METHODS = {
     "dynamic stiffness": dynamic_stiffness,
     "transfer matrix": transfer_matrix,
@@ -35,10 +35,10 @@ def cantilever(elements=1, theory="euler_bernoulli"):
         materials={"steel": STEEL},
         nodes={"root": (0, 0, 0), "tip": (0.2, 0, 0)},
         links={
-            "beam": fx.Link(
+            "beam": fx.describe.Link(
                 nodes=("root", "tip"),
                 material="steel",
-                section=fx.Rectangle(width=0.01, thickness=0.006),
+                section=fx.describe.Rectangle(width=0.01, thickness=0.006),
                 reference=(0, 0, 1),
                 elements=elements,
             )
@@ -49,20 +49,28 @@ def cantilever(elements=1, theory="euler_bernoulli"):
 
 def frame():
     """A spatial loop of three bars with an offset, a rigid body, a spring and a mass."""
-    bar = {"material": "steel", "section": fx.Rectangle(width=0.012, thickness=0.005), "elements": 2}
+    bar = {"material": "steel", "section": fx.describe.Rectangle(width=0.012, thickness=0.005), "elements": 2}
     return fx.Mechanism(
         corrections="none",
         materials={"steel": STEEL},
         nodes={"a": (0, 0, 0), "b": (0.1, 0, 0.02), "c": (0.1, 0.12, 0), "d": (0, 0.1, 0.03)},
         links={
-            "ab": fx.Link(nodes=("a", "b"), reference=(0, 0, 1), end_offset=(0, 0.01, 0), **bar),
-            "bc": fx.Link(nodes=("b", "c"), reference=(0, 0, 1), **bar),
-            "cd": fx.Link(nodes=("c", "d"), reference=(0, 0, 1), **bar),
-            "da": fx.Link(nodes=("d", "a"), reference=(1, 0, 0), **bar),
+            "ab": fx.describe.Link(nodes=("a", "b"), reference=(0, 0, 1), end_offset=(0, 0.01, 0), **bar),
+            "bc": fx.describe.Link(nodes=("b", "c"), reference=(0, 0, 1), **bar),
+            "cd": fx.describe.Link(nodes=("c", "d"), reference=(0, 0, 1), **bar),
+            "da": fx.describe.Link(nodes=("d", "a"), reference=(1, 0, 0), **bar),
         },
-        bodies={"block": fx.RigidBody(centre=(0.1, 0.12, 0.02), mass=0.2, inertia=(1e-4, 2e-4, 1e-4), carries=("c",))},
-        masses={"bob": fx.PointMass(node="d", mass=0.05)},
-        springs={"stay": fx.Spring(nodes=("b", "d"), stiffness=fx.DiagonalStiffness(tx=1e4, ty=2e4, tz=1e4))},
+        bodies={
+            "block": fx.describe.RigidBody(
+                centre=(0.1, 0.12, 0.02), mass=0.2, inertia=(1e-4, 2e-4, 1e-4), carries=("c",)
+            )
+        },
+        masses={"bob": fx.describe.PointMass(node="d", mass=0.05)},
+        springs={
+            "stay": fx.describe.Spring(
+                nodes=("b", "d"), stiffness=fx.describe.DiagonalStiffness(tx=1e4, ty=2e4, tz=1e4)
+            )
+        },
         ground={"a": "clamped"},
     )
 

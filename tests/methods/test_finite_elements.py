@@ -143,13 +143,13 @@ def test_shapes_are_those_of_the_nodes():
     names = model.plan.topology.node_names
     shapes = finite_elements(model, 8).shapes
     at = names.index("quarter1.arm[1]")
-    rows = [model.dof_names.index(f"quarter1.arm[1].{dof}") for dof in fx.DOF_NAMES]
+    rows = [model.dof_names.index(f"quarter1.arm[1].{dof}") for dof in fx.describe.DOF_NAMES]
     np.testing.assert_allclose(np.abs(shapes[at]), np.abs(x[rows]), rtol=1e-6, atol=1e-9)
 
 
 def test_tapered_elements_keep_their_steps_when_cut():
     """All meshes stand for one structure: they converge to order 2, torsion with it, although sections vary."""
-    contour = fx.CircularContour(radius=2e-3, web=1e-3)
+    contour = fx.describe.CircularContour(radius=2e-3, web=1e-3)
     notch = Flexure(nodes=("a", "b"), material="metal", profile=RoundNotch(contour=contour), elements=3)
     bar = Link(nodes=("b", "c"), material="metal", section=Rectangle(width=4e-3, thickness=5e-3), reference="x")
     mechanism = Mechanism(
@@ -159,7 +159,7 @@ def test_tapered_elements_keep_their_steps_when_cut():
         nodes={"a": (0, 0, 0), "b": (0, 0, 4e-3), "c": (0, 0, 30e-3)},
         flexures={"notch": notch.model_copy(update={"integration": "tapered"})},
         links={"bar": bar},
-        ground={"a": fx.Support(fixed=fx.DOF_NAMES)},
+        ground={"a": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
     )
     model = assemble(mechanism)
     seen = convergence(*(finite_elements(model, 6, pieces).frequency_hz for pieces in (2, 4, 8)))

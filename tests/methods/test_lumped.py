@@ -105,7 +105,7 @@ def test_units_of_length_do_not_matter():
         update={
             "nodes": {k: tuple(1e3 * c for c in v) for k, v in small.nodes.items()},
             "flexures": {
-                k: v.model_copy(update={"profile": fx.Leaf(width=1e3 * B, thickness=1e3 * T)})
+                k: v.model_copy(update={"profile": fx.describe.Leaf(width=1e3 * B, thickness=1e3 * T)})
                 for k, v in small.flexures.items()
             },
             "bodies": {
@@ -163,8 +163,12 @@ def test_what_moves_freely_beside_the_bodies_is_refused():
     """A body on ground by a spring, and a bar tied to it by a hinge alone."""
     stage = {"stage": RigidBody(centre=(0, 0, 0), mass=1.0, inertia=(1e-3, 1e-3, 1e-3))}
     springs = {
-        "k": fx.Spring(nodes=("stage",), stiffness=fx.DiagonalStiffness(tx=1, ty=1, tz=1, rx=1, ry=1, rz=1)),
-        "hinge": fx.Spring(nodes=("stage", "a"), stiffness=fx.DiagonalStiffness(tx=1, ty=1, tz=1, rx=1, ry=1)),
+        "k": fx.describe.Spring(
+            nodes=("stage",), stiffness=fx.describe.DiagonalStiffness(tx=1, ty=1, tz=1, rx=1, ry=1, rz=1)
+        ),
+        "hinge": fx.describe.Spring(
+            nodes=("stage", "a"), stiffness=fx.describe.DiagonalStiffness(tx=1, ty=1, tz=1, rx=1, ry=1)
+        ),
     }
     with pytest.raises(fx.SolverError, match="moves freely beside the rigid bodies"):
         lumped_parameter(assemble(cantilever(bodies=stage, springs=springs)), 1)

@@ -111,7 +111,7 @@ def test_order_is_six_for_every_free_body(name, order):
 
 def test_supports_take_their_dofs():
     """A carriage that may only move along x and turn about y."""
-    ground = {"g*": Support(fixed=fx.DOF_NAMES), "stage": Support(fixed=("ty", "tz", "rx", "rz"))}
+    ground = {"g*": Support(fixed=fx.describe.DOF_NAMES), "stage": Support(fixed=("ty", "tz", "rx", "rz"))}
     held = guide().model_copy(update={"ground": ground})
     found = pseudo_rigid_body(assemble(held), 6)
     assert found.order == 2
@@ -200,14 +200,14 @@ def test_links_alone_are_refused():
 
 
 def test_rigid_links_that_tie_everything_to_ground_are_refused():
-    spring = {"tip": fx.Spring(nodes=("b",), stiffness=fx.DiagonalStiffness(tz=1e3))}
+    spring = {"tip": fx.describe.Spring(nodes=("b",), stiffness=fx.describe.DiagonalStiffness(tz=1e3))}
     with pytest.raises(fx.OptionError, match="nothing in this mechanism can move"):
         pseudo_rigid_body(assemble(beam(ground={"a": "clamped"}, springs=spring)), 3)
 
 
 def test_a_rigid_bar_on_a_hinge_and_a_spring():
     """A bar that turns about y at one end, held by a spring at the other: f = sqrt(k L^2/(m L^2/3))/2 pi, slender."""
-    spring = {"tip": fx.Spring(nodes=("b",), stiffness=fx.DiagonalStiffness(tz=1e3))}
+    spring = {"tip": fx.describe.Spring(nodes=("b",), stiffness=fx.describe.DiagonalStiffness(tz=1e3))}
     hinge = {"a": Support(fixed=("tx", "ty", "tz", "rx", "rz"))}
     found = pseudo_rigid_body(assemble(beam(ground=hinge, springs=spring, theory="euler_bernoulli")), 3)
     assert found.order == 1
@@ -218,7 +218,7 @@ def test_a_rigid_bar_on_a_hinge_and_a_spring():
 def test_partly_held_bars_share_their_supports():
     """The bar held along z at both ends keeps four motions, whichever node its displacement is that of."""
     ends = {"a": Support(fixed=("tx", "ty", "tz")), "b": Support(fixed=("tz",))}
-    soft = {"k": fx.Spring(nodes=("b",), stiffness=fx.DiagonalStiffness(ty=1e3, rx=1.0))}
+    soft = {"k": fx.describe.Spring(nodes=("b",), stiffness=fx.describe.DiagonalStiffness(ty=1e3, rx=1.0))}
     found = pseudo_rigid_body_model(assemble(beam(ground=ends, springs=soft)))
     assert found.K.shape == (2, 2)
     moved = found.recovery.toarray()
@@ -237,7 +237,7 @@ def test_three_leaves():
 def test_a_superelement_is_a_spring_with_mass():
     """Six springs k between a foot and a head, and a third of nothing but mass at the head."""
     k, m = np.diag([1e3, 2e3, 3e3, 4.0, 5.0, 6.0]), np.diag([0.2] * 3 + [1e-4] * 3)
-    part = fx.Superelement(
+    part = fx.describe.Superelement(
         nodes=("foot", "head"), stiffness=np.block([[k, -k], [-k, k]]), mass=np.block([[0 * m, 0 * m], [0 * m, m]])
     )
     mechanism = Mechanism(

@@ -14,15 +14,17 @@ from flexura.structure.members import ElementSlice
 def leaf(thicknesses, elements, **more):
     """A clamped leaf, 200 mm long, whose thickness (points,) is tabulated at equal distances."""
     positions = tuple(np.linspace(0.0, 0.2, len(thicknesses)))
-    profile = fx.Notch(width=0.01, contour=fx.TabulatedContour(positions=positions, thicknesses=thicknesses))
-    flexure = fx.Flexure(
+    profile = fx.describe.Notch(
+        width=0.01, contour=fx.describe.TabulatedContour(positions=positions, thicknesses=thicknesses)
+    )
+    flexure = fx.describe.Flexure(
         nodes=("a", "b"), material="m", reference="z", profile=profile, elements=elements, integration="tapered"
     )
     return fx.Mechanism(
         theory="euler_bernoulli",
         corrections="none",
         nodes={"a": (0, 0, 0), "b": (0.2, 0, 0)},
-        materials={"m": fx.Material(E=2e11, nu=0.3, rho=7800.0)},
+        materials={"m": fx.describe.Material(E=2e11, nu=0.3, rho=7800.0)},
         flexures={"leaf": flexure},
         ground={"a": "clamped"},
         **more,
@@ -63,7 +65,7 @@ def test_more_pieces_are_of_the_same_structure() -> None:
 def test_a_material_without_mass_has_steps() -> None:
     light = leaf((4e-3, 3.9e-3), 8)
     material = light.materials["m"].replaced({"rho": 0.0})
-    body = fx.RigidBody(centre=(0.2, 0, 0), mass=1.0, inertia=(1e-3, 1e-3, 1e-3), carries=("b",))
+    body = fx.describe.RigidBody(centre=(0.2, 0, 0), mass=1.0, inertia=(1e-3, 1e-3, 1e-3), carries=("b",))
     light = light.replaced({"materials": {"m": material}, "bodies": {"tip": body}})
     assert steps(light).counts.tolist() == steps(leaf((4e-3, 3.9e-3), 8)).counts.tolist()
 

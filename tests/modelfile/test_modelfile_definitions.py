@@ -81,7 +81,7 @@ def test_merge_keys_join_mappings_and_own_keys_win() -> None:
     flexures = fx.loads(MERGED).flexures
     two = flexures["two"]
     assert two.nodes == ("b", "c") and two.material == "spring-steel"
-    assert two.profile == fx.Leaf(width=10e-3, thickness=2e-3)
+    assert two.profile == fx.describe.Leaf(width=10e-3, thickness=2e-3)
     assert flexures["one"].profile.thickness == 1e-3
 
 

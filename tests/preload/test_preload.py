@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 import flexura as fx
 from flexura.cli.app import app
 
-STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
+STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
 B, T, L = 0.01, 0.004, 0.2
 EI = 200e9 * B * T**3 / 12
-PINNED = {"a": fx.Support(fixed=("tx", "ty", "tz", "rx")), "b": fx.Support(fixed=("ty", "tz"))}
+PINNED = {"a": fx.describe.Support(fixed=("tx", "ty", "tz", "rx")), "b": fx.describe.Support(fixed=("ty", "tz"))}
 GREENHILL = brentq(lambda x: jv(-1 / 3, x), 1.5, 2.2)
 """First zero of the Bessel function of order -1/3 (Greenhill 1881)."""
 PUSH = (-1.0, 0, 0, 0, 0, 0)
@@ -24,10 +24,10 @@ PUSH = (-1.0, 0, 0, 0, 0, 0)
 
 def column(ground, elements=8, theory="euler_bernoulli", length=L, **more):
     """A straight bar from a to b along x."""
-    link = fx.Link(
+    link = fx.describe.Link(
         nodes=("a", "b"),
         material="steel",
-        section=fx.Rectangle(width=B, thickness=T),
+        section=fx.describe.Rectangle(width=B, thickness=T),
         reference=(0, 0, 1),
         elements=elements,
     )
@@ -38,7 +38,7 @@ def column(ground, elements=8, theory="euler_bernoulli", length=L, **more):
 
 def clamped(*free):
     """Ground for a clamped at a, with some freedoms at b."""
-    return {"a": "clamped", **({"b": fx.Support(free=free)} if free else {})}
+    return {"a": "clamped", **({"b": fx.describe.Support(free=free)} if free else {})}
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,9 @@ def test_guided_column_loses_its_lateral_stiffness():
 
 @pytest.mark.parametrize("arm", [0.03, 0.1])
 def test_load_on_a_rigid_arm_beyond_the_tip(arm):
-    body = fx.RigidBody(centre=(L + arm / 3, 0, 0), carries=("b", "end"), mass=1e-6, inertia=(1e-9, 1e-9, 1e-9))
+    body = fx.describe.RigidBody(
+        centre=(L + arm / 3, 0, 0), carries=("b", "end"), mass=1e-6, inertia=(1e-9, 1e-9, 1e-9)
+    )
     nodes = {"a": (0, 0, 0), "b": (L, 0, 0), "end": (L + arm, 0, 0)}
     state = fx.preload(column(clamped(), 16, nodes=nodes, bodies={"head": body}), loads={"end": PUSH})
     k = brentq(lambda x: x * arm * np.tan(x * L) - 1, 1e-6, 0.999 * np.pi / (2 * L))
@@ -109,8 +111,8 @@ def test_load_on_a_rigid_arm_beyond_the_tip(arm):
 @pytest.mark.parametrize("arm", [0.02, 0.08])
 def test_weight_of_a_body_counts_where_its_centre_is(arm):
     mass, g = 2.0, 9.81
-    body = fx.RigidBody(centre=(L + arm, 0, 0), carries=("b",), mass=mass, inertia=(1e-4, 1e-4, 1e-4))
-    light = fx.Material(E=200e9, nu=0.3, rho=1e-6)
+    body = fx.describe.RigidBody(centre=(L + arm, 0, 0), carries=("b",), mass=mass, inertia=(1e-4, 1e-4, 1e-4))
+    light = fx.describe.Material(E=200e9, nu=0.3, rho=1e-6)
     tower = column(clamped(), 16, bodies={"head": body}, materials={"steel": light})
     k = brentq(lambda x: x * arm * np.tan(x * L) - 1, 1e-6, 0.999 * np.pi / (2 * L))
     standing, hanging = (fx.preload(tower, gravity=(s * g, 0, 0)) for s in (-1, 1))
@@ -123,8 +125,8 @@ def test_weight_of_a_body_counts_where_its_centre_is(arm):
 
 def test_a_point_mass_beside_its_node_is_the_same_body():
     arm = 0.05
-    point = fx.PointMass(node="b", mass=2.0, offset=(arm, 0, 0), inertia=(1e-4, 1e-4, 1e-4))
-    body = fx.RigidBody(centre=(L + arm, 0, 0), carries=("b",), mass=2.0, inertia=(1e-4, 1e-4, 1e-4))
+    point = fx.describe.PointMass(node="b", mass=2.0, offset=(arm, 0, 0), inertia=(1e-4, 1e-4, 1e-4))
+    body = fx.describe.RigidBody(centre=(L + arm, 0, 0), carries=("b",), mass=2.0, inertia=(1e-4, 1e-4, 1e-4))
     states = [
         fx.preload(column(clamped(), 8, **part), gravity=(-9.81, 0, 3.0))
         for part in ({"masses": {"m": point}}, {"bodies": {"m": body}})

@@ -12,12 +12,12 @@ import flexura as fx
 
 E, L = 200e9, 0.2
 THICK, THIN, WIDTH = 6e-3, 3e-3, 60e-3
-STEEL = fx.Material(E=E, nu=0.3, rho=7800.0)
+STEEL = fx.describe.Material(E=E, nu=0.3, rho=7800.0)
 S0, S1 = L * THIN / (THICK - THIN), L * THICK / (THICK - THIN)
 
 
 def tapered_column(profile, elements, integration="tapered", theory="euler_bernoulli"):
-    hinge = fx.Flexure(
+    hinge = fx.describe.Flexure(
         nodes=("a", "b"), material="steel", profile=profile, reference=(0, 0, 1), elements=elements,
         integration=integration,
     )  # fmt: skip
@@ -28,8 +28,8 @@ def tapered_column(profile, elements, integration="tapered", theory="euler_berno
     )  # fmt: skip
 
 
-CONTOUR = fx.TabulatedContour(positions=(0.0, L), thicknesses=(THICK, THIN))
-WEDGE, CONE = fx.Notch(width=WIDTH, contour=CONTOUR), fx.RoundNotch(contour=CONTOUR)
+CONTOUR = fx.describe.TabulatedContour(positions=(0.0, L), thicknesses=(THICK, THIN))
+WEDGE, CONE = fx.describe.Notch(width=WIDTH, contour=CONTOUR), fx.describe.RoundNotch(contour=CONTOUR)
 
 
 def dinnik_wedge() -> float:

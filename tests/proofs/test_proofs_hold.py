@@ -94,12 +94,14 @@ def guide(shift) -> fx.Mechanism:
     """Two leaves and a carriage, moved."""
     at = {"f1": (0, 0, 0), "h1": (0, 0, 60e-3), "f2": (50e-3, 0, 0), "h2": (50e-3, 0, 60e-3)}
     moved = {name: tuple(np.add(x, shift)) for name, x in at.items()}
-    leaf = {"material": "spring-steel", "reference": "x", "profile": fx.Leaf(width=20e-3, thickness=0.5e-3)}
+    leaf = {"material": "spring-steel", "reference": "x", "profile": fx.describe.Leaf(width=20e-3, thickness=0.5e-3)}
     centre = tuple(np.add((25e-3, 0, 65e-3), shift))
     return fx.Mechanism(
         nodes=moved,
-        flexures={f"leaf{k}": fx.Flexure(nodes=(f"f{k}", f"h{k}"), elements=20, **leaf) for k in "12"},
-        bodies={"table": fx.RigidBody(centre=centre, mass=0.1, inertia=(1e-5, 3e-5, 3e-5), carries=("h1", "h2"))},
+        flexures={f"leaf{k}": fx.describe.Flexure(nodes=(f"f{k}", f"h{k}"), elements=20, **leaf) for k in "12"},
+        bodies={
+            "table": fx.describe.RigidBody(centre=centre, mass=0.1, inertia=(1e-5, 3e-5, 3e-5), carries=("h1", "h2"))
+        },
         ground={"f1": "clamped", "f2": "clamped"},
     )
 

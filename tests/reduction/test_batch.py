@@ -25,19 +25,26 @@ def holds(found: fx.NaturalFrequencies, true: np.ndarray) -> bool:
 
 def legs(inner_mass: float = 0.0, thickness: str = "t") -> fx.Mechanism:
     """Three legs of two wires, with a mass between them that constraint modes of the legs do not see."""
-    wire = {"material": "spring-steel", "section": fx.Circle(diameter=fx.parameter(thickness)), "elements": 5}
-    leg = fx.Substructure(
-        nodes={"foot": (0.03, 0, 0), "knee": (fx.parameter("x"), 0, 0.02), "head": (0.02, 0, 0.05)},
-        links={"low": fx.Link(nodes=("foot", "knee"), **wire), "high": fx.Link(nodes=("knee", "head"), **wire)},
-        masses={"knee": fx.PointMass(node="knee", mass=inner_mass)} if inner_mass else {},
+    wire = {
+        "material": "spring-steel",
+        "section": fx.describe.Circle(diameter=fx.describe.parameter(thickness)),
+        "elements": 5,
+    }
+    leg = fx.describe.Substructure(
+        nodes={"foot": (0.03, 0, 0), "knee": (fx.describe.parameter("x"), 0, 0.02), "head": (0.02, 0, 0.05)},
+        links={
+            "low": fx.describe.Link(nodes=("foot", "knee"), **wire),
+            "high": fx.describe.Link(nodes=("knee", "head"), **wire),
+        },
+        masses={"knee": fx.describe.PointMass(node="knee", mass=inner_mass)} if inner_mass else {},
         interface=("foot", "head"),
     )
     inertia = (2e-5, 2e-5, 4e-5)
     return fx.Mechanism(
-        parameters={"t": fx.Parameter(value=0.8e-3), "x": fx.Parameter(value=0.028)},
+        parameters={"t": fx.describe.Parameter(value=0.8e-3), "x": fx.describe.Parameter(value=0.028)},
         substructures={"leg": leg},
-        instances={"leg": fx.Instance(of="leg", pattern=fx.CircularPattern(count=3))},
-        bodies={"top": fx.RigidBody(centre=(0, 0, 0.055), mass=0.1, inertia=inertia, carries=("leg*.head",))},
+        instances={"leg": fx.describe.Instance(of="leg", pattern=fx.describe.CircularPattern(count=3))},
+        bodies={"top": fx.describe.RigidBody(centre=(0, 0, 0.055), mass=0.1, inertia=inertia, carries=("leg*.head",))},
         ground={"leg*.foot": "clamped"},
     )
 
@@ -89,7 +96,7 @@ def test_intervals_hold_over_sections_and_geometry(geometry):
 def test_intervals_hold_where_stiffness_is_widely_spread(contrast):
     mechanism = legs(inner_mass=0.02)
     steel = mechanism.material("spring-steel")
-    soft = fx.Material(E=steel.E * contrast, nu=0.3, rho=steel.rho)
+    soft = fx.describe.Material(E=steel.E * contrast, nu=0.3, rho=steel.rho)
     leg = mechanism.substructures["leg"]
     high = leg.links["high"].model_copy(update={"material": "soft"})
     leg = leg.model_copy(update={"links": {**leg.links, "high": high}})

@@ -13,7 +13,7 @@ from flexura.reduction.model import STATE
 from flexura.structure import assemble
 
 MODULE = import_module("flexura.reduction.equal_branches")
-LEAF = {"material": "spring-steel", "reference": "y", "profile": fx.Leaf(width=12e-3, thickness=0.4e-3)}
+LEAF = {"material": "spring-steel", "reference": "y", "profile": fx.describe.Leaf(width=12e-3, thickness=0.4e-3)}
 
 
 @pytest.fixture(autouse=True)
@@ -25,20 +25,22 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def wheel(copies: int = 9, **changes) -> fx.Mechanism:
     """A platform on equal branches of two leaves at right angles with a block between them."""
-    branch = fx.Substructure(
+    branch = fx.describe.Substructure(
         nodes={"foot": (60e-3, 0, 0), "knee": (60e-3, 0, 40e-3), "top": (25e-3, 0, 40e-3)},
         flexures={
-            "post": fx.Flexure(nodes=("foot", "knee"), elements=4, **LEAF),
-            "arm": fx.Flexure(nodes=("knee", "top"), elements=3, **LEAF),
+            "post": fx.describe.Flexure(nodes=("foot", "knee"), elements=4, **LEAF),
+            "arm": fx.describe.Flexure(nodes=("knee", "top"), elements=3, **LEAF),
         },
-        masses={"block": fx.PointMass(node="knee", mass=5e-3)},
+        masses={"block": fx.describe.PointMass(node="knee", mass=5e-3)},
         interface=("foot", "top"),
     )
     described = {
         "substructures": {"branch": branch},
-        "instances": {"leg": fx.Instance(of="branch", pattern=(fx.CircularPattern(count=copies),))},
+        "instances": {"leg": fx.describe.Instance(of="branch", pattern=(fx.describe.CircularPattern(count=copies),))},
         "bodies": {
-            "platform": fx.RigidBody(centre=(0, 0, 45e-3), mass=0.3, inertia=(1e-4, 1e-4, 2e-4), carries=("leg*.top",))
+            "platform": fx.describe.RigidBody(
+                centre=(0, 0, 45e-3), mass=0.3, inertia=(1e-4, 1e-4, 2e-4), carries=("leg*.top",)
+            )
         },
         "ground": {"leg*.foot": "clamped"},
     }
@@ -84,8 +86,8 @@ def test_the_rest_moves_in_few_combinations() -> None:
 
 
 def test_mirrored_branches_are_equal() -> None:
-    pattern = (fx.CircularPattern(count=8), fx.MirrorPattern(normal=(0, 1, 0)))
-    model = assemble(wheel(instances={"leg": fx.Instance(of="branch", pattern=pattern)}))
+    pattern = (fx.describe.CircularPattern(count=8), fx.describe.MirrorPattern(normal=(0, 1, 0)))
+    model = assemble(wheel(instances={"leg": fx.describe.Instance(of="branch", pattern=pattern)}))
     apart = split(model)
     assert apart is not None and len(apart.branches[0].dofs) == 16
     np.testing.assert_allclose(apart.lowest(20).values, lowest(model.K, model.M, 20).values, rtol=1e-7)
@@ -95,7 +97,7 @@ def test_branches_with_something_of_their_own_are_left_in_one_piece() -> None:
     """A spring to ground at two feet: the others are split off, these two stay with the rest."""
     held = {f"leg{k}.foot": "clamped" for k in range(1, 11)} | {"leg11.foot": "clamped"}
     del held["leg3.foot"]
-    springs = {"own": fx.Spring(nodes=("leg3.foot",), stiffness=dict.fromkeys(fx.DOF_NAMES, 1e3))}
+    springs = {"own": fx.describe.Spring(nodes=("leg3.foot",), stiffness=dict.fromkeys(fx.describe.DOF_NAMES, 1e3))}
     model = assemble(wheel(11, ground=held, springs=springs))
     apart = split(model)
     assert apart is not None and len(apart.branches[0].dofs) == 10

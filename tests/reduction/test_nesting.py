@@ -136,20 +136,23 @@ def full_compliance(model, node):
 def test_a_nested_model_does_not_depend_on_how_it_is_placed(mechanism, keep, method):
     """Turned, moved and mirrored copies between ground and a body, against the same copies described in full."""
     nodes = ("n0", list(mechanism.nodes)[-1])
-    own = {key: getattr(mechanism, key) for key in fx.Substructure.model_fields} | {"interface": nodes}
+    own = {key: getattr(mechanism, key) for key in fx.describe.Substructure.model_fields} | {"interface": nodes}
     shared = {"materials": mechanism.materials, "theory": mechanism.theory}
     reduced = fx.nested(fx.reduce(fx.Mechanism(**own, **shared), keep=keep, reduction=method))
-    turn = fx.Rotation(axis=(1.0, 2.0, -1.0), angle=0.7)
-    pattern = (fx.MirrorPattern(normal=(1.0, 0.3, 0.2)), fx.CircularPattern(count=2, axis=(0.0, 1.0, 1.0)))
+    turn = fx.describe.Rotation(axis=(1.0, 2.0, -1.0), angle=0.7)
+    pattern = (
+        fx.describe.MirrorPattern(normal=(1.0, 0.3, 0.2)),
+        fx.describe.CircularPattern(count=2, axis=(0.0, 1.0, 1.0)),
+    )
     outer = {
-        "instances": {"leg": fx.Instance(of="leg", at=(0.02, 0.01, 0.0), rotate=(turn,), pattern=pattern)},
-        "bodies": {"hub": fx.RigidBody(carries=(f"leg*.{nodes[1]}",), mass=0.05, inertia=(1e-6, 2e-6, 3e-6))},
+        "instances": {"leg": fx.describe.Instance(of="leg", at=(0.02, 0.01, 0.0), rotate=(turn,), pattern=pattern)},
+        "bodies": {"hub": fx.describe.RigidBody(carries=(f"leg*.{nodes[1]}",), mass=0.05, inertia=(1e-6, 2e-6, 3e-6))},
         "ground": {"leg*.n0": "clamped"},
         **shared,
     }
     nested = fx.assemble(fx.Mechanism(substructures={"leg": reduced.substructure}, **outer))
     direct = fx.reduce(
-        fx.Mechanism(substructures={"leg": fx.Substructure(**own)}, **outer), keep=keep, reduction=method
+        fx.Mechanism(substructures={"leg": fx.describe.Substructure(**own)}, **outer), keep=keep, reduction=method
     )
     n = min(10, nested.order)
     assert n == min(10, direct.order)
@@ -202,8 +205,8 @@ def example():
     reduced = fx.nested(fx.reduce(alone(rpr(), "upr"), keep=1), {"b.bottom": "low", "a.top": "high"})
     return fx.Mechanism(
         substructures={"leg": reduced.substructure},
-        instances={"leg": fx.Instance(of="leg")},
-        bodies={"hub": fx.RigidBody(carries=("leg.high",), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))},
+        instances={"leg": fx.describe.Instance(of="leg")},
+        bodies={"hub": fx.describe.RigidBody(carries=("leg.high",), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))},
         ground={"leg.low": "clamped"},
     )
 
@@ -285,7 +288,7 @@ substructures:
 def test_impossible_superelements_are_refused(change, words):
     fields = {"nodes": ("a",), "amplitudes": 1, "stiffness": np.eye(7), "mass": np.eye(7)}
     with pytest.raises(fx.ModelError, match=words):
-        fx.Superelement(**(fields | change))
+        fx.describe.Superelement(**(fields | change))
 
 
 @pytest.mark.parametrize(
@@ -320,8 +323,12 @@ def test_a_repeated_frequency_is_kept_whole():
     """A round link between two clamps has every bending mode twice."""
     mechanism = fx.Mechanism(
         nodes={"a": (0.0, 0.0, 0.0), "b": (0.1, 0.0, 0.0)},
-        links={"wire": fx.Link(nodes=("a", "b"), material="steel", section=fx.Circle(diameter=1e-3), elements=8)},
-        materials={"steel": fx.Material(E=205e9, nu=0.3, rho=7850.0)},
+        links={
+            "wire": fx.describe.Link(
+                nodes=("a", "b"), material="steel", section=fx.describe.Circle(diameter=1e-3), elements=8
+            )
+        },
+        materials={"steel": fx.describe.Material(E=205e9, nu=0.3, rho=7850.0)},
         ground={"a": "clamped"},
     )
     for keep, kept in ((0, 0), (1, 2), (2, 2), (3, 4)):

@@ -78,7 +78,7 @@ def test_oscillator_with_rayleigh_damping(order, method):
 
 
 @pytest.mark.parametrize("order", ["low", "full"])
-@pytest.mark.parametrize("damping", [0.02, {"ratio": 0.02}, fx.Damping(ratio=0.02)])
+@pytest.mark.parametrize("damping", [0.02, {"ratio": 0.02}, fx.describe.Damping(ratio=0.02)])
 def test_oscillator_with_modal_damping(order, damping):
     """1 / (m (w0^2 + 2 i zeta w0 w - w^2))."""
     found = fx.frequency_response(oscillator(), frequency_hz=HZ, order=order, damping=damping)
@@ -126,7 +126,7 @@ def test_relative_displacement_and_absolute_acceleration_over_a_moving_ground(or
 def test_ground_turning_about_a_point(order, method):
     """Points of the ground move along d x (x - p); the body follows as it follows translations and rotations."""
     at, p, d = np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.4, -0.3]), np.array([2.0, -1.0, 0.5])
-    turn = fx.BaseRotation(direction=tuple(d), point=tuple(p))
+    turn = fx.describe.BaseRotation(direction=tuple(d), point=tuple(p))
     described = oscillator(DASH, tuple(at), actuators={"shake": turn})
     outputs = [f"mass.{dof}:acceleration" for dof in DOFS]
     found = fx.frequency_response(
@@ -269,8 +269,8 @@ def test_cantilever_with_few_modes(order):
 def test_everything_follows_a_slow_ground(order):
     """Absolute transmissibility of what stands on springs and beams goes to one at low frequency."""
     far = (LENGTH, 0.02, 0.01)
-    bodies = {"stage": fx.RigidBody(centre=far, carries=("b",), mass=0.2, inertia=INERTIA)}
-    springs = {"prop": fx.Spring(nodes=("stage",), stiffness=stiffness())}
+    bodies = {"stage": fx.describe.RigidBody(centre=far, carries=("b",), mass=0.2, inertia=INERTIA)}
+    springs = {"prop": fx.describe.Spring(nodes=("stage",), stiffness=stiffness())}
     described = beam(4, bodies=bodies, springs=springs, damping={"loss_factor": 0.02})
     inputs, outputs = [f"ground.{d}" for d in DOFS], [f"stage.{d}" for d in DOFS]
     found = fx.frequency_response(
@@ -295,7 +295,7 @@ def test_unit_and_plain_data():
 
 def test_undamped_resonance_is_refused():
     """At its own frequency an undamped oscillator has no finite response."""
-    even = {"s": fx.Spring(nodes=("mass",), stiffness=stiffness((4 * MASS, *K[1:])))}
+    even = {"s": fx.describe.Spring(nodes=("mass",), stiffness=stiffness((4 * MASS, *K[1:])))}
     described = oscillator(bodies={"mass": body()}, springs=even)
     for method in ("modal", "direct"):
         near = fx.frequency_response(

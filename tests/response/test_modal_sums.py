@@ -55,7 +55,7 @@ LAWS = {
     "everything": {"ratio": 0.01, "loss_factor": 0.02, **RAYLEIGH},
 }
 HZ = np.array([2.0, 31.0, 77.0, 113.0, 251.0, 430.0])
-SLEEVE = {"damper": fx.Dashpot(nodes=("b",), damping=dashes((20.0, 3.0, 8.0, 1e-3, 2e-3, 1e-3)))}
+SLEEVE = {"damper": fx.describe.Dashpot(nodes=("b",), damping=dashes((20.0, 3.0, 8.0, 1e-3, 2e-3, 1e-3)))}
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -73,15 +73,17 @@ def test_all_modes_are_the_system(law, dashpots, order):
 
 def two_materials(*keys, ground="a"):
     """A beam of metal from a to b, and one of tape, with a loss factor of its own, from b to c."""
-    section = fx.Rectangle(width=10e-3, thickness=2e-3)
+    section = fx.describe.Rectangle(width=10e-3, thickness=2e-3)
     ends = {"metal": ("a", "b"), "tape": ("b", "c")}
     nodes = {"a": (0, 0, 0), "b": (0.1, 0, 0), "c": (0.16, 0.02, 0)}
     return fx.Mechanism(
         nodes={n: nodes[n] for n in sorted({n for key in keys for n in ends[key]})},
-        links={k: fx.Link(nodes=ends[k], material=k, section=section, reference="z", elements=3) for k in keys},
+        links={
+            k: fx.describe.Link(nodes=ends[k], material=k, section=section, reference="z", elements=3) for k in keys
+        },
         materials={
-            "metal": fx.Material(E=70e9, nu=0.3, rho=2700.0),
-            "tape": fx.Material(E=3e9, nu=0.4, rho=900.0, loss_factor=0.3),
+            "metal": fx.describe.Material(E=70e9, nu=0.3, rho=2700.0),
+            "tape": fx.describe.Material(E=3e9, nu=0.4, rho=900.0, loss_factor=0.3),
         },
         ground={ground: "clamped"},
         damping={"loss_factor": 0.01},
@@ -199,8 +201,8 @@ def test_no_bound_where_there_is_none():
 
 def standing(elements):
     """A beam with a stage at its end that is propped against the ground."""
-    stage = fx.RigidBody(centre=(0.13, 0.01, 0.0), carries=("b",), mass=0.05, inertia=(1e-5, 2e-5, 3e-5))
-    prop = {"prop": fx.Spring(nodes=("stage",), stiffness=fx.DiagonalStiffness(ty=2e3, rz=1.0))}
+    stage = fx.describe.RigidBody(centre=(0.13, 0.01, 0.0), carries=("b",), mass=0.05, inertia=(1e-5, 2e-5, 3e-5))
+    prop = {"prop": fx.describe.Spring(nodes=("stage",), stiffness=fx.describe.DiagonalStiffness(ty=2e3, rz=1.0))}
     damping = {"loss_factor": 0.02, **RAYLEIGH}
     return beam(elements, bodies={"stage": stage}, springs=prop, damping=damping, theory="rayleigh")
 
@@ -228,7 +230,7 @@ def test_ground_motion_of_the_exact_and_the_full_model_agree():
 
 def test_exact_response_refuses_what_it_cannot_hold():
     """Loss factors that differ, and channels at nodes that are eliminated."""
-    spring = {"s": fx.Spring(nodes=("b",), stiffness=fx.DiagonalStiffness(tz=1e3))}
+    spring = {"s": fx.describe.Spring(nodes=("b",), stiffness=fx.describe.DiagonalStiffness(tz=1e3))}
     with pytest.raises(fx.OptionError, match="one loss factor"):
         fx.frequency_response(
             beam(2, eta=0.05, springs=spring), frequency_hz=HZ, inputs="b.tz", outputs="b.tz", order="exact"
@@ -238,8 +240,8 @@ def test_exact_response_refuses_what_it_cannot_hold():
         fx.frequency_response(
             branch, frequency_hz=HZ, inputs="platform.tz", outputs="rpu1.c.half1.c5.tz", order="exact"
         )
-    inside = {"d": fx.Dashpot(nodes=("c5",), damping=dashes((1, 0, 0, 0, 0, 0)))}
-    half = fx.Substructure(**{**dict(branch.substructures["half_ring"]), "dashpots": inside})
+    inside = {"d": fx.describe.Dashpot(nodes=("c5",), damping=dashes((1, 0, 0, 0, 0, 0)))}
+    half = fx.describe.Substructure(**{**dict(branch.substructures["half_ring"]), "dashpots": inside})
     damped = branch.model_copy(update={"substructures": branch.substructures | {"half_ring": half}})
     with pytest.raises(fx.OptionError, match="a dashpot is at a node"):
         fx.frequency_response(damped, frequency_hz=HZ, inputs="platform.tz", outputs="platform.tz", order="exact")

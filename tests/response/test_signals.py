@@ -97,7 +97,7 @@ def test_file_drives_a_mechanism(tmp_path):
     """Columns are inputs by name."""
     rows = "\n".join(f"{k * 1e-3},{k},1" for k in range(30))
     found = fx.read_signals(written(tmp_path, "t,mass.tx,mass.rz\n" + rows))
-    described = fx.Mechanism(bodies={"mass": fx.RigidBody(mass=0.5, inertia=(1, 1, 2))})
+    described = fx.Mechanism(bodies={"mass": fx.describe.RigidBody(mass=0.5, inertia=(1, 1, 2))})
     moved = fx.time_response(described, inputs=found.signals, outputs="mass.rz", dt=found.dt)
     assert moved.response[0, -1] == pytest.approx((29e-3) ** 2 / 4, rel=1e-9)
 

@@ -52,7 +52,7 @@ def damped(zeta, k=K[0], **more):
     """An oscillator with a damping ratio along x."""
     c = 2 * zeta * np.sqrt(k * MASS)
     return c, oscillator(
-        (c, 0, 0, 0, 0, 0), springs={"s": fx.Spring(nodes=("mass",), stiffness=stiffness((k, *K[1:])))}, **more
+        (c, 0, 0, 0, 0, 0), springs={"s": fx.describe.Spring(nodes=("mass",), stiffness=stiffness((k, *K[1:])))}, **more
     )
 
 
@@ -158,7 +158,7 @@ def test_ground_that_starts_to_accelerate():
 def test_body_in_space(c):
     """F t^2/2 m, and with a dashpot to the ground F/c (t - m/c (1 - e^(-c t/m)))."""
     bodies = {"mass": body(), "rest": body((0.1, 0, 0))}
-    springs = {"link": fx.Spring(nodes=("mass", "rest"), stiffness=fx.DiagonalStiffness(ty=1e3))}
+    springs = {"link": fx.describe.Spring(nodes=("mass", "rest"), stiffness=fx.describe.DiagonalStiffness(ty=1e3))}
     described = oscillator((c, 0, 0, 0, 0, 0), bodies=bodies, springs=springs)
     for order in ("low", "full"):
         built = fx.system(described, inputs="mass.tx", outputs=ALL, order=order)
@@ -222,7 +222,9 @@ def reference(built, u, hold, start=None, rate=None):
 
 DT_RPR, STEPS = 1e-3, 2000
 DAMPER = {
-    "damper": fx.Dashpot(nodes=("platform",), damping=dashes((30.0, 5.0, 80.0, 0.1, 0.02, 0.3)), at=(0.03, 0.0, 0.0))
+    "damper": fx.describe.Dashpot(
+        nodes=("platform",), damping=dashes((30.0, 5.0, 80.0, 0.1, 0.02, 0.3)), at=(0.03, 0.0, 0.0)
+    )
 }
 
 
@@ -265,7 +267,7 @@ def test_platform_of_order_54(platform, hold, coupled):
 @needs_more_digits
 def test_floating_beam_with_dashpots():
     """Rigid motions beside modes that dashpots couple."""
-    dampers = {"d": fx.Dashpot(nodes=("a", "b"), damping=dashes((3, 4, 5, 1e-3, 2e-3, 3e-3)))}
+    dampers = {"d": fx.describe.Dashpot(nodes=("a", "b"), damping=dashes((3, 4, 5, 1e-3, 2e-3, 3e-3)))}
     built = fx.system(
         beam(2, ground={}, dashpots=dampers),
         inputs=["a.tz", "b.ry"],

@@ -29,7 +29,7 @@ def closed_rod(w, c):
 def test_a_dashpot_at_the_end_of_a_rod():
     """Below the first mode that is left out a tenth of a rod's impedance in a dashpot, against the closed form."""
     c = 0.1 * AREA * np.sqrt(E * RHO)
-    dashpot = {"d": fx.Dashpot(nodes=("b",), damping=dashes((c, 0, 0, 0, 0, 0)))}
+    dashpot = {"d": fx.describe.Dashpot(nodes=("b",), damping=dashes((c, 0, 0, 0, 0, 0)))}
     built = fx.system(beam(30, dashpots=dashpot), inputs="b.tx", outputs="b.tx", order="full")
     first = np.sqrt(E / RHO) / (4 * LENGTH)
     few = built.modal(up_to=2 * first)  # the first mode along the rod, of which there are 30
@@ -44,7 +44,7 @@ def test_a_dashpot_at_the_end_of_a_rod():
 
 def frame(eta=0.0, c=8.0):
     """Three members, one of tape, a body off its node, a stack with a force sensor, and a dashpot to the ground."""
-    section = fx.Rectangle(width=10e-3, thickness=1.2e-3)
+    section = fx.describe.Rectangle(width=10e-3, thickness=1.2e-3)
     nodes = {
         "a": (0, 0, 0),
         "b": (0.04, 0, 0),
@@ -57,21 +57,25 @@ def frame(eta=0.0, c=8.0):
         nodes=nodes,
         corrections="none",
         materials={
-            "metal": fx.Material(E=70e9, nu=0.33, rho=2700.0),
-            "tape": fx.Material(E=70e9, nu=0.33, rho=2700.0, loss_factor=eta),
+            "metal": fx.describe.Material(E=70e9, nu=0.33, rho=2700.0),
+            "tape": fx.describe.Material(E=70e9, nu=0.33, rho=2700.0, loss_factor=eta),
         },
         links={
-            key: fx.Link(
+            key: fx.describe.Link(
                 nodes=(i, j), material="tape" if key == "two" else "metal", reference=ref, section=section, elements=3
             )
             for key, (i, j, ref) in ends.items()
         },
         bodies={
-            "tip": fx.RigidBody(centre=(0.08, 0.012, 0.034), mass=0.03, inertia=(2e-6, 3e-6, 4e-6), carries=("e",))
+            "tip": fx.describe.RigidBody(
+                centre=(0.08, 0.012, 0.034), mass=0.03, inertia=(2e-6, 3e-6, 4e-6), carries=("e",)
+            )
         },
-        dashpots={"d": fx.Dashpot(nodes=("b",), damping=dashes((3.0, 0, c, 0, 0, 0)))},
-        actuators={"pz": fx.PiezoStack(nodes=("s", "b"), stiffness=3e6, free_stroke=20e-6, gain=0.2e-6, mass=6e-3)},
-        sensors={"pf": fx.ForceSensor(actuator="pz")},
+        dashpots={"d": fx.describe.Dashpot(nodes=("b",), damping=dashes((3.0, 0, c, 0, 0, 0)))},
+        actuators={
+            "pz": fx.describe.PiezoStack(nodes=("s", "b"), stiffness=3e6, free_stroke=20e-6, gain=0.2e-6, mass=6e-3)
+        },
+        sensors={"pf": fx.describe.ForceSensor(actuator="pz")},
         ground={"a": "clamped", "s": "clamped"},
     )
 
@@ -199,6 +203,6 @@ def test_too_many_modes_for_a_matrix(monkeypatch):
 def test_a_files_tolerance_is_that_of_its_responses():
     """The platform's constraint modes do not suffice for 1e-4 up to 600 Hz, nor for 5 %, which takes fewer others."""
     mechanism = fx.load(EXAMPLES / "rpr" / "rpr.yaml")
-    loose = mechanism.model_copy(update={"reduction": fx.Reduction(tolerance=0.05)})
+    loose = mechanism.model_copy(update={"reduction": fx.describe.Reduction(tolerance=0.05)})
     orders = [fx.frequency_response(own, frequency_hz=[5.0, 300.0], damping=0.01).order for own in (mechanism, loose)]
     assert orders[1] < orders[0]

@@ -11,16 +11,18 @@ from flexura.solid.mesh.blocks import KIND, section_mesh
 from flexura.solid.mesh.meshing import group_mesh
 
 W, T, R = 10e-3, 0.5e-3, 4e-3
-ELLIPSE = fx.EllipticalContour(depth=3e-3, web=T)
-CIRCLE = fx.CircularContour(radius=R, web=T)
-PARABOLA = fx.ParabolicContour(depth=3e-3, web=T)
+ELLIPSE = fx.describe.EllipticalContour(depth=3e-3, web=T)
+CIRCLE = fx.describe.CircularContour(radius=R, web=T)
+PARABOLA = fx.describe.ParabolicContour(depth=3e-3, web=T)
 
 
 def described(form, length=2 * R):
     """Describe a member along x from a to b."""
     shared = {"nodes": ("a", "b"), "material": "Al-7075-T6", "reference": "z"}
     kind = "flexures" if hasattr(form, "type") else "links"
-    member = fx.Flexure(profile=form, **shared) if kind == "flexures" else fx.Link(section=form, **shared)
+    member = (
+        fx.describe.Flexure(profile=form, **shared) if kind == "flexures" else fx.describe.Link(section=form, **shared)
+    )
     return fx.Mechanism(nodes={"a": (0, 0, 0), "b": (length, 0, 0)}, ground={"a": "clamped"}, **{kind: {"m": member}})
 
 
@@ -41,25 +43,31 @@ def parabola(power):
 
 
 VOLUMES = {
-    "leaf": (fx.Leaf(width=W, thickness=T), W * T * 2 * R, 1e-12),
-    "rectangle": (fx.Rectangle(width=2e-3, thickness=3e-3), 6e-6 * 2 * R, 1e-12),
-    "circular notch": (fx.Notch(width=W, contour=CIRCLE), W * ((T + 2 * R) * 2 * R - np.pi * R**2), 3e-4),
-    "elliptical notch": (fx.Notch(width=W, contour=ELLIPSE), W * ((T + 6e-3) * 2 * R - np.pi * R * 3e-3), 3e-4),
-    "parabolic notch": (fx.Notch(width=W, contour=PARABOLA), W * parabola(1), 1e-6),
-    "two axes": (fx.TwoAxisNotch(y_contour=PARABOLA, z_contour=PARABOLA), parabola(2), 1e-6),
-    "round": (fx.RoundNotch(contour=PARABOLA), np.pi / 4 * parabola(2), 1e-3),
+    "leaf": (fx.describe.Leaf(width=W, thickness=T), W * T * 2 * R, 1e-12),
+    "rectangle": (fx.describe.Rectangle(width=2e-3, thickness=3e-3), 6e-6 * 2 * R, 1e-12),
+    "circular notch": (fx.describe.Notch(width=W, contour=CIRCLE), W * ((T + 2 * R) * 2 * R - np.pi * R**2), 3e-4),
+    "elliptical notch": (
+        fx.describe.Notch(width=W, contour=ELLIPSE),
+        W * ((T + 6e-3) * 2 * R - np.pi * R * 3e-3),
+        3e-4,
+    ),
+    "parabolic notch": (fx.describe.Notch(width=W, contour=PARABOLA), W * parabola(1), 1e-6),
+    "two axes": (fx.describe.TwoAxisNotch(y_contour=PARABOLA, z_contour=PARABOLA), parabola(2), 1e-6),
+    "round": (fx.describe.RoundNotch(contour=PARABOLA), np.pi / 4 * parabola(2), 1e-3),
     "table": (
-        fx.Notch(width=W, contour=fx.TabulatedContour(positions=(0, 3e-3, 8e-3), thicknesses=(3e-3, 1e-3, 2e-3))),
+        fx.describe.Notch(
+            width=W, contour=fx.describe.TabulatedContour(positions=(0, 3e-3, 8e-3), thicknesses=(3e-3, 1e-3, 2e-3))
+        ),
         W * (2e-3 * 3e-3 + 1.5e-3 * 5e-3),
         1e-12,
     ),
     "sharp V": (
-        fx.Notch(width=W, contour=fx.VShapedContour(angle=0.5, root_radius=0, web=T)),
+        fx.describe.Notch(width=W, contour=fx.describe.VShapedContour(angle=0.5, root_radius=0, web=T)),
         W * 2 * R * (T + R * np.tan(0.5)),
         1e-12,
     ),
-    "circle": (fx.Circle(diameter=2e-3), np.pi * 1e-6 * 2 * R, 1e-3),
-    "tube": (fx.Tube(outer_diameter=2e-3, inner_diameter=1e-3), np.pi * 0.75e-6 * 2 * R, 1e-3),
+    "circle": (fx.describe.Circle(diameter=2e-3), np.pi * 1e-6 * 2 * R, 1e-3),
+    "tube": (fx.describe.Tube(outer_diameter=2e-3, inner_diameter=1e-3), np.pi * 0.75e-6 * 2 * R, 1e-3),
 }
 
 
@@ -80,7 +88,7 @@ def test_finer_meshes_come_nearer_to_the_volume(name):
 
 
 def test_points_lie_on_the_contour():
-    mesh = mesh_of(fx.Notch(width=W, contour=CIRCLE))
+    mesh = mesh_of(fx.describe.Notch(width=W, contour=CIRCLE))
     x, _, z = mesh.points.T
     top = np.array([z[np.isclose(x, station, rtol=0, atol=1e-12)].max() for station in np.unique(x)])
     centre_distance = np.hypot(np.unique(x) - R, T / 2 + R - top)
@@ -88,7 +96,7 @@ def test_points_lie_on_the_contour():
 
 
 def test_shifted_notches_have_cells_up_to_their_ends():
-    shape = fx.TwoAxisNotch(y_contour=PARABOLA, z_contour=PARABOLA, shift=2e-3)
+    shape = fx.describe.TwoAxisNotch(y_contour=PARABOLA, z_contour=PARABOLA, shift=2e-3)
     mesh = mesh_of(shape)
     corners = np.unique(mesh.points[mesh.cells[KIND][:, :8], 0])
     for station in (2e-3, 6e-3):
@@ -99,7 +107,7 @@ def test_shifted_notches_have_cells_up_to_their_ends():
 
 
 def test_end_faces_and_materials():
-    mesh = mesh_of(fx.Leaf(width=W, thickness=T))
+    mesh = mesh_of(fx.describe.Leaf(width=W, thickness=T))
     for name, x in (("start", 0.0), ("end", 2 * R)):
         face = mesh.points[mesh.point_sets[f"m {name}"]]
         np.testing.assert_allclose(face[:, 0], x, atol=1e-15)
@@ -112,28 +120,28 @@ def test_end_faces_and_materials():
 
 
 def test_parameters_change_the_mesh():
-    mechanism = described(fx.Leaf(width=W, thickness=fx.Expression.parse("t")))
-    mechanism = mechanism.model_copy(update={"parameters": {"t": fx.Parameter(value=T, unit="m")}})
+    mechanism = described(fx.describe.Leaf(width=W, thickness=fx.describe.Expression.parse("t")))
+    mechanism = mechanism.model_copy(update={"parameters": {"t": fx.describe.Parameter(value=T, unit="m")}})
     mesh = group_mesh([solid(mechanism, t=2 * T)])
     assert np.ptp(mesh.points[:, 2]) == pytest.approx(2 * T)
 
 
 def test_a_disc_has_the_area_and_moments_of_a_circle():
-    mesh = mesh_of(fx.Circle(diameter=2e-3), 0.5)
+    mesh = mesh_of(fx.describe.Circle(diameter=2e-3), 0.5)
     found = mesh_mass(mesh)
     assert found.inertia[0, 0] == pytest.approx(found.mass * 1e-6 / 2, rel=1e-4)
     np.testing.assert_allclose(found.centre, [R, 0, 0], atol=1e-12)
 
 
 def test_cells_shrink_with_size():
-    shape = solid(fx.Leaf(width=W, thickness=T)).shape
+    shape = solid(fx.describe.Leaf(width=W, thickness=T)).shape
     assert len(section_mesh(shape, 0.5)[1]) > len(section_mesh(shape, 1.0)[1])
 
 
 def test_refusals():
-    constants = fx.SectionConstants(A=1e-6, Iy=1e-12, Iz=1e-12, J=1e-12)
+    constants = fx.describe.SectionConstants(A=1e-6, Iy=1e-12, Iz=1e-12, J=1e-12)
     with pytest.raises(OptionError, match="m: a section given by constants has no solid"):
         mesh_of(constants)
     for size in (0, -1, 100, float("nan")):
         with pytest.raises(OptionError, match="size"):
-            mesh_of(fx.Leaf(width=W, thickness=T), size)
+            mesh_of(fx.describe.Leaf(width=W, thickness=T), size)

@@ -19,16 +19,26 @@ from flexura.solid.geometry.members import solids
 from flexura.structure import assemble
 from helpers.solid_wholes import solid_mesh
 
-UNIT = {"unit": fx.Material(E=1.0, nu=0.3, rho=1.0)}
+UNIT = {"unit": fx.describe.Material(E=1.0, nu=0.3, rho=1.0)}
 WIDTH = 0.05
 
 CIRCULAR = {(4.0, 0.3): (585.0, 10.50), (5.0, 1.0): (33.18, 5.97), (3.0, 0.5): (144.4, 6.66), (2.0, 1.0): (22.00, 3.32)}
 """(R, t): rotation per moment, stretch per force."""
 
 OTHERS = {  # length, contour: rotation per moment, stretch per force
-    "parabolic a 5, b 4, t 0.5": (10.0, fx.ParabolicContour(depth=4.0, web=0.5), 149.355, 7.7171),
-    "V 45 deg, r 1, t 0.5": (8.0, fx.VShapedContour(angle=np.pi / 4, root_radius=1.0, web=0.5), 90.585, 5.4345),
-    "corner-filleted a 3, r 0.5, t 1": (6.0, fx.CornerFilletedContour(fillet_radius=0.5, web=1.0), 71.156, 6.1483),
+    "parabolic a 5, b 4, t 0.5": (10.0, fx.describe.ParabolicContour(depth=4.0, web=0.5), 149.355, 7.7171),
+    "V 45 deg, r 1, t 0.5": (
+        8.0,
+        fx.describe.VShapedContour(angle=np.pi / 4, root_radius=1.0, web=0.5),
+        90.585,
+        5.4345,
+    ),
+    "corner-filleted a 3, r 0.5, t 1": (
+        6.0,
+        fx.describe.CornerFilletedContour(fillet_radius=0.5, web=1.0),
+        71.156,
+        6.1483,
+    ),
 }
 
 LEAVES = {  # L/b, t/b: compliance times EI under a constant moment; torsional stiffness over G J / L
@@ -63,15 +73,19 @@ def end_faces(component):
 def between_straight_ends(contour, length, end):
     """Describe a narrow notch between straight ends as long as they are high."""
     shared = {"material": "unit", "reference": (0, 0, 1)}
-    section = fx.Rectangle(width=WIDTH, thickness=end)
+    section = fx.describe.Rectangle(width=WIDTH, thickness=end)
     return fx.Mechanism(
         materials=UNIT,
         nodes={"foot": (0, 0, 0), "a": (end, 0, 0), "b": (end + length, 0, 0), "head": (2 * end + length, 0, 0)},
         links={
-            "first": fx.Link(nodes=("foot", "a"), section=section, **shared),
-            "last": fx.Link(nodes=("b", "head"), section=section, **shared),
+            "first": fx.describe.Link(nodes=("foot", "a"), section=section, **shared),
+            "last": fx.describe.Link(nodes=("b", "head"), section=section, **shared),
         },
-        flexures={"hinge": fx.Flexure(nodes=("a", "b"), profile=fx.Notch(width=WIDTH, contour=contour), **shared)},
+        flexures={
+            "hinge": fx.describe.Flexure(
+                nodes=("a", "b"), profile=fx.describe.Notch(width=WIDTH, contour=contour), **shared
+            )
+        },
         ground={"foot": "clamped"},
     )
 
@@ -86,14 +100,14 @@ def check_notch(contour, length, end, rotation, stretch):
 
 @pytest.mark.parametrize(("R", "t"), CIRCULAR)
 def test_thin_circular_notches_are_those_of_plane_stress(R, t):
-    check_notch(fx.CircularContour(radius=R, web=t), 2 * R, 2 * R + t, *CIRCULAR[R, t])
+    check_notch(fx.describe.CircularContour(radius=R, web=t), 2 * R, 2 * R + t, *CIRCULAR[R, t])
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_thin_notches_are_those_of_plane_stress(name):
     length, contour, rotation, stretch = OTHERS[name]
-    profile = fx.Notch(width=WIDTH, contour=contour)
-    member = fx.Flexure(nodes=("a", "b"), material="unit", reference=(0, 0, 1), profile=profile)
+    profile = fx.describe.Notch(width=WIDTH, contour=contour)
+    member = fx.describe.Flexure(nodes=("a", "b"), material="unit", reference=(0, 0, 1), profile=profile)
     alone = assemble(
         fx.Mechanism(
             materials=UNIT,
@@ -109,7 +123,9 @@ def test_thin_notches_are_those_of_plane_stress(name):
 @pytest.mark.parametrize(("slenderness", "aspect"), LEAVES)
 def test_leaves_with_flat_ends(slenderness, aspect):
     b, t = 1.0, aspect
-    member = fx.Flexure(nodes=("a", "b"), material="unit", reference=(0, 0, 1), profile=fx.Leaf(width=b, thickness=t))
+    member = fx.describe.Flexure(
+        nodes=("a", "b"), material="unit", reference=(0, 0, 1), profile=fx.describe.Leaf(width=b, thickness=t)
+    )
     mechanism = fx.Mechanism(
         materials=UNIT,
         nodes={"a": (0, 0, 0), "b": (slenderness * b, 0, 0)},

@@ -44,7 +44,7 @@ def stored_box(kind="hexahedron20", counts=(3, 2, 1), seed=0, amount=0.0, cells=
     labels = 10 + 3 * random.permutation(len(mesh.points))
     row = random.permutation(mesh.order)
     sets = {name: labels[points] for name, points in mesh.point_sets.items()}
-    return fx.StoredMatrices(
+    return fx.solid.StoredMatrices(
         sp.csc_matrix(K[row][:, row]),
         sp.csc_matrix(M[row][:, row]),
         labels[row // 3],
@@ -103,7 +103,7 @@ def exchanged(stored):
 )
 def test_wrong_matrices_are_refused_with_the_reason(spoil, message):
     with pytest.raises(OptionError, match=message):
-        fx.imported(spoil(stored_box()), ENDS)
+        fx.solid.imported(spoil(stored_box()), ENDS)
 
 
 @pytest.mark.parametrize(
@@ -125,12 +125,12 @@ def test_arrays_that_do_not_fit_are_refused(changes):
 
 def test_a_mass_from_elsewhere_is_compared():
     with pytest.raises(OptionError, match=r"given is 0\.0008 kg"):
-        fx.imported(stored_box(), ENDS, mass=0.8e-3)
+        fx.solid.imported(stored_box(), ENDS, mass=0.8e-3)
 
 
 def test_averaged_faces_give_the_closed_forms_of_a_bar():
     """Tension EA/L and pure bending EI/L, of which quadratic elements have the whole solution."""
-    part = fx.imported(stored_box(), ENDS, faces="averaged", keep=0)
+    part = fx.solid.imported(stored_box(), ENDS, faces="averaged", keep=0)
     K = part.superelement.stiffness.array
     (L, b, h), E = SIZE, ALUMINIUM.E
     assert part.places == {"a": pytest.approx((0, b / 2, h / 2)), "b": pytest.approx((L, b / 2, h / 2))}
@@ -145,7 +145,7 @@ def test_averaged_faces_give_the_closed_forms_of_a_bar():
 
 @pytest.mark.parametrize("faces", ["rigid", "averaged", "flexible"])
 def test_superelements_carry_the_mass_and_strain_in_no_rigid_motion(faces):
-    part = fx.imported(stored_box(), ENDS, faces=faces)
+    part = fx.solid.imported(stored_box(), ENDS, faces=faces)
     K, M = part.superelement.stiffness.array, part.superelement.mass.array
     rigid = np.zeros((len(K), 6))
     rigid[:6] = rigid[6:12] = np.eye(6)
@@ -174,18 +174,18 @@ def test_frequencies_of_a_clamped_bar_are_those_of_its_mesh():
     free = np.flatnonzero(~np.isin(np.append(ties.free, np.full(6, -1)), held))
     values = eigsh(K.tocsc()[free][:, free], 4, M.tocsc()[free][:, free], sigma=0.0, return_eigenvectors=False)
     whole = np.sqrt(np.sort(values)) / (2 * np.pi)
-    found = frequencies(fx.imported(stored_box(), ENDS, keep=60))
+    found = frequencies(fx.solid.imported(stored_box(), ENDS, keep=60))
     assert found == pytest.approx(whole, rel=2e-4)
     assert (found > whole * (1 - 1e-9)).all()
 
 
 def test_numbering_sets_and_units_do_not_matter():
-    first = fx.imported(stored_box(), ENDS, keep=3).superelement
+    first = fx.solid.imported(stored_box(), ENDS, keep=3).superelement
     other = stored_box(seed=7)
     numbers = {name: other.sets[key].tolist() for name, key in ENDS.items()}
     millimetres = other.scaled(1e3, 1e-3, 1.0)
     for stored, nodes in ((other, numbers), (millimetres.scaled(1e-3, 1e3, 1.0), {"a": "X0", "b": "X1"})):
-        again = fx.imported(stored, nodes, keep=3).superelement
+        again = fx.solid.imported(stored, nodes, keep=3).superelement
         for key in ("stiffness", "mass"):
             ours, theirs = (abs(getattr(s, key).array) for s in (first, again))
             assert abs(ours - theirs).max() < 1e-8 * ours.max()
@@ -202,13 +202,13 @@ def test_reference_nodes_with_rotations_are_faces():
     node = np.append(ties.free // 3 + 1, np.full(6, reference))
     component = np.append(ties.free % 3, np.arange(6))
     labels, points = np.arange(1, reference + 1), np.vstack([mesh.points, place])
-    tied = fx.StoredMatrices(K, M, node, component, labels, points, {"x1": mesh.point_sets["x1"] + 1})
-    found = fx.imported(tied, {"a": [reference], "b": "x1"}, keep=0)
-    expected = fx.imported(stored, ENDS, keep=0)
+    tied = fx.solid.StoredMatrices(K, M, node, component, labels, points, {"x1": mesh.point_sets["x1"] + 1})
+    found = fx.solid.imported(tied, {"a": [reference], "b": "x1"}, keep=0)
+    expected = fx.solid.imported(stored, ENDS, keep=0)
     for key in ("stiffness", "mass"):
         ours, theirs = (getattr(s.superelement, key).array for s in (expected, found))
         assert abs(ours - theirs).max() < 1e-10 * abs(ours).max()
-    loose = fx.imported(tied, {"b": "x1"}, keep=2)
+    loose = fx.solid.imported(tied, {"b": "x1"}, keep=2)
     assert loose.superelement.amplitudes == 2
 
 
@@ -227,34 +227,36 @@ def test_reference_nodes_with_rotations_are_faces():
 )
 def test_nodes_that_cannot_be_are_refused(nodes, options, message):
     with pytest.raises(OptionError, match=message):
-        fx.imported(stored_box(), nodes, **options)
+        fx.solid.imported(stored_box(), nodes, **options)
 
 
 @pytest.mark.parametrize("chosen", [lambda x: [0], lambda x: np.flatnonzero((x[:, 1:] == 0).all(axis=1))])
 def test_points_without_a_rotation_are_refused(chosen):
     stored = stored_box()
     with pytest.raises(OptionError, match="no rotation of their own"):
-        fx.imported(stored, {"a": stored.labels[chosen(stored.points)].tolist()})
+        fx.solid.imported(stored, {"a": stored.labels[chosen(stored.points)].tolist()})
 
 
 def test_the_part_stands_in_a_mechanism(tmp_path):
     """The part, placed twice end to end, bends as the beam of twice the length; the fourth mode is torsion, which rigid
     faces in the middle hold back."""
-    part = fx.imported(stored_box(counts=(10, 2, 1)), ENDS, keep=8)
+    part = fx.solid.imported(stored_box(counts=(10, 2, 1)), ENDS, keep=8)
     sub = part.substructure
     two = fx.Mechanism(
         substructures={"bar": sub},
         instances={
-            "one": fx.Instance(of="bar"),
-            "two": fx.Instance(of="bar", at=(SIZE[0], 0, 0)),
+            "one": fx.describe.Instance(of="bar"),
+            "two": fx.describe.Instance(of="bar", at=(SIZE[0], 0, 0)),
         },
         joints=(("one.b", "two.a"),),
         ground={"one.a": "clamped"},
     )
-    section = fx.Rectangle(width=SIZE[1], thickness=SIZE[2])
+    section = fx.describe.Rectangle(width=SIZE[1], thickness=SIZE[2])
     beam = fx.Mechanism(
         nodes={"a": (0, 0, 0), "b": (2 * SIZE[0], 0, 0)},
-        links={"bar": fx.Link(nodes=("a", "b"), material="Al-7075-T6", reference="z", section=section, elements=8)},
+        links={
+            "bar": fx.describe.Link(nodes=("a", "b"), material="Al-7075-T6", reference="z", section=section, elements=8)
+        },
         ground={"a": "clamped"},
     )
     models = [fx.assemble(mechanism) for mechanism in (two, beam)]
@@ -275,8 +277,10 @@ def load_make():
 def as_members(**changes):
     """The guide of the example with leaves of our own."""
     guide = fx.load(EXAMPLE / "guide.yaml")
-    profile = fx.Leaf(width=20e-3, thickness=0.5e-3)
-    leaf = fx.Flexure(nodes=("foot", "head"), material="spring-steel", reference="x", profile=profile, **changes)
+    profile = fx.describe.Leaf(width=20e-3, thickness=0.5e-3)
+    leaf = fx.describe.Flexure(
+        nodes=("foot", "head"), material="spring-steel", reference="x", profile=profile, **changes
+    )
     own = guide.substructures["leaf"].model_copy(update={"superelements": {}, "flexures": {"blade": leaf}})
     return fx.with_solid_parts(guide.model_copy(update={"substructures": {"leaf": own}}))
 
@@ -304,7 +308,7 @@ def test_the_matrices_of_the_example_are_made_again(tmp_path):
     make = load_make()
     make.run(tmp_path)
     assert (tmp_path / "leaf.inp").read_text() == (EXAMPLE / "leaf.inp").read_text()
-    ours, theirs = (fx.read_calculix(folder / "leaf.inp", units=make.UNITS) for folder in (tmp_path, EXAMPLE))
+    ours, theirs = (fx.solid.read_calculix(folder / "leaf.inp", units=make.UNITS) for folder in (tmp_path, EXAMPLE))
     for a, b in ((ours.K, theirs.K), (ours.M, theirs.M)):
         assert abs(a - b).max() < 1e-9 * abs(b).max()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["leaf.dof", "leaf.inp", "leaf.mas.gz", "leaf.sti.gz"]
@@ -312,13 +316,15 @@ def test_the_matrices_of_the_example_are_made_again(tmp_path):
 
 def test_another_unit_than_that_of_the_deck_is_noticed():
     with pytest.raises(OptionError, match="pressure waves"):
-        fx.imported(fx.read_calculix(EXAMPLE / "leaf.inp"), {"foot": "FOOT"})
+        fx.solid.imported(fx.solid.read_calculix(EXAMPLE / "leaf.inp"), {"foot": "FOOT"})
     with pytest.raises(OptionError, match="pressure waves"):
-        fx.imported(fx.read_calculix(EXAMPLE / "leaf.inp", units={"mass": "t"}), {"foot": "FOOT"})
+        fx.solid.imported(fx.solid.read_calculix(EXAMPLE / "leaf.inp", units={"mass": "t"}), {"foot": "FOOT"})
     with pytest.raises(OptionError, match=r"mass of 4\.71e-06 kg, given is 0\.00471"):
-        fx.imported(fx.read_calculix(EXAMPLE / "leaf.inp", units={"length": "mm"}), {"foot": "FOOT"}, mass=4.71e-3)
+        fx.solid.imported(
+            fx.solid.read_calculix(EXAMPLE / "leaf.inp", units={"length": "mm"}), {"foot": "FOOT"}, mass=4.71e-3
+        )
     with pytest.raises(OptionError, match="a unit of length is expected"):
-        fx.read_calculix(EXAMPLE / "leaf.inp", units={"length": "t"})
+        fx.solid.read_calculix(EXAMPLE / "leaf.inp", units={"length": "t"})
 
 
 @needs_ccx
@@ -326,8 +332,8 @@ def test_rigid_bodies_of_calculix_are_rigid_faces():
     mesh = box("hexahedron20", SIZE, (3, 2, 1))
     places = {"x0": (0.0, SIZE[1] / 2, SIZE[2] / 2), "x1": (SIZE[0], SIZE[1] / 2, SIZE[2] / 2)}
     n = len(mesh.points)
-    theirs = fx.imported(calculix_matrices(mesh, rigid=places), {"a": [n + 1], "b": [n + 3]}, mass=MASS)
-    ours = fx.imported(stored_box(), ENDS)
+    theirs = fx.solid.imported(calculix_matrices(mesh, rigid=places), {"a": [n + 1], "b": [n + 3]}, mass=MASS)
+    ours = fx.solid.imported(stored_box(), ENDS)
     assert frequencies(theirs) == pytest.approx(frequencies(ours), rel=1e-9)
 
 
@@ -349,7 +355,7 @@ def stored_files(folder, **changes):
 def test_stored_matrices_are_read_from_one_triangle_or_both(tmp_path):
     expected = np.array([[2.0, -1.0], [-1.0, 3.0]])
     for text in (STORED["sti"], "1 1 2.0\n2 1 -1.0\n2 2 3.0\n", STORED["sti"] + "2 1 -1.0\n"):
-        found = fx.read_calculix(stored_files(tmp_path, sti=text))
+        found = fx.solid.read_calculix(stored_files(tmp_path, sti=text))
         assert np.array_equal(found.K.toarray(), expected)
         assert found.node.tolist() == [4, 10] and found.component.tolist() == [0, 2]
     assert found.sets["ALL"].tolist() == [4, 10]
@@ -373,16 +379,16 @@ def test_stored_matrices_are_read_from_one_triangle_or_both(tmp_path):
 )
 def test_stored_matrices_that_do_not_fit_are_refused(tmp_path, changes):
     with pytest.raises(OptionError, match=r"job|component 0 of node 4 has 2 rows"):
-        fx.read_calculix(stored_files(tmp_path, **changes))
+        fx.solid.read_calculix(stored_files(tmp_path, **changes))
 
 
 def test_missing_files_are_named(tmp_path):
     with pytest.raises(OptionError, match=r"job\.sti is missing"):
-        fx.read_calculix(tmp_path / "job.inp")
+        fx.solid.read_calculix(tmp_path / "job.inp")
     with pytest.raises(OptionError, match="name the deck"):
-        fx.read_calculix(tmp_path / "part.mtx")
+        fx.solid.read_calculix(tmp_path / "part.mtx")
     with pytest.raises(OptionError, match="does not exist"):
-        fx.read_calculix(tmp_path / "part.mtx", deck=tmp_path / "job.inp")
+        fx.solid.read_calculix(tmp_path / "part.mtx", deck=tmp_path / "job.inp")
 
 
 def test_decks(tmp_path):
@@ -438,16 +444,16 @@ def test_substructures_are_read(tmp_path):
     (tmp_path / "a.inp").write_text(DECK)
     file = tmp_path / "part.mtx"
     file.write_text(USER_ELEMENT)
-    found = fx.read_calculix(file, tmp_path / "a.inp", units={"length": "mm", "mass": "t"})
+    found = fx.solid.read_calculix(file, tmp_path / "a.inp", units={"length": "mm", "mass": "t"})
     expected = 1e3 * np.array([[2, -1, 0.5], [-1, 3, -0.25], [0.5, -0.25, 4]])
     assert found.K.toarray() == pytest.approx(expected)
     assert found.node.tolist() == [4, 4, 10] and found.component.tolist() == [0, 2, 0]
     assert found.M.nnz == 0 and found.points[1].tolist() == [1e-3, 0, 0]
     file.write_text(USER_ELEMENT + "*MATRIX,TYPE=MASS\n1.,\n0.,1.,\n0.,0.,2.\n")
-    assert fx.read_calculix(file, tmp_path / "a.inp").M.diagonal().tolist() == [1, 1, 2]
+    assert fx.solid.read_calculix(file, tmp_path / "a.inp").M.diagonal().tolist() == [1, 1, 2]
     file.write_text(USER_ELEMENT.replace(" 0.4000000000000E+01,\n", ""))
     with pytest.raises(OptionError, match="no matrix of"):
-        fx.read_calculix(file, tmp_path / "a.inp")
+        fx.solid.read_calculix(file, tmp_path / "a.inp")
 
 
 def test_condensed_stiffness_makes_a_massless_part():
@@ -463,8 +469,8 @@ def test_condensed_stiffness_makes_a_massless_part():
         stored, K=sp.csc_matrix(condensed), M=nothing, node=stored.node[ends], component=stored.component[ends]
     )
     for faces in ("rigid", "averaged"):
-        found = fx.imported(static, ENDS, faces=faces).superelement
-        expected = fx.imported(stored, ENDS, faces=faces, keep=0).superelement.stiffness.array
+        found = fx.solid.imported(static, ENDS, faces=faces).superelement
+        expected = fx.solid.imported(stored, ENDS, faces=faces, keep=0).superelement.stiffness.array
         assert found.amplitudes == 0 and not found.mass.array.any()
         assert abs(found.stiffness.array - expected).max() < 1e-9 * abs(expected).max()
 
@@ -487,21 +493,23 @@ def test_matrices_of_ansys_become_the_same_part(tmp_path, monkeypatch):
     stored = stored_box(cells=False)
     units = {"length": "mm", "mass": "t"}
     monkeypatch.setattr("flexura.solid.interchange.readers.need", lambda *_: fake_ansys(stored))
-    found = fx.imported(fx.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb", units=units), ENDS, mass=MASS)
-    expected = fx.imported(stored, ENDS)
+    found = fx.solid.imported(
+        fx.solid.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb", units=units), ENDS, mass=MASS
+    )
+    expected = fx.solid.imported(stored, ENDS)
     for key in ("stiffness", "mass"):
         ours, theirs = (abs(getattr(s.superelement, key).array) for s in (expected, found))
         assert abs(ours - theirs).max() < 1e-8 * ours.max()
     held = [(int(stored.node[0]), int(stored.component[0]))]
     monkeypatch.setattr("flexura.solid.interchange.readers.need", lambda *_: fake_ansys(stored, held))
     with pytest.raises(OptionError, match=f"node {held[0][0]} has no row for {'xyz'[held[0][1]]}"):
-        fx.imported(fx.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb", units=units), ENDS)
+        fx.solid.imported(fx.solid.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb", units=units), ENDS)
 
 
 def test_a_missing_package_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ansys.mapdl.reader", None)
     with pytest.raises(OptionError, match=r"flexura\[ansys\]"):
-        fx.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb")
+        fx.solid.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb")
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -510,9 +518,9 @@ def test_a_file_of_ansys():
     pytest.importorskip("ansys.mapdl.reader")
     from ansys.mapdl.reader import examples
 
-    stored = fx.read_ansys(examples.fullfile, examples.hexarchivefile)
+    stored = fx.solid.read_ansys(examples.fullfile, examples.hexarchivefile)
     values = eigsh(stored.K, 6, stored.M, sigma=1.0, return_eigenvectors=False)
     frequency = np.sqrt(np.sort(values)) / (2 * np.pi)
     assert frequency == pytest.approx([1283.200, 1283.200, 5781.975, 6919.399, 6919.399, 10172.615], rel=1e-6)
     with pytest.raises(OptionError, match="21 of 321 nodes have no rows"):
-        fx.imported(stored, {"tip": "NCOMP2"})
+        fx.solid.imported(stored, {"tip": "NCOMP2"})

@@ -48,14 +48,16 @@ NOTCH = partial(piece, "notch", "circular", width=1.2, radius=0.5, web=0.08)
 
 def leaf(**more):
     """Describe a leaf that carries a block."""
-    own = fx.Flexure(
+    own = fx.describe.Flexure(
         nodes=("a", "b"),
         material=AL,
         reference=(0.0, 0.0, 1.0),
-        profile=fx.Leaf(width=10e-3, thickness=0.3e-3),
+        profile=fx.describe.Leaf(width=10e-3, thickness=0.3e-3),
         **{"fidelity": "solid", **more},
     )
-    block = fx.RigidBody(centre=(15e-3, 0, 0), solid=fx.Box(size=(10e-3, 10e-3, 8e-3), material=AL), carries=("b",))
+    block = fx.describe.RigidBody(
+        centre=(15e-3, 0, 0), solid=fx.describe.Box(size=(10e-3, 10e-3, 8e-3), material=AL), carries=("b",)
+    )
     nodes = {"a": (0, 0, 0), "b": (10e-3, 0, 0)}
     return fx.Mechanism.model_validate(
         {"nodes": nodes, "flexures": {"leaf": own}, "bodies": {"block": block}, "ground": {"a": "clamped"}}
@@ -66,12 +68,12 @@ def step(sizes=(None, None), above=None):
     """Describe a thin and a thick leaf, fused."""
     ends = (("a", "b"), ("b", "c"))
     own = {
-        name: fx.Flexure.model_validate(
+        name: fx.describe.Flexure.model_validate(
             {
                 "nodes": nodes,
                 "material": AL,
                 "reference": "z",
-                "profile": fx.Leaf(width=8e-3, thickness=t),
+                "profile": fx.describe.Leaf(width=8e-3, thickness=t),
                 "mesh_size": size,
             }
         )
@@ -148,16 +150,18 @@ def test_a_fine_mesh_is_not_warned_of_and_beams_have_no_such_error():
 
 def test_copies_that_are_turned_and_mirrored_have_the_same_error():
     single = fx.with_solid_parts(leaf(), size=2.0)
-    arm = fx.Substructure(nodes=leaf().nodes, flexures=leaf().flexures, bodies=leaf().bodies, interface=("a",))
-    turn = fx.Rotation(axis=(1.0, 2.0, 3.0), angle=1.0)
+    arm = fx.describe.Substructure(nodes=leaf().nodes, flexures=leaf().flexures, bodies=leaf().bodies, interface=("a",))
+    turn = fx.describe.Rotation(axis=(1.0, 2.0, 3.0), angle=1.0)
     pair = fx.Mechanism.model_validate(
         {
             "substructures": {"arm": arm},
             "nodes": {"base": (0, 0, 0)},
             "joints": [("base", "one.a"), ("base", "two1.a"), ("base", "two2.a")],
             "instances": {
-                "one": fx.Instance.model_validate({"of": "arm", "rotate": turn}),
-                "two": fx.Instance.model_validate({"of": "arm", "pattern": fx.MirrorPattern(normal=(1.0, 1.0, 0.0))}),
+                "one": fx.describe.Instance.model_validate({"of": "arm", "rotate": turn}),
+                "two": fx.describe.Instance.model_validate(
+                    {"of": "arm", "pattern": fx.describe.MirrorPattern(normal=(1.0, 1.0, 0.0))}
+                ),
             },
             "ground": {"base": "clamped"},
         }
@@ -200,7 +204,7 @@ def test_sizes_are_inherited_and_fused_members_take_the_smallest():
     twice = fx.with_solid_parts(step((2.0, 4.0)), size=2.0).superelements["thin"]
     assert twice.mesh is not None
     assert twice.mesh.size == 4.0
-    inner = fx.Substructure(nodes=leaf().nodes, flexures=leaf().flexures, interface=("a", "b"))
+    inner = fx.describe.Substructure(nodes=leaf().nodes, flexures=leaf().flexures, interface=("a", "b"))
     for own, above, wanted in ((None, 3.0, 3.0), (2.5, 3.0, 2.5)):
         described = fx.Mechanism.model_validate(
             {
@@ -305,13 +309,13 @@ def test_check_and_the_command_line(tmp_path, capsys, monkeypatch):
 def test_an_error_that_a_user_gives_for_a_part_counts():
     found = fx.with_solid_parts(leaf(), size=4.0)
     own = found.superelements["leaf"]
-    given = own.model_copy(update={"stiffness_error": fx.Matrix(0.1 * own.stiffness.array), "mesh": None})
+    given = own.model_copy(update={"stiffness_error": fx.describe.Matrix(0.1 * own.stiffness.array), "mesh": None})
     result = fx.modes(found.model_copy(update={"superelements": {"leaf": given}}), n=3)
     np.testing.assert_allclose([mode.mesh_error for mode in result.modes], 0.05, rtol=1e-6)
     with pytest.raises(ModelError, match="stiffness_error is 14 x 14"):
-        fx.Superelement(**{**own.model_dump(), "stiffness_error": np.eye(12), "mesh": None})
+        fx.describe.Superelement(**{**own.model_dump(), "stiffness_error": np.eye(12), "mesh": None})
     with pytest.raises(ModelError, match="stiffness_error of a superelement has no negative eigenvalue"):
-        fx.Superelement(**{**own.model_dump(), "stiffness_error": -np.eye(14), "mesh": None})
+        fx.describe.Superelement(**{**own.model_dump(), "stiffness_error": -np.eye(14), "mesh": None})
 
 
 def test_a_mesh_without_a_second_one_is_refused_and_interrupted_work_stops():

@@ -74,19 +74,19 @@ def leaf_with_block(turned=None, faces="rigid", body=True, **member):
     """Describe a leaf of 10 x 10 x 0.3 mm with a block of 10 x 10 x 8 mm, a rigid body or a solid."""
     Q = np.eye(3) if turned is None else turned
     shared = {"material": "Al-7075-T6", "reference": tuple(Q[:, 2]), "fidelity": "solid", "faces": faces}
-    leaf = fx.Leaf(width=10e-3, thickness=0.3e-3)
+    leaf = fx.describe.Leaf(width=10e-3, thickness=0.3e-3)
     nodes = {key: tuple(Q[:, 0] * x) for key, x in (("a", 0.0), ("b", 10e-3), ("c", 20e-3))}
-    flexures = {"leaf": fx.Flexure(nodes=("a", "b"), profile=leaf, **shared, **member)}
+    flexures = {"leaf": fx.describe.Flexure(nodes=("a", "b"), profile=leaf, **shared, **member)}
     if not body:
-        block = fx.Link(nodes=("b", "c"), section=fx.Rectangle(width=10e-3, thickness=8e-3), **shared)
+        block = fx.describe.Link(nodes=("b", "c"), section=fx.describe.Rectangle(width=10e-3, thickness=8e-3), **shared)
         return fx.Mechanism(nodes=nodes, flexures=flexures, links={"block": block}, ground={"a": "clamped"})
     del nodes["c"]
     angle = float(np.arccos((np.trace(Q) - 1) / 2))
     axis = (1.0, 0.0, 0.0) if angle == 0 else (Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1])
-    block = fx.RigidBody(
+    block = fx.describe.RigidBody(
         centre=tuple(Q[:, 0] * 15e-3),
-        solid=fx.Box(size=(10e-3, 10e-3, 8e-3), material="Al-7075-T6"),
-        rotate=fx.Rotation(axis=axis, angle=angle),
+        solid=fx.describe.Box(size=(10e-3, 10e-3, 8e-3), material="Al-7075-T6"),
+        rotate=fx.describe.Rotation(axis=axis, angle=angle),
         carries=("b",),
     )
     return fx.Mechanism(nodes=nodes, flexures=flexures, bodies={"block": block}, ground={"a": "clamped"})
@@ -236,7 +236,7 @@ def test_equal_pieces_are_worked_out_once(monkeypatch):
     made = []
     monkeypatch.setattr(reduced, "group_mesh", lambda *a, **k: made.append(a) or group_mesh(*a, **k))
     with_solid_parts(leaf_with_block(), size=2.5, keep=1)
-    thick = of_material(fx.Material(E=2e11, nu=0.33, rho=7800))
+    thick = of_material(fx.describe.Material(E=2e11, nu=0.33, rho=7800))
     again = with_solid_parts(thick, size=2.5, keep=3)
     assert len(made) == 2, "the mesh, and the second one that tells how fine it is"
     assert again.superelements["leaf"].amplitudes == 3
@@ -301,25 +301,27 @@ def test_what_is_replaced_and_what_stays():
 
 def with_parameter():
     """Describe a leaf in a placed substructure, as thick as a parameter says."""
-    t = fx.parameter("t")
-    leaf = fx.Flexure(
+    t = fx.describe.parameter("t")
+    leaf = fx.describe.Flexure(
         nodes=("a", "b"),
         material="Al-7075-T6",
         reference="z",
-        profile=fx.Leaf(width=10e-3, thickness=t),
+        profile=fx.describe.Leaf(width=10e-3, thickness=t),
         fidelity="solid",
     )
-    arm = fx.Substructure(nodes={"a": (0, 0, 0), "b": (10e-3, 0, 0)}, flexures={"leaf": leaf}, interface=("a", "b"))
+    arm = fx.describe.Substructure(
+        nodes={"a": (0, 0, 0), "b": (10e-3, 0, 0)}, flexures={"leaf": leaf}, interface=("a", "b")
+    )
     return fx.Mechanism(
         parameters={
-            "half": fx.Parameter(value=0.15e-3, unit="m"),
-            "t": fx.Parameter(value=2 * fx.parameter("half"), unit="m"),
-            "m": fx.Parameter(value=0.01, unit="kg"),
+            "half": fx.describe.Parameter(value=0.15e-3, unit="m"),
+            "t": fx.describe.Parameter(value=2 * fx.describe.parameter("half"), unit="m"),
+            "m": fx.describe.Parameter(value=0.01, unit="kg"),
         },
         substructures={"arm": arm},
-        instances={"arm": fx.Instance(of="arm", pattern=fx.MirrorPattern(normal=(1.0, 0.0, 0.0)))},
+        instances={"arm": fx.describe.Instance(of="arm", pattern=fx.describe.MirrorPattern(normal=(1.0, 0.0, 0.0)))},
         joints=(("arm1.a", "arm2.a"),),
-        masses={"tip": fx.PointMass(node="arm1.a", mass=fx.parameter("m"))},
+        masses={"tip": fx.describe.PointMass(node="arm1.a", mass=fx.describe.parameter("m"))},
         ground={"arm*.b": "clamped"},
     )
 
@@ -367,8 +369,12 @@ def stepped(fidelity="solid", **more):
         fidelity=fidelity,
         nodes={"a": (0, 0, 0), "b": (10e-3, 0, 0), "c": (20e-3, 0, 0)},
         flexures={
-            "thin": fx.Flexure(nodes=("a", "b"), profile=fx.Leaf(width=8e-3, thickness=1e-3), **shared),
-            "thick": fx.Flexure(nodes=("b", "c"), profile=fx.Leaf(width=8e-3, thickness=2e-3), **shared),
+            "thin": fx.describe.Flexure(
+                nodes=("a", "b"), profile=fx.describe.Leaf(width=8e-3, thickness=1e-3), **shared
+            ),
+            "thick": fx.describe.Flexure(
+                nodes=("b", "c"), profile=fx.describe.Leaf(width=8e-3, thickness=2e-3), **shared
+            ),
         },
         ground={"a": "clamped"},
         **more,
@@ -391,9 +397,9 @@ def test_members_that_meet_are_one_superelement():
 @pytest.mark.parametrize(
     "more",
     [
-        {"sensors": {"tip": fx.MotionSensor(type="displacement", nodes=("b",), direction="z")}},
+        {"sensors": {"tip": fx.describe.MotionSensor(type="displacement", nodes=("b",), direction="z")}},
         {"interface": ("b",)},
-        {"masses": {"tip": fx.PointMass(node="b", mass=1e-6)}},
+        {"masses": {"tip": fx.describe.PointMass(node="b", mass=1e-6)}},
     ],
     ids=["sensor", "interface", "mass"],
 )
@@ -458,10 +464,10 @@ def test_parts_of_the_rpr_mechanism():
 
 def test_refusals():
     with pytest.raises(OptionError, match="no mesh is fine enough; faces: rigid"):
-        notch = fx.Notch(width=5e-3, contour=fx.CircularContour(radius=5e-3, web=1e-3))
+        notch = fx.describe.Notch(width=5e-3, contour=fx.describe.CircularContour(radius=5e-3, web=1e-3))
         member = leaf_with_block(faces="averaged").flexures["leaf"].model_copy(update={"profile": notch})
         with_solid_parts(leaf_with_block().model_copy(update={"flexures": {"leaf": member}}))
-    soft = of_material(fx.Material(E=1e9, nu=0.5, rho=1e3))
+    soft = of_material(fx.describe.Material(E=1e9, nu=0.5, rho=1e3))
     with pytest.raises(OptionError, match=r"too near 0\.5"):
         with_solid_parts(soft)
     with pytest.raises(OptionError, match="keep"):

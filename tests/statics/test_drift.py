@@ -11,15 +11,17 @@ from flexura.analysis.drift import drift, screw_axis
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.linalg import is_definite
 
-STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0)
+STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
 L, B, T = 0.05, 0.01, 0.0005
 EI = 200e9 * B * T**3 / 12
 
 
 def leaf(a, b, elements=1, width=B, thickness=T, **more):
     """A leaf whose thickness is along global y."""
-    section = fx.Rectangle(width=width, thickness=thickness)
-    return fx.Link(nodes=(a, b), material="steel", section=section, reference=(0, 1, 0), elements=elements, **more)
+    section = fx.describe.Rectangle(width=width, thickness=thickness)
+    return fx.describe.Link(
+        nodes=(a, b), material="steel", section=section, reference=(0, 1, 0), elements=elements, **more
+    )
 
 
 def built(nodes, links, **more):
@@ -36,7 +38,7 @@ def cantilever(elements=1, length=L, **more):
 def guide(elements=1):
     """A stage on two parallel leaves along x, 40 mm apart."""
     nodes = {"a": (0, 0, 0), "b": (L, 0, 0), "c": (0, 0.04, 0), "d": (L, 0.04, 0)}
-    stage = fx.RigidBody(centre=(L + 0.01, 0.02, 0), carries=("b", "d"), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
+    stage = fx.describe.RigidBody(centre=(L + 0.01, 0.02, 0), carries=("b", "d"), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
     links = {"one": leaf("a", "b", elements), "two": leaf("c", "d", elements)}
     return built(nodes, links, bodies={"stage": stage}, ground={"a": "clamped", "c": "clamped"})
 
@@ -60,7 +62,7 @@ def test_parallel_guide_sinks_by_three_fifths(elements, d):
 
 def test_translation_tilts():
     """A guide that turns nothing at all: its one freedom is a translation, whose direction tilts by 6 d/5 L."""
-    stiff = fx.Spring(nodes=("stage",), stiffness=fx.DiagonalStiffness(rx=1e12, ry=1e12, rz=1e12))
+    stiff = fx.describe.Spring(nodes=("stage",), stiffness=fx.describe.DiagonalStiffness(rx=1e12, ry=1e12, rz=1e12))
     mechanism = guide().model_copy(update={"springs": {"hold": stiff}})
     d = 1e-3
     model, u = displaced(mechanism, stage=(0, 24 * EI / L**3 * d, 0, 0, 0, 0))
@@ -99,11 +101,11 @@ def test_notch_pivot_stays_at_the_notch(web):
     """A body on a notch of rotation density w(s) turns about its middle, and when turned about a point
     theta/2 int int |s - s'| w w' aside: far less than the notch is long."""
     R, angle = 4e-3, 0.02
-    profile = fx.Notch(width=B, contour=fx.CircularContour(radius=R, web=web))
-    flexure = fx.Flexure(
+    profile = fx.describe.Notch(width=B, contour=fx.describe.CircularContour(radius=R, web=web))
+    flexure = fx.describe.Flexure(
         nodes=("a", "b"), material="steel", profile=profile, reference=(0, 1, 0), elements=40, integration="tapered"
     )
-    body = fx.RigidBody(centre=(0.04, 0.01, 0), carries=("b",), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
+    body = fx.describe.RigidBody(centre=(0.04, 0.01, 0), carries=("b",), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
     nodes = {"a": (0, 0, 0), "b": (2 * R, 0, 0)}
     model = fx.assemble(built(nodes, {}, flexures={"notch": flexure}, bodies={"body": body}))
     s = (np.arange(800) + 0.5) / 400 * R
@@ -141,7 +143,7 @@ def test_blade_bent_in_its_plane_buckles_sideways():
 @pytest.mark.parametrize("arm", [0.03, 0.1])
 def test_dead_load_on_a_rigid_arm(arm):
     """A column with a rigid arm beyond its tip, pushed at the end of the arm: x a tan(x L) = 1."""
-    head = fx.RigidBody(centre=(L + arm / 3, 0, 0), carries=("b", "end"), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
+    head = fx.describe.RigidBody(centre=(L + arm / 3, 0, 0), carries=("b", "end"), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
     nodes = {"a": (0, 0, 0), "b": (L, 0, 0), "end": (L + arm, 0, 0)}
     column = built(nodes, {"leaf": leaf("a", "b", 8)}, bodies={"head": head})
     k = brentq(lambda x: x * arm * np.tan(x * L) - 1, 1e-6, 0.999 * np.pi / (2 * L))
@@ -163,18 +165,18 @@ def test_a_free_mechanism_stays_free():
 
 def test_mirrored_copies_drift_alike():
     """A guide of which one half is the mirror image of the other."""
-    half = fx.Substructure(
+    half = fx.describe.Substructure(
         nodes={"foot": (0, 0.02, 0), "top": (L, 0.02, 0)},
         links={"leaf": leaf("foot", "top")},
         interface=("foot", "top"),
     )
-    stage = fx.RigidBody(centre=(L + 0.01, 0, 0), carries=("half*.top",), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
+    stage = fx.describe.RigidBody(centre=(L + 0.01, 0, 0), carries=("half*.top",), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
     mechanism = fx.Mechanism(
         materials={"steel": STEEL},
         theory="euler_bernoulli",
         corrections="none",
         substructures={"half": half},
-        instances={"half": fx.Instance(of="half", pattern=fx.MirrorPattern(normal=(0, 1, 0)))},
+        instances={"half": fx.describe.Instance(of="half", pattern=fx.describe.MirrorPattern(normal=(0, 1, 0)))},
         bodies={"stage": stage},
         ground={"half*.foot": "clamped"},
     )
@@ -228,7 +230,7 @@ def test_what_cannot_be_is_refused(call, words):
 
 
 def test_springs_on_arms_are_refused():
-    stage = fx.Spring(nodes=("d",), stiffness=fx.DiagonalStiffness(tx=1e3))
+    stage = fx.describe.Spring(nodes=("d",), stiffness=fx.describe.DiagonalStiffness(tx=1e3))
     model = fx.assemble(guide().model_copy(update={"springs": {"side": stage}}))
     with pytest.raises(fx.OptionError, match="off a body's centre"):
         tangent_stiffness(model, np.zeros(model.order))

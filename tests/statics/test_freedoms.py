@@ -24,16 +24,18 @@ def held(nodes, pairs, *, round_wires=False, scale=1.0, Q=UPRIGHT, shift=(0, 0, 
         return tuple(float(c) for c in scale * (Q @ np.array(x, dtype=float)) + shift)
 
     diameter = scale * 0.5e-3
-    round_web = fx.RoundNotch(contour=fx.StraightContour(web=diameter))
-    profile = round_web if round_wires else fx.Leaf(width=scale * B, thickness=scale * T)
+    round_web = fx.describe.RoundNotch(contour=fx.describe.StraightContour(web=diameter))
+    profile = round_web if round_wires else fx.describe.Leaf(width=scale * B, thickness=scale * T)
     own = {"profile": profile, "material": "steel", "reference": None if round_wires else tuple(Q @ reference)}
     return fx.Mechanism(
         corrections="none",
-        materials={"steel": fx.Material(E=E, G=G, rho=7800.0, yield_stress=YIELD)},
+        materials={"steel": fx.describe.Material(E=E, G=G, rho=7800.0, yield_stress=YIELD)},
         nodes={k: put(x) for k, x in nodes.items()},
-        flexures={f"f{a}": fx.Flexure(nodes=(a, b), **own) for a, b in pairs},
+        flexures={f"f{a}": fx.describe.Flexure(nodes=(a, b), **own) for a, b in pairs},
         bodies={
-            "stage": fx.RigidBody(centre=put((0, 0, L)), mass=scale**3, inertia=(1e-3 * scale**5,) * 3, carries=("e*",))
+            "stage": fx.describe.RigidBody(
+                centre=put((0, 0, L)), mass=scale**3, inertia=(1e-3 * scale**5,) * 3, carries=("e*",)
+            )
         },
         ground={"g*": "clamped"},
         **more,
@@ -173,7 +175,7 @@ def test_tip_tilt_is_free_in_its_plane_alone_and_driven_in_tilts_and_piston():
 def test_freedoms_that_are_not_clear_are_not_named():
     """A short beam: nothing is much softer than the rest."""
     stubby = held({"g0": (0, 0, 0), "e0": (0, 0, L)}, [("g0", "e0")])
-    block = fx.Leaf(width=B, thickness=0.9 * B)
+    block = fx.describe.Leaf(width=B, thickness=0.9 * B)
     flexures = {k: f.model_copy(update={"profile": block}) for k, f in stubby.flexures.items()}
     found = fx.kinetostatics(fx.Mechanism(**{**dict(stubby), "flexures": flexures}))
     assert found.kind == "unclear" and found.freedoms == () and "no clear freedoms" in found.notes[0]
@@ -191,11 +193,11 @@ def test_a_platform_that_is_partly_held():
 
 
 def test_a_point_on_springs_alone_has_the_length_of_its_compliances():
-    spring = fx.DiagonalStiffness(tx=1e3, ty=1e6, tz=1e6, rx=100, ry=100, rz=100)
+    spring = fx.describe.DiagonalStiffness(tx=1e3, ty=1e6, tz=1e6, rx=100, ry=100, rz=100)
     found = fx.kinetostatics(
         fx.Mechanism(
-            bodies={"mass": fx.RigidBody(mass=0.1, inertia=(1e-4,) * 3)},
-            springs={"s": fx.Spring(nodes=("mass",), stiffness=spring)},
+            bodies={"mass": fx.describe.RigidBody(mass=0.1, inertia=(1e-4,) * 3)},
+            springs={"s": fx.describe.Spring(nodes=("mass",), stiffness=spring)},
         )
     )
     assert found.spectrum.length == pytest.approx(np.sqrt((1e-3 + 2e-6) / 3e-2), rel=1e-9)

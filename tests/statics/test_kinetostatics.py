@@ -17,11 +17,11 @@ STIFF = {"tx": 1e12, "ty": 1e12, "tz": 1e12, "rx": 1e9, "ry": 1e9, "rz": K_TURN}
 
 def lever(**stack):
     """A rigid lever that turns about z in the origin: a stack pushes near the pivot, the platform is far from it."""
-    actuator = fx.PiezoStack(nodes=("foot", "input"), stiffness=KP, **stack)
+    actuator = fx.describe.PiezoStack(nodes=("foot", "input"), stiffness=KP, **stack)
     return fx.Mechanism(
         nodes={"foot": (NEAR, -0.04, 0), "input": (NEAR, 0, 0), "pin": (0, 0, 0)},
-        bodies={"arm": fx.RigidBody(centre=(FAR, 0, 0), carries=("input", "pin"), mass=0.1, inertia=INERTIA)},
-        springs={"pivot": fx.Spring(nodes=("pin",), stiffness=fx.DiagonalStiffness(**STIFF))},
+        bodies={"arm": fx.describe.RigidBody(centre=(FAR, 0, 0), carries=("input", "pin"), mass=0.1, inertia=INERTIA)},
+        springs={"pivot": fx.describe.Spring(nodes=("pin",), stiffness=fx.describe.DiagonalStiffness(**STIFF))},
         actuators={"stack": actuator},
         ground={"foot": "clamped"},
     )
@@ -70,8 +70,8 @@ def test_freedom_of_the_lever():
 
 def test_lever_driven_by_a_force_or_a_moment():
     """Without stiffness of their own: displacement per newton, and per newton metre."""
-    push = fx.ForceActuator(nodes=("input",), direction="y", limit=5.0)
-    twist = fx.MomentActuator(nodes=("arm",), direction="z")
+    push = fx.describe.ForceActuator(nodes=("input",), direction="y", limit=5.0)
+    twist = fx.describe.MomentActuator(nodes=("arm",), direction="z")
     parts = {**dict(lever()), "actuators": {"push": push, "twist": twist}, "ground": {}}
     parts["nodes"] = {n: x for n, x in parts["nodes"].items() if n != "foot"}
     described = fx.Mechanism(**parts)
@@ -111,8 +111,10 @@ def test_cross_pivot_is_one_rotation():
 
 def test_no_clear_freedom():
     """A body equally soft in all directions has none to name."""
-    spring = fx.Spring(nodes=("mass",), stiffness=fx.DiagonalStiffness(tx=1e3, ty=2e3, tz=3e3, rx=0.1, ry=0.2, rz=0.3))
-    bodies = {"mass": fx.RigidBody(mass=0.1, inertia=INERTIA, carries=("tip",))}
+    spring = fx.describe.Spring(
+        nodes=("mass",), stiffness=fx.describe.DiagonalStiffness(tx=1e3, ty=2e3, tz=3e3, rx=0.1, ry=0.2, rz=0.3)
+    )
+    bodies = {"mass": fx.describe.RigidBody(mass=0.1, inertia=INERTIA, carries=("tip",))}
     described = fx.Mechanism(nodes={"tip": (0.02, 0, 0)}, bodies=bodies, springs={"s": spring})
     found = fx.kinetostatics(described)
     assert found.kind == "unclear" and not found.is_clear and found.freedoms == ()
@@ -182,16 +184,18 @@ def test_impossible_questions():
     with pytest.raises(fx.OptionError, match="nowhere"):
         fx.kinetostatics(lever(), platform="nowhere")
     two = fx.Mechanism(
-        bodies={k: fx.RigidBody(mass=0.1, inertia=INERTIA) for k in ("one", "two")},
+        bodies={k: fx.describe.RigidBody(mass=0.1, inertia=INERTIA) for k in ("one", "two")},
         springs={
-            k: fx.Spring(nodes=n, stiffness=fx.DiagonalStiffness(tx=1e3, ty=1e3, tz=1e3, rx=1, ry=1, rz=1))
+            k: fx.describe.Spring(
+                nodes=n, stiffness=fx.describe.DiagonalStiffness(tx=1e3, ty=1e3, tz=1e3, rx=1, ry=1, rz=1)
+            )
             for k, n in (("a", ("one",)), ("b", ("one", "two")))
         },
     )
     with pytest.raises(fx.OptionError, match="2 rigid bodies"):
         fx.kinetostatics(two)
     assert fx.kinetostatics(two, platform="two").platform == "two"
-    free = fx.Mechanism(bodies={"one": fx.RigidBody(mass=0.1, inertia=INERTIA)})
+    free = fx.Mechanism(bodies={"one": fx.describe.RigidBody(mass=0.1, inertia=INERTIA)})
     with pytest.raises(fx.SolverError, match="move freely"):
         fx.kinetostatics(free)
     found = fx.kinetostatics(lever())

@@ -16,16 +16,16 @@ from flexura.beam.stress import (
     round_von_mises,
 )
 
-STEEL = fx.Material(E=200e9, nu=0.3, rho=7800.0, yield_stress=400e6)
+STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0, yield_stress=400e6)
 L, B, T = 0.05, 0.01, 0.001
 
 
 def bar(section=None, elements=4, ground=None, **more):
     """A link from a to b along x, local z along global y."""
-    link = fx.Link(
+    link = fx.describe.Link(
         nodes=("a", "b"),
         material="steel",
-        section=section or fx.Rectangle(width=B, thickness=T),
+        section=section or fx.describe.Rectangle(width=B, thickness=T),
         reference=(0, 1, 0),
         elements=elements,
     )
@@ -35,7 +35,7 @@ def bar(section=None, elements=4, ground=None, **more):
 
 def hinge(profile, **more):
     """A flexure from a to b along x, thickness along global y."""
-    flexure = fx.Flexure(nodes=("a", "b"), material="steel", profile=profile, reference=(0, 1, 0), **more)
+    flexure = fx.describe.Flexure(nodes=("a", "b"), material="steel", profile=profile, reference=(0, 1, 0), **more)
     return bar(links={}, flexures={"bar": flexure})
 
 
@@ -82,7 +82,7 @@ def test_fibres_give_the_corner_stress():
 
 def test_fibres_of_a_round_bar():
     D = 0.004
-    state = fx.preload(bar(fx.Circle(diameter=D)), loads={"b": (0, 2.0, 0, 0, 0, 0)})
+    state = fx.preload(bar(fx.describe.Circle(diameter=D)), loads={"b": (0, 2.0, 0, 0, 0, 0)})
     bending = 32 * 2.0 * L / (np.pi * D**3)
     rows = stress_rows(state.model, "bar", position=0.0)
     np.testing.assert_allclose(rows @ state.displacement_vector, [0, -bending, 0, bending], atol=1e-6 * bending)
@@ -110,7 +110,7 @@ def test_torsion_of_a_leaf():
 def test_round_bar_in_oblique_bending_and_torsion():
     D, d = 0.006, 0.004
     Fy, Fz, Mx = 3.0, 4.0, 0.2
-    found = stressed(bar(fx.Tube(outer_diameter=D, inner_diameter=d)), b=(0, Fy, Fz, Mx, 0, 0))["bar"]
+    found = stressed(bar(fx.describe.Tube(outer_diameter=D, inner_diameter=d)), b=(0, Fy, Fz, Mx, 0, 0))["bar"]
     W = np.pi * (D**4 - d**4) / (32 * D)
     assert found.von_mises == pytest.approx(np.sqrt((5 * L / W) ** 2 + 3 * (Mx / (2 * W)) ** 2), rel=1e-9)
 
@@ -151,7 +151,7 @@ def test_neuber_factors_of_shallow_curvature():
 @pytest.mark.parametrize(("R", "t", "within"), [(4e-3, 0.3e-3, 0.002), (2e-3, 1e-3, 0.01), (1e-3, 2e-3, 0.025)])
 def test_circular_notch_in_bending(R, t, within):
     """Nominal 6 M/(b t^2), raised as Smith, Chetwynd & Bowen (1987) fitted: (1 + t/2R)^(9/20)."""
-    profile = fx.Notch(width=B, contour=fx.CircularContour(radius=R, web=t))
+    profile = fx.describe.Notch(width=B, contour=fx.describe.CircularContour(radius=R, web=t))
     M = 0.01
     found = stressed(
         hinge(profile, elements=11).model_copy(update={"nodes": {"a": (0, 0, 0), "b": (2 * R, 0, 0)}}),
@@ -166,19 +166,19 @@ def test_circular_notch_in_bending(R, t, within):
 @pytest.mark.parametrize(
     ("contour", "radius"),
     [
-        (fx.EllipticalContour(depth=2e-3, web=1e-3), (L / 2) ** 2 / 2e-3),
-        (fx.ParabolicContour(depth=2e-3, web=1e-3), None),
-        (fx.HyperbolicContour(depth=2e-3, web=1e-3), None),
-        (fx.CornerFilletedContour(fillet_radius=2e-3, web=1e-3), 2e-3),
-        (fx.VShapedContour(angle=0.5, root_radius=1.5e-3, web=1e-3), 1.5e-3),
-        (fx.StraightContour(web=1e-3), np.inf),
-        (fx.CornerFilletedContour(fillet_radius=0.0, web=1e-3), np.inf),
+        (fx.describe.EllipticalContour(depth=2e-3, web=1e-3), (L / 2) ** 2 / 2e-3),
+        (fx.describe.ParabolicContour(depth=2e-3, web=1e-3), None),
+        (fx.describe.HyperbolicContour(depth=2e-3, web=1e-3), None),
+        (fx.describe.CornerFilletedContour(fillet_radius=2e-3, web=1e-3), 2e-3),
+        (fx.describe.VShapedContour(angle=0.5, root_radius=1.5e-3, web=1e-3), 1.5e-3),
+        (fx.describe.StraightContour(web=1e-3), np.inf),
+        (fx.describe.CornerFilletedContour(fillet_radius=0.0, web=1e-3), np.inf),
     ],
     ids=lambda c: getattr(c, "shape", ""),
 )
 def test_radius_at_the_root(contour, radius):
     """The factor is that of the curvature of the contour, from its formula or from its thickness near the root."""
-    mechanism = hinge(fx.Notch(width=B, contour=contour))
+    mechanism = hinge(fx.describe.Notch(width=B, contour=contour))
     found = stressed(mechanism, b=(100.0, 0, 0, 0, 0, 0))["bar"]
     if radius is None:
         x = 1e-4 * L
@@ -193,15 +193,16 @@ def test_radius_at_the_root(contour, radius):
 
 def test_sharp_notch_has_no_finite_stress():
     found = stressed(
-        hinge(fx.Notch(width=B, contour=fx.VShapedContour(angle=0.5, root_radius=0.0, web=T))), b=(1, 0, 0, 0, 0, 0)
+        hinge(fx.describe.Notch(width=B, contour=fx.describe.VShapedContour(angle=0.5, root_radius=0.0, web=T))),
+        b=(1, 0, 0, 0, 0, 0),
     )
     assert np.isinf(found["bar"].von_mises) and np.isfinite(found["bar"].nominal)
     assert found.factor_to_yield == 0
 
 
 def test_round_notch():
-    contour = fx.CircularContour(radius=L / 2, web=2e-3)
-    found = stressed(hinge(fx.RoundNotch(contour=contour), elements=11), b=(0, 0, 0, 0, 3e-3, 4e-3))["bar"]
+    contour = fx.describe.CircularContour(radius=L / 2, web=2e-3)
+    found = stressed(hinge(fx.describe.RoundNotch(contour=contour), elements=11), b=(0, 0, 0, 0, 3e-3, 4e-3))["bar"]
     assert found.nominal == pytest.approx(32 * 5e-3 / (np.pi * 8e-9), rel=1e-7)
     q = 1e-3 / (L / 2)
     c = np.sqrt(1 + q)
@@ -210,8 +211,8 @@ def test_round_notch():
 
 
 def test_shifted_two_axis_notch_raises_each_axis_in_its_own_notch():
-    contour = fx.CircularContour(radius=L / 4, web=2e-3)
-    profile = fx.TwoAxisNotch(y_contour=contour, z_contour=contour, shift=L / 2)
+    contour = fx.describe.CircularContour(radius=L / 4, web=2e-3)
+    profile = fx.describe.TwoAxisNotch(y_contour=contour, z_contour=contour, shift=L / 2)
     thick = 2e-3 + L / 2
     bend = float(flat_notch_factors(1e-3 / (L / 4))[1])
     found = stressed(hinge(profile, elements=21), b=(0, 0, 0, 0, 0, 0.1))["bar"]
@@ -222,7 +223,9 @@ def test_shifted_two_axis_notch_raises_each_axis_in_its_own_notch():
 
 def test_least_thickness_of_a_table_is_not_missed():
     positions, thicknesses = (0.0, 0.37 * L, 0.372 * L, L), (4e-3, 1e-3, 2e-3, 4e-3)
-    profile = fx.Notch(width=B, contour=fx.TabulatedContour(positions=positions, thicknesses=thicknesses))
+    profile = fx.describe.Notch(
+        width=B, contour=fx.describe.TabulatedContour(positions=positions, thicknesses=thicknesses)
+    )
     found = stressed(hinge(profile), b=(0, 0, 0, 0, 0, 0.1))["bar"]
     assert found.nominal == pytest.approx(0.6 / (B * 1e-6), rel=1e-8)
     assert found.position == pytest.approx(0.37)
@@ -252,7 +255,7 @@ def test_own_weight_between_two_clamps():
 @pytest.mark.parametrize("elements", [1, 3])
 def test_own_weight_between_two_pins(along, modulus, elements):
     """w L^2/8 in the middle, also of a single element."""
-    ground = {"a": fx.Support(fixed=("tx", "ty", "tz", "rx")), "b": fx.Support(fixed=("ty", "tz"))}
+    ground = {"a": fx.describe.Support(fixed=("tx", "ty", "tz", "rx")), "b": fx.describe.Support(fixed=("ty", "tz"))}
     found = stressed(bar(elements=elements, ground=ground), gravity=along)["bar"]
     assert found.nominal == pytest.approx(7800 * B * T * 9.81 * L**2 / 8 / modulus, rel=1e-8)
     assert found.position == 0.5
@@ -260,14 +263,14 @@ def test_own_weight_between_two_pins(along, modulus, elements):
 
 def frame():
     """A bent bar with offsets, placed as it is and mirrored, both carrying a body."""
-    steel = {"material": "steel", "section": fx.Rectangle(width=6e-3, thickness=4e-3)}
-    leg = fx.Substructure(
+    steel = {"material": "steel", "section": fx.describe.Rectangle(width=6e-3, thickness=4e-3)}
+    leg = fx.describe.Substructure(
         nodes={"foot": (0.03, 0, 0), "knee": (0.05, 0.01, 0.04), "top": (0.02, 0.02, 0.07)},
         links={
-            "shin": fx.Link(
+            "shin": fx.describe.Link(
                 nodes=("foot", "knee"), reference=(1, 0, 0), elements=2, end_offset=(0, 2e-3, 1e-3), **steel
             ),
-            "thigh": fx.Link(
+            "thigh": fx.describe.Link(
                 nodes=("knee", "top"), reference=(0, 1, 0), elements=1, start_offset=(1e-3, 0, 0), **steel
             ),
         },
@@ -278,8 +281,12 @@ def frame():
         theory="timoshenko",
         corrections="none",
         substructures={"leg": leg},
-        instances={"leg": fx.Instance(of="leg", pattern=fx.MirrorPattern(normal=(1, 0, 0)))},
-        bodies={"seat": fx.RigidBody(centre=(0, 0, 0.08), carries=("leg*.top",), mass=1.0, inertia=(1e-3, 1e-3, 1e-3))},
+        instances={"leg": fx.describe.Instance(of="leg", pattern=fx.describe.MirrorPattern(normal=(1, 0, 0)))},
+        bodies={
+            "seat": fx.describe.RigidBody(
+                centre=(0, 0, 0.08), carries=("leg*.top",), mass=1.0, inertia=(1e-3, 1e-3, 1e-3)
+            )
+        },
         ground={"leg*.foot": "clamped"},
     )
 
@@ -338,8 +345,8 @@ def test_order_and_factor_of_the_whole():
 
 
 def test_yield_stress_may_follow_a_parameter():
-    material = fx.Material(E=200e9, nu=0.3, rho=7800.0, yield_stress=2 * fx.parameter("strength"))
-    strength = fx.Parameter(value=100e6, unit="Pa")
+    material = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0, yield_stress=2 * fx.describe.parameter("strength"))
+    strength = fx.describe.Parameter(value=100e6, unit="Pa")
     mechanism = bar(materials={"steel": material}, parameters={"strength": strength})
     model = fx.assemble(mechanism, {"strength": 150e6})
     assert member_stresses(model, np.zeros(model.order))["bar"].yield_stress == pytest.approx(300e6)
@@ -347,7 +354,7 @@ def test_yield_stress_may_follow_a_parameter():
 
 
 def test_sections_by_constants_have_no_stress():
-    section = fx.SectionConstants(A=1e-5, Iy=1e-12, Iz=1e-10, J=1e-12)
+    section = fx.describe.SectionConstants(A=1e-5, Iy=1e-12, Iz=1e-10, J=1e-12)
     found = stressed(bar(section), b=(1, 0, 0, 0, 0, 0))
     assert found["bar"].von_mises is None and found["bar"].nominal is None
     assert found["bar"].factor_to_yield is None and found.factor_to_yield is None
@@ -358,7 +365,7 @@ def test_sections_by_constants_have_no_stress():
 
 
 def test_unknown_yield_stress():
-    steel = fx.Material(E=200e9, nu=0.3, rho=7800.0)
+    steel = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
     found = stressed(bar(materials={"steel": steel}), b=(1, 0, 0, 0, 0, 0))
     assert found["bar"].yield_stress is None and found.factor_to_yield is None
 

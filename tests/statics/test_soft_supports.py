@@ -8,22 +8,26 @@ import flexura as fx
 
 def suspended(k: float) -> fx.Mechanism:
     """A heavy base on a spring of stiffness k in all directions carries a head on a stiff leaf."""
-    leaf = fx.Flexure(
+    leaf = fx.describe.Flexure(
         nodes=("a", "b"),
         material="spring-steel",
         reference="x",
         elements=100,
-        profile=fx.Leaf(width=20e-3, thickness=0.5e-3),
+        profile=fx.describe.Leaf(width=20e-3, thickness=0.5e-3),
     )
     inertia = (1e-2, 1e-2, 1e-2)
     return fx.Mechanism(
         nodes={"a": (0, 0, 0), "b": (0, 0, 50e-3)},
         flexures={"leaf": leaf},
         bodies={
-            "base": fx.RigidBody(centre=(0, 0, -5e-3), mass=10.0, inertia=inertia, carries=("a",)),
-            "head": fx.RigidBody(centre=(0, 0, 55e-3), mass=1.0, inertia=inertia, carries=("b",)),
+            "base": fx.describe.RigidBody(centre=(0, 0, -5e-3), mass=10.0, inertia=inertia, carries=("a",)),
+            "head": fx.describe.RigidBody(centre=(0, 0, 55e-3), mass=1.0, inertia=inertia, carries=("b",)),
         },
-        springs={"mount": fx.Spring(nodes=("base",), stiffness=dict.fromkeys(("tx", "ty", "tz", "rx", "ry", "rz"), k))},
+        springs={
+            "mount": fx.describe.Spring(
+                nodes=("base",), stiffness=dict.fromkeys(("tx", "ty", "tz", "rx", "ry", "rz"), k)
+            )
+        },
     )
 
 

@@ -17,12 +17,12 @@ INERTIA = (1e-4, 2e-4, 3e-4)
 
 def rod(elements=1, ground=None, end=(L, 0, 0), **more):
     """A round rod from a to b, clamped at a."""
-    section, across = fx.Circle(diameter=DIAMETER), (0.1, 0.2, 1)
-    link = fx.Link(nodes=("a", "b"), material="steel", section=section, reference=across, elements=elements)
+    section, across = fx.describe.Circle(diameter=DIAMETER), (0.1, 0.2, 1)
+    link = fx.describe.Link(nodes=("a", "b"), material="steel", section=section, reference=across, elements=elements)
     return fx.Mechanism(
         theory="euler_bernoulli",
         corrections="none",
-        materials={"steel": fx.Material(E=E, nu=NU, rho=RHO, yield_stress=YIELD)},
+        materials={"steel": fx.describe.Material(E=E, nu=NU, rho=RHO, yield_stress=YIELD)},
         nodes={"a": (0, 0, 0), "b": end},
         links={"rod": link},
         ground={"a": "clamped"} if ground is None else ground,
@@ -44,7 +44,7 @@ def test_rod_under_its_own_weight(elements):
 def test_rod_held_at_both_ends_under_its_own_weight():
     """5 w L^4/384 EI between pinned ends and w L^4/384 EI between clamps, in the middle of two elements."""
     w = RHO * A * GRAVITY
-    pinned = {"a": fx.Support(free=("ry", "rz")), "b": fx.Support(free=("tx", "ry", "rz"))}
+    pinned = {"a": fx.describe.Support(free=("ry", "rz")), "b": fx.describe.Support(free=("tx", "ry", "rz"))}
     for ground, factor in ((pinned, 5 / 384), ({"a": "clamped", "b": "clamped"}, 1 / 384)):
         state = fx.statics(rod(2, ground), gravity=(0, 0, -GRAVITY))
         names = state.model.dof_names
@@ -65,10 +65,12 @@ def test_accelerated_base_is_gravity_the_other_way():
 
 def body_on_springs(**more):
     """A body on a spring, with a node on an arm."""
-    spring = fx.Spring(nodes=("mass",), stiffness=fx.DiagonalStiffness(tx=4e3, ty=9e3, tz=1e4, rx=3, ry=7, rz=8))
+    spring = fx.describe.Spring(
+        nodes=("mass",), stiffness=fx.describe.DiagonalStiffness(tx=4e3, ty=9e3, tz=1e4, rx=3, ry=7, rz=8)
+    )
     return fx.Mechanism(
         nodes={"tip": (0.02, 0.01, -0.03)},
-        bodies={"mass": fx.RigidBody(mass=0.4, inertia=INERTIA, carries=("tip",))},
+        bodies={"mass": fx.describe.RigidBody(mass=0.4, inertia=INERTIA, carries=("tip",))},
         springs={"spring": spring},
         **more,
     )
@@ -88,7 +90,7 @@ def test_body_under_gravity_and_loads():
 
 def test_loads_add_up():
     """Two loads, gravity and a command give the sum of what each does alone."""
-    push = {"push": fx.ForceActuator(nodes=("mass",), direction="y")}
+    push = {"push": fx.describe.ForceActuator(nodes=("mass",), direction="y")}
     parts = [
         {"loads": {"tip": (1, 2, 3, 0.1, 0.2, 0.3)}},
         {"loads": {"mass": (0, 1, 0, 0, 0, 0.5)}},
@@ -111,16 +113,16 @@ def test_stack_on_a_spring(gain):
     kp, s = 3e4, 20e-6
     command = s if gain is None else s / gain
     for k in (10.0, 4e3, 1e9):
-        stiffness = fx.DiagonalStiffness(tx=k, ty=1e4, tz=1e4, rx=5, ry=5, rz=5)
+        stiffness = fx.describe.DiagonalStiffness(tx=k, ty=1e4, tz=1e4, rx=5, ry=5, rz=5)
         described = fx.Mechanism(
             nodes={"foot": (-0.05, 0, 0)},
-            bodies={"mass": fx.RigidBody(mass=0.4, inertia=INERTIA)},
-            springs={"spring": fx.Spring(nodes=("mass",), stiffness=stiffness)},
-            actuators={"stack": fx.PiezoStack(nodes=("foot", "mass"), stiffness=kp, gain=gain)},
+            bodies={"mass": fx.describe.RigidBody(mass=0.4, inertia=INERTIA)},
+            springs={"spring": fx.describe.Spring(nodes=("mass",), stiffness=stiffness)},
+            actuators={"stack": fx.describe.PiezoStack(nodes=("foot", "mass"), stiffness=kp, gain=gain)},
             sensors={
-                "force": fx.ForceSensor(actuator="stack"),
-                "x": fx.MotionSensor(type="displacement", nodes=("mass",), direction="-x"),
-                "v": fx.MotionSensor(type="velocity", nodes=("mass",), direction="x"),
+                "force": fx.describe.ForceSensor(actuator="stack"),
+                "x": fx.describe.MotionSensor(type="displacement", nodes=("mass",), direction="-x"),
+                "v": fx.describe.MotionSensor(type="velocity", nodes=("mass",), direction="x"),
             },
             ground={"foot": "clamped"},
         )
@@ -162,7 +164,9 @@ def test_compliance_of_a_turned_cantilever():
 
 def test_compliance_of_two_nodes():
     """Symmetric, positive, and the displacement of one under a load at the other (Maxwell)."""
-    described = rod(2, bodies={"end": fx.RigidBody(centre=(L, 0.02, 0.01), mass=0.1, inertia=INERTIA, carries=("b",))})
+    described = rod(
+        2, bodies={"end": fx.describe.RigidBody(centre=(L, 0.02, 0.01), mass=0.1, inertia=INERTIA, carries=("b",))}
+    )
     nodes = ["end", "b"]
     C = fx.compliance(described, nodes=nodes)
     assert C.shape == (12, 12) and np.array_equal(C, C.T)

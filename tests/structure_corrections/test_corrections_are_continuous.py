@@ -29,12 +29,14 @@ def stiffness(profile, length=10 * MM, ends=None, material=None, others=None, **
     others = others or {}
     nodes = {"a": (0.0, 0.0, 0.0), "b": (length, 0.0, 0.0)} | {name: at for name, (at, _) in others.items()}
     own = {"material": "own", "elements": 3, **more}
-    flexures = {"f": fx.Flexure(nodes=("a", "b"), reference="z", profile=profile, ends=ends, **own)}
+    flexures = {"f": fx.describe.Flexure(nodes=("a", "b"), reference="z", profile=profile, ends=ends, **own)}
     for name, (_, other) in others.items():
-        flexures[name] = fx.Flexure(nodes=("b", name), reference="z", profile=other, material="own", elements=3)
+        flexures[name] = fx.describe.Flexure(
+            nodes=("b", name), reference="z", profile=other, material="own", elements=3
+        )
     tip = next(iter(others)) if others else "b"
     mechanism = fx.Mechanism(
-        materials={"own": fx.Material(E=200e9, nu=0.3 if material is None else material, rho=7850.0)},
+        materials={"own": fx.describe.Material(E=200e9, nu=0.3 if material is None else material, rho=7850.0)},
         nodes=nodes,
         flexures=flexures,
         ground={"a": "clamped"},
@@ -68,15 +70,15 @@ def largest_jump(function, sizes):
 
 
 def leaf(width, thickness):
-    return fx.Leaf(width=width * MM, thickness=thickness * MM)
+    return fx.describe.Leaf(width=width * MM, thickness=thickness * MM)
 
 
 def notch(contour, width=8.0):
-    return fx.Notch(width=width * MM, contour=contour)
+    return fx.describe.Notch(width=width * MM, contour=contour)
 
 
 def arc(radius=5.0, web=0.4):
-    return fx.CircularContour(radius=radius * MM, web=web * MM)
+    return fx.describe.CircularContour(radius=radius * MM, web=web * MM)
 
 
 def turned(angle):
@@ -113,26 +115,26 @@ SWEEPS = {
     "width of a notch held at one end": (lambda s: stiffness(notch(arc(), s), ends=FIRST), GROWING),
     "radius": (lambda s: stiffness(notch(arc(s))), np.geomspace(5, 500, POINTS)),
     "fillet": (
-        lambda s: stiffness(notch(fx.CornerFilletedContour(fillet_radius=s * MM, web=0.5 * MM))),
+        lambda s: stiffness(notch(fx.describe.CornerFilletedContour(fillet_radius=s * MM, web=0.5 * MM))),
         np.linspace(0, 5, POINTS),
     ),
     "depth of an ellipse": (
-        lambda s: stiffness(notch(fx.EllipticalContour(depth=s * MM, web=0.5 * MM))),
+        lambda s: stiffness(notch(fx.describe.EllipticalContour(depth=s * MM, web=0.5 * MM))),
         np.linspace(0, 8, POINTS),
     ),
     "depth of a parabola": (
-        lambda s: stiffness(notch(fx.ParabolicContour(depth=s * MM, web=0.5 * MM))),
+        lambda s: stiffness(notch(fx.describe.ParabolicContour(depth=s * MM, web=0.5 * MM))),
         np.linspace(0, 8, POINTS),
     ),
     "angle of a V": (
-        lambda s: stiffness(notch(fx.VShapedContour(angle=s, root_radius=1 * MM, web=0.5 * MM))),
+        lambda s: stiffness(notch(fx.describe.VShapedContour(angle=s, root_radius=1 * MM, web=0.5 * MM))),
         np.linspace(0.01, 1.4, POINTS),
     ),
     "shift of two notches": (
-        lambda s: stiffness(fx.TwoAxisNotch(y_contour=arc(9), z_contour=arc(9), shift=s * MM)),
+        lambda s: stiffness(fx.describe.TwoAxisNotch(y_contour=arc(9), z_contour=arc(9), shift=s * MM)),
         np.linspace(-8, 8, POINTS),
     ),
-    "round": (lambda s: stiffness(fx.RoundNotch(contour=arc(web=s))), np.geomspace(0.1, 20, POINTS)),
+    "round": (lambda s: stiffness(fx.describe.RoundNotch(contour=arc(web=s))), np.geomspace(0.1, 20, POINTS)),
 }
 
 

@@ -13,12 +13,12 @@ from flexura.structure.full_order import stiffness_and_mass
 from flexura.structure.scatter import block_diagonal
 from flexura.structure.segments import segments
 
-LEAF = fx.Leaf(width=10e-3, thickness=0.5e-3)
-ARC = fx.CircularContour(radius=5e-3, web=0.4e-3)
+LEAF = fx.describe.Leaf(width=10e-3, thickness=0.5e-3)
+ARC = fx.describe.CircularContour(radius=5e-3, web=0.4e-3)
 
 
 def flexure(a="a", b="b", profile=LEAF, **more):
-    return fx.Flexure(nodes=(a, b), material="Al-7075-T6", reference="z", profile=profile, **more)
+    return fx.describe.Flexure(nodes=(a, b), material="Al-7075-T6", reference="z", profile=profile, **more)
 
 
 def chain(flexures, ground=("a",), **more):
@@ -59,7 +59,7 @@ def test_one_leaf_described_as_two_is_as_stiff():
 
 
 def tip(*carries):
-    return fx.RigidBody(centre=(25e-3, 0, 0), mass=0.01, inertia=(1e-6, 2e-6, 3e-6), carries=carries)
+    return fx.describe.RigidBody(centre=(25e-3, 0, 0), mass=0.01, inertia=(1e-6, 2e-6, 3e-6), carries=carries)
 
 
 def held(mechanism):
@@ -77,14 +77,14 @@ def bulk(thickness):
 @pytest.mark.parametrize("thickness", [0.1e-3, 0.4e-3, 0.5e-3, 0.6e-3, 3e-3])
 def test_bulkier_members_in_line_hold_the_end(thickness):
     """As bars that warp alike at the joint, their bimoments in balance: (r - 1)/(r + 1)."""
-    other = flexure("b", "c", fx.Leaf(width=10e-3, thickness=thickness))
+    other = flexure("b", "c", fx.describe.Leaf(width=10e-3, thickness=thickness))
     r = bulk(thickness)
     assert_allclose(held(chain({"leaf": flexure(), "other": other})), max(0.0, (r - 1) / (r + 1)), rtol=1e-12)
 
 
 @pytest.mark.parametrize("thickness", [0.1e-3, 0.2e-3, 0.5e-3, 3e-3])
 def test_members_across_hold_the_end_unless_slim(thickness):
-    across = flexure("b", "e", fx.Leaf(width=10e-3, thickness=thickness))
+    across = flexure("b", "e", fx.describe.Leaf(width=10e-3, thickness=thickness))
     r = bulk(thickness)
     assert_allclose(held(chain({"leaf": flexure(), "across": across})), min(1.0, 2 * r / (1 + r)), rtol=1e-12)
 
@@ -96,13 +96,13 @@ def test_arms_hold_the_end_by_their_length():
 
 
 def test_an_end_held_partly_is_said():
-    other = flexure("b", "c", fx.Leaf(width=10e-3, thickness=0.8e-3))
+    other = flexure("b", "c", fx.describe.Leaf(width=10e-3, thickness=0.8e-3))
     assert fx.check(chain({"leaf": flexure(), "other": other})).ends["leaf"] == ("clamped", "60 % clamped")
 
 
 def twist(width, thickness, length, **more):
     """Return the torsional stiffness of a leaf between rigid faces over G Ip/L."""
-    own = {"profile": fx.Leaf(width=width, thickness=thickness), "ends": ("clamped", "clamped"), **more}
+    own = {"profile": fx.describe.Leaf(width=width, thickness=thickness), "ends": ("clamped", "clamped"), **more}
     m = fx.Mechanism(
         nodes={"a": (0, 0, 0), "b": (length, 0, 0)}, flexures={"leaf": flexure(**own)}, ground={"a": "clamped"}
     )
@@ -134,13 +134,13 @@ def test_bodies_arms_interfaces_and_joints_hold_the_end():
     on_arm = flexure(end_offset=(0, 0, 1e-3))
     assert ends(chain({"leaf": on_arm, "more": flexure("b", "c")}))["leaf"] == "cc"
     assert ends(chain({"leaf": flexure()}, interface=("b",))) == {"leaf": "cc"}
-    inner = fx.Substructure(
+    inner = fx.describe.Substructure(
         nodes={"n": (0, 0, 0), "m": (1e-2, 0, 0)}, flexures={"f": flexure("n", "m")}, interface=("n",)
     )
     joined = chain(
         {"leaf": flexure()},
         substructures={"inner": inner},
-        instances={"i": fx.Instance(of="inner", at=(1e-2, 0, 0))},
+        instances={"i": fx.describe.Instance(of="inner", at=(1e-2, 0, 0))},
         joints=(("b", "i.n"),),
     )
     assert ends(joined) == {"leaf": "cc"}
@@ -148,7 +148,9 @@ def test_bodies_arms_interfaces_and_joints_hold_the_end():
 
 
 def test_notches_hold_their_own_web():
-    assert ends(chain({"notch": flexure(profile=fx.Notch(width=10e-3, contour=ARC)), "more": flexure("b", "c")})) == {
+    assert ends(
+        chain({"notch": flexure(profile=fx.describe.Notch(width=10e-3, contour=ARC)), "more": flexure("b", "c")})
+    ) == {
         "notch": "cc",
         "more": "cf",
     }
@@ -166,10 +168,12 @@ def active(mechanism):
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko", "euler_bernoulli"])
 def test_auto_is_what_a_member_can_have(theory):
     shear = () if theory == "euler_bernoulli" else ("shear",)
-    notch = fx.Notch(width=10e-3, contour=ARC)
+    notch = fx.describe.Notch(width=10e-3, contour=ARC)
     bar = {"material": "Al-7075-T6", "elements": 1}
-    square = fx.Link(nodes=("c", "d"), reference="z", section=fx.Rectangle(width=2e-3, thickness=2e-3), **bar)
-    rod = fx.Link(nodes=("c", "e"), section=fx.Circle(diameter=1e-3), **bar)
+    square = fx.describe.Link(
+        nodes=("c", "d"), reference="z", section=fx.describe.Rectangle(width=2e-3, thickness=2e-3), **bar
+    )
+    rod = fx.describe.Link(nodes=("c", "e"), section=fx.describe.Circle(diameter=1e-3), **bar)
     ground = ("a", "d", "e")
     flexures = {"leaf": flexure(), "notch": flexure("b", "c", notch)}
     m = chain(flexures, ground, links={"square": square, "rod": rod}, theory=theory)
@@ -183,13 +187,13 @@ def test_auto_is_what_a_member_can_have(theory):
 
 
 def test_auto_takes_stubby_members_in_and_names_choose():
-    block = fx.Leaf(width=10e-3, thickness=6e-3)
+    block = fx.describe.Leaf(width=10e-3, thickness=6e-3)
     assert active(chain({"leaf": flexure(profile=block)})) == {"leaf": ("plate", "warping", "shear")}
     assert active(chain({"leaf": flexure(profile=block, corrections="plate")})) == {"leaf": ("plate",)}
 
 
 def test_names_of_the_mechanism_go_to_the_members_they_suit():
-    notch = flexure("b", "c", fx.RoundNotch(contour=ARC))
+    notch = flexure("b", "c", fx.describe.RoundNotch(contour=ARC))
     m = chain(
         {"leaf": flexure(), "notch": notch, "plain": flexure("c", "d", corrections="none")},
         corrections=("plate", "notch"),
@@ -200,8 +204,8 @@ def test_names_of_the_mechanism_go_to_the_members_they_suit():
 @pytest.mark.parametrize(
     ("profile", "theory", "name", "text"),
     [
-        (fx.RoundNotch(contour=ARC), None, "plate", "only a strip"),
-        (fx.TwoAxisNotch(y_contour=ARC, z_contour=ARC), None, "warping", "rectangle"),
+        (fx.describe.RoundNotch(contour=ARC), None, "plate", "only a strip"),
+        (fx.describe.TwoAxisNotch(y_contour=ARC, z_contour=ARC), None, "warping", "rectangle"),
         (LEAF, None, "notch", "contour"),
         (LEAF, "euler_bernoulli", "shear", "timoshenko"),
     ],
@@ -215,12 +219,12 @@ def test_corrections_without_meaning_are_errors(profile, theory, name, text):
 
 def all_kinds(**more):
     """Describe a leaf, a stepped and a tapered notch, a two-axis and a round one, one behind the other."""
-    two = fx.TwoAxisNotch(y_contour=ARC, z_contour=ARC, shift=1e-3)
-    profiles = [LEAF, fx.Notch(width=10e-3, contour=ARC), two, fx.RoundNotch(contour=ARC)]
+    two = fx.describe.TwoAxisNotch(y_contour=ARC, z_contour=ARC, shift=1e-3)
+    profiles = [LEAF, fx.describe.Notch(width=10e-3, contour=ARC), two, fx.describe.RoundNotch(contour=ARC)]
     nodes = {f"n{k}": (8e-3 * k, 0, 0) for k in range(6)}
     flexures = {f"f{k}": flexure(f"n{k}", f"n{k + 1}", profile, elements=4) for k, profile in enumerate(profiles)}
     flexures["f4"] = flexure("n4", "n5", profiles[1], elements=4, integration="tapered")
-    body = fx.RigidBody(centre=(42e-3, 1e-3, 2e-3), mass=0.02, inertia=(1e-6, 2e-6, 3e-6), carries=("n5",))
+    body = fx.describe.RigidBody(centre=(42e-3, 1e-3, 2e-3), mass=0.02, inertia=(1e-6, 2e-6, 3e-6), carries=("n5",))
     return fx.Mechanism(nodes=nodes, flexures=flexures, bodies={"tip": body}, ground={"n0": "clamped"}, **more)
 
 
@@ -262,17 +266,25 @@ def test_coefficients_are_those_of_the_matrices():
 
 def test_design_axis():
     """Sizes, lengths and Poisson's ratio as arrays give what single designs give."""
-    t, L = fx.parameter("t"), fx.parameter("L")
-    arc = fx.CircularContour(radius=L / 2, web=t)
+    t, L = fx.describe.parameter("t"), fx.describe.parameter("L")
+    arc = fx.describe.CircularContour(radius=L / 2, web=t)
     m = fx.Mechanism(
-        parameters={"t": fx.Parameter(value=0.4e-3), "L": fx.Parameter(value=8e-3), "nu": fx.Parameter(value=0.3)},
-        materials={"own": fx.Material(E=70e9, nu=fx.parameter("nu"), rho=2700.0)},
+        parameters={
+            "t": fx.describe.Parameter(value=0.4e-3),
+            "L": fx.describe.Parameter(value=8e-3),
+            "nu": fx.describe.Parameter(value=0.3),
+        },
+        materials={"own": fx.describe.Material(E=70e9, nu=fx.describe.parameter("nu"), rho=2700.0)},
         nodes={"a": (0, 0, 0), "b": (L, 0, 0), "c": (2 * L, 0, 0)},
         flexures={
-            "notch": flexure("a", "b", fx.Notch(width=8e-3, contour=arc)).model_copy(update={"material": "own"}),
-            "leaf": flexure("b", "c", fx.Leaf(width=6e-3, thickness=t)).model_copy(update={"material": "own"}),
+            "notch": flexure("a", "b", fx.describe.Notch(width=8e-3, contour=arc)).model_copy(
+                update={"material": "own"}
+            ),
+            "leaf": flexure("b", "c", fx.describe.Leaf(width=6e-3, thickness=t)).model_copy(update={"material": "own"}),
         },
-        bodies={"tip": fx.RigidBody(centre=(2 * L, 0, 0), mass=0.02, inertia=(1e-6, 2e-6, 3e-6), carries=("c",))},
+        bodies={
+            "tip": fx.describe.RigidBody(centre=(2 * L, 0, 0), mass=0.02, inertia=(1e-6, 2e-6, 3e-6), carries=("c",))
+        },
         ground={"a": "clamped"},
     )
     plan = fx.Plan(m)
@@ -293,11 +305,15 @@ def test_design_axis():
 def test_long_narrow_members_are_plain_beams():
     ratios = []
     for length in (0.02, 0.2, 2.0):
-        leaf = flexure(profile=fx.Leaf(width=5e-3, thickness=0.5e-3), elements=3)
+        leaf = flexure(profile=fx.describe.Leaf(width=5e-3, thickness=0.5e-3), elements=3)
         m = fx.Mechanism(
             nodes={"a": (0, 0, 0), "b": (length, 0, 0)},
             flexures={"leaf": leaf},
-            bodies={"tip": fx.RigidBody(centre=(length, 0, 0), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("b",))},
+            bodies={
+                "tip": fx.describe.RigidBody(
+                    centre=(length, 0, 0), mass=0.1, inertia=(1e-5, 1e-5, 1e-5), carries=("b",)
+                )
+            },
             ground={"a": "clamped"},
         )
         auto, none = (
@@ -309,7 +325,7 @@ def test_long_narrow_members_are_plain_beams():
 
 
 def test_without_lateral_contraction_a_leaf_bends_as_a_beam():
-    cork = {"materials": {"cork": fx.Material(E=70e9, nu=0.0, rho=2700.0)}}
+    cork = {"materials": {"cork": fx.describe.Material(E=70e9, nu=0.0, rho=2700.0)}}
     leaf = flexure().model_copy(update={"material": "cork"})
     plate, none = (fx.assemble(chain({"leaf": leaf}, corrections=c, **cork)).K for c in (("plate",), "none"))
     assert abs(plate - none).max() <= 1e-14 * abs(none).max()
@@ -322,16 +338,16 @@ def test_check_tells_what_is_corrected_and_doubts_the_rest():
     assert report.ends == {"leaf": ("clamped", "free")}
     assert not report.doubts
     assert {d.kind for d in fx.check(wide.model_copy(update={"corrections": "none"})).doubts} == {"wide"}
-    steep = fx.Notch(width=8e-3, contour=fx.CircularContour(radius=5e-3, web=2e-3))
+    steep = fx.describe.Notch(width=8e-3, contour=fx.describe.CircularContour(radius=5e-3, web=2e-3))
     m = chain({"notch": flexure(profile=steep)})
     assert {d.kind for d in fx.check(m.model_copy(update={"corrections": "none"})).doubts} == {"steep"}
     assert {d.kind for d in fx.check(m).doubts} == {"measured"}
-    steeper = fx.Notch(width=8e-3, contour=fx.CircularContour(radius=5e-3, web=6e-3))
+    steeper = fx.describe.Notch(width=8e-3, contour=fx.describe.CircularContour(radius=5e-3, web=6e-3))
     assert [d.kind for d in fx.check(chain({"notch": flexure(profile=steeper)})).doubts] == [
         "steep",
         "measured",
         "evidence",
     ]
-    short = fx.Leaf(width=40e-3, thickness=0.5e-3)
+    short = fx.describe.Leaf(width=40e-3, thickness=0.5e-3)
     doubts = fx.check(chain({"leaf": flexure(profile=short)}, ground=("a", "b"), bodies={})).doubts
     assert "short" in {d.kind for d in doubts}

@@ -70,14 +70,20 @@ def test_arguments_replace_the_description():
     c = 1.0 / (2 * 0.4 * natural("tx"))
     x = np.abs(plain.omega - natural("tx")).argmin()
     assert plain.total_ratios[x] == pytest.approx(0.1 + c, rel=1e-9)
-    for given, zeta in ((0.02, 0.02), ({"loss_factor": 0.3}, 0.15), (fx.Damping(ratio=0.07), 0.07), (0, 0), ({}, 0)):
+    for given, zeta in (
+        (0.02, 0.02),
+        ({"loss_factor": 0.3}, 0.15),
+        (fx.describe.Damping(ratio=0.07), 0.07),
+        (0, 0),
+        ({}, 0),
+    ):
         assert ratios(given, described)[x] == pytest.approx(zeta + c, rel=1e-9)
 
 
 def test_expressions_over_parameters():
     """Damping, dashpots and what replaces them take parameters of the mechanism."""
-    zeta, c = fx.parameter("zeta"), fx.parameter("c")
-    more = {"parameters": {"zeta": fx.Parameter(value=0.02), "c": fx.Parameter(value=1.0)}}
+    zeta, c = fx.describe.parameter("zeta"), fx.describe.parameter("c")
+    more = {"parameters": {"zeta": fx.describe.Parameter(value=0.02), "c": fx.describe.Parameter(value=1.0)}}
     bands = [{"up_to": 1e-3, "ratio": 0.9}]
     described = oscillator((2 * c, 0, 0, 0, 0, 0), damping={"ratio": zeta, "bands": bands}, **more)
     x = np.abs(np.array(HZ) - natural("tx") / (2 * np.pi)).argmin()
@@ -102,8 +108,10 @@ def test_expressions_over_parameters():
 def test_loss_factors_of_parts():
     """The loss factor of everything also holds for springs and stacks; none for dashpots."""
     bodies = {"one": body(), "two": body((0.05, 0, 0))}
-    springs = {"a": fx.Spring(nodes=("one",), stiffness=stiffness())}
-    stack = {"s": fx.PiezoStack(nodes=("one", "two"), stiffness=4e3, section=fx.Circle(diameter=0.01))}
+    springs = {"a": fx.describe.Spring(nodes=("one",), stiffness=stiffness())}
+    stack = {
+        "s": fx.describe.PiezoStack(nodes=("one", "two"), stiffness=4e3, section=fx.describe.Circle(diameter=0.01))
+    }
     described = fx.Mechanism(bodies=bodies, springs=springs, actuators=stack, damping={"loss_factor": 0.04})
     modes = fx.system(described, inputs="two.tx").modal()
     assert modes.loss_factors == pytest.approx(np.full(12, 0.04), rel=1e-9)
@@ -120,8 +128,8 @@ def test_equivalent_viscous_damping():
 
 def test_dashpots_turned_and_off_their_nodes():
     """A dashpot acts at a place, in axes of its own: C = D' R c R' D."""
-    turn, at, c = fx.Rotation(axis=(0, 0, 1), angle=np.pi / 2), (0.0, 0.1, 0.0), (2.0, 3.0, 5.0, 0.1, 0.2, 0.3)
-    damper = fx.Dashpot(nodes=("mass",), damping=dashes(c), at=at, rotate=turn)
+    turn, at, c = fx.describe.Rotation(axis=(0, 0, 1), angle=np.pi / 2), (0.0, 0.1, 0.0), (2.0, 3.0, 5.0, 0.1, 0.2, 0.3)
+    damper = fx.describe.Dashpot(nodes=("mass",), damping=dashes(c), at=at, rotate=turn)
     built = fx.system(oscillator(dashpots={"d": damper}), order="full")
     own = np.diag([3.0, 2.0, 5.0, 0.2, 0.1, 0.3])
     arm = np.eye(6)

@@ -17,14 +17,14 @@ W = 2 * np.pi * HZ
 
 def driven(sensors=None, **stack):
     """A body on its spring, pushed along x by a stack from a foot on the ground."""
-    piezo = fx.PiezoStack(nodes=("foot", "mass"), stiffness=KP, **stack)
-    read = {"force": fx.ForceSensor(actuator="stack")} if sensors is None else sensors
+    piezo = fx.describe.PiezoStack(nodes=("foot", "mass"), stiffness=KP, **stack)
+    read = {"force": fx.describe.ForceSensor(actuator="stack")} if sensors is None else sensors
     return fx.Mechanism(
         nodes={"foot": (-REACH, 0, 0)},
         bodies={"mass": body()},
-        springs={"spring": fx.Spring(nodes=("mass",), stiffness=stiffness())},
+        springs={"spring": fx.describe.Spring(nodes=("mass",), stiffness=stiffness())},
         actuators={"stack": piezo},
-        sensors={"x": fx.MotionSensor(type="displacement", nodes=("mass",), direction="x"), **read},
+        sensors={"x": fx.describe.MotionSensor(type="displacement", nodes=("mass",), direction="x"), **read},
         ground={"foot": "clamped"},
     )
 
@@ -59,9 +59,9 @@ def test_stack_driven_by_a_voltage():
 def test_limits_of_actuators():
     """Forces and moments act in both senses; a stack expands up to its stroke, or to blocked force over stiffness."""
     more = {
-        "push": fx.ForceActuator(nodes=("mass",), direction="x", limit=7.0),
-        "pull": fx.ForceActuator(nodes=("mass",), direction="y"),
-        "twist": fx.MomentActuator(nodes=("mass",), direction="z", limit=0.2),
+        "push": fx.describe.ForceActuator(nodes=("mass",), direction="x", limit=7.0),
+        "pull": fx.describe.ForceActuator(nodes=("mass",), direction="y"),
+        "twist": fx.describe.MomentActuator(nodes=("mass",), direction="z", limit=0.2),
     }
     described = driven(blocked_force=5.0)
     described = fx.Mechanism(**{**dict(described), "actuators": {**described.actuators, **more}})
@@ -77,9 +77,9 @@ def test_stack_acts_along_its_line(slope):
     """Force and elongation between two bodies, along the line between them, opposite on the two."""
     far = 0.08 * np.array(slope) / np.linalg.norm(slope)
     bodies = {"one": body(), "two": body(tuple(far))}
-    springs = {key: fx.Spring(nodes=(key,), stiffness=stiffness((6e3,) * 3 + (5.0,) * 3)) for key in bodies}
-    stack = {"stack": fx.PiezoStack(nodes=("one", "two"), stiffness=KP)}
-    gap = fx.MotionSensor(type="displacement", nodes=("one", "two"))
+    springs = {key: fx.describe.Spring(nodes=(key,), stiffness=stiffness((6e3,) * 3 + (5.0,) * 3)) for key in bodies}
+    stack = {"stack": fx.describe.PiezoStack(nodes=("one", "two"), stiffness=KP)}
+    gap = fx.describe.MotionSensor(type="displacement", nodes=("one", "two"))
     built = fx.system(fx.Mechanism(bodies=bodies, springs=springs, actuators=stack, sensors={"gap": gap}), order="full")
     unit = far / np.linalg.norm(far)
     columns = [built.model.dof_names.index(f"{n}.{d}") for n in ("one", "two") for d in DOFS[:3]]
@@ -94,15 +94,17 @@ def test_stack_acts_along_its_line(slope):
 def test_bonded_stack_is_a_link_of_one_element(slope, shape):
     """A Rayleigh beam with E A/L the stack's stiffness and its mass: the same K, M and mass properties."""
     length, mass, nu = 0.04, 0.012, 0.27
-    section = fx.Rectangle(width=8e-3, thickness=5e-3) if shape == "rectangle" else fx.Circle(diameter=6e-3)
+    section = (
+        fx.describe.Rectangle(width=8e-3, thickness=5e-3) if shape == "rectangle" else fx.describe.Circle(diameter=6e-3)
+    )
     area = 40e-6 if shape == "rectangle" else np.pi / 4 * 36e-6
     end = length * np.array(slope) / np.linalg.norm(slope)
-    material = fx.Material(E=KP * length / area, nu=nu, rho=mass / (area * length))
+    material = fx.describe.Material(E=KP * length / area, nu=nu, rho=mass / (area * length))
     reference = np.eye(3)[np.abs(slope).argmin()]
     common = {"nodes": {"a": (0, 0, 0), "b": tuple(end)}, "ground": {"a": "clamped"}, "corrections": "none"}
-    link = fx.Link(nodes=("a", "b"), material="stuff", section=section, reference=tuple(reference), elements=1)
-    stack = fx.PiezoStack(nodes=("a", "b"), stiffness=KP, mass=mass, section=section, nu=nu)
-    tip = {"tip": fx.PointMass(node="b", mass=0.1, inertia=INERTIA)}
+    link = fx.describe.Link(nodes=("a", "b"), material="stuff", section=section, reference=tuple(reference), elements=1)
+    stack = fx.describe.PiezoStack(nodes=("a", "b"), stiffness=KP, mass=mass, section=section, nu=nu)
+    tip = {"tip": fx.describe.PointMass(node="b", mass=0.1, inertia=INERTIA)}
     beam_ = fx.Mechanism(links={"l": link}, materials={"stuff": material}, masses=tip, theory="rayleigh", **common)
     bonded = fx.Mechanism(actuators={"s": stack}, masses=tip, **common)
     one, two = fx.assemble(beam_), fx.assemble(bonded)
@@ -123,10 +125,10 @@ def test_stack_of_the_example_is_weighed():
 
 def test_sensors_have_mass():
     """A sensor of mass is a point mass; one between two nodes weighs half on each."""
-    one = {"s": fx.MotionSensor(type="acceleration", nodes=("b",), direction="z", mass=0.02)}
-    both = {"s": fx.MotionSensor(type="displacement", nodes=("a", "b"), mass=0.02)}
+    one = {"s": fx.describe.MotionSensor(type="acceleration", nodes=("b",), direction="z", mass=0.02)}
+    both = {"s": fx.describe.MotionSensor(type="displacement", nodes=("a", "b"), mass=0.02)}
     for sensors, masses in ((one, {"b": 0.02}), (both, {"a": 0.01, "b": 0.01})):
-        points = {n: fx.PointMass(node=n, mass=m) for n, m in masses.items()}
+        points = {n: fx.describe.PointMass(node=n, mass=m) for n, m in masses.items()}
         read, heavy = (fx.assemble(beam(2, ground={}, **more)) for more in ({"sensors": sensors}, {"masses": points}))
         assert abs(read.M - heavy.M).max() < 1e-16 and abs(read.K - heavy.K).max() == 0
         proof = fx.modes(beam(2, sensors=sensors), n=1).evidence
@@ -139,11 +141,13 @@ def test_relative_sensors(kind, dof):
     """The second node less the first, along a direction of its own; over a moving base both move alike."""
     turns = {"displacement": "rotation", "velocity": "angular_velocity", "acceleration": "angular_acceleration"}
     quantity = kind if dof == "displacement" else turns[kind]
-    sensor = {"s": fx.MotionSensor(type=quantity, nodes=("m", "b"), direction=(1, 2, 2))}
+    sensor = {"s": fx.describe.MotionSensor(type=quantity, nodes=("m", "b"), direction=(1, 2, 2))}
     more = {"nodes": {"a": (0, 0, 0), "m": (0.05, 0, 0), "b": (0.12, 0, 0)}}
     two = beam(2, sensors=sensor)
     link = two.links["beam"]
-    links = {k: fx.Link(**{**dict(link), "nodes": ends}) for k, ends in (("one", ("a", "m")), ("two", ("m", "b")))}
+    links = {
+        k: fx.describe.Link(**{**dict(link), "nodes": ends}) for k, ends in (("one", ("a", "m")), ("two", ("m", "b")))
+    }
     described = fx.Mechanism(**{**dict(two), **more, "links": links})
     t = "t" if dof == "displacement" else "r"
     word = {"displacement": "", "velocity": ":velocity", "acceleration": ":acceleration"}[kind]
@@ -164,26 +168,30 @@ AT, D = np.array([0.3, 0.1, -0.2]), np.array([1.0, -2.0, 2.0])
 
 def placed(pattern=None):
     """A body on a spring with its own actuators and sensors, turned, moved and repeated."""
-    unit = fx.Substructure(
+    unit = fx.describe.Substructure(
         bodies={"block": body((0.02, 0.01, 0.03))},
-        springs={"spring": fx.Spring(nodes=("block",), stiffness=stiffness())},
+        springs={"spring": fx.describe.Spring(nodes=("block",), stiffness=stiffness())},
         actuators={
-            "push": fx.ForceActuator(nodes=("block",), direction=tuple(D), limit=3.0),
-            "twist": fx.MomentActuator(nodes=("block",), direction=tuple(D)),
-            "shake": fx.BaseMotion(direction=tuple(D)),
-            "roll": fx.BaseRotation(direction=tuple(D), point=(0.01, 0.02, 0.03)),
+            "push": fx.describe.ForceActuator(nodes=("block",), direction=tuple(D), limit=3.0),
+            "twist": fx.describe.MomentActuator(nodes=("block",), direction=tuple(D)),
+            "shake": fx.describe.BaseMotion(direction=tuple(D)),
+            "roll": fx.describe.BaseRotation(direction=tuple(D), point=(0.01, 0.02, 0.03)),
         },
         sensors={
-            "way": fx.MotionSensor(type="displacement", nodes=("block",), direction=tuple(D)),
-            "turn": fx.MotionSensor(type="rotation", nodes=("block",), direction=tuple(D)),
-            "load": fx.ForceSensor(actuator="push"),
+            "way": fx.describe.MotionSensor(type="displacement", nodes=("block",), direction=tuple(D)),
+            "turn": fx.describe.MotionSensor(type="rotation", nodes=("block",), direction=tuple(D)),
+            "load": fx.describe.ForceSensor(actuator="push"),
         },
         interface=("block",),
     )
-    rotate = fx.Rotation(axis=(0, 0, 1), angle=ANGLE)
-    tie = {"tie": fx.Spring(nodes=("u1.block", "u2.block"), stiffness=fx.DiagonalStiffness())} if pattern else {}
+    rotate = fx.describe.Rotation(axis=(0, 0, 1), angle=ANGLE)
+    tie = (
+        {"tie": fx.describe.Spring(nodes=("u1.block", "u2.block"), stiffness=fx.describe.DiagonalStiffness())}
+        if pattern
+        else {}
+    )
     more = {"pattern": (pattern,)} if pattern else {}
-    instance = fx.Instance(of="unit", at=tuple(AT), rotate=(rotate,), **more)
+    instance = fx.describe.Instance(of="unit", at=tuple(AT), rotate=(rotate,), **more)
     return fx.Mechanism(substructures={"unit": unit}, instances={"u": instance}, springs=tie)
 
 
@@ -191,9 +199,9 @@ def placed(pattern=None):
     ("pattern", "name", "Q", "t"),
     [
         (None, "u", TURN, AT),
-        (fx.MirrorPattern(normal=tuple(NORMAL), point=(0.0, 0.0, 0.0)), "u2", MIRROR @ TURN, MIRROR @ AT),
-        (fx.CircularPattern(count=3), "u2", THIRD @ TURN, THIRD @ AT),
-        (fx.LinearPattern(count=2, step=(0.1, 0.2, 0.3)), "u2", TURN, AT + np.array([0.1, 0.2, 0.3])),
+        (fx.describe.MirrorPattern(normal=tuple(NORMAL), point=(0.0, 0.0, 0.0)), "u2", MIRROR @ TURN, MIRROR @ AT),
+        (fx.describe.CircularPattern(count=3), "u2", THIRD @ TURN, THIRD @ AT),
+        (fx.describe.LinearPattern(count=2, step=(0.1, 0.2, 0.3)), "u2", TURN, AT + np.array([0.1, 0.2, 0.3])),
     ],
     ids=["turned", "mirrored", "circular", "linear"],
 )
@@ -201,7 +209,7 @@ def test_directions_of_copies(pattern, name, Q, t):
     """Polar vectors turn with Q; moments and rotations, being axial, also change sign in a mirror."""
     described = placed(pattern)
     if pattern is not None and pattern.type == "circular":
-        more = {"tie2": fx.Spring(nodes=("u2.block", "u3.block"), stiffness=fx.DiagonalStiffness())}
+        more = {"tie2": fx.describe.Spring(nodes=("u2.block", "u3.block"), stiffness=fx.describe.DiagonalStiffness())}
         described = fx.Mechanism(**{**dict(described), "springs": {**described.springs, **more}})
     dofs = [f"{name}.block.{d}" for d in DOFS]
     own = [f"{name}.{key}" for key in ("push", "twist")]
@@ -223,7 +231,7 @@ def test_directions_of_copies(pattern, name, Q, t):
 
 def test_mirrored_halves_move_as_mirror_images():
     """Driven alike, by pushes and by twists, both halves of a mirrored pair answer alike in their own sensors."""
-    described = placed(fx.MirrorPattern(normal=tuple(NORMAL)))
+    described = placed(fx.describe.MirrorPattern(normal=tuple(NORMAL)))
     built = fx.system(described, inputs=["u*.push", "u*.twist"], outputs=["u*.way", "u*.turn"])
     H = fx.frequency_response(built, frequency_hz=HZ).response
     drive = H @ np.array([[1, 0], [1, 0], [0, 1], [0, 1]])
@@ -233,7 +241,7 @@ def test_mirrored_halves_move_as_mirror_images():
 
 def test_names_and_wildcards():
     """INSTANCE.NAME, patterns in the order of description, everything by default."""
-    described = placed(fx.LinearPattern(count=2, step=(0.1, 0, 0)))
+    described = placed(fx.describe.LinearPattern(count=2, step=(0.1, 0, 0)))
     built = fx.system(described, inputs=["u*.push", "u1.shake"], outputs="*.way")
     assert [c.name for c in built.inputs] == ["u1.push", "u2.push", "u1.shake"]
     assert [c.name for c in built.outputs] == ["u1.way", "u2.way"]
@@ -258,15 +266,15 @@ def test_default_channels_are_the_motions_of_bodies():
 
 def test_what_can_not_move():
     """Described channels at held DOFs are errors of the description, named ones of the call."""
-    held = {"s": fx.MotionSensor(type="displacement", nodes=("a",), direction="z")}
+    held = {"s": fx.describe.MotionSensor(type="displacement", nodes=("a",), direction="z")}
     with pytest.raises(fx.ModelError, match=r"sensors\.s: nothing can move here"):
         fx.system(beam(sensors=held), inputs="b.tz")
-    pushed = {"f": fx.ForceActuator(nodes=("a",), direction="z")}
+    pushed = {"f": fx.describe.ForceActuator(nodes=("a",), direction="z")}
     with pytest.raises(fx.ModelError, match=r"actuators\.f: nothing can move here"):
         fx.system(beam(actuators=pushed), inputs=None, outputs="b.tz")
     partly = beam(
-        ground={"a": fx.Support(free=("ry",))},
-        sensors={"s": fx.MotionSensor(type="rotation", nodes=("a",), direction="y")},
+        ground={"a": fx.describe.Support(free=("ry",))},
+        sensors={"s": fx.describe.MotionSensor(type="rotation", nodes=("a",), direction="y")},
     )
     assert fx.system(partly, inputs="b.tz").rows.any()
     with pytest.raises(fx.OptionError, match=r"a\.tz is held"):
@@ -278,11 +286,11 @@ def test_what_can_not_move():
 def test_no_line_between_two_nodes_at_one_place():
     """A direction must then be given."""
     bodies = {"one": body(), "two": body()}
-    springs = {key: fx.Spring(nodes=(key,), stiffness=stiffness()) for key in bodies}
-    tie = {"tie": fx.Spring(nodes=("one", "two"), stiffness=stiffness())}
+    springs = {key: fx.describe.Spring(nodes=(key,), stiffness=stiffness()) for key in bodies}
+    tie = {"tie": fx.describe.Spring(nodes=("one", "two"), stiffness=stiffness())}
 
     def sensed(**more):
-        sensor = fx.MotionSensor(type="displacement", nodes=("one", "two"), **more)
+        sensor = fx.describe.MotionSensor(type="displacement", nodes=("one", "two"), **more)
         return fx.Mechanism(bodies=bodies, springs=springs | tie, sensors={"gap": sensor})
 
     with pytest.raises(fx.ModelError, match="at one place"):
@@ -292,9 +300,9 @@ def test_no_line_between_two_nodes_at_one_place():
 
 def test_parameters_of_actuators():
     """Numbers may be expressions; they are evaluated with the parameters of the call."""
-    stroke = fx.parameter("stroke")
+    stroke = fx.describe.parameter("stroke")
     described = driven(free_stroke=2 * stroke)
-    described = fx.Mechanism(**{**dict(described), "parameters": {"stroke": fx.Parameter(value=1e-5)}})
+    described = fx.Mechanism(**{**dict(described), "parameters": {"stroke": fx.describe.Parameter(value=1e-5)}})
     assert fx.system(described).limits[0][1] == pytest.approx(2e-5)
     assert fx.system(described, parameters={"stroke": 3e-5}).limits[0][1] == pytest.approx(6e-5)
 

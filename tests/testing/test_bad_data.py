@@ -179,4 +179,4 @@ def test_what_is_no_record():
     with pytest.raises(
         fx.OptionError, match=r"p1\.tz \[m\] is said to be the excitation and hammer \[N\] the response"
     ):
-        estimate_frf([fx.Recording(RATE, hit().samples[:2], (HAMMER, OUTPUTS[0]), (1,))])
+        estimate_frf([fx.testing.Recording(RATE, hit().samples[:2], (HAMMER, OUTPUTS[0]), (1,))])

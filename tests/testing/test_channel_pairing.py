@@ -17,9 +17,9 @@ def floating():
 @pytest.fixture(scope="module")
 def bar():
     sensors = {
-        "tip": fx.MotionSensor(type="acceleration", nodes=("n5",), direction=(0, 1, 1)),
-        "between": fx.MotionSensor(type="displacement", nodes=("n2", "n4"), direction=(0, 0, 1)),
-        "twist": fx.MotionSensor(type="rotation", nodes=("n5",), direction=(1, 0, 0)),
+        "tip": fx.describe.MotionSensor(type="acceleration", nodes=("n5",), direction=(0, 1, 1)),
+        "between": fx.describe.MotionSensor(type="displacement", nodes=("n2", "n4"), direction=(0, 0, 1)),
+        "twist": fx.describe.MotionSensor(type="rotation", nodes=("n5",), direction=(1, 0, 0)),
     }
     return fx.assemble(c.cantilever(sensors=sensors))
 

@@ -20,7 +20,7 @@ def bar():
     """The cantilever, its frequencies, vectors, channels, and what they read of eight modes."""
     full, hz, vectors = c.modes_of(c.cantilever(), 8)
     channels = c.grid()
-    return full, hz, vectors, channels, fx.pair_channels(full, channels).rows @ vectors
+    return full, hz, vectors, channels, fx.testing.pair_channels(full, channels).rows @ vectors
 
 
 def turned_pairs(shapes, angle):
@@ -35,7 +35,7 @@ def test_repeated_modes_of_another_design(bar):
     full, hz, *_ = bar
     other, test_hz, vectors = c.modes_of(c.cantilever(diameter=3.15e-3, mass=0.005 * 1.05**2), 4)
     channels = c.grid()
-    shapes = turned_pairs(fx.pair_channels(other, channels).rows @ vectors, TURN)
+    shapes = turned_pairs(fx.testing.pair_channels(other, channels).rows @ vectors, TURN)
     found = correlate(full, test=c.identified(test_hz * [1, 1.0005, 1, 1.0005], shapes, channels))
     assert [p.test for p in found.pairs] == [1, 2, 3, 4]
     assert [sorted(p.model for p in found.pairs[k : k + 2]) for k in (0, 2)] == [[1, 2], [3, 4]]
@@ -93,7 +93,7 @@ def test_modes_that_the_sensors_confuse_are_named(bar):
     """With sensors at the free end alone all bending modes in one plane read the same."""
     full, hz, *_ = bar
     channels = c.grid()[-2:]
-    shapes = fx.pair_channels(full, channels).rows @ bar[2][:, :2]
+    shapes = fx.testing.pair_channels(full, channels).rows @ bar[2][:, :2]
     found = correlate(full, test=c.identified(hz[:2], shapes, channels), n=4)
     assert sum("hardly tell" in note for note in found.notes) == 0 or found.pairs
     assert found.auto_mac_model[0, 2:4].max() > 0.3
@@ -116,7 +116,7 @@ def test_expansion_recovers_the_whole_mechanism(bar):
 def test_too_few_sensors_are_said(bar):
     full, _, vectors, *_ = bar
     channels = c.grid()[:3]
-    shapes = fx.pair_channels(full, channels).rows @ vectors[:, :4]
+    shapes = fx.testing.pair_channels(full, channels).rows @ vectors[:, :4]
     expansion = serep(shapes, shapes)
     assert not expansion.is_determined
     assert np.allclose(expansion.error, 0, atol=1e-12)
@@ -140,7 +140,7 @@ def test_static_mass_is_that_of_guyan(bar):
 def test_static_mass_with_redundant_sensors(bar):
     """A sensor given twice shares its part: the mass of equal readings stays."""
     full, *_ = bar
-    rows = fx.pair_channels(full, c.grid()).rows
+    rows = fx.testing.pair_channels(full, c.grid()).rows
     once = sensor_mass(full, rows, method="guyan")
     twice = sensor_mass(full, rows[[*range(10), 4]], method="guyan")
     pick = np.eye(10)[[*range(10), 4]]
@@ -149,16 +149,16 @@ def test_static_mass_with_redundant_sensors(bar):
 
 def test_serep_mass_makes_its_modes_orthonormal(bar):
     full, _, vectors, _, shapes = bar
-    mass = sensor_mass(full, fx.pair_channels(full, c.grid()).rows, vectors[:, :6])
+    mass = sensor_mass(full, fx.testing.pair_channels(full, c.grid()).rows, vectors[:, :6])
     assert np.allclose(shapes[:, :6].T @ mass @ shapes[:, :6], np.eye(6), atol=1e-9)
 
 
 @pytest.mark.parametrize("method", ["serep", "guyan"])
 def test_orthogonality_finds_a_mixture(method):
     """Two modes mixed by the angle t have cross-orthogonalities cos t and sin t; static mass is near to that."""
-    full, hz, vectors = c.modes_of(c.cantilever(section=fx.Rectangle(width=3e-3, thickness=2e-3)), 4)
+    full, hz, vectors = c.modes_of(c.cantilever(section=fx.describe.Rectangle(width=3e-3, thickness=2e-3)), 4)
     t, channels = 0.1, c.grid()
-    shapes = fx.pair_channels(full, channels).rows @ vectors
+    shapes = fx.testing.pair_channels(full, channels).rows @ vectors
     x = shapes.copy()
     x[:, 0] = np.cos(t) * shapes[:, 0] + np.sin(t) * shapes[:, 2]
     x[:, 2] = np.cos(t) * shapes[:, 2] - np.sin(t) * shapes[:, 0]
@@ -196,7 +196,7 @@ def test_responses_lie_over_those_of_a_direct_solution(bar):
     line = np.linspace(0.5 * hz[0], 1.2 * hz[2], 100)
     measured = measurement(c.cantilever(), names, ["n5.tz"], channels, hammer, line)
     grid = c.grid()
-    shapes = fx.pair_channels(full, grid).rows @ bar[2][:, :4]
+    shapes = fx.testing.pair_channels(full, grid).rows @ bar[2][:, :4]
     found = correlate(full, test=c.identified(hz[:4], shapes, grid), measurement=measured)
     overlay = found.frfs[0]
     expected = measured.frfs[0].response * np.array([-1.0, 1.0])[None, :, None]
@@ -235,7 +235,7 @@ def test_shapes_at_the_inputs_where_the_hammer_moves(bar):
 def test_rotations_count_by_a_length(bar):
     full, hz, vectors, *_ = bar
     channels = (*c.grid(), c.channel("turn", c.Z, (0.1, 0, 0), quantity="angular_acceleration"))
-    shapes = fx.pair_channels(full, channels).rows @ vectors[:, :4]
+    shapes = fx.testing.pair_channels(full, channels).rows @ vectors[:, :4]
     found = correlate(full, test=c.identified(hz[:4], shapes, channels))
     assert found.reach == pytest.approx(0.05)
     assert np.allclose(np.abs(found.test_shapes[-1]), 0.05 * np.abs(shapes[-1]))

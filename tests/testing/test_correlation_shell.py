@@ -27,7 +27,7 @@ STIFFER = 1.02
 
 @pytest.fixture(scope="module")
 def bar():
-    return c.cantilever(section=fx.Rectangle(width=3e-3, thickness=2.2e-3))
+    return c.cantilever(section=fx.describe.Rectangle(width=3e-3, thickness=2.2e-3))
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def measured(bar):
     full, hz, vectors = c.modes_of(bar, 4)
     outputs = c.grid()
     inputs = tuple(c.channel(f"hit {k}", d, (0.1, 0, 0), quantity="force") for k, d in (("y", c.Y), ("z", c.Z)))
-    x, b = (fx.pair_channels(full, channels).rows @ vectors for channels in (outputs, inputs))
+    x, b = (fx.testing.pair_channels(full, channels).rows @ vectors for channels in (outputs, inputs))
     x[4] *= -1
     line = np.linspace(20.0, 1.2 * STIFFER * hz[3], 1200)
     w, own = 2 * np.pi * line[:, None], 2 * np.pi * STIFFER * hz

@@ -69,7 +69,7 @@ def test_modes_half_a_per_cent_apart_are_resolved_by_two_references(seed):
     result = fx.identify(measured(system, HZ, decibels=40, seed=seed), band=BAND)
     f, z = errors(result, system, 4)
     assert f.max() < 1e-3 and z.max() < 0.05
-    assert np.diag(fx.mac(result.real_shapes, system.normal_modes()[:, :4])).min() > 0.99
+    assert np.diag(fx.modal.mac(result.real_shapes, system.normal_modes()[:, :4])).min() > 0.99
 
 
 @pytest.mark.parametrize("decibels", [None, 40])
@@ -123,7 +123,7 @@ def test_windowed_free_decay_in_time():
     h[:, 0] /= 2
     hz = np.fft.rfftfreq(N, 1 / rate)
     H = (np.fft.rfft(h) / rate).T[:, :, None]
-    frf = fx.MeasuredFRF(hz, H, channels((9,), "hit", "force"), channels((0, 1), "x", "displacement"), decay=d)
+    frf = fx.testing.MeasuredFRF(hz, H, channels((9,), "hit", "force"), channels((0, 1), "x", "displacement"), decay=d)
     result = fx.identify(frf, band=(20, 70))
     assert result.poles == pytest.approx(poles, rel=1e-5)
     assert result.damping_ratio == pytest.approx(-poles.real / np.abs(poles), rel=1e-3)
@@ -152,7 +152,7 @@ def test_more_inputs_than_outputs_is_the_same_turned_round():
     straight = fx.identify(frf, band=BAND)
     assert turned.poles == pytest.approx(straight.poles, rel=1e-9)
     assert turned.shapes.shape == (2, 6) and turned.participation.shape == (8, 6)
-    assert np.diag(fx.mac(turned.participation, straight.shapes)) == pytest.approx(1, abs=1e-9)
+    assert np.diag(fx.modal.mac(turned.participation, straight.shapes)) == pytest.approx(1, abs=1e-9)
 
 
 def test_units_signs_and_order_of_channels_change_nothing():
@@ -176,7 +176,7 @@ def test_displacements_beside_accelerations():
     )
     result = fx.identify([acceleration, displacement], band=BAND)
     assert errors(result, system)[0].max() < 1e-6
-    assert np.diag(fx.mac(result.real_shapes, system.normal_modes()[:, :6])).min() > 1 - 1e-6
+    assert np.diag(fx.modal.mac(result.real_shapes, system.normal_modes()[:, :6])).min() > 1 - 1e-6
     assert any("differentiated" in note for note in result.notes)
 
 
@@ -186,7 +186,7 @@ def test_a_user_overrules_the_choice():
     f = system.frequency_hz
     result = fx.identify(frf, band=BAND, select=[1.01 * f[2], 0.995 * f[4]])
     assert result.frequency_hz == pytest.approx(f[[2, 4]], rel=1e-3)
-    assert np.diag(fx.mac(result.real_shapes, system.normal_modes()[:, [2, 4]])).min() > 0.999
+    assert np.diag(fx.modal.mac(result.real_shapes, system.normal_modes()[:, [2, 4]])).min() > 0.999
     assert any("not picked" in note for note in result.notes)
     with pytest.raises(fx.OptionError, match="no pole near 96"):
         fx.identify(frf, band=BAND, select=[96.9])
@@ -263,15 +263,15 @@ def test_a_computed_response_is_data():
     mechanism = fx.Mechanism(
         nodes={"root": (0, 0, 0), "tip": (0.1, 0, 0)},
         links={
-            "bar": fx.Link(
+            "bar": fx.describe.Link(
                 nodes=("root", "tip"),
                 material="Al-7075-T6",
-                section=fx.Rectangle(width=8e-3, thickness=2e-3),
+                section=fx.describe.Rectangle(width=8e-3, thickness=2e-3),
                 reference=(0, 0, 1),
                 elements=8,
             )
         },
-        ground={"root": fx.Support(fixed=fx.DOF_NAMES)},
+        ground={"root": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
     )
     ends = ["tip.tz", "tip.ty"]
     H = fx.frequency_response(

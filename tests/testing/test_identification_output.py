@@ -72,21 +72,21 @@ def test_hits_become_modes():
 
 def test_pictures_of_one_setup(two):
     result = fx.identify(two)
-    figure = fx.draw_stabilisation(result.setups[0], two)
+    figure = fx.view.draw_stabilisation(result.setups[0], two)
     axes = figure.axes[0]
     lines = [line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2]
     assert lines == pytest.approx(result.setups[0].frequency_hz)
     drawn = sum(len(line.get_xdata()) for line in axes.lines[: len(axes.lines) - len(lines)])
     assert drawn == len(result.setups[0].diagram[0].order)
-    panels = fx.draw_synthesis(result.setups[1], two, pairs=[("acc2", "hit0")]).axes
+    panels = fx.view.draw_synthesis(result.setups[1], two, pairs=[("acc2", "hit0")]).axes
     measured_line, given = (line.get_ydata() for line in panels[0].lines[:2])
     assert np.abs(given / measured_line - 1)[80:160].max() < 0.5
     with pytest.raises(fx.OptionError, match="modes of 2 setups"):
-        fx.draw_stabilisation(result, two)
+        fx.view.draw_stabilisation(result, two)
     with pytest.raises(fx.OptionError, match="no response"):
-        fx.draw_synthesis(result.setups[1], two, pairs=[("acc0", "hit0")])
+        fx.view.draw_synthesis(result.setups[1], two, pairs=[("acc0", "hit0")])
     with pytest.raises(fx.OptionError, match="no setup"):
-        fx.draw_synthesis(result.setups[0], two[1])
+        fx.view.draw_synthesis(result.setups[0], two[1])
 
 
 def test_complexity_in_closed_form():
@@ -103,11 +103,11 @@ def test_complexity_in_closed_form():
 def test_driving_points_are_forces_and_motions_along_one_line():
     out = (
         *channels((0, 1), "acc", "acceleration"),
-        fx.MeasuredChannel("side", "acceleration", "n0", (1.0, 0.0, 0.0)),
-        fx.MeasuredChannel("down", "velocity", "n1", (0.0, 0.0, -1.0)),
-        fx.MeasuredChannel("turn", "rotation", "n0", (0.0, 0.0, 1.0)),
-        fx.MeasuredChannel("unknown", "acceleration"),
-        fx.MeasuredChannel("elsewhere", "acceleration", "n0", (0.0, 0.0, 1.0), (0.0, 0.1, 0.0)),
+        fx.testing.MeasuredChannel("side", "acceleration", "n0", (1.0, 0.0, 0.0)),
+        fx.testing.MeasuredChannel("down", "velocity", "n1", (0.0, 0.0, -1.0)),
+        fx.testing.MeasuredChannel("turn", "rotation", "n0", (0.0, 0.0, 1.0)),
+        fx.testing.MeasuredChannel("unknown", "acceleration"),
+        fx.testing.MeasuredChannel("elsewhere", "acceleration", "n0", (0.0, 0.0, 1.0), (0.0, 0.1, 0.0)),
     )
     assert driving_points(channels((0, 1), "hit", "force"), out) == [(0, 0, 1.0), (1, 1, 1.0), (3, 1, -1.0)]
 

@@ -34,7 +34,7 @@ def test_shapes_of_four_placements_have_one_scale():
     assert result.damping_ratio == pytest.approx(RATIOS, rel=0.05)
     assert [c.node for c in result.outputs] == [f"n{k}" for k in range(8)]
     phi = system.normal_modes()[:, :5]
-    assert np.diag(fx.mac(result.real_shapes, phi)).min() > 0.999
+    assert np.diag(fx.modal.mac(result.real_shapes, phi)).min() > 0.999
     assert np.abs(np.abs(result.real_shapes) - np.abs(phi)).max() < 0.02 * np.abs(phi).max()
     assert [e.setups for e in result.evidence] == [4] * 5
 
@@ -78,7 +78,7 @@ def test_a_sensor_that_stays_is_one_channel():
     system, found = roved(placements=((0, 1, 2), (0, 3, 4), (0, 5, 6, 7)))
     result = fx.identify([frf for _, frf in found])
     assert [c.node for c in result.outputs] == [f"n{k}" for k in range(8)]
-    assert np.diag(fx.mac(result.real_shapes, system.normal_modes()[:, :5])).min() > 0.999
+    assert np.diag(fx.modal.mac(result.real_shapes, system.normal_modes()[:, :5])).min() > 0.999
 
 
 def test_a_roving_hammer_is_the_same_turned_round():
@@ -89,7 +89,7 @@ def test_a_roving_hammer_is_the_same_turned_round():
     assert result.participation.shape == (8, 5) and result.shapes.shape == (2, 5)
     assert result.frequency_hz == pytest.approx(FREQUENCIES, rel=1e-3)
     turned = result.participation * np.exp(-1j * np.angle((result.participation**2).sum(axis=0)) / 2)
-    assert np.diag(fx.mac(turned.real, system.normal_modes()[:, :5])).min() > 0.999
+    assert np.diag(fx.modal.mac(turned.real, system.normal_modes()[:, :5])).min() > 0.999
     assert result.scaling == ("unit modal mass",) * 5
 
 
@@ -108,7 +108,7 @@ def test_a_mode_that_a_placement_does_not_see():
     assert result.evidence[2].setups == 3
     assert any("found in 3 of 4 setups" in note for note in result.notes)
     assert np.abs(result.real_shapes[6:, 2]).max() < 0.01 * np.abs(result.real_shapes[:, 2]).max()
-    assert np.diag(fx.mac(result.real_shapes, shapes[:, :5])).min() > 0.999
+    assert np.diag(fx.modal.mac(result.real_shapes, shapes[:, :5])).min() > 0.999
 
 
 def seen_through(faint, seed, decibels=40.0):
@@ -181,7 +181,7 @@ def test_a_place_is_a_node_and_a_position_and_a_direction():
     each = [replace(frf, outputs=tuple(moved(c) for c in frf.outputs)) for _, frf in found]
     result = fx.identify(each)
     assert len(result.outputs) == 8
-    assert np.diag(fx.mac(result.real_shapes, system.normal_modes()[:, :5])).min() > 0.999
+    assert np.diag(fx.modal.mac(result.real_shapes, system.normal_modes()[:, :5])).min() > 0.999
     near = [
         replace(c, name=f"acc{k}", node="body", position=(0.1 * k, 0.0, 0.0)) for k, c in enumerate(found[0][1].outputs)
     ]

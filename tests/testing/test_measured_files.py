@@ -14,26 +14,29 @@ from flexura.io.measurements import read_measurement, write_measurement
 
 DATA = Path(__file__).parent / "data"
 OBLIQUE = (2 / 7, -3 / 7, 6 / 7)
-HAMMER = fx.MeasuredChannel("hammer", "force", "p1", (0.0, 0.0, -1.0), (0.01, 0.02, 0.03))
+HAMMER = fx.testing.MeasuredChannel("hammer", "force", "p1", (0.0, 0.0, -1.0), (0.01, 0.02, 0.03))
 OUTPUTS = (
-    fx.MeasuredChannel("p1.tz", "acceleration", "p1", (0.0, 0.0, 1.0), (0.01, 0.02, 0.03)),
-    fx.MeasuredChannel("tilt", "angular_velocity", "platform.corner.far", (-1.0, 0.0, 0.0), (0.1, 1 / 3, 0.0)),
-    fx.MeasuredChannel("oblique", "acceleration", "q", OBLIQUE, (0.0, 0.1, 0.0)),
+    fx.testing.MeasuredChannel("p1.tz", "acceleration", "p1", (0.0, 0.0, 1.0), (0.01, 0.02, 0.03)),
+    fx.testing.MeasuredChannel("tilt", "angular_velocity", "platform.corner.far", (-1.0, 0.0, 0.0), (0.1, 1 / 3, 0.0)),
+    fx.testing.MeasuredChannel("oblique", "acceleration", "q", OBLIQUE, (0.0, 0.1, 0.0)),
 )
 
 
 def measurement():
     rng = np.random.default_rng(1)
-    channels = (HAMMER, *OUTPUTS, fx.MeasuredChannel("somewhere", "velocity"))
+    channels = (HAMMER, *OUTPUTS, fx.testing.MeasuredChannel("somewhere", "velocity"))
     records = [
-        fx.Recording(51200.0, rng.normal(size=(5, 37)), channels, (0,), f"step {k // 2}", f"hit {k}") for k in range(3)
+        fx.testing.Recording(51200.0, rng.normal(size=(5, 37)), channels, (0,), f"step {k // 2}", f"hit {k}")
+        for k in range(3)
     ]
-    inputs = (HAMMER, fx.MeasuredChannel("p3.fy", "force", "p3", (0.0, 1.0, 0.0)))
+    inputs = (HAMMER, fx.testing.MeasuredChannel("p3.fy", "force", "p3", (0.0, 1.0, 0.0)))
     H = rng.normal(size=(37, 3, 2)) + 1j * rng.normal(size=(37, 3, 2))
     even = np.arange(3, 40) * 0.1234567890123
     gamma = rng.uniform(size=H.shape)
-    first = fx.MeasuredFRF(even, H, inputs, OUTPUTS, gamma, 5, "H1", 0.123456789012, "step 0", ("a note of it",))
-    second = fx.MeasuredFRF(even**1.1, 2 * H, inputs, OUTPUTS, None, None, "Hv", 0.0, "step 1")
+    first = fx.testing.MeasuredFRF(
+        even, H, inputs, OUTPUTS, gamma, 5, "H1", 0.123456789012, "step 0", ("a note of it",)
+    )
+    second = fx.testing.MeasuredFRF(even**1.1, 2 * H, inputs, OUTPUTS, None, None, "Hv", 0.0, "step 1")
     return fx.Measurement("platform test", tuple(records), (first, second), ("a note",))
 
 
@@ -75,12 +78,14 @@ def test_everything_comes_back(name, options, digits, tmp_path):
 def test_several_positions_at_one_node(node, tmp_path):
     places = [(0.1, 0.0, 0.0), (-0.1, 0.0, 0.0), (0.0, 0.2, 0.01)]
     outputs = tuple(
-        fx.MeasuredChannel(f"a{k}", "acceleration", node, (0.0, 0.0, 1.0), at) for k, at in enumerate(places)
+        fx.testing.MeasuredChannel(f"a{k}", "acceleration", node, (0.0, 0.0, 1.0), at) for k, at in enumerate(places)
     )
-    inputs = (fx.MeasuredChannel("h", "force", node, (0.0, 0.0, -1.0), (0.0, -0.2, 0.01)),)
+    inputs = (fx.testing.MeasuredChannel("h", "force", node, (0.0, 0.0, -1.0), (0.0, -0.2, 0.01)),)
     rng = np.random.default_rng(2)
     H = rng.normal(size=(20, 3, 1)) + 1j * rng.normal(size=(20, 3, 1))
-    own = fx.Measurement("t", frfs=(fx.MeasuredFRF(np.arange(20.0), H, inputs, outputs, rng.uniform(size=H.shape)),))
+    own = fx.Measurement(
+        "t", frfs=(fx.testing.MeasuredFRF(np.arange(20.0), H, inputs, outputs, rng.uniform(size=H.shape)),)
+    )
     (frf,) = read_measurement(write_measurement(own, tmp_path / "t.uff")).frfs
     same_place((*inputs, *outputs), (*frf.inputs, *frf.outputs), 1e-12)
     np.testing.assert_array_equal(frf.response, H)
@@ -277,9 +282,9 @@ def test_csv_with_a_file_of_channels(tmp_path):
     assert (record.sample_rate, record.inputs, record.setup) == (2000.0, (0,), "first")
     np.testing.assert_allclose(record.samples[:, 3], [0.0, 0.3 * 9.80665, 6e-6], rtol=1e-14)
     assert record.channels == (
-        fx.MeasuredChannel("hammer", "force", "p2", (0.0, 0.0, -1.0), (0.04, 0.0, 0.01)),
-        fx.MeasuredChannel("p1.z", "acceleration", "p1", (0.6, 0.0, 0.8)),
-        fx.MeasuredChannel("dial", "displacement"),
+        fx.testing.MeasuredChannel("hammer", "force", "p2", (0.0, 0.0, -1.0), (0.04, 0.0, 0.01)),
+        fx.testing.MeasuredChannel("p1.z", "acceleration", "p1", (0.6, 0.0, 0.8)),
+        fx.testing.MeasuredChannel("dial", "displacement"),
     )
 
 

@@ -60,7 +60,7 @@ def test_each_step_leaves_out_the_least_determinant():
 
 def test_against_exhaustive_search_on_a_mechanism():
     """Four of the fifteen displacements of a bar for three modes."""
-    bar = c.cantilever(section=fx.Rectangle(width=3e-3, thickness=2e-3))
+    bar = c.cantilever(section=fx.describe.Rectangle(width=3e-3, thickness=2e-3))
     full, _, vectors = c.modes_of(bar, 3)
     names = [f"n{k}.{dof}" for k in range(1, 6) for dof in ("tx", "ty", "tz")]
     rows = np.array([full.dof_names.index(name) for name in names])
@@ -76,7 +76,7 @@ def test_against_exhaustive_search_on_a_mechanism():
 
 
 def test_the_first_mode_of_a_cantilever_is_seen_best_at_its_end():
-    bar = c.cantilever(section=fx.Rectangle(width=3e-3, thickness=2e-3))
+    bar = c.cantilever(section=fx.describe.Rectangle(width=3e-3, thickness=2e-3))
     assert place_sensors(bar, sensors=1, n=1, candidates=["*.t*"]).sensors == ("n5.tz",)
 
 
@@ -93,9 +93,9 @@ def test_one_sensor_a_place_and_no_basis_of_repeated_modes():
 
 def test_candidates_by_name_pattern_and_default():
     sensors = {
-        "tip": fx.MotionSensor(type="acceleration", nodes=("n5",), direction=(0, 1, 0)),
-        "mid": fx.MotionSensor(type="velocity", nodes=("n3",), direction=(0, 0, 1)),
-        "slope": fx.MotionSensor(type="rotation", nodes=("n5",), direction=(0, 1, 0)),
+        "tip": fx.describe.MotionSensor(type="acceleration", nodes=("n5",), direction=(0, 1, 0)),
+        "mid": fx.describe.MotionSensor(type="velocity", nodes=("n3",), direction=(0, 0, 1)),
+        "slope": fx.describe.MotionSensor(type="rotation", nodes=("n5",), direction=(0, 1, 0)),
     }
     full = fx.assemble(c.cantilever(sensors=sensors))
     assert set(candidate_names(full)) == {"tip", "mid", "slope"}
@@ -135,14 +135,16 @@ def test_what_is_refused(how, words):
 
 
 def test_modes_that_no_candidate_sees_are_named():
-    bar = c.cantilever(section=fx.Rectangle(width=3e-3, thickness=2e-3))
+    bar = c.cantilever(section=fx.describe.Rectangle(width=3e-3, thickness=2e-3))
     with pytest.raises(OptionError, match="moves in mode 2:"):
         place_sensors(bar, sensors=3, n=3, candidates=["n3.tz", "n4.tz", "n5.tz"])
 
 
 def test_modes_that_all_candidates_confuse_are_named():
     """Sensors at 45 degrees read bending in both planes alike."""
-    sensors = {f"s{k}": fx.MotionSensor(type="displacement", nodes=(f"n{k}",), direction=(0, 1, 1)) for k in (3, 4, 5)}
-    bar = c.cantilever(sensors=sensors, section=fx.Rectangle(width=3e-3, thickness=2.999999e-3))
+    sensors = {
+        f"s{k}": fx.describe.MotionSensor(type="displacement", nodes=(f"n{k}",), direction=(0, 1, 1)) for k in (3, 4, 5)
+    }
+    bar = c.cantilever(sensors=sensors, section=fx.describe.Rectangle(width=3e-3, thickness=2.999999e-3))
     with pytest.raises(OptionError, match="tell modes 1, 2 apart"):
         place_sensors(bar, sensors=2, n=2)

@@ -117,7 +117,7 @@ def test_masses_against_point_masses_on_the_body(stage, result, placement):
             "test": None,
             "nodes": {name: a.at for name, a in own.items()},
             "bodies": {"stage": body},
-            "masses": {f"m_{name}": fx.PointMass(node=name, mass=a.mass) for name, a in own.items()},
+            "masses": {f"m_{name}": fx.describe.PointMass(node=name, mass=a.mass) for name, a in own.items()},
         }
     )
     wanted = fx.modes(weighed, n=6, order="full").frequency_hz
@@ -299,7 +299,7 @@ def test_too_much_noise_is_said_and_not_fitted(stage):
     ("change", "words"),
     [
         ({"test": None}, "describes no test"),
-        ({"ground": {"stage": fx.Support(fixed=("tx", "ty", "tz", "rx", "ry"))}}, "held"),
+        ({"ground": {"stage": fx.describe.Support(fixed=("tx", "ty", "tz", "rx", "ry"))}}, "held"),
     ],
 )
 def test_impossible_stands(stage, change, words):

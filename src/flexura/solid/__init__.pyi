@@ -1,0 +1,9 @@
+from flexura.solid.interchange import ImportedPart as ImportedPart
+from flexura.solid.interchange import MatrixEvidence as MatrixEvidence
+from flexura.solid.interchange import StoredMatrices as StoredMatrices
+from flexura.solid.interchange import imported as imported
+from flexura.solid.interchange import read_ansys as read_ansys
+from flexura.solid.interchange import read_calculix as read_calculix
+from flexura.solid.interchange import write_step as write_step
+from flexura.solid.verification import SolidRow as SolidRow
+from flexura.solid.verification import VerificationRow as VerificationRow

@@ -1,0 +1,17 @@
+from flexura.testing.correlation import FRFOverlay as FRFOverlay
+from flexura.testing.correlation import ModePair as ModePair
+from flexura.testing.measurement import MeasuredChannel as MeasuredChannel
+from flexura.testing.measurement import MeasuredFRF as MeasuredFRF
+from flexura.testing.measurement import ModeEvidence as ModeEvidence
+from flexura.testing.measurement import Poles as Poles
+from flexura.testing.measurement import Recording as Recording
+from flexura.testing.rig import ChannelMatch as ChannelMatch
+from flexura.testing.rig import ChannelPairing as ChannelPairing
+from flexura.testing.rig import TrueModes as TrueModes
+from flexura.testing.rig import UnmatchedChannel as UnmatchedChannel
+from flexura.testing.rig import pair_channels as pair_channels
+from flexura.testing.updating import CalibratedMode as CalibratedMode
+from flexura.testing.updating import CalibratedParameter as CalibratedParameter
+from flexura.testing.updating import MeasuredFrequencies as MeasuredFrequencies
+from flexura.testing.updating import Misfit as Misfit
+from flexura.testing.virtual import FoundMode as FoundMode
