@@ -113,7 +113,7 @@ def calibrate_command(
     if plot is not None:
         from flexura.view import save_calibration
 
-        written.append(save_calibration(result, plot))
+        written += save_calibration(result, plot)
     if as_json:
         print_result(result.to_dict() | ({} if sampled is None else {"sampled": sampled.to_dict()}), written)
         return

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flexura.arguments import verb
-from flexura.files import complete_files
 from flexura.testing.updating import Calibration
 from flexura.view.annotations import foot
+from flexura.view.files import save_figures
 from flexura.view.palette import INK
 
 BEFORE, AFTER = "#c9ced6", "#1f5fa8"
@@ -54,9 +54,10 @@ def draw_calibration(result: Calibration) -> Figure:
     return figure
 
 
-def save_calibration(result: Calibration, folder: str | Path) -> Path:
-    """Write the picture as calibration.png into a folder, which is made when missing; returns its path."""
-    figure = draw_calibration(result)
-    with complete_files(folder, make=True) as scratch:
-        figure.savefig(scratch / "calibration.png", dpi=150)
-    return Path(folder) / "calibration.png"
+@verb
+def save_calibration(result: Calibration, folder: Path | str) -> list[Path]:
+    """Write `calibration.png` into a folder, complete or not at all.
+
+    Raises OptionError when the folder cannot be written to.
+    """
+    return save_figures({"calibration.png": draw_calibration(result)}, folder)
