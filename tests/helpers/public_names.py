@@ -25,11 +25,11 @@ IN_TWO_PLACES = "Mechanism"
 
 def public_names() -> dict[str, object]:
     """Names as they follow `flexura.`, such as `modes` and `describe.Material`, with what they name."""
-    found = {name: getattr(flexura, name) for name in flexura.__all__ if name not in NAMESPACES}
+    found = {name: getattr(flexura, name) for name in dir(flexura) if name not in NAMESPACES}
     for namespace in NAMESPACES:
         module = getattr(flexura, namespace)
         assert isinstance(module, ModuleType)
-        own = set(module.__all__) - FOR_OTHER_ROOMS.get(namespace, set())
+        own = set(dir(module)) - FOR_OTHER_ROOMS.get(namespace, set())
         found |= {f"{namespace}.{name}": getattr(module, name) for name in sorted(own)}
     del found[f"describe.{IN_TWO_PLACES}"]
     return found
