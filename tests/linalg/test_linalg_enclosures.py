@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from flexura.errors import SolverError
 from flexura.linalg import Pencil, enclose, upper_bounds
 
 SEEDS = 12
@@ -48,6 +49,22 @@ def test_cancellation_in_the_mass_widens_the_bounds(arm, stiffness) -> None:
             assert all(u <= e * (1 + 1e-7 * arm**2) for u, e in zip(upper, exact, strict=False))
         found = enclose(pencil, vectors[:, :3], float(exact[2] + exact[3]) / 2)
         assert not found.is_complete or all(low <= e for low, e in zip(found.lower, exact, strict=False))
+
+
+@pytest.mark.parametrize("arm", [1e5, 1e6, 1e7])
+def test_a_mass_that_is_lost_in_round_off_is_told(arm) -> None:
+    """In words, wherever there is no bound: the mass matrix as it is stored need not be positive."""
+    told = 0
+    for seed in range(SEEDS):
+        K, M = on_arms(seed, arm, 1.0)
+        try:
+            found = enclose(Pencil.of(K, M), np.linalg.eigh(K)[1][:, :3], 1.0)
+        except SolverError as error:
+            assert "lost in the round-off of the mass matrix" in str(error)
+            told += 1
+        else:
+            assert not np.isnan([*found.upper, *found.lower]).any()
+    assert told
 
 
 def test_bounds_hold_for_vectors_that_are_nearly_one() -> None:

@@ -15,8 +15,9 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.errors import SolverError
 from flexura.linalg.inertia import bracket
-from flexura.linalg.pencil import Pencil
+from flexura.linalg.pencil import MASS_LOST, Pencil
 from flexura.linalg.scaling import scaled, unit_scale
 
 Array = NDArray[np.float64]
@@ -91,7 +92,7 @@ def enclose(pencil: Pencil, vectors: Array, rho: float) -> Enclosures:
     """Bounds on the eigenvalues below about `rho` from k trial vectors (n, k) (theory eqs. C1-C4).
 
     Vectors independent in the M-norm. rho may be moved slightly where its count cannot be told. Raises SolverError when
-    K - rho M cannot be factorised.
+    K - rho M cannot be factorised, and where M has lost the digits of what the vectors move.
     """
     values, X = pencil.ritz(vectors)
     upper, margin = upper_bounds(pencil, values, X)
@@ -123,5 +124,8 @@ def enclose(pencil: Pencil, vectors: Array, rho: float) -> Enclosures:
 def _ritz(A: Array, gram: Array) -> tuple[Array, Array]:
     """Eigenpairs (k,), (k, k), ascending, of A z = theta gram z."""
     d = unit_scale(gram)
-    theta, Z = la.eigh(scaled((A + A.T) / 2, d), scaled((gram + gram.T) / 2, d))
+    try:
+        theta, Z = la.eigh(scaled((A + A.T) / 2, d), scaled((gram + gram.T) / 2, d))
+    except la.LinAlgError as error:
+        raise SolverError(MASS_LOST) from error
     return theta, d[:, None] * Z

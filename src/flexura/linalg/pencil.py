@@ -18,6 +18,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from flexura.errors import SolverError
 from flexura.linalg.scaling import inverse_roots, scaled, unit_scale
 
 Array = NDArray[np.float64]
@@ -29,6 +30,12 @@ TERMS = 16
 
 DEPENDENT = 1e-6
 """A column of which less than this is not in the span of those before it adds nothing."""
+
+MASS_LOST = (
+    "the mass of a motion is lost in the round-off of the mass matrix: something is carried over a distance that is"
+    " millions of times its own size"
+)
+"""What is said of a mass matrix that is not positive in the motions asked for."""
 
 Extended = np.longdouble
 
@@ -130,7 +137,7 @@ class Pencil:
 
         Soft columns come first, so that they are not mixed with stiff ones; small quotients then keep their digits
         beside large ones, as squares of singular values of F X by one-sided Jacobi rotations (Drmac and Veselic 2008).
-        Columns of X that add nothing are dropped.
+        Columns of X that add nothing are dropped. Raises SolverError where M has lost the digits of what they move.
         """
         X = _orthonormal(X, self.M)
         if self.rest is None and self.strain is not None:
@@ -138,7 +145,10 @@ class Pencil:
         else:
             Z = la.eigh(self.energies(X))[1]
         X = X @ Z
-        X = X / np.sqrt(np.einsum("ik,ik->k", X, self.M @ X))
+        mass = np.einsum("ik,ik->k", X, self.M @ X)
+        if not (mass > 0).all():
+            raise SolverError(MASS_LOST)
+        X = X / np.sqrt(mass)
         values = self.quotients(X)
         order = np.argsort(values, kind="stable")
         return values[order], X[:, order]
