@@ -53,6 +53,37 @@ def test_chains_that_differ_are_told():
     assert effective_draws(z)[0] < 20
 
 
+def test_diagnostics_are_those_of_their_definitions():
+    """Split R-hat and effective sample size as Vehtari et al. (2021, eqs. 1-4 and 10-13) define them, without ranks,
+    summed term by term."""
+    rng = np.random.default_rng(5)
+    noise = rng.standard_normal((4, 64))
+    x = sum(noise[:, k : 60 + k] for k in range(5))
+    halves = [own for chain in x for own in (chain[:30], chain[30:])]
+    assert split_r_hat(x[..., None])[0] == pytest.approx(np.sqrt(_mixed(halves) / _within(halves)), rel=1e-12)
+
+    def rho(t):
+        covariances = [sum((c[: 60 - t] - c.mean()) * (c[t:] - c.mean())) / 60 for c in x]
+        return 1 - (_within(x) - np.mean(covariances)) / _mixed(x)
+
+    sums, t = [], 0
+    while rho(t) + rho(t + 1) > 0:
+        sums.append(min([rho(t) + rho(t + 1), *sums]))
+        t += 2
+    assert 4 <= t < 40, "there is something to sum, and it ends"
+    assert effective_draws(x[..., None])[0] == pytest.approx(4 * 60 / (2 * sum(sums) - 1), rel=1e-12)
+
+
+def _within(chains):
+    return np.mean([np.var(c, ddof=1) for c in chains])
+
+
+def _mixed(chains):
+    """Variance of the target estimated over and under: (n - 1)/n W + B/n."""
+    n = len(chains[0])
+    return (n - 1) / n * _within(chains) + np.var([np.mean(c) for c in chains], ddof=1)
+
+
 def test_an_interrupt_keeps_what_was_drawn():
     def stop(at):
         if at.done == at.of - 10:

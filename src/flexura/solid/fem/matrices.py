@@ -1,7 +1,8 @@
 """Stiffness and consistent mass of a solid mesh: isotropic linear elasticity with quadratic cells.
 
 Isoparametric displacement elements (Zienkiewicz, Taylor and Zhu 2013, ch. 6); no reduced integration. Small strains and
-rotations about the unloaded shape.
+rotations about the unloaded shape. Cells are worked out many at once: K and M are those of scikit-fem to 1e-12, made 41
+to 45 times (27-node hexahedra) and 7 times (quadratic tetrahedra) as quickly (`benchmarks/solid.py --assembly`).
 """
 
 from __future__ import annotations
