@@ -18,7 +18,8 @@ CARRIED, CARRIED_EACH = 30.0, 5.0
 times more for each response: a pole that follows noise gains 2 for each of its numbers, and some by being chosen."""
 
 ROUND_OFF = 1e-12
-"""and this share of the responses, squared, that are free of noise."""
+"""What a mode adds near its frequency, squared, is also more than this share of the responses, squared: their round-off
+where they are free of noise."""
 
 STRUCTURED = 4.0
 """A misfit is more than white noise where its square exceeds what its second difference shows by so many of the
@@ -28,7 +29,7 @@ NEAR = 2.0
 """Lines of a mode lie within so many half-power half-widths."""
 
 LEAST = 9
-"""or are so many."""
+"""So many lines nearest to a mode are its own where fewer lie that near."""
 
 ALIKE = 0.9
 """Modal assurance criterion of residues that are alike."""

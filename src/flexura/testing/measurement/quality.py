@@ -20,7 +20,7 @@ PULSE = 0.05
 """A pulse of a hammer begins where the force first exceeds so much of its peak."""
 
 NOISES = 8.0
-"""and so many times its rms before the hit."""
+"""A pulse begins where the force also exceeds so many times its rms before the hit."""
 
 PLATEAU = 3
 """Consecutive samples at the largest magnitude from which a channel is clipped."""

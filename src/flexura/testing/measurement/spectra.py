@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 LEVEL = 0.05
-"""Share of lines above its 95 % quantile that unrelated signals have,"""
+"""Share of lines above its 95 % quantile that unrelated signals have."""
 
 RELATED = 2 * LEVEL
-"""and that from which signals are related."""
+"""Share of such lines from which signals are related."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ WITHIN = 0.02
 """Farthest a sensor may be from what it is taken to sit on, relative to the longest side of the mechanism."""
 
 POINT = 1e-3
-"""The same, m, in a mechanism of a single point."""
+"""Farthest a sensor may be from what it is taken to sit on, m, in a mechanism of a single point."""
 
 UNITS_OF_LENGTH = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
 """Units in which positions may have been written in place of metres."""
