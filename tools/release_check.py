@@ -31,6 +31,7 @@ COMMANDS = (
     "modes examples/guide/guide.yaml -n 3 --plot out",
     "modes examples/rpr/rpr.yaml -n 6",
     "statics examples/amplifier/amplifier.yaml",
+    "stroke examples/guide/guide.yaml --move carriage.x=0:5mm --steps 3 -n 3",
 )
 IMPORT_ALL = """
 import importlib, pkgutil, flexura

@@ -91,6 +91,13 @@ def rpr_test() -> None:
     )
 
 
+def stroke_guide() -> None:
+    """The guide over its stroke."""
+    guide = fx.load(HERE.parents[1] / "examples" / "guide" / "guide.yaml")
+    path = fx.stroke(guide, move={"carriage.x": (-0.012, 0.012)}, steps=49, n=4)
+    fx.view.draw_stroke(path).savefig(HERE / "stroke_guide.png", dpi=80)
+
+
 def closed_loop() -> None:
     """Loops and steps of the platform under control, by the example itself."""
     script = HERE.parents[1] / "examples" / "rpr" / "closed_loop.py"
@@ -106,3 +113,4 @@ if __name__ == "__main__":
     two_claims()
     rpr_test()
     closed_loop()
+    stroke_guide()
