@@ -11,5 +11,7 @@ Names are imported on first use, so that `import flexura` stays quick.
 """
 
 from flexura.lazy import face
+from flexura.registry import register
 
 face(__name__)
+register("with_solid_parts", "flexura.solid.fem")

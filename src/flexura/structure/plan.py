@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-import flexura
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
 from flexura.mechanism import (
@@ -30,6 +29,7 @@ from flexura.mechanism import (
     turn,
 )
 from flexura.records import Kept, Latest, Record
+from flexura.registry import registered
 from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
@@ -86,8 +86,8 @@ def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | N
     """The plan of a mechanism; a plan is returned as it is.
 
     Solid members are reduced to superelements at `parameters`, those of them that are single numbers, by the verb
-    `with_solid_parts`. It belongs to a room above this one, and is reached through the face of the package. Raises
-    ModelError for a description that cannot be used and OptionError for anything else.
+    `with_solid_parts`. It belongs to a room above this one and is registered at the top. Raises ModelError for a
+    description that cannot be used and OptionError for anything else.
     """
     if isinstance(mechanism, Plan):
         return mechanism
@@ -97,7 +97,7 @@ def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | N
         )
     if has_solid_members(mechanism):
         single = {name: value for name, value in (parameters or {}).items() if np.ndim(value) == 0}
-        mechanism = flexura.with_solid_parts(mechanism, single)
+        mechanism = registered("with_solid_parts")(mechanism, single)
     return Plan(mechanism)
 
 
