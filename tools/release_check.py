@@ -149,7 +149,7 @@ def lowest(wheel: Path, folder: Path) -> None:
     pins = folder / "lowest.txt"
     pins.write_text("\n".join(least_versions()) + "\n", encoding="utf-8")
     python = environment(next(filter(None, map(interpreter, PYTHONS))), folder / "lowest")
-    run([python, "-m", "pip", "install", "--quiet", "-c", pins, wheel, "pytest", "hypothesis"], folder)
+    run([python, "-m", "pip", "install", "--quiet", "-c", pins, wheel, "pytest", "hypothesis", "mpmath"], folder)
     print(f"    {' '.join(least_versions())}", flush=True)
     shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
     for command in COMMANDS:

@@ -66,15 +66,16 @@ def test_libraries_are_silent_on_stderr():
 
 
 INTERRUPTED_AT_IMPORT = """
-import builtins, os, runpy, signal, sys
-at, sys.argv, real = sys.argv[1], ["flexura", *sys.argv[2:]], builtins.__import__
-def interrupting(name, *rest, **named):
-    if name == at:
-        os.kill(os.getpid(), signal.SIGINT)
-    return real(name, *rest, **named)
+import os, signal, sys
+at, sys.argv = sys.argv[1], ["flexura", *sys.argv[2:]]
+class Interrupting:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name == at:
+            os.kill(os.getpid(), signal.SIGINT)
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
 import flexura.__main__
-builtins.__import__ = interrupting
+sys.meta_path.insert(0, Interrupting)
 flexura.__main__.main()
 """
 
