@@ -35,8 +35,8 @@ from flexura.analysis.stress import Stresses as Stresses
 from flexura.analysis.stress import member_stresses as member_stresses
 from flexura.analysis.stress import stress_rows as stress_rows
 from flexura.analysis.stroke import Stroke as Stroke
-from flexura.analysis.stroke import StrokePose as StrokePose
 from flexura.analysis.stroke import stroke as stroke
+from flexura.analysis.stroke_pose import StrokePose as StrokePose
 from flexura.analysis.tangent import tangent_stiffness as tangent_stiffness
 from flexura.analysis.time_response import TimeResponse as TimeResponse
 from flexura.analysis.time_response import time_response as time_response

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.numbers import finite_numbers
+from flexura.analysis.stress import Stresses, YieldRatios, ratios_to_yield, worst_stresses
+from flexura.analysis.stroke_pose import Asked, StrokePose, stroke_poses
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.linalg import leading
 from flexura.mechanism import DOF_NAMES, Mechanism
-from flexura.modal import track_modes
 from flexura.motion import (
     NO_LOADS,
     Bend,
@@ -29,8 +31,8 @@ from flexura.motion import (
     Pose,
     Stopped,
     bends,
+    end_forces,
 )
-from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Plan, assemble
 
@@ -44,42 +46,20 @@ HALF_TURN = 3.1
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
 
-HELD = 1e-9
-"""Part of the compliance with the drives free that is left where these hold a displacement, by round-off."""
+NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
 
 UNSTABLE = "is not stable: whatever holds it would have to hold it against its own springing away"
 
 
 @dataclass(frozen=True, repr=False)
-class StrokePose(Record):
-    """The mechanism at one pose, m and rad, N and N m, Hz; global axes.
-
-    `move` are the prescribed displacements by name, `reaction` the forces and moments that hold them there and
-    `drive_stiffness` how these grow with the displacement, all other prescribed ones held. `frequency_hz` are natural
-    frequencies with the drives free under these forces, which stay as they are, `frequency_hz_held` with the drives
-    held; a state that is not stable has a negative one, the rate at which it springs away. `tracked` (n,) says which
-    of `frequency_hz` each of the modes at the first pose has become. `displacement` (6,) is that of nodes from rest,
-    with their rotation vectors. `support_stiffness` (6,) is one over the diagonal of the compliance at the first driven
-    node with the drives held, NaN where these hold it, in N/m and N m/rad.
-    """
-
-    _shown = ("move", "reaction", "frequency_hz")
-
-    move: dict[str, float]
-    reaction: dict[str, float]
-    drive_stiffness: dict[str, float]
-    frequency_hz: tuple[float, ...]
-    frequency_hz_held: tuple[float, ...]
-    tracked: tuple[int, ...]
-    displacement: dict[str, tuple[float, ...]]
-    support_stiffness: tuple[float, ...]
-    energy: float
-
-
-@dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
     """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
-    `bent` which members bend further within an element than is accurate."""
+    `bent` which members bend further within an element than is accurate.
+
+    `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
+    poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
+    members.
+    """
 
     _shown = ("name", "poses")
     _told = ("poses",)
@@ -88,6 +68,8 @@ class Stroke(Tabular):
     poses: tuple[StrokePose, ...]
     stopped: tuple[str, ...]
     bent: tuple[Exceeded, ...]
+    yield_ratios: YieldRatios
+    end_forces: dict[str, tuple[Array, Array]]
 
     @property
     def name(self) -> str:
@@ -96,13 +78,45 @@ class Stroke(Tabular):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Poses that are not there, those that are not stable, and members that bend too far for their elements."""
+        """Poses that are not there, those that are not stable, and members that bend too far for their elements or are
+        stressed beyond yield."""
         found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
         for pose in self.poses:
             if pose.frequency_hz_held and pose.frequency_hz_held[0] < 0:
                 text = f"at {_words(pose.move)} the mechanism {UNSTABLE}"
                 found.append(Exceeded("buckling", "", pose.frequency_hz_held[0], 0.0, "Hz", text))
-        return (*found, *self.bent)
+        return (*found, *self.bent, *self._beyond_yield())
+
+    def _beyond_yield(self) -> Iterator[Exceeded]:
+        """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""
+        if not self.poses:
+            return
+        travel = np.array([list(pose.move.values()) for pose in self.poses])
+        away = (np.abs(travel) / np.maximum(np.abs(travel).max(axis=0, initial=0.0), 1e-300)).sum(axis=1)
+        for name, ratio in zip(self.yield_ratios.names, self.yield_ratios.ratio, strict=True):
+            beyond = np.flatnonzero(ratio > 1)
+            if len(beyond):
+                first, worst = int(beyond[away[beyond].argmin()]), int(leading(ratio))
+                text = (
+                    f"{name} is stressed beyond its yield stress, first at {_words(self.poses[first].move)} and most at"
+                    f" {_words(self.poses[worst].move)}, {ratio[worst]:.3g} times"
+                )
+                yield Exceeded("stress", name, float(ratio[worst]), 1.0, "1", text)
+
+    def stresses(self, pose: int | None = None) -> Stresses:
+        """The largest stress in every link and flexure at a pose, by its number, or over all poses, of which `state`
+        then is the number. Raises OptionError where there is no such pose."""
+        count = len(self.poses)
+        if pose is None and count:
+            return worst_stresses(self.model, self.end_forces.__getitem__)
+        if pose is None or not 0 <= pose < count:
+            raise OptionError(f"there is no pose {pose!r} of {count}")
+
+        def forces(name: str) -> tuple[Array, Array]:
+            start, end = self.end_forces[name]
+            return start[..., pose : pose + 1], end[..., pose : pose + 1]
+
+        return worst_stresses(self.model, forces)
 
     @property
     def frequencies_hz(self) -> Array:
@@ -124,6 +138,28 @@ class Stroke(Tabular):
         for k, dof in enumerate(DOF_NAMES):
             unit = "N/m" if k < 3 else "N m/rad"
             columns[f"support {dof} [{unit}]"] = [p.support_stiffness[k] for p in self.poses]
+        return columns | self._state_columns()
+
+    def _state_columns(self) -> dict[str, Any]:
+        """Stress, buckling, energy, axes and what the ground exerts."""
+        poses = self.poses
+        columns: dict[str, Any] = {
+            "stress margin": [p.stress_margin for p in poses],
+            "stress member": [p.stress_member for p in poses],
+            "stress position": [p.stress_position for p in poses],
+            "buckling factor": [p.buckling_factor for p in poses],
+            "energy [N m]": [p.energy for p in poses],
+        }
+        for name in poses[0].energy_by_part if poses else ():
+            columns[f"energy {name} [N m]"] = [p.energy_by_part[name] for p in poses]
+        for name in poses[0].move if poses else ():
+            axes = [p.screw_axis[name] for p in poses]
+            for k, axis in enumerate("xyz"):
+                columns[f"axis {name} direction {axis}"] = [own.direction[k] for own in axes]
+                columns[f"axis {name} {axis} [m]"] = [own.point[k] for own in axes]
+            columns[f"axis {name} pitch [m/rad]"] = [own.pitch for own in axes]
+        for k, name in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
+            columns[f"ground {name} [{'N' if k < 3 else 'N m'}]"] = [p.ground_reaction[k] for p in poses]
         return columns
 
 
@@ -150,7 +186,7 @@ def stroke(
 
     Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
-    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G14).
+    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G19).
 
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.
@@ -188,9 +224,12 @@ def stroke(
             states[k] = state
             if progress is not None:
                 progress(Progress("poses", len(states), len(targets)))
-    reached = sorted(states)
-    poses = list(_poses(equations, [states[k] for k in reached], targets[reached], n, numbers))
-    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, [states[k] for k in reached]))
+    order = sorted(states)
+    reached = [states[k] for k in order]
+    forces = end_forces(moving, reached, applied.gravity)
+    yields = ratios_to_yield(full, forces.__getitem__, len(reached)) if reached else NO_YIELD
+    poses = stroke_poses(equations, reached, targets[order], applied, yields, Asked(n, numbers))
+    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, reached), yields, forces)
 
 
 def _component(name: str) -> int:
@@ -320,42 +359,3 @@ def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, 
 
 def _words(move: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.6g} {'rad' if _component(name) >= 3 else 'm'}" for name, value in move.items())
-
-
-def _poses(
-    equations: Equations, states: Sequence[Equilibrium], targets: Array, n: int, nodes: Mapping[str, int]
-) -> Iterator[StrokePose]:
-    """What the mechanism is at each state, moved to targets (poses, drives)."""
-    before: Array | None = None
-    number = np.arange(n)
-    for state, moved in zip(states, targets, strict=True):
-        checkpoint()
-        pose = Pose(equations, state)
-        free, held = pose.modes(n), pose.modes(n, held=True)
-        if before is None:
-            before, number = free.vectors, np.arange(len(free.values))
-        else:
-            tracked = track_modes(before, free.values, free.vectors, pose.M, close=0.02)
-            number = tracked.number
-            before = np.where(number >= 0, tracked.shapes[:, number], before)
-        first = equations.drives[0]
-        support, loose = (np.diag(pose.compliance(first.node, held=held)) for held in (True, False))
-        with np.errstate(divide="ignore"):
-            stiffness = np.where(np.abs(support) > HELD * np.abs(loose), 1 / support, np.nan)
-        names = [drive.name for drive in equations.drives]
-        yield StrokePose(
-            move=dict(zip(names, moved.tolist(), strict=True)),
-            reaction=dict(zip(names, state.drive.tolist(), strict=True)),
-            drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
-            frequency_hz=_hertz(free.values),
-            frequency_hz_held=_hertz(held.values),
-            tracked=tuple(int(k) for k in number),
-            displacement={name: tuple(pose.displacement(k).tolist()) for name, k in nodes.items()},
-            support_stiffness=tuple(stiffness.tolist()),
-            energy=state.tangent.forces.energy,
-        )
-
-
-def _hertz(values: Array) -> tuple[float, ...]:
-    """Frequencies of eigenvalues, negative for negative ones."""
-    return tuple((np.sign(values) * np.sqrt(np.abs(values)) / (2 * np.pi)).tolist())

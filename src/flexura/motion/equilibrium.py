@@ -139,18 +139,9 @@ class Equations:
     def tangent(self, frames: Frames, loads: Loads, multipliers: Array) -> tuple[Tangent, Array]:
         """The tangent in a state, and the forces (n,) that are missing for its equilibrium without the drives."""
         forces = self.model.forces(frames, loads.gravity)
-        external, local = np.zeros(self.model.dof.shape), forces.blocks[-1]
-        for node, wrench in loads.dead.items():
-            root, now = self.model.root[node], frames.R[self.model.root[node]] @ self.model.arm[node]
-            external[root] += np.append(wrench[:3], wrench[3:] + np.cross(now, wrench[:3]))
-            local[root, 3:, 3:] -= skew(wrench[:3]) @ skew(now)
-        for node, wrench in loads.follower.items():
-            root = self.model.root[node]
-            R, now = frames.R[root], frames.R[root] @ self.model.arm[node]
-            force = R @ wrench[:3]
-            own = np.append(force, R @ wrench[3:] + np.cross(now, force))
-            external[root] += own
-            local[root] -= turned(own[None])[0]
+        local = forces.blocks[-1]
+        external, slope = self._external(frames, loads)
+        local -= slope
         rows = np.zeros((len(self.drives), self.model.n_dof))
         for i, drive in enumerate(self.drives):
             _, row, second = self._drive(frames, drive)
@@ -158,6 +149,32 @@ class Equations:
             rows[i, dof[dof >= 0]] = row[dof >= 0]
             local[drive.root] -= multipliers[i] * second
         return Tangent(self.model, forces, rows), self.free(external - forces.force)
+
+    def _external(self, frames: Frames, loads: Loads) -> tuple[Array, Array]:
+        """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""
+        external, slope = np.zeros(self.model.dof.shape), np.zeros((*self.model.dof.shape, 6))
+        for node, wrench in loads.dead.items():
+            root, now = self.model.root[node], frames.R[self.model.root[node]] @ self.model.arm[node]
+            external[root] += np.append(wrench[:3], wrench[3:] + np.cross(now, wrench[:3]))
+            slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(now)
+        for node, wrench in loads.follower.items():
+            root = self.model.root[node]
+            R, now = frames.R[root], frames.R[root] @ self.model.arm[node]
+            force = R @ wrench[:3]
+            own = np.append(force, R @ wrench[3:] + np.cross(now, force))
+            external[root] += own
+            slope[root] += turned(own[None])[0]
+        return external, slope
+
+    def ground_reaction(self, state: Equilibrium, loads: Loads) -> Array:
+        """Force and moment (6,) about the global origin that the ground exerts, N and N m (theory eq. G19)."""
+        frames = state.frames
+        exerted = state.tangent.forces.force - self._external(frames, loads)[0]
+        for drive, force in zip(self.drives, state.drive, strict=True):
+            exerted[drive.root] -= force * self._drive(frames, drive)[1]
+        exerted[self._free] = 0.0
+        moments = exerted[:, 3:] + np.cross(frames.x, exerted[:, :3])
+        return np.append(exerted[:, :3].sum(axis=0), moments.sum(axis=0))
 
     def solve(self, start: Frames, loads: Loads = NO_LOADS, targets: ArrayLike = ()) -> Equilibrium:
         """The state of equilibrium next to `start` with the driven displacements at their targets, m and rad.

@@ -107,9 +107,21 @@ class Pose:
 
     def drive_stiffness(self) -> Array:
         """Derivatives (d,) of the forces of the drives by their own displacements, the others held."""
+        return np.diag(self._following[0])
+
+    def following(self, drive: int) -> Array:
+        """How the node of a drive moves (6,) per displacement of this drive, the others held (theory eq. G18)."""
+        motion = self._following[1][:, drive]
+        return np.asarray(self.rows(self.equations.drives[drive].node) @ motion, dtype=float)
+
+    @cached_property
+    def _following(self) -> tuple[Array, Array]:
+        """Derivatives by the driven displacements of the forces of the drives (d, d), and of all free displacements
+        (n, d)."""
         rows = self.state.tangent.rows
-        flexibility = rows @ factorise(self.K).solve(np.ascontiguousarray(rows.T))
-        return np.asarray(np.diag(np.linalg.inv(flexibility)), dtype=float)
+        flexible = factorise(self.K).solve(np.ascontiguousarray(rows.T))
+        stiffness = np.asarray(np.linalg.inv(rows @ flexible), dtype=float)
+        return stiffness, flexible @ stiffness
 
     def displacement(self, node: int) -> Array:
         """Displacement (6,) of a node from rest: m, and its rotation vector, rad."""

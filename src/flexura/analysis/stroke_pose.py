@@ -1,0 +1,154 @@
+"""What a mechanism is at one pose of its stroke."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.drift import ScrewAxis, screw_axis
+from flexura.analysis.stress import YieldRatios
+from flexura.deadline import checkpoint
+from flexura.linalg import leading
+from flexura.modal import track_modes
+from flexura.motion import Equations, Equilibrium, Loads, Pose, buckling_factor
+from flexura.records import Record
+
+Array = NDArray[np.float64]
+
+HELD = 1e-9
+"""Part of the compliance with the drives free that is left where these hold a displacement, by round-off."""
+
+
+@dataclass(frozen=True, repr=False)
+class StrokePose(Record):
+    """The mechanism at one pose, m and rad, N and N m, Hz; global axes.
+
+    `move` are the prescribed displacements by name, `reaction` the forces and moments that hold them there and
+    `drive_stiffness` how these grow with the displacement, all other prescribed ones held. `frequency_hz` are natural
+    frequencies with the drives free under these forces, which stay as they are, `frequency_hz_held` with the drives
+    held; a state that is not stable has a negative one, the rate at which it springs away. `tracked` (n,) says which
+    of `frequency_hz` each of the modes at the first pose has become. `displacement` (6,) is that of nodes from rest,
+    with their rotation vectors. `support_stiffness` (6,) is one over the diagonal of the compliance at the first driven
+    node with the drives held, NaN where these hold it, in N/m and N m/rad.
+
+    `screw_axis` is the axis about which the node of each drive moves as this moves on, the others held.
+    `ground_reaction` (6,) is the force and the moment about the global origin that the ground exerts. `energy` is the
+    strain energy, N m, and `energy_by_part` that of every instance of the mechanism and of every member, spring and
+    superelement of its own. `stress_margin` is the least yield stress over largest von Mises stress with notch factors,
+    in `stress_member` at the fraction `stress_position` of its length; None where no yield stress is known.
+    `buckling_factor` on all loads and forces of the drives is that at which the state would buckle with the drives
+    held, linear from the pose; None where nothing buckles.
+    """
+
+    _shown = ("move", "reaction", "frequency_hz")
+
+    move: dict[str, float]
+    reaction: dict[str, float]
+    drive_stiffness: dict[str, float]
+    frequency_hz: tuple[float, ...]
+    frequency_hz_held: tuple[float, ...]
+    tracked: tuple[int, ...]
+    displacement: dict[str, tuple[float, ...]]
+    support_stiffness: tuple[float, ...]
+    screw_axis: dict[str, ScrewAxis]
+    ground_reaction: tuple[float, ...]
+    energy: float
+    energy_by_part: dict[str, float]
+    stress_margin: float | None
+    stress_member: str | None
+    stress_position: float | None
+    buckling_factor: float | None
+
+
+class Asked(NamedTuple):
+    """What is asked of every pose: how many modes, and the displacements of which nodes, numbers by name."""
+
+    modes: int
+    nodes: Mapping[str, int]
+
+
+def stroke_poses(
+    equations: Equations,
+    states: Sequence[Equilibrium],
+    targets: Array,
+    loads: Loads,
+    yields: YieldRatios,
+    asked: Asked,
+) -> Iterator[StrokePose]:
+    """What the mechanism is at each state, moved to targets (poses, drives) under loads."""
+    before: Array | None = None
+    names = [drive.name for drive in equations.drives]
+    for k, (state, moved) in enumerate(zip(states, targets, strict=True)):
+        checkpoint()
+        pose = Pose(equations, state)
+        free, held = pose.modes(asked.modes), pose.modes(asked.modes, held=True)
+        if before is None:
+            before, number = free.vectors, np.arange(len(free.values))
+        else:
+            tracked = track_modes(before, free.values, free.vectors, pose.M, close=0.02)
+            number = tracked.number
+            before = np.where(number >= 0, tracked.shapes[:, number], before)
+        margin, member, position = _margin(yields, k)
+        yield StrokePose(
+            move=dict(zip(names, moved.tolist(), strict=True)),
+            reaction=dict(zip(names, state.drive.tolist(), strict=True)),
+            drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
+            frequency_hz=_hertz(free.values),
+            frequency_hz_held=_hertz(held.values),
+            tracked=tuple(int(k) for k in number),
+            displacement={name: tuple(pose.displacement(k).tolist()) for name, k in asked.nodes.items()},
+            support_stiffness=_support(pose),
+            screw_axis={name: _axis(pose, k) for k, name in enumerate(names)},
+            ground_reaction=tuple(equations.ground_reaction(state, loads).tolist()),
+            energy=state.tangent.forces.energy,
+            energy_by_part=_energies(state),
+            stress_margin=margin,
+            stress_member=member,
+            stress_position=position,
+            buckling_factor=buckling_factor(pose),
+        )
+
+
+def _support(pose: Pose) -> tuple[float, ...]:
+    """One over the diagonal of the compliance (6,) at the first driven node, drives held."""
+    node = pose.equations.drives[0].node
+    support, loose = (np.diag(pose.compliance(node, held=held)) for held in (True, False))
+    with np.errstate(divide="ignore"):
+        return tuple(np.where(np.abs(support) > HELD * np.abs(loose), 1 / support, np.nan).tolist())
+
+
+def _axis(pose: Pose, drive: int) -> ScrewAxis:
+    """The axis about which the node of a drive moves, by its point nearest to where the node is."""
+    model, frames, node = pose.equations.model, pose.state.frames, pose.equations.drives[drive].node
+    root = model.root[node]
+    here = frames.x[root] + frames.R[root] @ model.arm[node]
+    return screw_axis(pose.following(drive), here, at=here)
+
+
+def _energies(state: Equilibrium) -> dict[str, float]:
+    """Strain energies, N m, by the first step of the names of elements: instances, and the mechanism's own members."""
+    found: dict[str, float] = {}
+    tangent = state.tangent
+    for names, own in zip(tangent.model.names, tangent.forces.responses, strict=True):
+        for name, energy in zip(names, own.energy.tolist(), strict=True):
+            part = name.partition(".")[0]
+            found[part] = found.get(part, 0.0) + energy
+    return found
+
+
+def _margin(yields: YieldRatios, k: int) -> tuple[float | None, str | None, float | None]:
+    """Yield stress over stress in state k where it is least, in which member, and where along it."""
+    if not yields.names:
+        return None, None, None
+    worst = int(leading(yields.ratio[:, k]))
+    ratio = float(yields.ratio[worst, k])
+    return 1 / ratio if ratio else np.inf, yields.names[worst], float(yields.position[worst, k])
+
+
+def _hertz(values: Array) -> tuple[float, ...]:
+    """Frequencies of eigenvalues, negative for negative ones."""
+    return tuple((np.sign(values) * np.sqrt(np.abs(values)) / (2 * np.pi)).tolist())

@@ -1,0 +1,55 @@
+"""Internal forces of members in states of large motion, in their own axes, which turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.motion.elements import PoseElements
+from flexura.motion.equilibrium import Equilibrium
+from flexura.motion.model import MIRRORED, MovingModel
+
+Array = NDArray[np.float64]
+
+
+def end_forces(model: MovingModel, states: Sequence[Equilibrium], gravity: Array) -> dict[str, tuple[Array, Array]]:
+    """Internal forces (i, e, 6, k) at the first and the second end of the elements of the i copies of each prototype
+    with members in k states under gravity (3,), m/s^2 (theory eq. G15).
+
+    They are N, Vy, Vz, N, and T, My, Mz, N m, in the axes of the members, which turn with the ends of elements, on the
+    face towards the second end of the member.
+    """
+    topology, parts = model.design.plan.topology, model.design.plan.parts
+    names = [name for name in model.design.matrices if len(parts[name].connectivity)]
+    if not names or not states:
+        return {}
+    elements = model.elements[0]
+    assert isinstance(elements, PoseElements)
+    start, end = _in_own_axes(elements, states, gravity)
+    found, first = {}, 0
+    for name in names:
+        placed, count = topology.copies[name], len(parts[name].connectivity)
+        own = slice(first, first + len(placed.paths) * count)
+        mirrored = np.linalg.det(model.design.geometry.Q[placed.number]) < 0
+        sign = np.where(mirrored[:, None], MIRRORED, 1.0)[:, None, :, None]
+        shape = (len(placed.paths), count, 6, len(states))
+        found[name] = (sign * start[own].reshape(shape), sign * end[own].reshape(shape))
+        first = own.stop
+    return found
+
+
+def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium], gravity: Array) -> tuple[Array, Array]:
+    """Internal forces (e, 6, k) at both ends of elements, in the right-handed axes of these ends."""
+    R = np.stack([state.frames.R[elements.node] for state in states])
+    held = np.stack([state.tangent.forces.responses[0].force for state in states]).reshape(len(states), -1, 2, 6)
+    arm = (R @ elements.arm[..., None])[..., 0]
+    back = np.swapaxes(R @ elements.axes, -1, -2)
+    moment = held[..., 3:] - np.cross(arm, held[..., :3])
+    own = np.concatenate([(back @ part[..., None])[..., 0] for part in (held[..., :3], moment)], axis=-1)
+    if gravity.any():
+        per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
+        own = own - (per_fall @ (back @ gravity)[..., None])[..., 0]
+    start, end = np.moveaxis(own, 0, -1).swapaxes(0, 1)
+    return -start, end
