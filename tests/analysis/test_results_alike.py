@@ -24,6 +24,7 @@ DIMENSIONLESS = {
     *("relative error", "relative", "mac", "space mac", "likeness", "damping ratio", "loss factor", "confidence"),
     *("identified damping ratio", "frequency spread", "damping spread", "modal phase collinearity", "independence"),
     *("factor to yield", "position", "variance reduction", "relative standard deviation"),
+    *("stress margin", "stress position", "buckling factor"),
 }
 """Columns of floats that are plain numbers."""
 

@@ -15,7 +15,6 @@ from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-Index = NDArray[np.intp]
 
 
 def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None) -> tuple[Array, Array]:

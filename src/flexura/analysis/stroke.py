@@ -155,7 +155,7 @@ class Stroke(Tabular):
         for name in poses[0].move if poses else ():
             axes = [p.screw_axis[name] for p in poses]
             for k, axis in enumerate("xyz"):
-                columns[f"axis {name} direction {axis}"] = [own.direction[k] for own in axes]
+                columns[f"axis {name} direction {axis} [1]"] = [own.direction[k] for own in axes]
                 columns[f"axis {name} {axis} [m]"] = [own.point[k] for own in axes]
             columns[f"axis {name} pitch [m/rad]"] = [own.pitch for own in axes]
         for k, name in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
