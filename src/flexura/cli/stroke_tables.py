@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isnan
+from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +33,8 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
             table.add_column(f"f{k + 1} Hz", justify="right")
         for axis in "xyz":
             table.add_column(f"k{axis} N/m", justify="right")
+        table.add_column("to yield", justify="right")
+        table.add_column("to buckle", justify="right")
         every = max(1, -(-len(result.poses) // MOST_ROWS))
         for pose in result.poses[::every]:
             cells: list[str] = []
@@ -41,14 +43,21 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
                 cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name]:.5g}"]
             cells += [f"{f:.5g}" for f in pose.frequency_hz[:MOST_FREQUENCIES]]
             cells += ["driven" if isnan(k) else f"{k:.4g}" for k in pose.support_stiffness[:3]]
+            cells += [_factor(pose.stress_margin), _factor(pose.buckling_factor)]
             table.add_row(*cells)
         console.print(table)
         console.print(
-            "f: drives free under the forces that hold the pose; k: support stiffness, drives held", markup=False
+            "f: drives free under the forces that hold the pose; k: support stiffness, drives held; to yield, to buckle:"
+            " factors on what is there"
         )
     print_warnings(console, result.warnings)
     for path in written:
         console.print(f"wrote {path}", markup=False)
+
+
+def _factor(value: float | None) -> str:
+    """A factor on what is there; empty where there is none, or nothing that it could multiply."""
+    return "" if value is None or not isfinite(value) else f"{value:.3g}"
 
 
 def write_stroke_csv(result: Stroke, path: Path) -> Path:

@@ -97,7 +97,8 @@ def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | N
         )
     if has_solid_members(mechanism):
         single = {name: value for name, value in (parameters or {}).items() if np.ndim(value) == 0}
-        mechanism = registered("with_solid_parts")(mechanism, single)
+        reduced: Mechanism = registered("with_solid_parts")(mechanism, single)
+        return Plan(reduced)
     return Plan(mechanism)
 
 
