@@ -47,8 +47,8 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
             table.add_row(*cells)
         console.print(table)
         console.print(
-            "f: drives free under the forces that hold the pose; k: support stiffness, drives held; to yield, to buckle:"
-            " factors on what is there"
+            "f: drives free under the forces that hold the pose; k: support stiffness, drives held;"
+            " to yield, to buckle: factors on what is there"
         )
     print_warnings(console, result.warnings)
     for path in written:
