@@ -27,9 +27,10 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	$(BIN)/flexura check examples/rpr/rpr.yaml
 	$(BIN)/flexura modes examples/rpr/rpr.yaml -n 6 --plot out/rpr
-	$(BIN)/flexura frequency-response examples/rpr/rpr.yaml --band 3,60 --damping 0.01 --plot out/rpr
+	$(BIN)/flexura frequency-response examples/rpr/rpr.yaml --band '3,60 Hz' --damping 0.01 --plot out/rpr
 	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
-	$(BIN)/flexura test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
+	$(BIN)/flexura stroke examples/rpr/rpr.yaml --move platform.rx=-3deg:3deg --steps 13 -n 4 --plot out/rpr
+	$(BIN)/flexura virtual-test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
 
 # for solid models: CalculiX (GPL, run as a program of its own), and the libraries that gmsh (GPL, imported) is linked to
 PACKAGES := calculix-ccx libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1

@@ -1,0 +1,25 @@
+"""What `make demo` runs ends well, command by command."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from helpers.shell import flexura
+
+ROOT = Path(__file__).parents[2]
+RECIPE = re.search(r"^demo:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+assert RECIPE
+COMMANDS = [line.strip().removeprefix("$(BIN)/flexura ") for line in RECIPE[1].splitlines()]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_of_the_demo(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    words = [str(tmp_path) if word.startswith("out/") else word for word in shlex.split(command)]
+    done = flexura(*words)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+    assert "--plot" not in words or list(tmp_path.glob("*.png"))
