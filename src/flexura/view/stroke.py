@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from flexura.analysis import Stroke
 from flexura.arguments import verb
@@ -17,6 +17,12 @@ from flexura.view.curves import COLOURS
 from flexura.view.files import save_figures
 from flexura.view.identification import _figure, _style
 from flexura.view.palette import INK
+
+MOST_WARNINGS = 3
+"""Warnings that stand below the curves."""
+
+LEAST_SPAN = 10.0
+"""Least ratio of the ends of a logarithmic axis."""
 
 DOFS = ("x", "y", "z", "about x", "about y", "about z")
 
@@ -54,8 +60,14 @@ def draw_stroke(result: Stroke) -> Figure:
         axes.set_xlim(x.min(), x.max())
         _style(axes)
     figure.suptitle(f"{result.name}: over its stroke, {len(result.poses)} poses", fontsize=10, color=INK)
-    foot(figure, [str(warning) for warning in result.warnings[:3]], result.notes)
+    foot(figure, [str(warning) for warning in result.warnings[:MOST_WARNINGS]], _left_out(result))
     return figure
+
+
+def _left_out(result: Stroke) -> list[str]:
+    """Notes, and how many warnings there are beside those that are shown."""
+    more = len(result.warnings) - MOST_WARNINGS
+    return [*result.notes, *([f"and {more} more warnings"] if more > 0 else [])]
 
 
 def _turns(name: str) -> bool:
@@ -81,8 +93,7 @@ def _frequencies(axes: Axes, result: Stroke, x: np.ndarray) -> None:
     for k in range(min(least, 2)):
         held = np.array([pose.frequency_hz_held[k] for pose in result.poses])
         axes.plot(x, np.where(held > 0, held, np.nan), color=INK, lw=0.9, ls="--", label="held" if k == 0 else None)
-    axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(ScalarFormatter())
+    _logarithmic(axes)
     axes.set_ylabel("natural frequency, Hz", fontsize=8)
     _legend(axes)
 
@@ -91,9 +102,26 @@ def _stiffness(axes: Axes, result: Stroke, x: np.ndarray, own: slice, label: str
     stiffness = np.array([pose.support_stiffness[own] for pose in result.poses], dtype=float)
     for k, name in enumerate(DOFS[own]):
         if np.isfinite(stiffness[:, k]).any():
-            axes.semilogy(x, stiffness[:, k], color=COLOURS[k], lw=1.4, label=name)
+            axes.plot(x, stiffness[:, k], color=COLOURS[k], lw=1.4, label=name)
+    _logarithmic(axes)
     axes.set_ylabel(label, fontsize=8)
     _legend(axes)
+
+
+def _logarithmic(axes: Axes) -> None:
+    """A logarithmic axis over a decade at least; ticks of 1, 2 and 5 have plain numbers where there are few."""
+    values = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines])
+    values = values[np.isfinite(values) & (values > 0)]
+    if not len(values):
+        return
+    low, high = float(values.min()), float(values.max())
+    stretch = max(1.0, np.sqrt(LEAST_SPAN * low / high))
+    axes.set_yscale("log")
+    axes.set_ylim(low / stretch / 1.1, high * stretch * 1.1)
+    few = high / low < 1e3
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _legend(axes: Axes) -> None:
