@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, factorise, is_definite, next_to
+from flexura.linalg import Eigenpairs, Factor, factorise, is_definite, next_to
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.se3 import rotation_vector, skew
 
@@ -68,10 +68,20 @@ class Pose:
 
     def matrices(self, held: bool) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M, with the drives held or free."""
-        if not held or not self.equations.drives:
-            return self.K, self.M
+        return self._held if held and self.equations.drives else (self.K, self.M)
+
+    @cached_property
+    def _held(self) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         T = self.holding
         return (T.T @ self.K @ T).tocsc(), (T.T @ self.M @ T).tocsc()
+
+    @cached_property
+    def _free_factor(self) -> Factor:
+        return factorise(self.K)
+
+    @cached_property
+    def _held_factor(self) -> Factor:
+        return factorise(self.matrices(True)[0])
 
     def modes(self, n: int, held: bool = False) -> Eigenpairs:
         """The n lowest eigenpairs, none missed: values, (rad/s)^2, negative where the state is not stable, and vectors
@@ -98,11 +108,11 @@ class Pose:
 
         Raises SolverError where the state has lost its stiffness.
         """
-        K, _ = self.matrices(held)
         G = self.rows(node)
         if held and self.equations.drives:
             G = np.asarray(G @ self.holding)
-        C = G @ factorise(K).solve(np.ascontiguousarray(G.T))
+        factor = self._held_factor if held else self._free_factor
+        C = G @ factor.solve(np.ascontiguousarray(G.T))
         return (C + C.T) / 2
 
     def drive_stiffness(self) -> Array:
@@ -119,7 +129,7 @@ class Pose:
         """Derivatives by the driven displacements of the forces of the drives (d, d), and of all free displacements
         (n, d)."""
         rows = self.state.tangent.rows
-        flexible = factorise(self.K).solve(np.ascontiguousarray(rows.T))
+        flexible = self._free_factor.solve(np.ascontiguousarray(rows.T))
         stiffness = np.asarray(np.linalg.inv(rows @ flexible), dtype=float)
         return stiffness, flexible @ stiffness
 
