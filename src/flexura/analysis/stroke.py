@@ -191,12 +191,7 @@ def stroke(
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.
     """
-    if isinstance(model, FullOrderModel):
-        if parameters:
-            raise OptionError("parameters belong to a mechanism, not to an assembled model")
-        full = model
-    else:
-        full = assemble(model, parameters)
+    full = assemble(model, parameters)
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     moving = MovingModel.of(full.design)

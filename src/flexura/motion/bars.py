@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.motion.elements import Ends, Frames, Response, turned
-from flexura.motion.se3 import skew
+from flexura.beam import skew
+from flexura.motion.elements import Ends, Frames, Response, carried, turned
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -60,9 +60,7 @@ class Bars:
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
-        twists = self._ends(frames).twists()
-        M = np.einsum("eaij,eaibk,ebkl->eajbl", twists, self.mass.reshape(-1, 2, 6, 2, 6), twists)
-        return M.reshape(-1, 12, 12)
+        return carried(self.mass, self._ends(frames).twists())
 
 
 def _rows(ends: Ends) -> Array:

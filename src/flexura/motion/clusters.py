@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.beam import skew
 from flexura.motion.elements import Ends, Frames, Response
-from flexura.motion.se3 import Logarithm, skew
+from flexura.motion.se3 import Logarithm
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -16,7 +16,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.motion.se3 import Logarithm, rotation, skew
+from flexura.beam import skew
+from flexura.motion.se3 import Logarithm, rotation
 from flexura.motion.strain import Strain
 
 Array = NDArray[np.float64]
@@ -154,10 +155,13 @@ class PoseElements:
         ends = self.ends(frames)
         log = ends.relative()
         middle = ends.axes[:, 0] @ rotation(log.e[:, 3:] / 2)
-        twists = ends.twists(np.stack([middle, middle], axis=1))
-        out = self.mass.reshape(-1, 2, 6, 2, 6)
-        out = np.einsum("eaij,eaibk,ebkl->eajbl", twists, out, twists, optimize=True)
-        return out.reshape(-1, 12, 12)
+        return carried(self.mass, ends.twists(np.stack([middle, middle], axis=1)))
+
+
+def carried(mass: Array, twists: Array) -> Array:
+    """Mass matrices (e, 12, 12) by velocities of the frames, from those by twists (e, 2, 6, 6) of the ends."""
+    ends = mass.reshape(-1, 2, 6, 2, 6)
+    return np.einsum("eaij,eaibk,ebkl->eajbl", twists, ends, twists, optimize=True).reshape(-1, 12, 12)
 
 
 def _rows(log: Logarithm, twists: Array) -> Array:

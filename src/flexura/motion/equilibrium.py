@@ -10,11 +10,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.beam import skew
 from flexura.errors import SolverError
 from flexura.linalg import factorise
 from flexura.motion.elements import Frames, turned
 from flexura.motion.model import Forces, MovingModel
-from flexura.motion.se3 import LARGEST, Logarithm, skew
+from flexura.motion.se3 import LARGEST, Logarithm
 
 Array = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.beam import skew
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Cluster, Sagging
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
-from flexura.motion.se3 import skew
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
-from flexura.structure import Copies, Design, Part, SpringElement
+from flexura.structure import Copies, Design, Part, Scatter, SpringElement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -68,10 +68,11 @@ class MovingModel:
         return int(self.dof.max(initial=-1)) + 1
 
     @cached_property
-    def pattern(self) -> Pattern:
+    def pattern(self) -> Scatter:
         """Where derivatives by the free displacements go."""
         columns = [self.dof[e.node].reshape(len(e.node), -1) for e in self.elements]
-        return Pattern([*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof], self.n_dof)
+        dofs = [*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof]
+        return Scatter(dofs, self.n_dof, symmetric=False)
 
     def forces(self, frames: Frames, gravity: Array) -> Forces:
         """What holds the mechanism in a state against its stiffness and its weight, g (3,) in m/s^2."""
@@ -130,36 +131,6 @@ class MovingModel:
     def root(self) -> Index:
         """The frame (n + 1,) that each node follows."""
         return np.append(self.design.plan.topology.root, len(self.dof) - 1)
-
-
-class Pattern:
-    """Where blocks of derivatives go in a square matrix; rows and columns -1 are dropped."""
-
-    def __init__(self, dofs: list[Index], n: int) -> None:
-        self.n = n
-        keys = []
-        for dof in dofs:
-            row, column = dof[:, :, None], dof[:, None, :]
-            keys.append(np.where((row >= 0) & (column >= 0), column * n + row, -1).ravel())
-        key = np.concatenate(keys)
-        self._taken = np.flatnonzero(key >= 0)
-        self._flat = key[self._taken]
-        unique, self._place = np.unique(self._flat, return_inverse=True)
-        self._rows = (unique % n).astype(np.int32)
-        self._starts = np.searchsorted(unique, np.arange(n + 1) * n).astype(np.int32)
-
-    def _data(self, blocks: list[Array]) -> Array:
-        return np.concatenate([block.ravel() for block in blocks])[self._taken]
-
-    def sparse(self, blocks: list[Array]) -> sp.csc_matrix:
-        """The sum of blocks, in the order of the pattern."""
-        summed = np.bincount(self._place, self._data(blocks), len(self._rows))
-        return sp.csc_matrix((summed, self._rows, self._starts), shape=(self.n, self.n))
-
-    def dense(self, blocks: list[Array]) -> Array:
-        """The same as `sparse` (n, n), for small ones."""
-        entries = np.bincount(self._flat, self._data(blocks), self.n**2)
-        return np.asarray(entries, dtype=float).reshape(self.n, self.n).T
 
 
 class _Builder:

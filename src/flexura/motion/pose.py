@@ -9,10 +9,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.beam import skew
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, Factor, factorise, is_definite, next_to
 from flexura.motion.equilibrium import Equations, Equilibrium
-from flexura.motion.se3 import rotation_vector, skew
+from flexura.motion.se3 import rotation_vector
 
 Array = NDArray[np.float64]
 

@@ -16,6 +16,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.beam import skew
+
 Array = NDArray[np.float64]
 
 BERNOULLI = np.array(
@@ -25,14 +27,6 @@ BERNOULLI = np.array(
 
 LARGEST = 0.9 * math.pi
 """Largest rotation, rad, whose logarithm is taken."""
-
-
-def skew(a: Array) -> Array:
-    """Return the matrices (..., 3, 3) of the vector product with a (..., 3)."""
-    out = np.zeros((*a.shape, 3))
-    out[..., 2, 1], out[..., 0, 2], out[..., 1, 0] = a[..., 0], a[..., 1], a[..., 2]
-    out[..., 1, 2], out[..., 2, 0], out[..., 0, 1] = -a[..., 0], -a[..., 1], -a[..., 2]
-    return out
 
 
 def ad(e: Array) -> Array:
@@ -60,12 +54,6 @@ def rotation_vector(R: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = np.where(sine > 0, angle / sine, 1.0)
     return w * factor[..., None]
-
-
-def orthonormal(R: Array) -> Array:
-    """Return rotations (..., 3, 3) without the round-off that products have gathered: one step of Newton's iteration
-    for the orthogonal factor (Higham 1986)."""
-    return R @ (3 * np.eye(3) - np.swapaxes(R, -1, -2) @ R) / 2
 
 
 def _even_coefficients(n: int) -> Array:

@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 
 class Scatter:
-    """A fixed pattern of small square symmetric matrices at given DOFs; DOF -1 is dropped.
+    """A fixed pattern of small square matrices, `symmetric` unless said otherwise, at given DOFs; DOF -1 is dropped.
 
     `dofs` lists index arrays, each (k, m): k matrices of m rows.
     """
 
-    def __init__(self, dofs: Sequence[Index], n: int) -> None:
-        self.n = n
+    def __init__(self, dofs: Sequence[Index], n: int, *, symmetric: bool = True) -> None:
+        self.n, self.symmetric = n, symmetric
         key = np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, n) for d in dofs)])
         self._length = len(key)
         taken = key >= 0
@@ -40,7 +40,7 @@ class Scatter:
         self._dense_targets: dict[int, Index] = {}
 
     def sparse(self, matrices: Sequence[Array], start: Array | None = None) -> sp.csc_matrix:
-        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric to the last bit.
+        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric ones exactly so.
 
         With `start`, the values that `linear` yields for the first entries of `dofs`, only the others are given.
         """
@@ -52,7 +52,8 @@ class Scatter:
             summed = start.copy()
             kept = place < len(summed)
             np.add.at(summed, place[kept], data[kept])
-        summed = (summed + summed[self._mirror]) / 2
+        if self.symmetric:
+            summed = (summed + summed[self._mirror]) / 2
         # arrays of its own: whoever holds the matrix may change its pattern
         return sp.csc_matrix((summed, self._indices.copy(), self._indptr.copy()), shape=(self.n, self.n))
 
@@ -105,7 +106,8 @@ class Scatter:
             data[:, at : at + entries] = np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, entries)
             at += entries
         summed = np.bincount(self._dense_target(designs), weights=data.ravel(), minlength=designs * size)
-        return summed.astype(float, copy=False).reshape(designs, size)[:, :-1].reshape(*lead, n, n)
+        whole = summed.astype(float, copy=False).reshape(designs, size)[:, :-1].reshape(*lead, n, n)
+        return whole if self.symmetric else np.swapaxes(whole, -1, -2)  # columns were summed as rows
 
     def _dense_target(self, designs: int) -> Index:
         """Where the entries of so many designs go in stacked matrices, each one longer to take what is dropped."""
