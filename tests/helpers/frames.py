@@ -1,4 +1,4 @@
-"""Frames that are modelled in another program too."""
+"""Frames that several tests share."""
 
 from __future__ import annotations
 
@@ -48,4 +48,34 @@ def cantilever() -> fx.Mechanism:
             )
         },
         ground={"a": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
+    )
+
+
+def mirrored_frame(steel: fx.describe.Material) -> fx.Mechanism:
+    """A bent bar with offsets, placed as it is and mirrored, both carrying a body."""
+    bar = {"material": "steel", "section": fx.describe.Rectangle(width=6e-3, thickness=4e-3)}
+    leg = fx.describe.Substructure(
+        nodes={"foot": (0.03, 0, 0), "knee": (0.05, 0.01, 0.04), "top": (0.02, 0.02, 0.07)},
+        links={
+            "shin": fx.describe.Link(
+                nodes=("foot", "knee"), reference=(1, 0, 0), elements=2, end_offset=(0, 2e-3, 1e-3), **bar
+            ),
+            "thigh": fx.describe.Link(
+                nodes=("knee", "top"), reference=(0, 1, 0), elements=1, start_offset=(1e-3, 0, 0), **bar
+            ),
+        },
+        interface=("foot", "top"),
+    )
+    return fx.Mechanism(
+        materials={"steel": steel},
+        theory="timoshenko",
+        corrections="none",
+        substructures={"leg": leg},
+        instances={"leg": fx.describe.Instance(of="leg", pattern=fx.describe.MirrorPattern(normal=(1, 0, 0)))},
+        bodies={
+            "seat": fx.describe.RigidBody(
+                centre=(0, 0, 0.08), carries=("leg*.top",), mass=1.0, inertia=(1e-3, 1e-3, 1e-3)
+            )
+        },
+        ground={"leg*.foot": "clamped"},
     )

@@ -7,6 +7,7 @@ import pytest
 
 import flexura as fx
 from flexura.analysis.internal_forces import end_forces
+from helpers.frames import mirrored_frame
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800, yield_stress=500e6)
@@ -26,41 +27,11 @@ def blade(**section) -> fx.Mechanism:
     )
 
 
-def mirrored() -> fx.Mechanism:
-    """A bent bar with offsets, placed as it is and mirrored, both carrying a body."""
-    steel = {"material": "steel", "section": fx.describe.Rectangle(width=6e-3, thickness=4e-3)}
-    leg = fx.describe.Substructure(
-        nodes={"foot": (0.03, 0, 0), "knee": (0.05, 0.01, 0.04), "top": (0.02, 0.02, 0.07)},
-        links={
-            "shin": fx.describe.Link(
-                nodes=("foot", "knee"), reference=(1, 0, 0), elements=2, end_offset=(0, 2e-3, 1e-3), **steel
-            ),
-            "thigh": fx.describe.Link(
-                nodes=("knee", "top"), reference=(0, 1, 0), elements=1, start_offset=(1e-3, 0, 0), **steel
-            ),
-        },
-        interface=("foot", "top"),
-    )
-    return fx.Mechanism(
-        materials={"steel": STEEL},
-        theory="timoshenko",
-        corrections="none",
-        substructures={"leg": leg},
-        instances={"leg": fx.describe.Instance(of="leg", pattern=fx.describe.MirrorPattern(normal=(1, 0, 0)))},
-        bodies={
-            "seat": fx.describe.RigidBody(
-                centre=(0, 0, 0.08), carries=("leg*.top",), mass=1.0, inertia=(1e-3, 1e-3, 1e-3)
-            )
-        },
-        ground={"leg*.foot": "clamped"},
-    )
-
-
 CASES = {
     "guide": (lambda: fx.load(EXAMPLES / "guide" / "guide.yaml"), "carriage.x", 3e-5),
     "pivot": (lambda: fx.load(EXAMPLES / "pivot" / "pivot.yaml"), "arm.ry", 3e-5),
     "rpr": (lambda: fx.load(EXAMPLES / "rpr" / "rpr.yaml"), "platform.z", 1e-4),
-    "mirrored": (mirrored, "seat.y", 3e-5),
+    "mirrored": (lambda: mirrored_frame(STEEL), "seat.y", 3e-5),
 }
 
 
@@ -135,7 +106,7 @@ def test_without_yield_stress_there_is_no_margin():
 
 
 def test_the_ground_holds_what_is_loaded():
-    mechanism, node = mirrored(), "seat"
+    mechanism, node = mirrored_frame(STEEL), "seat"
     g, wrench = np.array([0.0, 3.0, -9.81]), np.array([20.0, -10.0, 30.0, 0.1, 0.2, 0.3])
     (pose,) = fx.stroke(mechanism, move={"seat.y": 2e-3}, n=1, loads={node: wrench}, gravity=g).poses
     applied = wrench[:3] + np.array([0, pose.reaction["seat.y"], 0])
@@ -148,7 +119,7 @@ def test_the_ground_holds_what_is_loaded():
 
 
 def test_energies_of_parts_are_the_energy_of_the_whole():
-    (pose,) = fx.stroke(mirrored(), move={"seat.y": 2e-3}, n=1).poses
+    (pose,) = fx.stroke(mirrored_frame(STEEL), move={"seat.y": 2e-3}, n=1).poses
     assert sum(pose.energy_by_part.values()) == pytest.approx(pose.energy, rel=1e-12)
     assert len(pose.energy_by_part) == 2
 

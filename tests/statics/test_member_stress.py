@@ -15,6 +15,7 @@ from flexura.beam.stress import (
     round_notch_factors,
     round_von_mises,
 )
+from helpers.frames import mirrored_frame
 
 STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0, yield_stress=400e6)
 L, B, T = 0.05, 0.01, 0.001
@@ -261,38 +262,8 @@ def test_own_weight_between_two_pins(along, modulus, elements):
     assert found.position == 0.5
 
 
-def frame():
-    """A bent bar with offsets, placed as it is and mirrored, both carrying a body."""
-    steel = {"material": "steel", "section": fx.describe.Rectangle(width=6e-3, thickness=4e-3)}
-    leg = fx.describe.Substructure(
-        nodes={"foot": (0.03, 0, 0), "knee": (0.05, 0.01, 0.04), "top": (0.02, 0.02, 0.07)},
-        links={
-            "shin": fx.describe.Link(
-                nodes=("foot", "knee"), reference=(1, 0, 0), elements=2, end_offset=(0, 2e-3, 1e-3), **steel
-            ),
-            "thigh": fx.describe.Link(
-                nodes=("knee", "top"), reference=(0, 1, 0), elements=1, start_offset=(1e-3, 0, 0), **steel
-            ),
-        },
-        interface=("foot", "top"),
-    )
-    return fx.Mechanism(
-        materials={"steel": STEEL},
-        theory="timoshenko",
-        corrections="none",
-        substructures={"leg": leg},
-        instances={"leg": fx.describe.Instance(of="leg", pattern=fx.describe.MirrorPattern(normal=(1, 0, 0)))},
-        bodies={
-            "seat": fx.describe.RigidBody(
-                centre=(0, 0, 0.08), carries=("leg*.top",), mass=1.0, inertia=(1e-3, 1e-3, 1e-3)
-            )
-        },
-        ground={"leg*.foot": "clamped"},
-    )
-
-
 def test_work_is_strain_energy_of_the_internal_forces():
-    state = fx.preload(frame(), loads={"seat": (30, 20, 10, 1, 2, 3)})
+    state = fx.preload(mirrored_frame(STEEL), loads={"seat": (30, 20, 10, 1, 2, 3)})
     u = state.displacement_vector
     E, G, b, t = 200e9, 200e9 / 2.6, 6e-3, 4e-3
     k = 10 * 1.3 / (12 + 11 * 0.3)
@@ -311,7 +282,7 @@ def test_work_is_strain_energy_of_the_internal_forces():
 
 
 def test_mirror_images_are_stressed_alike():
-    even = stressed(frame(), seat=(0, 20, 10, 1, 0, 0))
+    even = stressed(mirrored_frame(STEEL), seat=(0, 20, 10, 1, 0, 0))
     for part in ("shin", "thigh"):
         one, other = (m for m in even.members if m.name.endswith(part))
         assert one.nominal == pytest.approx(other.nominal, rel=1e-9)
@@ -330,7 +301,7 @@ def test_the_worst_of_several_states():
 
 
 def test_states_in_blocks(monkeypatch):
-    state = fx.preload(frame(), loads={"seat": (30, 20, 10, 1, 2, 3)})
+    state = fx.preload(mirrored_frame(STEEL), loads={"seat": (30, 20, 10, 1, 2, 3)})
     u = np.outer(state.displacement_vector, np.sin(np.arange(50)))
     whole = member_stresses(state.model, u)
     monkeypatch.setattr("flexura.analysis.stress.BLOCK", 1)
@@ -338,7 +309,7 @@ def test_states_in_blocks(monkeypatch):
 
 
 def test_order_and_factor_of_the_whole():
-    found = stressed(frame(), seat=(30, 20, 10, 1, 2, 3))
+    found = stressed(mirrored_frame(STEEL), seat=(30, 20, 10, 1, 2, 3))
     sizes = [m.von_mises for m in found.members]
     assert sizes == sorted(sizes, reverse=True)
     assert found.factor_to_yield == pytest.approx(400e6 / sizes[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, scaled, unit_scale
@@ -21,7 +21,7 @@ from flexura.reduction.craig_bampton import ReducedPart
 from flexura.reduction.intervals import Certificate
 from flexura.results import Result
 from flexura.sizes import within
-from flexura.structure import Design, Geometry, Plan, described_prestress, solve_definite, stiffness_and_mass
+from flexura.structure import Design, OfDesign, Plan, described_prestress, solve_definite, stiffness_and_mass
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -174,7 +174,7 @@ Basis: TypeAlias = SubstructureBasis | FullBasis | ProjectedBasis
 
 
 @dataclass(frozen=True, repr=False)
-class LowOrderModel(Result):
+class LowOrderModel(OfDesign, Result):
     """K and M of a low-order model, and how to get every physical displacement back.
 
     K, M: (n, n), dense or sparse, SI; rows follow `coordinate_names`. `steps` say in words what was kept and why.
@@ -193,31 +193,6 @@ class LowOrderModel(Result):
     static_nodes: tuple[str, ...] = ()
     origin: LowOrderModel | None = None
     certificate: Certificate | None = None
-
-    @property
-    def name(self) -> str:
-        """Name of the mechanism."""
-        return self.design.name
-
-    @property
-    def plan(self) -> Plan:
-        """The plan of the mechanism."""
-        return self.design.plan
-
-    @property
-    def parameters(self) -> Mapping[str, ArrayLike]:
-        """The parameters that the design replaces."""
-        return self.design.parameters
-
-    @property
-    def values(self) -> Array:
-        """Values (s,) of the design."""
-        return self.design.values
-
-    @property
-    def geometry(self) -> Geometry:
-        """Where everything is in the design."""
-        return self.design.geometry
 
     @property
     def notes(self) -> tuple[str, ...]:

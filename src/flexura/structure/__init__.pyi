@@ -1,5 +1,6 @@
 from flexura.structure.assembler import full_order as full_order
 from flexura.structure.design import Design as Design
+from flexura.structure.design import OfDesign as OfDesign
 from flexura.structure.discrete_elements import SpringElement as SpringElement
 from flexura.structure.discrete_elements import inertia_tensor as inertia_tensor
 from flexura.structure.discrete_elements import rigid_mass as rigid_mass

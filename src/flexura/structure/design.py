@@ -127,3 +127,34 @@ class Design(Record):
         row = np.broadcast_to(np.arange(6 * len(numbers)).reshape(-1, 6, 1), D.shape)
         column = np.broadcast_to(dof[:, None, :], D.shape)
         return sp.csr_matrix((D[free], (row[free], column[free])), shape=(6 * len(numbers), topology.n_dof))
+
+
+class OfDesign:
+    """What a model of one design says of it."""
+
+    design: Design
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.design.name
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the mechanism."""
+        return self.design.plan
+
+    @property
+    def parameters(self) -> Mapping[str, ArrayLike]:
+        """The parameters that the design replaces."""
+        return self.design.parameters
+
+    @property
+    def values(self) -> Array:
+        """Values (s,) of the design."""
+        return self.design.values
+
+    @property
+    def geometry(self) -> Geometry:
+        """Where everything is in the design."""
+        return self.design.geometry

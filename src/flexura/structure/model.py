@@ -14,15 +14,14 @@ from flexura.errors import OptionError
 from flexura.records import Kept
 from flexura.results import Result
 from flexura.structure.assembler import full_order
-from flexura.structure.design import Design
+from flexura.structure.design import Design, OfDesign
 from flexura.structure.part import PartMatrices
-from flexura.structure.plan import Geometry, Plan
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)
-class FullOrderModel(Result):
+class FullOrderModel(OfDesign, Result):
     """K and M of the full-order model of one design, with what is needed to make sense of a vector of its DOFs.
 
     K, M: (n, n) sparse, SI; rows follow `dof_names`. K is about the state under the loads and gravity that are
@@ -37,31 +36,6 @@ class FullOrderModel(Result):
     M: sp.csc_matrix
     prepared: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
     """What later steps have worked out from this model alone, to be used again."""
-
-    @property
-    def name(self) -> str:
-        """Name of the mechanism."""
-        return self.design.name
-
-    @property
-    def plan(self) -> Plan:
-        """The plan of the mechanism."""
-        return self.design.plan
-
-    @property
-    def parameters(self) -> Mapping[str, ArrayLike]:
-        """The parameters that the design replaces."""
-        return self.design.parameters
-
-    @property
-    def values(self) -> Array:
-        """Values (s,) of the design."""
-        return self.design.values
-
-    @property
-    def geometry(self) -> Geometry:
-        """Where everything is in the design."""
-        return self.design.geometry
 
     @property
     def order(self) -> int:
