@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.doubts import corrected
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.stress import Stresses, YieldRatios, ratios_to_yield, worst_stresses
 from flexura.analysis.stroke_pose import Asked, StrokePose, stroke_poses
@@ -86,6 +87,19 @@ class Stroke(Tabular):
                 text = f"at {_words(pose.move)} the mechanism {UNSTABLE}"
                 found.append(Exceeded("buckling", "", pose.frequency_hz_held[0], 0.0, "Hz", text))
         return (*found, *self.bent, *self._beyond_yield())
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """Members whose corrections converge slowly with their elements away from rest."""
+        held = [name for name, own in corrected(self.model)[0].items() if "warping" in own]
+        if not held:
+            return ()
+        return (
+            f"{', '.join(held[:3])}{' and others' if len(held) > 3 else ''}: stiffened near the ends by held warping."
+            " Away from rest, support stiffness and frequencies then converge with the square of the elements' length:"
+            " at 0.16 of the length of a leaf 50 x 15 x 0.4 mm stiffness across is 10 % off with 8, 3 % with 16, 0.8 %"
+            " with 32. Compare with twice as many",
+        )
 
     def _beyond_yield(self) -> Iterator[Exceeded]:
         """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""

@@ -54,6 +54,8 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
             "f: drives free under the forces that hold the pose; k: support stiffness, drives held;"
             " to yield, to buckle: factors on what is there"
         )
+    for note in result.notes:
+        console.print(f"note: {note}", markup=False)
     shown = _few_of_each(result.warnings)
     print_warnings(console, shown)
     if len(shown) < len(result.warnings):
