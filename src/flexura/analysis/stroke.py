@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.analysis.doubts import corrected
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.stress import Stresses, YieldRatios, ratios_to_yield, worst_stresses
+from flexura.analysis.stroke_columns import stroke_columns
 from flexura.analysis.stroke_pose import Asked, StrokePose, stroke_poses
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, checkpoint
@@ -25,6 +26,7 @@ from flexura.motion import (
     Drive,
     Equations,
     Equilibrium,
+    Frames,
     Loads,
     MovingModel,
     Path,
@@ -59,7 +61,7 @@ class Stroke(Tabular):
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
-    members.
+    members. `frames` are those of all nodes at each pose.
     """
 
     _shown = ("name", "poses")
@@ -71,6 +73,7 @@ class Stroke(Tabular):
     bent: tuple[Exceeded, ...]
     yield_ratios: YieldRatios
     end_forces: dict[str, tuple[Array, Array]]
+    frames: tuple[Frames, ...]
 
     @property
     def name(self) -> str:
@@ -79,13 +82,16 @@ class Stroke(Tabular):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Poses that are not there, those that are not stable, and members that bend too far for their elements or are
+        """Poses that are not there, not stable or not proven, and members that bend too far for their elements or are
         stressed beyond yield."""
         found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
         for pose in self.poses:
             if pose.frequency_hz_held and pose.frequency_hz_held[0] < 0:
                 text = f"at {_words(pose.move)} the mechanism {UNSTABLE}"
                 found.append(Exceeded("buckling", "", pose.frequency_hz_held[0], 0.0, "Hz", text))
+            if not pose.proven:
+                text = f"at {_words(pose.move)} natural frequencies are not proven, and some may be missed"
+                found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
         return (*found, *self.bent, *self._beyond_yield())
 
     @cached_property
@@ -139,42 +145,7 @@ class Stroke(Tabular):
         return np.array(rows).reshape(len(rows), -1)
 
     def _columns(self) -> dict[str, Any]:
-        columns: dict[str, Any] = {}
-        for name in self.poses[0].move if self.poses else ():
-            unit = "rad" if _component(name) >= 3 else "m"
-            columns[f"{name} [{unit}]"] = [p.move[name] for p in self.poses]
-            force = "N m" if unit == "rad" else "N"
-            columns[f"reaction {name} [{force}]"] = [p.reaction[name] for p in self.poses]
-            per = "N m/rad" if unit == "rad" else "N/m"
-            columns[f"drive stiffness {name} [{per}]"] = [p.drive_stiffness[name] for p in self.poses]
-        for k in range(max((len(p.frequency_hz) for p in self.poses), default=0)):
-            columns[f"f{k + 1} [Hz]"] = [p.frequency_hz[k] for p in self.poses]
-        for k, dof in enumerate(DOF_NAMES):
-            unit = "N/m" if k < 3 else "N m/rad"
-            columns[f"support {dof} [{unit}]"] = [p.support_stiffness[k] for p in self.poses]
-        return columns | self._state_columns()
-
-    def _state_columns(self) -> dict[str, Any]:
-        """Stress, buckling, energy, axes and what the ground exerts."""
-        poses = self.poses
-        columns: dict[str, Any] = {
-            "stress margin": [p.stress_margin for p in poses],
-            "stress member": [p.stress_member for p in poses],
-            "stress position": [p.stress_position for p in poses],
-            "buckling factor": [p.buckling_factor for p in poses],
-            "energy [N m]": [p.energy for p in poses],
-        }
-        for name in poses[0].energy_by_part if poses else ():
-            columns[f"energy {name} [N m]"] = [p.energy_by_part[name] for p in poses]
-        for name in poses[0].move if poses else ():
-            axes = [p.screw_axis[name] for p in poses]
-            for k, axis in enumerate("xyz"):
-                columns[f"axis {name} direction {axis} [1]"] = [own.direction[k] for own in axes]
-                columns[f"axis {name} {axis} [m]"] = [own.point[k] for own in axes]
-            columns[f"axis {name} pitch [m/rad]"] = [own.pitch for own in axes]
-        for k, name in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
-            columns[f"ground {name} [{'N' if k < 3 else 'N m'}]"] = [p.ground_reaction[k] for p in poses]
-        return columns
+        return stroke_columns(self.poses)
 
 
 @verb
@@ -188,6 +159,7 @@ def stroke(
     loads: Mapping[str, ArrayLike] | None = None,
     gravity: Sequence[float] | None = None,
     nodes: Sequence[str] | None = None,
+    compliance: bool = False,
     progress: Listener | None = None,
 ) -> Stroke:
     """The mechanism over the stroke of some displacements, with large displacements and rotations.
@@ -196,7 +168,8 @@ def stroke(
     poses at equal distances, or a single number for one pose. Several move together. Rotations are components of the
     rotation vector. `loads`, (6,) N and N m by node, and `gravity`, (3,) m/s^2, are dead and on all the way, beside
     those that are described. At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are
-    those whose displacements are told, by default those that move. `progress` is told of every pose.
+    those whose displacements are told, by default those that move, with `compliance` also their compliances and
+    stiffnesses, (6, 6) each. `progress` is told of every pose.
 
     Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
@@ -237,8 +210,9 @@ def stroke(
     reached = [states[k] for k in order]
     forces = end_forces(moving, reached, applied.gravity)
     yields = ratios_to_yield(full, forces.__getitem__, len(reached)) if reached else NO_YIELD
-    poses = stroke_poses(equations, reached, targets[order], applied, yields, Asked(n, numbers))
-    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, reached), yields, forces)
+    poses = stroke_poses(equations, reached, targets[order], applied, yields, Asked(n, numbers, compliance))
+    frames = tuple(state.frames for state in reached)
+    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, reached), yields, forces, frames)
 
 
 def _component(name: str) -> int:

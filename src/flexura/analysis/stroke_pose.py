@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.analysis.stress import YieldRatios
 from flexura.deadline import checkpoint
-from flexura.linalg import leading
+from flexura.linalg import counted_intervals, inverse_roots, leading, scaled
 from flexura.modal import track_modes
 from flexura.motion import Equations, Equilibrium, Loads, Pose, buckling_factor
 from flexura.records import Record
@@ -30,9 +30,11 @@ class StrokePose(Record):
     `move` are the prescribed displacements by name, `reaction` the forces and moments that hold them there and
     `drive_stiffness` how these grow with the displacement, all other prescribed ones held. `frequency_hz` are natural
     frequencies with the drives free under these forces, which stay as they are, `frequency_hz_held` with the drives
-    held; a state that is not stable has a negative one, the rate at which it springs away. `tracked` (n,) says which
-    of `frequency_hz` each of the modes at the first pose has become. `displacement` (6,) is that of nodes from rest,
-    with their rotation vectors. `support_stiffness` (6,) is one over the diagonal of the compliance at the first driven
+    held; a state that is not stable has a negative one, the rate at which it springs away. `frequency_interval_hz`
+    holds bounds of each of `frequency_hz`, round-off of its computation included; `proven` says that they are those of
+    the frequencies of these numbers, counted so that none is missed. `tracked` (n,) says which of `frequency_hz` each
+    of the modes at the first pose has become. `displacement` (6,) is that of nodes from rest, with their rotation
+    vectors. `support_stiffness` (6,) is one over the diagonal of the compliance at the first driven
     node with the drives held, NaN where these hold it, in N/m and N m/rad.
 
     `screw_axis` is the axis about which the node of each drive moves as this moves on, the others held.
@@ -42,6 +44,10 @@ class StrokePose(Record):
     in `stress_member` at the fraction `stress_position` of its length; None where no yield stress is known.
     `buckling_factor` on all loads and forces of the drives is that at which the state would buckle with the drives
     held, linear from the pose; None where nothing buckles.
+
+    Where they were asked for, `compliance` and `stiffness` (6, 6) are those of nodes with the drives free under their
+    forces, `compliance_held` and `stiffness_held` with the drives held: m/N, 1/N, rad/(N m) and N/m, N, N m/rad, forces
+    and moments on the node in columns. A stiffness is NaN where the node cannot move in some direction.
     """
 
     _shown = ("move", "reaction", "frequency_hz")
@@ -51,6 +57,8 @@ class StrokePose(Record):
     drive_stiffness: dict[str, float]
     frequency_hz: tuple[float, ...]
     frequency_hz_held: tuple[float, ...]
+    frequency_interval_hz: tuple[tuple[float, float], ...]
+    proven: bool
     tracked: tuple[int, ...]
     displacement: dict[str, tuple[float, ...]]
     support_stiffness: tuple[float, ...]
@@ -62,13 +70,19 @@ class StrokePose(Record):
     stress_member: str | None
     stress_position: float | None
     buckling_factor: float | None
+    compliance: dict[str, Array]
+    compliance_held: dict[str, Array]
+    stiffness: dict[str, Array]
+    stiffness_held: dict[str, Array]
 
 
 class Asked(NamedTuple):
-    """What is asked of every pose: how many modes, and the displacements of which nodes, numbers by name."""
+    """What is asked of every pose: how many modes, the displacements of which nodes, numbers by name, and whether also
+    their compliances."""
 
     modes: int
     nodes: Mapping[str, int]
+    compliance: bool
 
 
 def stroke_poses(
@@ -93,12 +107,16 @@ def stroke_poses(
             number = tracked.number
             before = np.where(number >= 0, tracked.shapes[:, number], before)
         margin, member, position = _margin(yields, k)
+        lower, upper, proven = counted_intervals(pose.K, pose.M, free.values, free.vectors)
+        compliance, compliance_held, stiffness, stiffness_held = _tables(pose, asked)
         yield StrokePose(
             move=dict(zip(names, moved.tolist(), strict=True)),
             reaction=dict(zip(names, state.drive.tolist(), strict=True)),
             drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
             frequency_hz=_hertz(free.values),
             frequency_hz_held=_hertz(held.values),
+            frequency_interval_hz=tuple(zip(_hertz(lower), _hertz(upper), strict=True)),
+            proven=proven,
             tracked=tuple(int(k) for k in number),
             displacement={name: tuple(pose.displacement(k).tolist()) for name, k in asked.nodes.items()},
             support_stiffness=_support(pose),
@@ -110,6 +128,10 @@ def stroke_poses(
             stress_member=member,
             stress_position=position,
             buckling_factor=buckling_factor(pose),
+            compliance=compliance,
+            compliance_held=compliance_held,
+            stiffness=stiffness,
+            stiffness_held=stiffness_held,
         )
 
 
@@ -119,6 +141,24 @@ def _support(pose: Pose) -> tuple[float, ...]:
     support, loose = (np.diag(pose.compliance(node, held=held)) for held in (True, False))
     with np.errstate(divide="ignore"):
         return tuple(np.where(np.abs(support) > HELD * np.abs(loose), 1 / support, np.nan).tolist())
+
+
+def _tables(pose: Pose, asked: Asked) -> Iterator[dict[str, Array]]:
+    """Compliances of nodes, drives free and held, then stiffnesses; empty where they are not asked for."""
+    nodes = asked.nodes if asked.compliance else {}
+    tables = [{name: pose.compliance(k, held=held) for name, k in nodes.items()} for held in (False, True)]
+    yield from tables
+    for table in tables:
+        yield {name: _inverse(C, tables[0][name]) for name, C in table.items()}
+
+
+def _inverse(C: Array, loose: Array) -> Array:
+    """The stiffness (6, 6) of a compliance; NaN where a motion that may be there when it is `loose` is held."""
+    d = inverse_roots(np.diag(loose))
+    own = scaled(C, d)
+    if not np.abs(np.linalg.eigvalsh(own)).min() > HELD:
+        return np.full(C.shape, np.nan)
+    return scaled(np.linalg.inv(own), d)
 
 
 def _axis(pose: Pose, drive: int) -> ScrewAxis:

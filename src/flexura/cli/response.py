@@ -131,7 +131,7 @@ def frequency_response_command(
     ] = ResponseOrder.low,
     method: Annotated[Method, typer.Option(help="Modal sum, or solved at every frequency.")] = Method.modal,
     damping: Ratio = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write magnitudes and phases here, as .csv.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Magnitudes and phases: .csv or .parquet.")] = None,
     plot: Plot = None,
     set: Settings = None,
     strict: Strict = False,
@@ -139,7 +139,7 @@ def frequency_response_command(
 ) -> None:
     """Frequency response between actuators and sensors, or any DOFs."""
     from flexura.analysis import frequency_response
-    from flexura.cli.response_tables import print_frequency_response, write_frequency_csv
+    from flexura.cli.response_tables import print_frequency_response, write_frequency_table
 
     mechanism, parameters = read(file, set)
     result = frequency_response(
@@ -156,7 +156,7 @@ def frequency_response_command(
     )
     if strict:
         result.raise_warnings()
-    written = [] if out is None else [write_frequency_csv(result, out)]
+    written = [] if out is None else [write_frequency_table(result, out)]
     if plot is not None:
         from flexura.view import MOST_PANELS, draw_bode, draw_nyquist, draw_response_matrix
 
@@ -206,7 +206,7 @@ def time_response_command(
     hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = Hold.foh,
     damping: Ratio = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write time, inputs and outputs here, as .csv.")
+        Path | None, typer.Option(metavar="FILE", help="Time, inputs and outputs: .csv or .parquet.")
     ] = None,
     plot: Plot = None,
     set: Settings = None,
@@ -215,7 +215,7 @@ def time_response_command(
 ) -> None:
     """Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples."""
     from flexura.analysis import read_signals, time_response
-    from flexura.cli.response_tables import print_time_response, write_time_csv
+    from flexura.cli.response_tables import print_time_response, write_time_table
 
     mechanism, parameters = read(file, set)
     h = quantity_of("--dt", dt, "s", "0.1ms")
@@ -243,7 +243,7 @@ def time_response_command(
     )
     if strict:
         result.raise_warnings()
-    written = [] if out is None else [write_time_csv(result, out)]
+    written = [] if out is None else [write_time_table(result, out)]
     if plot is not None:
         from flexura.view import draw_time
 

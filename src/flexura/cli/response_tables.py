@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.cli.tables import console_of_width, print_warnings, write_csv
+from flexura.cli.tables import console_of_width, print_warnings, write_table
 from flexura.errors import Exceeded
 from flexura.mechanism import DOF_NAMES
 
@@ -171,18 +172,18 @@ def _end(console: Console, notes: tuple[str, ...], warnings: tuple[Exceeded, ...
         console.print(f"wrote {path}", markup=False)
 
 
-def write_frequency_csv(result: FrequencyResponse, path: Path) -> Path:
+def write_frequency_table(result: FrequencyResponse, path: Path) -> Path:
     """Write frequency, magnitude and phase of every pair as columns, in one step."""
-    heading, columns = ["frequency [Hz]"], [result.frequency_hz]
+    columns: dict[str, NDArray[np.float64]] = {"frequency [Hz]": result.frequency_hz}
     for out in result.outputs:
         for into in result.inputs:
-            H = result.of(out.name, into.name)
-            heading += [f"{out.name} / {into.name} [{result.unit(out.name, into.name)}]", "phase [deg]"]
-            columns += [np.abs(H), np.degrees(np.angle(H))]
-    return write_csv(heading, columns, path)
+            H, pair = result.of(out.name, into.name), f"{out.name} / {into.name}"
+            columns[f"{pair} [{result.unit(out.name, into.name)}]"] = np.abs(H)
+            columns[f"{pair} phase [deg]"] = np.degrees(np.angle(H))
+    return write_table(columns, path)
 
 
-def write_time_csv(result: TimeResponse, path: Path) -> Path:
+def write_time_table(result: TimeResponse, path: Path) -> Path:
     """Write time, inputs and outputs as columns, in one step."""
     heading = ["time [s]", *map(str, result.inputs), *map(str, result.outputs)]
-    return write_csv(heading, [result.time, *result.signals, *result.response], path)
+    return write_table(dict(zip(heading, [result.time, *result.signals, *result.response], strict=True)), path)

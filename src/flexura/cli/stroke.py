@@ -45,7 +45,11 @@ def stroke_command(
         list[str] | None,
         typer.Option("--node", metavar="NAME", help="Tell this node's displacement. May be repeated."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the table of poses here, as .csv.")] = None,
+    compliance: Annotated[
+        bool,
+        typer.Option("--compliance", help="6x6 compliance and stiffness of these nodes."),
+    ] = False,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of poses: .csv or .parquet.")] = None,
     plot: Plot = None,
     set: Settings = None,
     strict: Strict = False,
@@ -53,15 +57,26 @@ def stroke_command(
 ) -> None:
     """A mechanism over its stroke, however far: equilibria, frequencies, drive forces and support stiffness."""
     from flexura.analysis import stroke
-    from flexura.cli.stroke_tables import print_stroke, write_stroke_csv
+    from flexura.cli.stroke_tables import print_stroke
+    from flexura.cli.tables import write_table
 
     moves = moves_of(move)
     mechanism, parameters = read(file, set)
     loads, g = loads_of(load), gravity_of(gravity)
-    result = stroke(mechanism, parameters, move=moves, steps=steps, n=n, loads=loads, gravity=g, nodes=node)
+    result = stroke(
+        mechanism,
+        parameters,
+        move=moves,
+        steps=steps,
+        n=n,
+        loads=loads,
+        gravity=g,
+        nodes=node,
+        compliance=compliance,
+    )
     if strict:
         result.raise_warnings()
-    written = [] if out is None else [write_stroke_csv(result, out)]
+    written = [] if out is None else [write_table(result.to_columns(), out)]
     if plot is not None:
         from flexura.view import save_stroke
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from flexura.cli.tables import console_of_width, print_warnings, write_csv
+from flexura.cli.tables import console_of_width, print_warnings
 from flexura.errors import Exceeded
 
 if TYPE_CHECKING:
@@ -79,9 +79,3 @@ def _furthest(warnings: list[Exceeded]) -> list[Exceeded]:
 def _factor(value: float | None) -> str:
     """A factor on what is there; empty where there is none, or nothing that it could multiply."""
     return "" if value is None or not isfinite(value) else f"{value:.3g}"
-
-
-def write_stroke_csv(result: Stroke, path: Path) -> Path:
-    """Write the table of all poses, columns with their units."""
-    columns = result.to_columns()
-    return write_csv(list(columns), list(columns.values()), path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from rich.console import Console
 
 from flexura.errors import Exceeded, OptionError
+from flexura.extras import need
 from flexura.files import write_file
 
 
@@ -29,12 +30,31 @@ def print_warnings(console: Console, warnings: Iterable[Exceeded | str]) -> None
         console.print(str(warning), markup=False)
 
 
-def write_csv(heading: Sequence[str], columns: Sequence[Any], path: Path) -> Path:
-    """Write columns under their headings, in one step. Raises OptionError for a name that does not end in .csv."""
-    if path.suffix.lower() != ".csv":
-        raise OptionError(f"{path} must be named .csv")
+def write_table(columns: Mapping[str, Any], path: Path) -> Path:
+    """Write columns by their headings as .csv or .parquet, in one step.
+
+    What is not known is an empty cell. Raises OptionError for other names, and without pyarrow for .parquet.
+    """
+    kind = path.suffix.lower()
+    if kind not in TABLES:
+        raise OptionError(f"{path} must be named {' or '.join(TABLES)}")
+    lists = {
+        name: column.tolist() if isinstance(column, np.ndarray) else list(column) for name, column in columns.items()
+    }
+    return write_file(path, lambda file: TABLES[kind](lists, file))
+
+
+def _write_csv(columns: dict[str, list[Any]], file: Path) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heading)
-    writer.writerows(np.stack(columns, axis=1).tolist())
-    return write_file(path, lambda file: file.write_bytes(text.getvalue().encode()))
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    file.write_bytes(text.getvalue().encode())
+
+
+def _write_parquet(columns: dict[str, list[Any]], file: Path) -> None:
+    table = need("pyarrow", "parquet").table(columns)
+    need("pyarrow.parquet", "parquet").write_table(table, file)
+
+
+TABLES: dict[str, Callable[[dict[str, list[Any]], Path], None]] = {".csv": _write_csv, ".parquet": _write_parquet}

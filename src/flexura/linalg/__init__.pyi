@@ -1,5 +1,6 @@
 from flexura.linalg.buckling import critical_factors as critical_factors
 from flexura.linalg.contour import real_eigenvalues as real_eigenvalues
+from flexura.linalg.counted_intervals import counted_intervals as counted_intervals
 from flexura.linalg.eigen import lowest as lowest
 from flexura.linalg.eigen import lowest_modes as lowest_modes
 from flexura.linalg.eigen import ritz_pairs as ritz_pairs

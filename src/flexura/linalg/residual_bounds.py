@@ -24,7 +24,7 @@ def residuals(pencil: Pencil, pairs: Eigenpairs) -> Array:
 
     r = (lambda - s) (K - s M)^-1 M x - x, in the M-norm relative to x: some exact eigenvalue mu has
     |(lambda - s) / (mu - s) - 1| <= |r| (Krylov and Weinstein, Parlett 1980, sec. 4.5). s is zero for definite K, else
-    minus the lowest nonzero eigenvalue of the pairs (minus one when all are zero).
+    below the lowest eigenvalue of the pairs by at least the lowest positive one (by one when there is none).
     """
     return _weinstein(pencil, pairs.values, pairs.vectors)[0]
 
@@ -47,7 +47,7 @@ def _weinstein(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, fl
     """The residuals and the shift that they refer to."""
     elastic = values[values > 0]
     least = float(elastic.min()) if len(elastic) else 1.0
-    shift = 0.0 if len(elastic) == len(values) else -least
+    shift = 0.0 if len(elastic) == len(values) else 2 * float(values.min(initial=0.0)) - least
     Mx = pencil.M @ vectors
     try:
         y = solution(pencil, Mx, shift)

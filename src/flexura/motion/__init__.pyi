@@ -1,6 +1,7 @@
 from flexura.motion.bending import Bend as Bend
 from flexura.motion.bending import bends as bends
 from flexura.motion.buckling import buckling_factor as buckling_factor
+from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import NO_LOADS as NO_LOADS
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations

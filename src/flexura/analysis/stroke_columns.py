@@ -1,0 +1,102 @@
+"""Poses of a stroke as a table: a row for each, columns with their SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from flexura.analysis.stroke_pose import StrokePose
+from flexura.mechanism import DOF_NAMES
+
+FORCES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+
+
+def stroke_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
+    """What each pose is, by heading."""
+    if not poses:
+        return {}
+    return {
+        **_drive_columns(poses),
+        **_frequency_columns(poses),
+        **{
+            f"support {dof} [{'N/m' if k < 3 else 'N m/rad'}]": [p.support_stiffness[k] for p in poses]
+            for k, dof in enumerate(DOF_NAMES)
+        },
+        **_displacement_columns(poses),
+        **_state_columns(poses),
+        **_compliance_columns(poses),
+    }
+
+
+def turns(name: str) -> bool:
+    """Whether a displacement such as `carriage.ry` is a rotation."""
+    return name.rpartition(".")[2].startswith("r")
+
+
+def _drive_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
+    """What moves, what holds it, and how that grows."""
+    columns: dict[str, Any] = {}
+    for name in poses[0].move:
+        unit, force = ("rad", "N m") if turns(name) else ("m", "N")
+        columns[f"{name} [{unit}]"] = [p.move[name] for p in poses]
+        columns[f"reaction {name} [{force}]"] = [p.reaction[name] for p in poses]
+        columns[f"drive stiffness {name} [{force}/{unit}]"] = [p.drive_stiffness[name] for p in poses]
+    return columns
+
+
+def _frequency_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
+    """Frequencies, between which proven bounds they are, and those with the drives held."""
+    columns: dict[str, Any] = {}
+    for k in range(min(len(p.frequency_hz) for p in poses)):
+        columns[f"f{k + 1} [Hz]"] = [p.frequency_hz[k] for p in poses]
+        for end, name in enumerate(("lower", "upper")):
+            columns[f"f{k + 1} {name} [Hz]"] = [p.frequency_interval_hz[k][end] for p in poses]
+    columns["proven"] = [p.proven for p in poses]
+    for k in range(min(len(p.frequency_hz_held) for p in poses)):
+        columns[f"f{k + 1} held [Hz]"] = [p.frequency_hz_held[k] for p in poses]
+    return columns
+
+
+def _displacement_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
+    """How the nodes asked for move: all of it is parasitic but for what is driven."""
+    return {
+        f"{node} {dof} [{'m' if k < 3 else 'rad'}]": [p.displacement[node][k] for p in poses]
+        for node in poses[0].displacement
+        for k, dof in enumerate(DOF_NAMES)
+    }
+
+
+def _state_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
+    """Stress, buckling, energy, axes and what the ground exerts."""
+    columns: dict[str, Any] = {
+        "stress margin": [p.stress_margin for p in poses],
+        "stress member": [p.stress_member for p in poses],
+        "stress position": [p.stress_position for p in poses],
+        "buckling factor": [p.buckling_factor for p in poses],
+        "energy [N m]": [p.energy for p in poses],
+    }
+    for name in poses[0].energy_by_part:
+        columns[f"energy {name} [N m]"] = [p.energy_by_part[name] for p in poses]
+    for name in poses[0].move:
+        axes = [p.screw_axis[name] for p in poses]
+        for k, axis in enumerate("xyz"):
+            columns[f"axis {name} direction {axis} [1]"] = [own.direction[k] for own in axes]
+            columns[f"axis {name} {axis} [m]"] = [own.point[k] for own in axes]
+        columns[f"axis {name} pitch [m/rad]"] = [own.pitch for own in axes]
+    for k, name in enumerate(FORCES):
+        columns[f"ground {name} [{'N' if k < 3 else 'N m'}]"] = [p.ground_reaction[k] for p in poses]
+    return columns
+
+
+def _compliance_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
+    """Compliances and stiffnesses of nodes where they are asked for, an entry above the diagonal each."""
+    columns: dict[str, Any] = {}
+    for what, units in (("compliance", ("m/N", "1/N", "rad/(N m)")), ("stiffness", ("N/m", "N", "N m/rad"))):
+        for held in ("", "_held"):
+            tables = [getattr(p, f"{what}{held}") for p in poses]
+            for node in tables[0]:
+                for i, row in enumerate(DOF_NAMES):
+                    for j, column in enumerate(DOF_NAMES[i:], i):
+                        heading = f"{what}{held.replace('_', ' ')} {node} {row} {column} [{units[(i > 2) + (j > 2)]}]"
+                        columns[heading] = [table[node][i, j] for table in tables]
+    return columns
