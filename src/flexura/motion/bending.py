@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.motion.bars import Bars
-from flexura.motion.clusters import Cluster
+from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames, PoseElements
 from flexura.motion.model import MovingModel
 
@@ -48,7 +48,7 @@ def bends(model: MovingModel, frames: Frames) -> list[Bend]:
     for group, names in zip(model.elements, model.names, strict=True):
         if isinstance(group, Bars):
             continue
-        if isinstance(group, Cluster):
+        if isinstance(group, Superelements):
             turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.own - 1, 3:], axis=1)
             found = [Bend(names[0], float(turns.max(initial=0.0)), LINEAR, 0)]
         elif isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6:

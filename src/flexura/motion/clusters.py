@@ -1,7 +1,8 @@
-"""Superelements in large motion: linear inside, in a frame that turns with them."""
+"""Superelements in large motion: energies of their own deformation, in frames that turn with them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import skew
 from flexura.motion.elements import Ends, Frames, Response
+from flexura.motion.polynomial import Polynomial
 from flexura.motion.se3 import Logarithm
 
 Array = NDArray[np.float64]
@@ -19,12 +21,13 @@ RIGID = 1e-6
 
 
 @dataclass(frozen=True)
-class Cluster:
-    """A superelement between frames `node` (1, k), whose deformation is the pose of all frames seen from the first.
+class Superelements:
+    """Superelements (e,) between frames `node` (e, k), whose deformation is the pose of all frames seen from the first.
 
-    `own` frames come first, in axes (3, 3) at arms (own, 3), m, from their frames; the other frames hold amplitudes.
-    `stiffness` acts on the changes of the logarithms of the relative poses, and on the amplitudes; `mass` (6k, 6k) on
-    the velocities of the frames in the axes of the first.
+    `own` frames come first, in axes (e, 3, 3) at arms (e, own, 3), m, from their frames; the other frames hold
+    amplitudes. `rest` (e, own - 1, 6) are the logarithms of the relative poses without strain. `energy` is that of the
+    changes of these logarithms and of the amplitudes; `mass` (e, 6k, 6k) acts on the velocities of the frames in the
+    axes of the first.
     """
 
     node: Index
@@ -32,13 +35,13 @@ class Cluster:
     axes: Array
     arm: Array
     rest: Array
-    stiffness: Array
+    energy: Polynomial
     mass: Array
 
     @staticmethod
     def of(
         rest: Frames, ground: int, frames: Index, placed: NDArray[np.bool_], axes: Array, arm: Array, K: Array, M: Array
-    ) -> Cluster:
+    ) -> Superelements:
         """A superelement with K and M (6k, 6k) over frames (k,), those with amplitudes instead of a place last.
 
         Where rigid motions meet resistance, the ground becomes the first frame.
@@ -54,68 +57,78 @@ class Cluster:
             frames, arm = np.append(ground, frames), np.concatenate([x[:1], arm])
             K, M = (np.pad(matrix, ((6, 0), (6, 0))) for matrix in (K, M))
             own += 1
-        cluster = Cluster(frames[None], own, axes, arm[:own], np.zeros((own - 1, 6)), K, M)
-        logs = cluster._poses(rest)
+        placed_arm = arm[None, :own]
+        logs = _seen_from_first(Ends.of(rest, frames[None, :own], axes[None, None], placed_arm))
         J = np.eye(len(K) - 6)
-        for i, after in enumerate(logs.after):
+        for i, after in enumerate(logs.after[0]):
             J[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = np.linalg.inv(after)
         k = J.T @ K[6:, 6:] @ J
-        return Cluster(frames[None], own, axes, arm[:own], logs.e, (k + k.T) / 2, M)
+        energy = Polynomial.linear((k + k.T)[None] / 2)
+        return Superelements(frames[None], own, axes[None], placed_arm, logs.e, energy, M[None])
 
     def _ends(self, frames: Frames) -> Ends:
-        """Pairs of the first frame with each of the others."""
-        own = self.node[0, : self.own]
-        pairs = np.stack([np.full(self.own - 1, own[0]), own[1:]], axis=1)
-        arms = np.stack([np.tile(self.arm[0], (self.own - 1, 1)), self.arm[1:]], axis=1)
-        return Ends.of(frames, pairs, np.tile(self.axes, (self.own - 1, 2, 1, 1)), arms)
-
-    def _poses(self, frames: Frames) -> Logarithm:
-        return self._ends(frames).relative()
+        """Where the own frames are, (e, own)."""
+        return Ends.of(frames, self.node[:, : self.own], self.axes[:, None], self.arm)
 
     def deformation(self, frames: Frames) -> Array:
-        """Changes (d,) of the logarithms of the relative poses, and amplitudes."""
-        amplitudes = frames.z[self.node[0, self.own :]].ravel()
-        return np.append((self._poses(frames).e - self.rest).ravel(), amplitudes)
+        """Changes (e, d) of the logarithms of the relative poses, and amplitudes."""
+        return self._deformation(frames, _seen_from_first(self._ends(frames)))
+
+    def _deformation(self, frames: Frames, log: Logarithm) -> Array:
+        e = len(self.node)
+        amplitudes = frames.z[self.node[:, self.own :]].reshape(e, -1)
+        return np.concatenate([(log.e - self.rest).reshape(e, -1), amplitudes], axis=1)
 
     def response(self, frames: Frames) -> Response:
-        """Energy, force and tangent in a state of the frames (theory eq. G3)."""
-        ends, log = self._ends(frames), self._poses(frames)
-        d = self.deformation(frames)
-        n = self.stiffness @ d
-        twists, B = ends.twists(), self._rows(ends, log)
-        slope = np.zeros(B.T.shape)
-        before, after = log.second(n[: 6 * (self.own - 1)].reshape(-1, 6))
-        for i in range(self.own - 1):
-            row, column = slice(6 * i, 6 * i + 6), slice(6 * i + 6, 6 * i + 12)
-            slope[:6, row] = -twists[i, 0].T @ before[i]
-            slope[column, row] = twists[i, 1].T @ after[i]
-        K = (B.T @ self.stiffness + slope) @ B
-        return Response(np.array([0.5 * n @ d]), (B.T @ n)[None], K[None])
+        """Energies, forces and tangents in a state of the frames (theory eq. G3)."""
+        ends = self._ends(frames)
+        log = _seen_from_first(ends)
+        twists = ends.twists()
+        energy, n, hessian = self.energy.response(self._deformation(frames, log))
+        B, inner = self._rows(twists, log), 6 * (self.own - 1)
+        turned = np.swapaxes(B, 1, 2)
+        left = turned @ hessian
+        if inner:
+            before, after = log.second(n[:, :inner].reshape(len(n), -1, 6))
+            first = np.swapaxes(twists[:, :1], -1, -2) @ before
+            left[:, :6, :inner] -= np.swapaxes(first, 1, 2).reshape(len(n), 6, inner)
+            for i, own in enumerate(np.moveaxis(np.swapaxes(twists[:, 1:], -1, -2) @ after, 1, 0)):
+                left[:, 6 * i + 6 : 6 * i + 12, 6 * i : 6 * i + 6] += own
+        return Response(energy, (turned @ n[..., None])[..., 0], left @ B)
 
-    def _rows(self, ends: Ends, log: Logarithm) -> Array:
-        """Derivatives (d, 6k) of the deformation by displacements of the frames."""
-        twists, size = ends.twists(), 6 * self.node.shape[1]
-        B = np.zeros((size - 6, size))
-        B[6 * (self.own - 1) :, 6 * self.own :] = np.eye(size - 6 * self.own)
-        for i in range(self.own - 1):
-            row, column = slice(6 * i, 6 * i + 6), slice(6 * i + 6, 6 * i + 12)
-            B[row, :6] = -log.before[i] @ twists[i, 0]
-            B[row, column] = log.after[i] @ twists[i, 1]
+    def rows(self, frames: Frames) -> Array:
+        """Derivatives (e, d, 6k) of the deformation by displacements of the frames."""
+        ends = self._ends(frames)
+        return self._rows(ends.twists(), _seen_from_first(ends))
+
+    def _rows(self, twists: Array, log: Logarithm) -> Array:
+        e, size, inner = len(self.node), 6 * self.node.shape[1], 6 * (self.own - 1)
+        B = np.zeros((e, size - 6, size))
+        B[:, range(inner, size - 6), range(inner + 6, size)] = 1.0
+        B[:, :inner, :6] = (-log.before @ twists[:, :1]).reshape(e, inner, 6)
+        for i, own in enumerate(np.moveaxis(log.after @ twists[:, 1:], 1, 0)):
+            B[:, 6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = own
         return B
 
     def material(self, frames: Frames) -> Array:
-        """Derivatives (1, 6k, 6k) of the forces in a state, as if there were none in it (theory eq. G16)."""
-        B = self._rows(self._ends(frames), self._poses(frames))
-        return (B.T @ self.stiffness @ B)[None]
+        """Derivatives (e, 6k, 6k) of the forces in a state, as if there were none in it (theory eq. G16)."""
+        B = self.rows(frames)
+        return np.swapaxes(B, 1, 2) @ self.energy.stiffness @ B
 
     def masses(self, frames: Frames) -> Array:
-        """Mass matrix (1, 6k, 6k) by velocities of the frames."""
+        """Mass matrices (e, 6k, 6k) by velocities of the frames."""
         ends = self._ends(frames)
-        seen = Ends(ends.axes[:, :1].repeat(2, axis=1), ends.arm, ends.position).twists()
-        T = np.eye(6 * self.node.shape[1])
-        for i in range(self.own):
-            T[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = seen[0, 0] if i == 0 else seen[i - 1, 1]
-        return (T.T @ self.mass @ T)[None]
+        e, k = self.node.shape
+        twists = ends.twists(ends.axes[:, :1].repeat(self.own, axis=1))
+        seen = np.concatenate([twists, np.tile(np.eye(6), (e, k - self.own, 1, 1))], axis=1)
+        M = np.swapaxes(seen, -1, -2)[:, :, None] @ self.mass.reshape(e, k, 6, k, 6).swapaxes(2, 3) @ seen[:, None]
+        return M.swapaxes(2, 3).reshape(e, 6 * k, 6 * k)
+
+
+def _seen_from_first(ends: Ends) -> Logarithm:
+    back = np.swapaxes(ends.axes[:, :1], -1, -2)
+    apart = ends.position[:, 1:] - ends.position[:, :1]
+    return Logarithm(back @ ends.axes[:, 1:], (back @ apart[..., None])[..., 0])
 
 
 @dataclass(frozen=True)
@@ -130,14 +143,16 @@ class Sagging:
     weight: Array
 
     @staticmethod
-    def of(clusters: list[Cluster], rest: Frames) -> Sagging:
+    def of(groups: Sequence[Superelements], rest: Frames) -> Sagging:
         """The weight of what moves inside superelements."""
         nodes, weights = [np.empty((0, 2), dtype=np.intp)], [np.empty((0, 6, 3))]
-        for cluster in clusters:
-            own, amplitudes = cluster.node[0, : cluster.own], cluster.node[0, cluster.own :]
-            M = cluster.masses(rest)[0].reshape(-1, 6, len(own) + len(amplitudes), 6)
-            nodes.append(np.stack([np.full(len(amplitudes), own[0]), amplitudes], axis=1))
-            weights.append(M[cluster.own :, :, : cluster.own, :3].sum(axis=2))
+        for group in groups:
+            e, k = group.node.shape
+            amplitudes = group.node[:, group.own :]
+            M = group.masses(rest).reshape(e, k, 6, k, 6)
+            first = group.node[:, :1].repeat(k - group.own, axis=1)
+            nodes.append(np.stack([first, amplitudes], axis=-1).reshape(-1, 2))
+            weights.append(M[:, group.own :, :, : group.own, :3].sum(axis=3).reshape(-1, 6, 3))
         return Sagging(np.concatenate(nodes), np.concatenate(weights))
 
     def response(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import skew
 from flexura.motion.bars import Bars
-from flexura.motion.clusters import Cluster, Sagging
+from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.structure import Copies, Design, Part, Scatter, SpringElement
@@ -133,6 +133,15 @@ class MovingModel:
         return np.append(self.design.plan.topology.root, len(self.dof) - 1)
 
 
+def add_weight(weight: Array, elements: Group, rest: Frames) -> None:
+    """Add what the mass of elements weighs to the weight (n + 1, 6, 3) of the frames at their ends."""
+    M = elements.masses(rest)
+    falling = rest.placed[elements.node]
+    M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
+    force = np.einsum("eikj,ek->eij", M, falling).reshape(*elements.node.shape, 6, 3)
+    np.add.at(weight, elements.node.ravel(), (force * falling[..., None, None]).reshape(-1, 6, 3))
+
+
 class _Builder:
     """Lays out the elements of all copies of all parts in global axes."""
 
@@ -156,8 +165,8 @@ class _Builder:
             elements, own = found
             groups.append(elements)
             names.append(own)
-            self._weigh(elements)
-        sagging = Sagging.of([group for group in groups if isinstance(group, Cluster)], self.rest)
+            add_weight(self.weight, elements, self.rest)
+        sagging = Sagging.of([group for group in groups if isinstance(group, Superelements)], self.rest)
         return MovingModel(
             self.design, self.rest, self.dof, tuple(groups), tuple(names), self.inertia, self.weight, sagging, self.arm
         )
@@ -178,14 +187,6 @@ class _Builder:
             if kind:
                 yield _joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own)
         yield from others
-
-    def _weigh(self, elements: Group) -> None:
-        """Add what the mass of elements weighs to the frames at their ends."""
-        M = elements.masses(self.rest)
-        falling = self.rest.placed[elements.node]
-        M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
-        force = np.einsum("eikj,ek->eij", M, falling).reshape(*elements.node.shape, 6, 3)
-        np.add.at(self.weight, elements.node.ravel(), (force * falling[..., None, None]).reshape(-1, 6, 3))
 
 
 class _Copy:
@@ -306,7 +307,10 @@ class _Copy:
             sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in positioned])
             K, M = (sign[:, None] * matrix * sign for matrix in matrices)
             builder, axes = self.builder, self._axes(np.eye(3))
-            yield Cluster.of(builder.rest, builder.ground, frames, positioned, axes, arm, K, M), (self.prefix + key,)
+            yield (
+                Superelements.of(builder.rest, builder.ground, frames, positioned, axes, arm, K, M),
+                (self.prefix + key,),
+            )
 
     def masses(self) -> None:
         """Add what bodies, point masses and sensors weigh to the frames that carry them."""
