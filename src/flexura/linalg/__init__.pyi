@@ -9,6 +9,7 @@ from flexura.linalg.enclosures import enclose as enclose
 from flexura.linalg.enclosures import upper_bounds as upper_bounds
 from flexura.linalg.factor import DENSE_LIMIT as DENSE_LIMIT
 from flexura.linalg.factor import Factor as Factor
+from flexura.linalg.factor import Matrix as Matrix
 from flexura.linalg.factor import SingularError as SingularError
 from flexura.linalg.factor import factorise as factorise
 from flexura.linalg.factor import is_definite as is_definite

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ SINGULAR_PIVOT = 1e-13
 
 DENSE_LIMIT = 240
 """Up to this order dense routines are as fast as sparse ones."""
+
+MOVES = "the stiffness matrix is singular: something can move freely"
 
 
 class SingularError(SolverError):
@@ -80,7 +83,7 @@ class SuperLU(Factor):
                 own, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError:
-            raise SingularError("the stiffness matrix is singular: something can move freely") from None
+            raise SingularError(MOVES) from None
 
     def solve_scaled(self, b: Array) -> Array:
         """(D A D)^-1 b."""
@@ -111,9 +114,35 @@ class SuperLU(Factor):
         return ROUND_OFF * EPS * size[self._lu.perm_r] if np.isfinite(size).all() else None
 
 
-def factorise(A: Matrix) -> SuperLU:
-    """Factors of a sparse symmetric A (n, n). Raises SingularError, a SolverError, where it is singular."""
-    return SuperLU(A)
+class Dense(Factor):
+    """Factors of a full matrix by LAPACK's LU with partial pivoting. `scale` is that of `unit_scale`. Raises
+    SingularError."""
+
+    name = "lapack"
+
+    def __init__(self, A: Array) -> None:
+        self.scale = unit_scale(A)
+        self._lu, self._pivots, singular = la.lapack.dgetrf(scaled(A, self.scale))
+        if singular:
+            raise SingularError(MOVES)
+
+    def solve_scaled(self, b: Array) -> Array:
+        """(D A D)^-1 b."""
+        return np.asarray(la.lapack.dgetrs(self._lu, self._pivots, b)[0])
+
+    @property
+    def memory(self) -> float:
+        """Bytes that the factors take."""
+        return float(self._lu.nbytes)
+
+    @property
+    def negative(self) -> None:
+        """Not counted."""
+
+
+def factorise(A: Matrix) -> Factor:
+    """Factors of a symmetric A (n, n), full or sparse. Raises SingularError, a SolverError, where it is singular."""
+    return Dense(A) if isinstance(A, np.ndarray) else SuperLU(A)
 
 
 def pivoted(K: Matrix) -> tuple[float, SuperLU | None]:
@@ -128,7 +157,7 @@ def pivoted(K: Matrix) -> tuple[float, SuperLU | None]:
             return 0.0, None
         return float(pivots.min(initial=np.inf)), None
     try:
-        factor = factorise(K)
+        factor = SuperLU(K)
     except SingularError:
         return 0.0, None
     return factor.least_pivot, factor

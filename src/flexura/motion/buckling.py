@@ -20,10 +20,8 @@ def buckling_factor(pose: Pose) -> float | None:
     None where nothing buckles, and where the state has no stiffness of its own without these forces.
     """
     total, _ = pose.matrices(held=True)
-    material = pose.equations.model.material(pose.state.frames)
-    if pose.equations.drives:
-        material = (pose.holding.T @ material @ pose.holding).tocsc()
-    geometric = (total - material).tocsc()
+    material = pose.holding.matrix(pose.equations.model.material(pose.state.frames))
+    geometric = total - material
     if not material.shape[0] or abs(scaled(geometric, unit_scale(material))).max() < UNLOADED:
         return None
     try:

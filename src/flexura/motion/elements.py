@@ -160,8 +160,9 @@ class PoseElements:
 
 def carried(mass: Array, twists: Array) -> Array:
     """Mass matrices (e, 12, 12) by velocities of the frames, from those by twists (e, 2, 6, 6) of the ends."""
-    ends = mass.reshape(-1, 2, 6, 2, 6)
-    return np.einsum("eaij,eaibk,ebkl->eajbl", twists, ends, twists, optimize=True).reshape(-1, 12, 12)
+    ends = mass.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3)
+    blocks = np.swapaxes(twists, -1, -2)[:, :, None] @ ends @ twists[:, None]
+    return blocks.swapaxes(2, 3).reshape(-1, 12, 12)
 
 
 def _rows(log: Logarithm, twists: Array) -> Array:

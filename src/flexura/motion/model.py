@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.beam import skew
+from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
@@ -95,11 +95,16 @@ class MovingModel:
     def _no_sagging(self) -> Array:
         return np.zeros((len(self.sagging.node), 12, 12))
 
-    def material(self, frames: Frames) -> sp.csc_matrix:
+    def matrix(self, blocks: Sequence[Array]) -> Matrix:
+        """The symmetric part (n, n) of a sum of blocks, full up to an order of DENSE_LIMIT, else sparse by columns."""
+        pattern = self.pattern
+        A = pattern.dense(blocks) if self.n_dof <= DENSE_LIMIT else pattern.sparse(blocks)
+        return (A + A.T) / 2
+
+    def material(self, frames: Frames) -> Matrix:
         """Derivatives (n, n) of the forces of free displacements in a state, as if nothing were under force there."""
         none = np.zeros((*self.dof.shape, 6))
-        K = self.pattern.sparse([*(e.material(frames) for e in self.elements), self._no_sagging, none])
-        return ((K + K.T) / 2).tocsc()
+        return self.matrix([*(e.material(frames) for e in self.elements), self._no_sagging, none])
 
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
@@ -113,13 +118,12 @@ class MovingModel:
         )
         return force, slope
 
-    def mass(self, frames: Frames) -> sp.csc_matrix:
+    def mass(self, frames: Frames) -> Matrix:
         """M (n, n) of the free displacements in a state, symmetric."""
         R = np.zeros((len(frames.R), 6, 6))
         R[:, :3, :3] = R[:, 3:, 3:] = frames.R
         inertia = R @ self.inertia @ np.swapaxes(R, -1, -2)
-        M = self.pattern.sparse([*(e.masses(frames) for e in self.elements), self._no_sagging, inertia])
-        return ((M + M.T) / 2).tocsc()
+        return self.matrix([*(e.masses(frames) for e in self.elements), self._no_sagging, inertia])
 
     def positions(self, frames: Frames) -> Array:
         """Positions (n, 3), m, of all nodes."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,6 +18,9 @@ Array = NDArray[np.float64]
 
 SMALLEST = 1.0 / 4096
 """Least part of a step to the next point that is tried."""
+
+REMEMBERED = 4
+"""States before the last one by which the next one is predicted."""
 
 QUICK = 4
 """Newton's steps up to which the next step may be longer."""
@@ -84,7 +88,7 @@ class Path:
         while done < 1.0:
             part = min(part, 1.0 - done)
             share = 1.0 if part >= 1.0 - done else done + part
-            aim = start.between(point, share)
+            aim = point if share == 1.0 else start.between(point, share)
             way = self._way + (share - done) * length
             try:
                 state = self.equations.solve(self._predicted(way), aim.loads, aim.targets)
@@ -95,28 +99,23 @@ class Path:
                 if part < 0.05:
                     self._before = self._before[-1:]
                 continue
-            self._before = [*self._before[-2:], (self._way, self.state.frames)]
+            if way > self._way:
+                self._before = [*self._before, (self._way, self.state.frames)][-REMEMBERED:]
             self._way, self.state, self.at = way, state, aim
             done = share
             part *= 2.0 if state.iterations <= QUICK else 1.0
         return None
 
     def _predicted(self, way: float) -> Frames:
-        """The state at a length of way, extrapolated through the last three by turning and moving on as before."""
-        now = self.state.frames
-        if not self._before or self._before[-1][0] == self._way:
-            return now
-        steps, ways = [], []
-        for s, frames in self._before[-2:]:
-            steps.append(_displacement(now, frames))
-            ways.append(s - self._way)
-        ahead = way - self._way
-        if len(steps) == 1 or ways[0] == ways[1]:
-            return now.moved(steps[-1] * ahead / ways[-1])
-        a, b = ways
-        return now.moved(
-            steps[0] * (ahead * (ahead - b)) / (a * (a - b)) + steps[1] * (ahead * (ahead - a)) / (b * (b - a))
-        )
+        """The state at a length of way, by the polynomial (Lagrange) of the displacements from the last state to those
+        before it."""
+        now, ahead = self.state.frames, way - self._way
+        ways = [0.0, *(s - self._way for s, _ in self._before)]
+        step = np.zeros((len(now.x), 6))
+        for own, (_, frames) in zip(ways[1:], self._before, strict=True):
+            weight = math.prod((ahead - other) / (own - other) for other in ways if other != own)
+            step += weight * _displacement(now, frames)
+        return now.moved(step)
 
 
 def _displacement(start: Frames, end: Frames) -> Array:
@@ -128,5 +127,4 @@ def _displacement(start: Frames, end: Frames) -> Array:
 def _distance(start: Point, end: Point, size: float) -> float:
     """How far apart two points are, for the extrapolation along the path."""
     own = float(np.abs(end.targets - start.targets).sum()) / size
-    same = start.loads is end.loads
-    return max(own, 1e-12) if same else own + 1.0
+    return own if start.loads is end.loads else own + 1.0

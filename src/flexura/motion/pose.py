@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,14 +12,53 @@ from numpy.typing import NDArray
 
 from flexura.beam import skew
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, Factor, factorise, is_definite, next_to
+from flexura.linalg import Eigenpairs, Factor, Matrix, factorise, is_definite, next_to
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.se3 import rotation_vector
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 SHIFTS = 60
 """Doublings of the shift below the lowest eigenvalue of a state that is not stable."""
+
+
+class Holding(NamedTuple):
+    """The displacements that are `left` (n - d,) where d combinations of all (n,) are held: those at `pivots` (d,) are
+    `ratio` (d, n - d) times them."""
+
+    left: Index
+    pivots: Index
+    ratio: Array
+
+    @staticmethod
+    def of(rows: Array, scale: Array) -> Holding:
+        """With rows (d, n) held at zero; displacements times `scale` (n,) have one unit."""
+        found, pivots = rows / scale, np.zeros(len(rows), dtype=np.intp)
+        for i in range(len(rows)):
+            pivots[i] = pivot = int(np.argmax(np.abs(found[i])))
+            found[i] /= found[i, pivot]
+            for j in range(len(rows)):
+                if j != i:
+                    found[j] -= found[j, pivot] * found[i]
+        left = np.delete(np.arange(rows.shape[1]), pivots)
+        return Holding(left, pivots, -found[:, left] * scale[left] / scale[pivots, None])
+
+    def matrix(self, A: Matrix) -> Matrix:
+        """A symmetric matrix (n, n) by what is left (n - d, n - d)."""
+        ratio = self.ratio if isinstance(A, np.ndarray) else sp.csr_matrix(self.ratio)
+        B = A[:, self.left] + A[:, self.pivots] @ ratio
+        return B[self.left] + ratio.T @ B[self.pivots]
+
+    def rows(self, G: Array) -> Array:
+        """Rows (k, n) by what is left (k, n - d)."""
+        return G[:, self.left] + G[:, self.pivots] @ self.ratio
+
+    def motions(self, x: Array) -> Array:
+        """All displacements (n, k) of those that are left (n - d, k)."""
+        out = np.empty((len(self.left) + len(self.pivots), x.shape[1]))
+        out[self.left], out[self.pivots] = x, self.ratio @ x
+        return out
 
 
 @dataclass(frozen=True)
@@ -32,49 +72,31 @@ class Pose:
     state: Equilibrium
 
     @cached_property
-    def K(self) -> sp.csc_matrix:
-        """Tangent stiffness (n, n) with loads and drives on, N/m, N, N m; symmetric.
+    def K(self) -> Matrix:
+        """Tangent stiffness (n, n) with loads and drives on, N/m, N, N m; symmetric, as `MovingModel.matrix`.
 
         Of moments about fixed axes the part counts that derives from an energy: half of it turns with what it acts on
         (Argyris, Dunne, Scharpf 1978).
         """
-        K = self.state.tangent.K
-        return ((K + K.T) / 2).tocsc()
+        return self.equations.model.matrix(self.state.tangent.forces.blocks)
 
     @cached_property
-    def M(self) -> sp.csc_matrix:
+    def M(self) -> Matrix:
         """Mass (n, n), kg, kg m, kg m^2."""
         return self.equations.model.mass(self.state.frames)
 
     @cached_property
-    def holding(self) -> sp.csc_matrix:
-        """Columns (n, n - d): the displacements that are left where the drives are held."""
-        rows = self.state.tangent.rows.copy()
-        n, scale = rows.shape[1], self.equations.scale
-        found, pivots = rows / scale, []
-        for i in range(len(rows)):
-            pivot = int(np.argmax(np.abs(found[i])))
-            pivots.append(pivot)
-            found[i] /= found[i, pivot]
-            for j in range(len(rows)):
-                if j != i:
-                    found[j] -= found[j, pivot] * found[i]
-        left = np.setdiff1d(np.arange(n), pivots)
-        T = sp.lil_matrix((n, len(left)))
-        T[left, np.arange(len(left))] = 1.0
-        for i, pivot in enumerate(pivots):
-            own = -found[i, left] * scale[left] / scale[pivot]
-            T[pivot, np.flatnonzero(own)] = own[own != 0]
-        return T.tocsc()
+    def holding(self) -> Holding:
+        """What is left where the drives are held."""
+        return Holding.of(self.state.tangent.rows, self.equations.scale)
 
-    def matrices(self, held: bool) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+    def matrices(self, held: bool) -> tuple[Matrix, Matrix]:
         """K and M, with the drives held or free."""
-        return self._held if held and self.equations.drives else (self.K, self.M)
+        return self._held if held else (self.K, self.M)
 
     @cached_property
-    def _held(self) -> tuple[sp.csc_matrix, sp.csc_matrix]:
-        T = self.holding
-        return (T.T @ self.K @ T).tocsc(), (T.T @ self.M @ T).tocsc()
+    def _held(self) -> tuple[Matrix, Matrix]:
+        return self.holding.matrix(self.K), self.holding.matrix(self.M)
 
     @cached_property
     def _free_factor(self) -> Factor:
@@ -82,16 +104,14 @@ class Pose:
 
     @cached_property
     def _held_factor(self) -> Factor:
-        return factorise(self.matrices(True)[0])
+        return factorise(self._held[0])
 
     def modes(self, n: int, held: bool = False) -> Eigenpairs:
         """The n lowest eigenpairs, none missed: values, (rad/s)^2, negative where the state is not stable, and vectors
         (n_dof, n), orthonormal by M."""
         K, M = self.matrices(held)
         pairs = lowest_of_any(K, M, min(n, K.shape[0]))
-        if held and self.equations.drives:
-            return Eigenpairs(pairs.values, self.holding @ pairs.vectors)
-        return pairs
+        return Eigenpairs(pairs.values, self.holding.motions(pairs.vectors)) if held else pairs
 
     def rows(self, node: int) -> Array:
         """Displacements (6, n) of a node from the free displacements."""
@@ -110,8 +130,8 @@ class Pose:
         Raises SolverError where the state has lost its stiffness.
         """
         G = self.rows(node)
-        if held and self.equations.drives:
-            G = np.asarray(G @ self.holding)
+        if held:
+            G = self.holding.rows(G)
         factor = self._held_factor if held else self._free_factor
         C = G @ factor.solve(np.ascontiguousarray(G.T))
         return (C + C.T) / 2
@@ -142,7 +162,7 @@ class Pose:
         return np.append(moved, rotation_vector(frames.R[root]))
 
 
-def lowest_of_any(K: sp.csc_matrix, M: sp.csc_matrix, n: int) -> Eigenpairs:
+def lowest_of_any(K: Matrix, M: Matrix, n: int) -> Eigenpairs:
     """The n lowest eigenpairs of K x = lambda M x, M positive semidefinite, K of any inertia.
 
     Raises SolverError when there is no shift that makes K definite.
@@ -151,7 +171,7 @@ def lowest_of_any(K: sp.csc_matrix, M: sp.csc_matrix, n: int) -> Eigenpairs:
         return next_to(K, M, n, 0.0)
     shift = 1e-6 * float(K.diagonal().max()) / max(float(M.diagonal().max()), 1e-300)
     for _ in range(SHIFTS):
-        if is_definite((K + shift * M).tocsc()):
+        if is_definite(K + shift * M):
             return next_to(K, M, n, -shift)
         shift *= 2
     raise SolverError("something without mass is not stable")

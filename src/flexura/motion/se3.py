@@ -110,11 +110,8 @@ class Logarithm:
         self._c = _coefficients(square)
         W = skew(w)
         # V^-1 = I - skew(w)/2 + c skew(w)^2 with c = c2 - c4 angle^2
-        v = (
-            x
-            - 0.5 * np.cross(w, x)
-            + ((self._c[..., 0] - self._c[..., 1] * square)[..., None]) * (W @ (W @ x[..., None]))[..., 0]
-        )
+        across = W @ x[..., None]
+        v = x - 0.5 * across[..., 0] + (self._c[..., 0] - self._c[..., 1] * square)[..., None] * (W @ across)[..., 0]
         self.e = np.concatenate([v, w], axis=-1)
         """Twists (..., 6): m and rad."""
         self._A = ad(self.e)
