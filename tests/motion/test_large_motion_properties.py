@@ -129,7 +129,7 @@ def test_at_rest_it_is_the_linear_model(file):
 def test_tangent_is_the_derivative_of_forces(name):
     """With weight, dead and follower loads and drives on, in a state far from rest."""
     state = moved(name)
-    equations, (frames, multipliers, tangent, _) = state.equations, state.state
+    equations, (frames, multipliers, _, tangent, _) = state.equations, state.state
 
     def held(frames: Frames) -> Array:
         at, missing = equations.tangent(frames, state.loads, multipliers)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.doubts import corrected
-from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.stress import Stresses, YieldRatios, ratios_to_yield, worst_stresses
 from flexura.analysis.stroke_columns import stroke_columns
 from flexura.analysis.stroke_pose import Asked, StrokePose, stroke_poses
+from flexura.analysis.stroke_ways import Course, FromTo, Given, course, words
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import Exceeded, OptionError, SolverError
@@ -23,11 +23,9 @@ from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.motion import (
     NO_LOADS,
     Bend,
-    Drive,
     Equations,
     Equilibrium,
     Frames,
-    Loads,
     MovingModel,
     Path,
     Point,
@@ -37,14 +35,9 @@ from flexura.motion import (
     end_forces,
 )
 from flexura.results import Tabular
-from flexura.structure import Design, FullOrderModel, Plan, assemble
+from flexura.structure import FullOrderModel, Plan, assemble
 
 Array = NDArray[np.float64]
-
-AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
-
-HALF_TURN = 3.1
-"""Largest component, rad, of a rotation vector that is prescribed; it ends at half a turn."""
 
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
@@ -61,7 +54,7 @@ class Stroke(Tabular):
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
-    members. `frames` are those of all nodes at each pose.
+    members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
     """
 
     _shown = ("name", "poses")
@@ -74,6 +67,7 @@ class Stroke(Tabular):
     yield_ratios: YieldRatios
     end_forces: dict[str, tuple[Array, Array]]
     frames: tuple[Frames, ...]
+    units: dict[str, str]
 
     @property
     def name(self) -> str:
@@ -87,10 +81,10 @@ class Stroke(Tabular):
         found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
         for pose in self.poses:
             if pose.frequency_hz_held and pose.frequency_hz_held[0] < 0:
-                text = f"at {_words(pose.move)} the mechanism {UNSTABLE}"
+                text = f"at {words(pose.varied, self.units)} the mechanism {UNSTABLE}"
                 found.append(Exceeded("buckling", "", pose.frequency_hz_held[0], 0.0, "Hz", text))
             if not pose.proven:
-                text = f"at {_words(pose.move)} natural frequencies are not proven, and some may be missed"
+                text = f"at {words(pose.varied, self.units)} natural frequencies are not proven, and some may be missed"
                 found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
         return (*found, *self.bent, *self._beyond_yield())
 
@@ -111,17 +105,17 @@ class Stroke(Tabular):
         """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""
         if not self.poses:
             return
-        travel = np.array([list(pose.move.values()) for pose in self.poses])
+        travel = np.array([list(pose.varied.values()) for pose in self.poses])
         away = (np.abs(travel) / np.maximum(np.abs(travel).max(axis=0, initial=0.0), 1e-300)).sum(axis=1)
         for name, ratio in zip(self.yield_ratios.names, self.yield_ratios.ratio, strict=True):
             beyond = np.flatnonzero(ratio > 1)
             if len(beyond):
-                first, worst = int(beyond[away[beyond].argmin()]), int(leading(ratio))
-                text = (
-                    f"{name} is stressed beyond its yield stress, first at {_words(self.poses[first].move)} and most at"
-                    f" {_words(self.poses[worst].move)}, {ratio[worst]:.3g} times"
-                )
-                yield Exceeded("stress", name, float(ratio[worst]), 1.0, "1", text)
+                poses = (self.poses[k] for k in (beyond[away[beyond].argmin()], leading(ratio)))
+                first, worst = (words(pose.varied, self.units) for pose in poses)
+                most = float(ratio.max())
+                where = f"first at {first} and most at {worst}, {most:.3g} times"
+                text = f"{name} is stressed beyond its yield stress, {where}"
+                yield Exceeded("stress", name, most, 1.0, "1", text)
 
     def stresses(self, pose: int | None = None) -> Stresses:
         """The largest stress in every link and flexure at a pose, by its number, or over all poses, of which `state`
@@ -145,7 +139,7 @@ class Stroke(Tabular):
         return np.array(rows).reshape(len(rows), -1)
 
     def _columns(self) -> dict[str, Any]:
-        return stroke_columns(self.poses)
+        return stroke_columns(self.poses, self.units)
 
 
 @verb
@@ -153,11 +147,13 @@ def stroke(
     model: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
-    move: Mapping[str, float | tuple[float, float]],
+    move: Mapping[str, FromTo] | None = None,
     steps: int = 21,
     n: int = 6,
-    loads: Mapping[str, ArrayLike] | None = None,
-    gravity: Sequence[float] | None = None,
+    loads: Mapping[str, FromTo] | None = None,
+    follower: Mapping[str, FromTo] | None = None,
+    gravity: FromTo | None = None,
+    actuators: Mapping[str, FromTo] | None = None,
     nodes: Sequence[str] | None = None,
     compliance: bool = False,
     progress: Listener | None = None,
@@ -166,14 +162,19 @@ def stroke(
 
     `move` prescribes displacements by name, `carriage.y` or `platform.rz`, from rest: (from, to), m or rad, in `steps`
     poses at equal distances, or a single number for one pose. Several move together. Rotations are components of the
-    rotation vector. `loads`, (6,) N and N m by node, and `gravity`, (3,) m/s^2, are dead and on all the way, beside
-    those that are described. At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are
-    those whose displacements are told, by default those that move, with `compliance` also their compliances and
-    stiffnesses, (6, 6) each. `progress` is told of every pose.
+    rotation vector. `loads`, (6,) N and N m by node, and `gravity`, (3,) m/s^2, are dead, `follower` loads turn with
+    their nodes, and `actuators` are commands by name, wildcards allowed, in the units of the inputs. They are on all
+    the way, beside the loads that are described and, where it is not given, the gravity, or go in the `steps` from one
+    value to another, as in {"stack": (0, 20e-6)}. A force between two nodes acts along the line between them, or along
+    its direction, which turns with the first; one at a single node keeps its direction.
+
+    At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are those whose displacements
+    are told, by default those that move, with `compliance` also their compliances and stiffnesses, (6, 6) each.
+    `progress` is told of every pose.
 
     Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
-    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G19).
+    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G21).
 
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.
@@ -182,87 +183,34 @@ def stroke(
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     moving = MovingModel.of(full.design)
-    drives = [_drive(moving, name) for name in move]
-    if not drives:
-        raise OptionError("move names at least one displacement, as in {'carriage.y': (-0.01, 0.01)}")
-    targets = _targets(move, steps)
+    given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})
+    planned = course(moving, given, steps)
+    drives = planned.drives
     asked = [d.name.rsplit(".", 1)[0] for d in drives] if nodes is None else list(nodes)
     asked = list(dict.fromkeys(asked))
     numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
     equations = Equations(moving, drives)
-    applied = _loads(full.design, loads, gravity)
     _independent(equations)
-    start = _start(equations, applied)
+    start = _start(equations, planned.rest)
     states: dict[int, Equilibrium] = {}
     stopped: list[str] = []
-    for way in _ways(targets):
-        points = [Point(targets[k], applied) for k in way]
-        path = Path(equations, start, Point(np.zeros(len(drives)), applied))
-        for k, state in zip(way, path.through(points), strict=False):
+    for way in planned.ways():
+        path = Path(equations, start, planned.rest)
+        for k, state in zip(way, path.through([planned.points[k] for k in way]), strict=False):
             checkpoint()
             if isinstance(state, Stopped):
-                stopped.append(_why(state, equations, way, targets))
+                stopped.append(_why(state, equations, planned, way))
                 break
             states[k] = state
             if progress is not None:
-                progress(Progress("poses", len(states), len(targets)))
+                progress(Progress("poses", len(states), len(planned.points)))
     order = sorted(states)
     reached = [states[k] for k in order]
-    forces = end_forces(moving, reached, applied.gravity)
+    forces = end_forces(moving, reached)
     yields = ratios_to_yield(full, forces.__getitem__, len(reached)) if reached else NO_YIELD
-    poses = stroke_poses(equations, reached, targets[order], applied, yields, Asked(n, numbers, compliance))
+    poses = stroke_poses(equations, reached, [planned.at(k) for k in order], yields, Asked(n, numbers, compliance))
     frames = tuple(state.frames for state in reached)
-    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, reached), yields, forces, frames)
-
-
-def _component(name: str) -> int:
-    return AXES[name.rsplit(".", 1)[1]]
-
-
-def _drive(model: MovingModel, name: str) -> Drive:
-    """The prescribed displacement of a name such as `carriage.y`. Raises OptionError where there is none."""
-    node, _, axis = name.rpartition(".")
-    if not node or axis not in AXES:
-        raise OptionError(f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(AXES)}")
-    number = int(model.design.plan.topology.numbers([node])[0])
-    root, component = int(model.root[number]), AXES[axis]
-    if model.dof[root, component] < 0:
-        raise OptionError(f"{name} cannot move: it is held by the ground")
-    return Drive(name, number, root, component)
-
-
-def _targets(move: Mapping[str, float | tuple[float, float]], steps: int) -> Array:
-    """Displacements (poses, drives). Raises OptionError for what is no range."""
-    ends = []
-    for name, given in move.items():
-        try:
-            values = np.asarray(given, dtype=float)
-        except (TypeError, ValueError):
-            values = np.array(np.nan)
-        if values.shape not in ((), (2,)) or not np.isfinite(values).all():
-            raise OptionError(f"{name} moves to a number, or from one to another, not {given!r}")
-        if _component(name) >= 3 and np.abs(values).max() > HALF_TURN:
-            raise OptionError(
-                f"{name} is a component of a rotation vector, up to {HALF_TURN} rad, not {given!r}: beyond it,"
-                " a displacement of what turns may be moved, or a moment put on"
-            )
-        ends.append(values)
-    if all(own.ndim == 0 for own in ends):
-        return np.array([[float(own) for own in ends]])
-    if not isinstance(steps, int | np.integer) or steps < 2:
-        raise OptionError(f"a range has at least 2 steps, not {steps!r}")
-    share = np.linspace(0.0, 1.0, steps)[:, None]
-    low, high = (np.array([float(own.ravel()[k]) for own in ends]) for k in (0, -1))
-    return low + share * (high - low)
-
-
-def _ways(targets: Array) -> Iterator[list[int]]:
-    """Ways from rest through all poses: from the one that is nearest to rest to both sides."""
-    size = np.abs(targets).max(axis=0)
-    first = int(np.argmin((np.abs(targets) / np.where(size > 0, size, 1.0)).sum(axis=1)))
-    yield list(range(first, len(targets)))
-    if first:
-        yield list(range(first - 1, -1, -1))
+    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, reached), yields, forces, frames, planned.units)
 
 
 def _independent(equations: Equations) -> None:
@@ -276,42 +224,28 @@ def _independent(equations: Equations) -> None:
             raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
 
 
-def _loads(design: Design, loads: Mapping[str, ArrayLike] | None, gravity: Sequence[float] | None) -> Loads:
-    """Dead loads and gravity, those that are described and those that are given."""
-    plan = design.plan
-    g = plan.loads.gravity(design.values) if gravity is None else finite_numbers("gravity", gravity, 3)
-    wrenches: dict[str, Array] = dict(plan.loads.wrenches(design.values))
-    for node, value in (loads or {}).items():
-        wrenches[node] = wrenches.get(node, np.zeros(6)) + finite_numbers(f"load on {node}", value, 6)
-    numbers = plan.topology.numbers(list(wrenches)).tolist()
-    return Loads(dict(zip(numbers, wrenches.values(), strict=True)), {}, g)
-
-
-def _start(equations: Equations, loads: Loads) -> Equilibrium:
-    """The state with nothing moved and the loads on. Raises SolverError where there is none."""
-    zero = np.zeros(len(equations.drives))
-    start = equations.solve(equations.model.rest, NO_LOADS, zero)
-    if not loads.any:
+def _start(equations: Equations, rest: Point) -> Equilibrium:
+    """The state with nothing moved and the loads on that do not change. Raises SolverError where there is none."""
+    start = equations.solve(equations.model.rest, NO_LOADS, rest.targets)
+    if not rest.loads.any:
         return start
-    path = Path(equations, start, Point(zero, NO_LOADS))
-    state = next(iter(path.through([Point(zero, loads)])))
+    path = Path(equations, start, Point(rest.targets, NO_LOADS))
+    state = next(iter(path.through([rest])))
     if isinstance(state, Stopped):
         raise SolverError(f"the loads are too large: no equilibrium is found beyond {100 * state.share:.3g} % of them")
     return state
 
 
-def _why(stopped: Stopped, equations: Equations, way: list[int], targets: Array) -> str:
+def _why(stopped: Stopped, equations: Equations, planned: Course, way: list[int]) -> str:
     """Where a way ends, in words."""
-    reached = equations.travelled(stopped.last.frames)
-    names = [drive.name for drive in equations.drives]
-    last = _words(dict(zip(names, reached.tolist(), strict=True)))
-    aim = _words(dict(zip(names, targets[way[stopped.point]].tolist(), strict=True)))
+    last = planned.towards(way[stopped.point - 1] if stopped.point else None, way[stopped.point], stopped.share)
+    at, aim = (words(own, planned.units) for own in (last, planned.at(way[stopped.point]).all))
     pose = Pose(equations, stopped.last)
     held = pose.modes(1, held=True).values
     state = "there it is not stable" if len(held) and held[0] < 0 else "there it is stable"
     return (
-        f"no equilibrium is found beyond {last}, on the way to {aim}: {state}; where the drive has to turn back, as in"
-        " a snap-through, another displacement may be moved, and members that bend sharply want more elements"
+        f"no equilibrium is found beyond {at}, on the way to {aim}: {state}; where the drive has to turn back, as in a"
+        " snap-through, another displacement may be moved, and members that bend sharply want more elements"
     )
 
 
@@ -338,7 +272,3 @@ def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, 
             )
         found.append(Exceeded(kind, name, bend.angle, bend.limit, "rad", text))
     return tuple(found)
-
-
-def _words(move: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} = {value:.6g} {'rad' if _component(name) >= 3 else 'm'}" for name, value in move.items())

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flexura.analysis.stroke_pose import StrokePose
+from flexura.analysis.stroke_ways import FORCES
 from flexura.mechanism import DOF_NAMES
 
-FORCES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
-
-def stroke_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
-    """What each pose is, by heading."""
+def stroke_columns(poses: Sequence[StrokePose], units: Mapping[str, str]) -> dict[str, Any]:
+    """What each pose is, by heading; `units` are those of what is prescribed."""
     if not poses:
         return {}
     return {
+        **{f"{name} [{units[name]}]": [p.varied[name] for p in poses] for name in poses[0].varied},
         **_drive_columns(poses),
         **_frequency_columns(poses),
         **{
@@ -34,11 +34,10 @@ def turns(name: str) -> bool:
 
 
 def _drive_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
-    """What moves, what holds it, and how that grows."""
+    """What holds the displacements that are prescribed, and how that grows."""
     columns: dict[str, Any] = {}
     for name in poses[0].move:
         unit, force = ("rad", "N m") if turns(name) else ("m", "N")
-        columns[f"{name} [{unit}]"] = [p.move[name] for p in poses]
         columns[f"reaction {name} [{force}]"] = [p.reaction[name] for p in poses]
         columns[f"drive stiffness {name} [{force}/{unit}]"] = [p.drive_stiffness[name] for p in poses]
     return columns

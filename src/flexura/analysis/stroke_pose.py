@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.analysis.stress import YieldRatios
+from flexura.analysis.stroke_ways import Varied
 from flexura.deadline import checkpoint
 from flexura.linalg import counted_intervals, inverse_roots, leading, scaled
 from flexura.modal import track_modes
-from flexura.motion import Equations, Equilibrium, Loads, Pose, buckling_factor
+from flexura.motion import Equations, Equilibrium, Pose, buckling_factor
 from flexura.records import Record
 
 Array = NDArray[np.float64]
@@ -27,15 +28,17 @@ HELD = 1e-9
 class StrokePose(Record):
     """The mechanism at one pose, m and rad, N and N m, Hz; global axes.
 
-    `move` are the prescribed displacements by name, `reaction` the forces and moments that hold them there and
-    `drive_stiffness` how these grow with the displacement, all other prescribed ones held. `frequency_hz` are natural
-    frequencies with the drives free under these forces, which stay as they are, `frequency_hz_held` with the drives
-    held; a state that is not stable has a negative one, the rate at which it springs away. `frequency_interval_hz`
-    holds bounds of each of `frequency_hz`, round-off of its computation included; `proven` says that they are those of
-    the frequencies of these numbers, counted so that none is missed. `tracked` (n,) says which of `frequency_hz` each
-    of the modes at the first pose has become. `displacement` (6,) is that of nodes from rest, with their rotation
-    vectors. `support_stiffness` (6,) is one over the diagonal of the compliance at the first driven
-    node with the drives held, NaN where these hold it, in N/m and N m/rad.
+    `move` are the prescribed displacements by name, `load` the components of loads that change over the stroke, N, N m
+    and m/s^2, and `actuators` the commands that do, in the units of their inputs. `reaction` are the forces and moments
+    that hold the prescribed displacements there and `drive_stiffness` how these grow with the displacement, all other
+    prescribed ones held. `frequency_hz` are natural frequencies with the drives free under these forces, which stay as
+    they are, `frequency_hz_held` with the drives held; a state that is not stable has a negative one, the rate at which
+    it springs away. `frequency_interval_hz` holds bounds of each of `frequency_hz`, round-off of its computation
+    included; `proven` says that they are those of the frequencies of these numbers, counted so that none is missed.
+    `tracked` (n,) says which of `frequency_hz` each of the modes at the first pose has become. `displacement` (6,) is
+    that of nodes from rest, with their rotation vectors. `support_stiffness` (6,) is one over the diagonal of the
+    compliance with the drives held at the first driven node, or without drives at the first of `nodes`, NaN where
+    these hold it, in N/m and N m/rad.
 
     `screw_axis` is the axis about which the node of each drive moves as this moves on, the others held.
     `ground_reaction` (6,) is the force and the moment about the global origin that the ground exerts. `energy` is the
@@ -53,6 +56,8 @@ class StrokePose(Record):
     _shown = ("move", "reaction", "frequency_hz")
 
     move: dict[str, float]
+    load: dict[str, float]
+    actuators: dict[str, float]
     reaction: dict[str, float]
     drive_stiffness: dict[str, float]
     frequency_hz: tuple[float, ...]
@@ -75,6 +80,11 @@ class StrokePose(Record):
     stiffness: dict[str, Array]
     stiffness_held: dict[str, Array]
 
+    @property
+    def varied(self) -> dict[str, float]:
+        """What is prescribed and may differ from pose to pose: displacements, loads and commands by name."""
+        return {**self.move, **self.load, **self.actuators}
+
 
 class Asked(NamedTuple):
     """What is asked of every pose: how many modes, the displacements of which nodes, numbers by name, and whether also
@@ -88,15 +98,14 @@ class Asked(NamedTuple):
 def stroke_poses(
     equations: Equations,
     states: Sequence[Equilibrium],
-    targets: Array,
-    loads: Loads,
+    varied: Sequence[Varied],
     yields: YieldRatios,
     asked: Asked,
 ) -> Iterator[StrokePose]:
-    """What the mechanism is at each state, moved to targets (poses, drives) under loads."""
+    """What the mechanism is at each state, with what is prescribed there."""
     before: Array | None = None
     names = [drive.name for drive in equations.drives]
-    for k, (state, moved) in enumerate(zip(states, targets, strict=True)):
+    for k, (state, at) in enumerate(zip(states, varied, strict=True)):
         checkpoint()
         pose = Pose(equations, state)
         free, held = pose.modes(asked.modes), pose.modes(asked.modes, held=True)
@@ -110,7 +119,9 @@ def stroke_poses(
         lower, upper, proven = counted_intervals(pose.K, pose.M, free.values, free.vectors)
         compliance, compliance_held, stiffness, stiffness_held = _tables(pose, asked)
         yield StrokePose(
-            move=dict(zip(names, moved.tolist(), strict=True)),
+            move=at.move,
+            load=at.load,
+            actuators=at.actuators,
             reaction=dict(zip(names, state.drive.tolist(), strict=True)),
             drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
             frequency_hz=_hertz(free.values),
@@ -119,9 +130,9 @@ def stroke_poses(
             proven=proven,
             tracked=tuple(int(k) for k in number),
             displacement={name: tuple(pose.displacement(k).tolist()) for name, k in asked.nodes.items()},
-            support_stiffness=_support(pose),
+            support_stiffness=_support(pose, asked),
             screw_axis={name: _axis(pose, k) for k, name in enumerate(names)},
-            ground_reaction=tuple(equations.ground_reaction(state, loads).tolist()),
+            ground_reaction=tuple(equations.ground_reaction(state).tolist()),
             energy=state.tangent.forces.energy,
             energy_by_part=_energies(state),
             stress_margin=margin,
@@ -135,9 +146,13 @@ def stroke_poses(
         )
 
 
-def _support(pose: Pose) -> tuple[float, ...]:
-    """One over the diagonal of the compliance (6,) at the first driven node, drives held."""
-    node = pose.equations.drives[0].node
+def _support(pose: Pose, asked: Asked) -> tuple[float, ...]:
+    """One over the diagonal of the compliance (6,) at the first driven node, drives held; with none of these at the
+    first node that is asked for, or none."""
+    drives = pose.equations.drives
+    node = drives[0].node if drives else next(iter(asked.nodes.values()), None)
+    if node is None:
+        return (np.nan,) * 6
     support, loose = (np.diag(pose.compliance(node, held=held)) for held in (True, False))
     with np.errstate(divide="ignore"):
         return tuple(np.where(np.abs(support) > HELD * np.abs(loose), 1 / support, np.nan).tolist())

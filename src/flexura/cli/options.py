@@ -165,13 +165,13 @@ def gravity_of(text: str | None) -> list[float] | None:
         return _amounts(parts, [("an acceleration", "m/s^2")] * 3, "'0,0,-9.81 m/s^2'")
 
 
-def loads_of(texts: list[str] | None) -> dict[str, list[float]]:
+def loads_of(texts: list[str] | None, option: str = "--load") -> dict[str, list[float]]:
     """Loads (6,) by node, N and N m. Raises OptionError for text that is none, and for nodes that are named twice."""
     found: dict[str, list[float]] = {}
     kinds = [("a force", "N")] * 3 + [("a moment", "N*m")] * 3
     for text in texts or []:
         node, equals, numbers = text.partition("=")
-        with named("--load", text):
+        with named(option, text):
             parts = numbers.split(",")
             if not equals or not node.strip() or len(parts) not in (3, 6):
                 form = "NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ"

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from flexura.cli.commands import CommandReader
 from flexura.cli.options import (
     File,
     Gravity,
     Json,
-    Loads,
     Plot,
     Settings,
     Strict,
@@ -24,23 +26,47 @@ from flexura.cli.options import (
 )
 from flexura.errors import OptionError
 
+ValuesOf = Callable[[list[str]], Mapping[str, Any]]
+"""Reads values by name."""
+
 EXAMPLES = {"m": "carriage.y=-20mm:20mm", "rad": "platform.rz=0:15deg"}
 
 
 def stroke_command(
     file: File,
     move: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             "--move",
             metavar="NODE.AXIS=FROM:TO",
             help="What moves from rest, e.g. carriage.y=-20mm:20mm. May be repeated.",
         ),
-    ],
+    ] = None,
     steps: Annotated[int, typer.Option(min=2, help="Number of poses from FROM to TO.")] = 21,
     n: Annotated[int, typer.Option("-n", min=1, help="Number of modes at each pose.")] = 6,
-    load: Loads = None,
+    load: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--load",
+            metavar="NODE=FX,FY,FZ[,MX,MY,MZ]",
+            help="Dead load at a node, with units, e.g. 'table=0,0,-5 N', or FROM:TO. May be repeated.",
+        ),
+    ] = None,
+    follower: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--follower", metavar="NODE=FX,FY,FZ[,MX,MY,MZ]", help="Load that turns with its node. May be repeated."
+        ),
+    ] = None,
     gravity: Gravity = None,
+    actuator: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--actuator",
+            metavar="NAME=FROM:TO",
+            help="Command with its unit, e.g. '*.piezo=0:75 V' or '*.piezo=75 V'. * allowed. May be repeated.",
+        ),
+    ] = None,
     node: Annotated[
         list[str] | None,
         typer.Option("--node", metavar="NAME", help="Tell this node's displacement. May be repeated."),
@@ -60,17 +86,19 @@ def stroke_command(
     from flexura.cli.stroke_tables import print_stroke
     from flexura.cli.tables import write_table
 
-    moves = moves_of(move)
+    moves = moves_of(move or [])
     mechanism, parameters = read(file, set)
-    loads, g = loads_of(load), gravity_of(gravity)
+    reader = CommandReader(mechanism, parameters)
     result = stroke(
         mechanism,
         parameters,
         move=moves,
         steps=steps,
         n=n,
-        loads=loads,
-        gravity=g,
+        loads=_from_to("--load", load, loads_of),
+        follower=_from_to("--follower", follower, partial(loads_of, option="--follower")),
+        gravity=_gravities(gravity),
+        actuators=_from_to("--actuator", actuator, partial(reader.values, "--actuator")),
         nodes=node,
         compliance=compliance,
     )
@@ -103,3 +131,35 @@ def moves_of(texts: list[str]) -> dict[str, float | tuple[float, float]]:
         values = [quantity_of("--move", end, unit, EXAMPLES[unit]) for end in ends]
         found[name] = values[0] if len(values) == 1 else (values[0], values[1])
     return found
+
+
+def _from_to(option: str, texts: list[str] | None, values_of: ValuesOf) -> dict[str, Any]:
+    """Values by name of NAME=VALUE, or both ends of NAME=FROM:TO. Raises OptionError for what is named twice."""
+    found: dict[str, Any] = {}
+    for text in texts or []:
+        name, _, values = text.partition("=")
+        first, *last = (values_of([f"{name}={end}"]) for end in _ends(values))
+        for key, value in first.items():
+            if key in found:
+                with named(option, text):
+                    raise OptionError(f"{key} has a value already; give one")
+            found[key] = (value, last[0][key]) if last else value
+    return found
+
+
+def _ends(values: str) -> list[str]:
+    """VALUE, or FROM and TO of which the first has the unit of the last where it has none."""
+    from flexura.units import split_quantity
+
+    ends = values.split(":")
+    if len(ends) == 2 and "," not in ends[0] and not split_quantity(ends[0])[1]:
+        ends[0] += f" {split_quantity(ends[1])[1]}"
+    return ends if len(ends) == 2 else [values]
+
+
+def _gravities(text: str | None) -> Any:
+    """Gravity (3,), or from one to another (2, 3), m/s^2; None where it is not given."""
+    if text is None:
+        return None
+    ends = [gravity_of(end) for end in text.split(":")]
+    return ends[0] if len(ends) == 1 else ends

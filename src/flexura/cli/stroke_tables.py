@@ -29,6 +29,9 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
     if result.poses:
         table = Table(box=None, header_style="bold", pad_edge=False)
         first = result.poses[0]
+        changing = {**first.load, **first.actuators}
+        for name in changing:
+            table.add_column(f"{name} {result.units[name]}", justify="right")
         for name in first.move:
             turns = name.rpartition(".")[2].startswith("r")
             table.add_column(f"{name} {'rad' if turns else 'mm'}", justify="right")
@@ -41,7 +44,7 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
         table.add_column("to buckle", justify="right")
         every = max(1, -(-len(result.poses) // MOST_ROWS))
         for pose in result.poses[::every]:
-            cells: list[str] = []
+            cells = [f"{pose.varied[name]:.5g}" for name in changing]
             for name, value in pose.move.items():
                 turns = name.rpartition(".")[2].startswith("r")
                 cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name]:.5g}"]

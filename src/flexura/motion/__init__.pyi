@@ -2,12 +2,12 @@ from flexura.motion.bending import Bend as Bend
 from flexura.motion.bending import bends as bends
 from flexura.motion.buckling import buckling_factor as buckling_factor
 from flexura.motion.elements import Frames as Frames
-from flexura.motion.equilibrium import NO_LOADS as NO_LOADS
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium
-from flexura.motion.equilibrium import Loads as Loads
 from flexura.motion.internal_forces import end_forces as end_forces
+from flexura.motion.loads import NO_LOADS as NO_LOADS
+from flexura.motion.loads import Loads as Loads
 from flexura.motion.model import MovingModel as MovingModel
 from flexura.motion.path import Path as Path
 from flexura.motion.path import Point as Point

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,22 +34,13 @@ class Bars:
     def response(self, frames: Frames) -> Response:
         """Energies, forces and tangents in a state of the frames (theory eq. G13)."""
         ends = self._ends(frames)
-        line = ends.position[:, 1] - ends.position[:, 0]
-        now = np.linalg.norm(line, axis=1)
-        n = line / now[:, None]
-        stretch = now - self.length
+        stretch = np.linalg.norm(ends.position[:, 1] - ends.position[:, 0], axis=1) - self.length
         pull = self.stiffness * stretch
-        B = _rows(ends)
-        across = (np.eye(3) - n[:, :, None] * n[:, None]) * (pull / now)[:, None, None]
-        along = self.stiffness[:, None, None] * n[:, :, None] * n[:, None]
-        force = pull[:, None] * (n[:, None] @ B)[:, 0]
-        tangent = np.swapaxes(B, 1, 2) @ (along + across) @ B
-        for end, sign in ((0, -1.0), (1, 1.0)):
-            six = slice(6 * end, 6 * end + 6)
-            rotations = slice(6 * end + 3, 6 * end + 6)
-            tangent[:, rotations, rotations] += skew(sign * pull[:, None] * n) @ skew(ends.arm[:, end])
-            tangent[:, six, six] -= turned(force[:, six])
-        return Response(0.5 * pull * stretch, force, tangent)
+        return Response(0.5 * pull * stretch, *pulled(ends, pull, self.stiffness))
+
+    def driven(self, command: float) -> Bars:
+        """As long without strain as after a free expansion, m."""
+        return replace(self, length=self.length + command)
 
     def material(self, frames: Frames) -> Array:
         """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
@@ -61,6 +52,25 @@ class Bars:
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
         return carried(self.mass, self._ends(frames).twists())
+
+
+def pulled(ends: Ends, pull: Array, stiffness: Array) -> tuple[Array, Array]:
+    """Forces (e, 12) on the frames that hold `ends` against a pull (e,), N, along the line between them, which grows
+    with its length by `stiffness` (e,), N/m, and their tangents (e, 12, 12)."""
+    line = ends.position[:, 1] - ends.position[:, 0]
+    now = np.linalg.norm(line, axis=1)
+    n = line / now[:, None]
+    B = _rows(ends)
+    across = (np.eye(3) - n[:, :, None] * n[:, None]) * (pull / now)[:, None, None]
+    along = stiffness[:, None, None] * n[:, :, None] * n[:, None]
+    force = pull[:, None] * (n[:, None] @ B)[:, 0]
+    tangent = np.swapaxes(B, 1, 2) @ (along + across) @ B
+    for end, sign in ((0, -1.0), (1, 1.0)):
+        six = slice(6 * end, 6 * end + 6)
+        rotations = slice(6 * end + 3, 6 * end + 6)
+        tangent[:, rotations, rotations] += skew(sign * pull[:, None] * n) @ skew(ends.arm[:, end])
+        tangent[:, six, six] -= turned(force[:, six])
+    return force, tangent
 
 
 def _rows(ends: Ends) -> Array:

@@ -20,7 +20,7 @@ def buckling_factor(pose: Pose) -> float | None:
     None where nothing buckles, and where the state has no stiffness of its own without these forces.
     """
     total, _ = pose.matrices(held=True)
-    material = pose.holding.matrix(pose.equations.model.material(pose.state.frames))
+    material = pose.holding.matrix(pose.equations.model.material(pose.state.frames, pose.state.loads.actuators))
     geometric = total - material
     if not material.shape[0] or abs(scaled(geometric, unit_scale(material))).max() < UNLOADED:
         return None

@@ -10,7 +10,7 @@ Sources: Borri, Bottasso (1994), Int. J. Numer. Meth. Engng 37 (helicoidal strai
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -125,6 +125,10 @@ class PoseElements:
     rest: Array
     strain: Strain
     mass: Array
+
+    def driven(self, command: float) -> PoseElements:
+        """With a free expansion along the first axis, m."""
+        return replace(self, rest=self.rest + np.append(command, np.zeros(5)))
 
     def ends(self, frames: Frames) -> Ends:
         """Where the ends are."""

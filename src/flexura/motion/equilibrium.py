@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam import skew
 from flexura.errors import SolverError
 from flexura.linalg import factorise
-from flexura.motion.elements import Frames, turned
+from flexura.motion.elements import Frames
+from flexura.motion.loads import NO_LOADS, Loads
 from flexura.motion.model import Forces, MovingModel
 from flexura.motion.se3 import LARGEST, Logarithm
 
@@ -41,34 +41,13 @@ class Drive(NamedTuple):
     component: int
 
 
-@dataclass(frozen=True)
-class Loads:
-    """Dead loads (6,) by node, N and N m, follower loads likewise in the turning axes of the nodes, and gravity (3,),
-    m/s^2."""
-
-    dead: Mapping[int, Array]
-    follower: Mapping[int, Array]
-    gravity: Array
-
-    def scaled(self, factor: float) -> Loads:
-        """Times a factor."""
-        dead, follower = ({k: factor * v for k, v in of.items()} for of in (self.dead, self.follower))
-        return Loads(dead, follower, factor * self.gravity)
-
-    @property
-    def any(self) -> bool:
-        """Whether anything is loaded."""
-        return bool(self.dead or self.follower or self.gravity.any())
-
-
-NO_LOADS = Loads({}, {}, np.zeros(3))
-
-
 class Equilibrium(NamedTuple):
-    """A state: frames, the forces of the drives that hold it (d,), N or N m, and what the mechanism answers with."""
+    """A state: frames, the forces of the drives that hold it (d,), N or N m, the loads on it, and what the mechanism
+    answers with."""
 
     frames: Frames
     drive: Array
+    loads: Loads
     tangent: Tangent
     iterations: int
 
@@ -139,9 +118,9 @@ class Equations:
 
     def tangent(self, frames: Frames, loads: Loads, multipliers: Array) -> tuple[Tangent, Array]:
         """The tangent in a state, and the forces (n,) that are missing for its equilibrium without the drives."""
-        forces = self.model.forces(frames, loads.gravity)
+        forces = self.model.forces(frames, loads.gravity, loads.actuators)
         local = forces.blocks[-1]
-        external, slope = self._external(frames, loads)
+        external, slope = loads.external(self.model, frames)
         local -= slope
         rows = np.zeros((len(self.drives), self.model.n_dof))
         for i, drive in enumerate(self.drives):
@@ -151,26 +130,10 @@ class Equations:
             local[drive.root] -= multipliers[i] * second
         return Tangent(self.model, forces, rows), self.free(external - forces.force)
 
-    def _external(self, frames: Frames, loads: Loads) -> tuple[Array, Array]:
-        """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""
-        external, slope = np.zeros(self.model.dof.shape), np.zeros((*self.model.dof.shape, 6))
-        for node, wrench in loads.dead.items():
-            root, now = self.model.root[node], frames.R[self.model.root[node]] @ self.model.arm[node]
-            external[root] += np.append(wrench[:3], wrench[3:] + np.cross(now, wrench[:3]))
-            slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(now)
-        for node, wrench in loads.follower.items():
-            root = self.model.root[node]
-            R, now = frames.R[root], frames.R[root] @ self.model.arm[node]
-            force = R @ wrench[:3]
-            own = np.append(force, R @ wrench[3:] + np.cross(now, force))
-            external[root] += own
-            slope[root] += turned(own[None])[0]
-        return external, slope
-
-    def ground_reaction(self, state: Equilibrium, loads: Loads) -> Array:
+    def ground_reaction(self, state: Equilibrium) -> Array:
         """Force and moment (6,) about the global origin that the ground exerts, N and N m (theory eq. G19)."""
         frames = state.frames
-        exerted = state.tangent.forces.force - self._external(frames, loads)[0]
+        exerted = state.tangent.forces.force - state.loads.external(self.model, frames)[0]
         for drive, force in zip(self.drives, state.drive, strict=True):
             exerted[drive.root] -= force * self._drive(frames, drive)[1]
         exerted[self._free] = 0.0
@@ -196,7 +159,7 @@ class Equations:
             frames, last = frames.moved(self.displacements(step)), size
             if size < CONVERGED:
                 tangent, _ = self.tangent(frames, loads, multipliers)
-                return Equilibrium(frames, multipliers, tangent, iteration)
+                return Equilibrium(frames, multipliers, loads, tangent, iteration)
         raise SolverError("no equilibrium is found near the last one")
 
     def _step(self, tangent: Tangent, missing: Array, gap: Array) -> tuple[Array, Array]:

@@ -14,9 +14,9 @@ from flexura.motion.model import MIRRORED, MovingModel
 Array = NDArray[np.float64]
 
 
-def end_forces(model: MovingModel, states: Sequence[Equilibrium], gravity: Array) -> dict[str, tuple[Array, Array]]:
+def end_forces(model: MovingModel, states: Sequence[Equilibrium]) -> dict[str, tuple[Array, Array]]:
     """Internal forces (i, e, 6, k) at the first and the second end of the elements of the i copies of each prototype
-    with members in k states under gravity (3,), m/s^2 (theory eq. G15).
+    with members in k states (theory eq. G15).
 
     They are N, Vy, Vz, N, and T, My, Mz, N m, in the axes of the members, which turn with the ends of elements, on the
     face towards the second end of the member.
@@ -27,7 +27,7 @@ def end_forces(model: MovingModel, states: Sequence[Equilibrium], gravity: Array
         return {}
     elements = model.elements[0]
     assert isinstance(elements, PoseElements)
-    start, end = _in_own_axes(elements, states, gravity)
+    start, end = _in_own_axes(elements, states)
     found, first = {}, 0
     for name in names:
         placed, count = topology.copies[name], len(parts[name].connectivity)
@@ -40,7 +40,7 @@ def end_forces(model: MovingModel, states: Sequence[Equilibrium], gravity: Array
     return found
 
 
-def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium], gravity: Array) -> tuple[Array, Array]:
+def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium]) -> tuple[Array, Array]:
     """Internal forces (e, 6, k) at both ends of elements, in the right-handed axes of these ends."""
     R = np.stack([state.frames.R[elements.node] for state in states])
     held = np.stack([state.tangent.forces.responses[0].force for state in states]).reshape(len(states), -1, 2, 6)
@@ -48,8 +48,9 @@ def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium], gravity:
     back = np.swapaxes(R @ elements.axes, -1, -2)
     moment = held[..., 3:] - np.cross(arm, held[..., :3])
     own = np.concatenate([(back @ part[..., None])[..., 0] for part in (held[..., :3], moment)], axis=-1)
+    gravity = np.stack([state.loads.gravity for state in states])[:, None, None, :, None]
     if gravity.any():
         per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
-        own = own - (per_fall @ (back @ gravity)[..., None])[..., 0]
+        own = own - (per_fall @ (back @ gravity))[..., 0]
     start, end = np.moveaxis(own, 0, -1).swapaxes(0, 1)
     return -start, end

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -12,14 +12,21 @@ from numpy.typing import NDArray
 
 from flexura.beam import skew
 from flexura.linalg import DENSE_LIMIT, Matrix
+from flexura.mechanism import ForceActuator, MomentActuator
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
+from flexura.motion.pushes import Push
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.structure import Copies, Design, Part, Scatter, SpringElement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+Named = tuple[Group, tuple[str, ...]]
+"""Elements with the name of each."""
+
+NO_COMMANDS: Mapping[str, float] = {}
 
 MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 """Signs of displacements along and about axes that are made right-handed again by turning the third one round."""
@@ -54,6 +61,8 @@ class MovingModel:
     inertia: Array
     weight: Array
     sagging: Sagging
+    actuators: Mapping[str, int]
+    """Numbers of the elements that are actuators, piezo stacks and those between two nodes, by name as placed."""
     arm: Array = field(repr=False)
     """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
 
@@ -74,9 +83,21 @@ class MovingModel:
         dofs = [*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof]
         return Scatter(dofs, self.n_dof, symmetric=False)
 
-    def forces(self, frames: Frames, gravity: Array) -> Forces:
-        """What holds the mechanism in a state against its stiffness and its weight, g (3,) in m/s^2."""
-        total, responses = np.zeros(self.dof.shape), [elements.response(frames) for elements in self.elements]
+    def _commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
+        """The elements, those of actuators under their commands, by name."""
+        elements = list(self.elements)
+        for name, command in actuators.items():
+            number = self.actuators[name]
+            own = elements[number]
+            assert isinstance(own, Bars | PoseElements | Push)
+            elements[number] = own.driven(command)
+        return elements
+
+    def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
+        """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,
+        m, N and N m by name."""
+        total = np.zeros(self.dof.shape)
+        responses = [elements.response(frames) for elements in self._commanded(actuators)]
         for elements, own in zip(self.elements, responses, strict=True):
             at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
             for column in range(6):
@@ -101,10 +122,10 @@ class MovingModel:
         A = pattern.dense(blocks) if self.n_dof <= DENSE_LIMIT else pattern.sparse(blocks)
         return (A + A.T) / 2
 
-    def material(self, frames: Frames) -> Matrix:
+    def material(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Matrix:
         """Derivatives (n, n) of the forces of free displacements in a state, as if nothing were under force there."""
         none = np.zeros((*self.dof.shape, 6))
-        return self.matrix([*(e.material(frames) for e in self.elements), self._no_sagging, none])
+        return self.matrix([*(e.material(frames) for e in self._commanded(actuators)), self._no_sagging, none])
 
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
@@ -163,21 +184,22 @@ class _Builder:
         self.weight = np.zeros((n + 1, 6, 3))
 
     def model(self) -> MovingModel:
-        groups: list[Group] = []
-        names: list[tuple[str, ...]] = []
-        for found in self._groups():
-            elements, own = found
-            groups.append(elements)
-            names.append(own)
+        passive, actuators = self._groups()
+        groups = tuple(group for group, _ in (*passive, *actuators))
+        names = tuple(own for _, own in (*passive, *actuators))
+        for elements in groups:
             add_weight(self.weight, elements, self.rest)
         sagging = Sagging.of([group for group in groups if isinstance(group, Superelements)], self.rest)
+        driven = {own[0]: len(passive) + k for k, (_, own) in enumerate(actuators)}
         return MovingModel(
-            self.design, self.rest, self.dof, tuple(groups), tuple(names), self.inertia, self.weight, sagging, self.arm
+            self.design, self.rest, self.dof, groups, names, self.inertia, self.weight, sagging, driven, self.arm
         )
 
-    def _groups(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
+    def _groups(self) -> tuple[list[Named], list[Named]]:
+        """Elements with their names, and actuators one by one."""
         beams, springs = [], []
-        others: list[tuple[Group, tuple[str, ...]]] = []
+        others: list[Named] = []
+        actuators: list[Named] = []
         for name in self.design.matrices:
             copies = self.design.plan.topology.copies[name]
             for copy in range(len(copies.paths)):
@@ -185,12 +207,12 @@ class _Builder:
                 beams += at.members()
                 springs += at.springs()
                 others += at.superelements()
-                others += at.stacks()
+                actuators += at.stacks()
+                actuators += at.pushes()
                 at.masses()
-        for kind in (beams, springs):
-            if kind:
-                yield _joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own)
-        yield from others
+        joined = [(_joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
+                  for kind in (beams, springs) if kind]  # fmt: skip
+        return [*joined, *others], actuators
 
 
 class _Copy:
@@ -276,7 +298,28 @@ class _Copy:
             frames[None], axes, arm[None], rest.e, linear_strain(self._signed(k)[None]), np.zeros((1, 12, 12))
         )
 
-    def stacks(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
+    def pushes(self) -> Iterator[Named]:
+        """Forces and moments between two nodes: along a direction, which turns with the first, or the line between."""
+        channels = self.part.channels
+        for key, actuator in channels.actuators.items():
+            nodes = np.array(channels.nodes["actuator", key])
+            if not isinstance(actuator, ForceActuator | MomentActuator) or len(nodes) < 2:
+                continue
+            turns, d = (
+                isinstance(actuator, MomentActuator),
+                channels.number("actuator", key, "direction", self.design.values),
+            )
+            sign = -1 if turns and self.mirrored and d is not None else 1
+            axis = sign * self.Q @ (np.diff(self.local.positions[nodes], axis=0)[0] if d is None else d)
+            length = np.linalg.norm(axis)
+            wrench = None
+            if turns or d is not None:
+                wrench = np.append(np.zeros(3), axis / length) if turns else np.append(axis / length, np.zeros(3))
+            if length > 0:
+                arm = self._arms(nodes, np.zeros((2, 3)))
+                yield Push(self._frames(nodes)[None], arm[None], wrench), (self.prefix + key,)
+
+    def stacks(self) -> Iterator[Named]:
         """Piezo stacks: bars between their nodes, or beams where they are bonded."""
         values = self.design.values
         for key, piezo in self.part.channels.piezos.items():
@@ -301,7 +344,7 @@ class _Copy:
         T = np.kron(np.eye(4), piezo.frame(x))
         return self._signed((T @ K @ T.T)[None]), self._signed((T @ M @ T.T)[None])
 
-    def superelements(self) -> Iterator[tuple[Group, tuple[str, ...]]]:
+    def superelements(self) -> Iterator[Named]:
         """Superelements between nodes, and those of one node that has stiffness to the ground."""
         for key, (nodes, *matrices) in self.part.superelements.items():
             at = np.array(nodes)

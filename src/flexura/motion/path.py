@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import SolverError
 from flexura.motion.elements import Frames
-from flexura.motion.equilibrium import Equations, Equilibrium, Loads
+from flexura.motion.equilibrium import Equations, Equilibrium
+from flexura.motion.loads import Loads
 from flexura.motion.se3 import rotation_vector
 
 Array = NDArray[np.float64]
@@ -46,21 +47,7 @@ class Point:
 
     def between(self, other: Point, share: float) -> Point:
         """A point on the way to another one. Loads move in proportion."""
-        own, there = self.loads, other.loads
-        return Point(
-            self.targets + share * (other.targets - self.targets),
-            Loads(
-                _mixed(own.dead, there.dead, share),
-                _mixed(own.follower, there.follower, share),
-                own.gravity + share * (there.gravity - own.gravity),
-            ),
-        )
-
-
-def _mixed(own: Mapping[int, Array], there: Mapping[int, Array], share: float) -> dict[int, Array]:
-    zero = np.zeros(6)
-    nodes = dict.fromkeys((*own, *there))
-    return {node: (1 - share) * own.get(node, zero) + share * there.get(node, zero) for node in nodes}
+        return Point(self.targets + share * (other.targets - self.targets), self.loads.mixed(other.loads, share))
 
 
 class Path:
@@ -70,10 +57,11 @@ class Path:
         self.equations = equations
         self.state, self.at = start, at
         self._before: list[tuple[float, Frames]] = []
-        self._way = 0.0
+        self._way, self._load = 0.0, 1.0
 
     def through(self, points: Sequence[Point]) -> Iterator[Equilibrium | Stopped]:
         """The states at the points, in order; a last `Stopped` where no equilibrium is found further on."""
+        self._load = max((point.loads.apart(self.at.loads) for point in points), default=0.0) or 1.0
         for number, point in enumerate(points):
             stopped = self._to(point, number)
             if stopped is not None:
@@ -84,7 +72,7 @@ class Path:
     def _to(self, point: Point, number: int) -> Stopped | None:
         """Go to a point, in as many steps as it takes."""
         start, done, part = self.at, 0.0, 1.0
-        length = _distance(start, point, self.equations.size)
+        length = _distance(start, point, self.equations.size, self._load)
         while done < 1.0:
             part = min(part, 1.0 - done)
             share = 1.0 if part >= 1.0 - done else done + part
@@ -124,7 +112,7 @@ def _displacement(start: Frames, end: Frames) -> Array:
     return np.concatenate([end.x - start.x, turn], axis=1) + end.z - start.z
 
 
-def _distance(start: Point, end: Point, size: float) -> float:
-    """How far apart two points are, for the extrapolation along the path."""
+def _distance(start: Point, end: Point, size: float, load: float) -> float:
+    """How far apart two points are, for the extrapolation: over the size of the mechanism and the largest load."""
     own = float(np.abs(end.targets - start.targets).sum()) / size
-    return own if start.loads is end.loads else own + 1.0
+    return own + end.loads.apart(start.loads) / load

@@ -45,10 +45,9 @@ def draw_stroke(result: Stroke) -> Figure:
     """
     if len(result.poses) < 2:
         raise OptionError("a stroke is drawn over at least two poses")
-    first = next(iter(result.poses[0].move))
-    turns = _turns(first)
-    x = np.array([pose.move[first] for pose in result.poses])
-    x = np.degrees(x) if turns else 1e3 * x
+    first = next(iter(result.poses[0].varied))
+    unit, factor = SHOWN.get(result.units[first], (result.units[first], 1.0))
+    x = factor * np.array([pose.varied[first] for pose in result.poses])
     figure = _figure(9.0, 8.0)
     panels = figure.subplots(2, 2)
     _forces(panels[0, 0], result, x)
@@ -56,12 +55,15 @@ def draw_stroke(result: Stroke) -> Figure:
     _stiffness(panels[1, 0], result, x, slice(0, 3), "support stiffness, N/m")
     _stiffness(panels[1, 1], result, x, slice(3, 6), "support stiffness, N m/rad")
     for axes in panels.ravel():
-        axes.set_xlabel(f"{first}, {'degrees' if turns else 'mm'}", fontsize=8)
+        axes.set_xlabel(f"{first}, {unit}", fontsize=8)
         axes.set_xlim(x.min(), x.max())
         _style(axes)
     figure.suptitle(f"{result.name}: over its stroke, {len(result.poses)} poses", fontsize=10, color=INK)
     foot(figure, [str(warning) for warning in result.warnings[:MOST_WARNINGS]], _left_out(result))
     return figure
+
+
+SHOWN = {"m": ("mm", 1e3), "rad": ("degrees", 180 / np.pi)}
 
 
 def _left_out(result: Stroke) -> list[str]:
@@ -75,6 +77,12 @@ def _turns(name: str) -> bool:
 
 
 def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
+    if not result.poses[0].move:
+        for k, node in enumerate(result.poses[0].displacement):
+            way = [1e3 * np.linalg.norm(pose.displacement[node][:3]) for pose in result.poses]
+            axes.plot(x, way, color=COLOURS[k % len(COLOURS)], lw=1.4, label=node)
+        axes.set_ylabel("displacement, mm", fontsize=8)
+        return _legend(axes)
     for k, name in enumerate(result.poses[0].move):
         unit = "N m" if _turns(name) else "N"
         force = [pose.reaction[name] for pose in result.poses]
@@ -126,4 +134,6 @@ def _logarithmic(axes: Axes) -> None:
 
 def _legend(axes: Axes) -> None:
     """A legend above the curves, where it hides none."""
+    if not axes.lines:
+        return
     axes.legend(fontsize=7, frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))

@@ -1,0 +1,241 @@
+"""What a stroke leads through: displacements that are prescribed, loads and actuators that are constant or go from one
+value to another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.errors import OptionError
+from flexura.mechanism import DOF_NAMES
+from flexura.motion import Drive, Loads, MovingModel, Point
+from flexura.systems import Ports
+
+Array = NDArray[np.float64]
+
+AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
+
+FORCES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+
+HALF_TURN = 3.1
+"""Largest component, rad, of a rotation vector that is prescribed; it ends at half a turn."""
+
+FromTo = ArrayLike
+"""A constant, or the first and the last value of what changes over a stroke."""
+
+
+class Given(NamedTuple):
+    """What a stroke is asked for, as in `stroke`: by name or node, constant or from one value to another."""
+
+    move: Mapping[str, FromTo]
+    loads: Mapping[str, FromTo]
+    follower: Mapping[str, FromTo]
+    gravity: FromTo | None
+    actuators: Mapping[str, FromTo]
+
+    @property
+    def anything(self) -> bool:
+        """Whether anything at all moves or is loaded."""
+        return bool(self.move or self.loads or self.follower or self.actuators or self.gravity is not None)
+
+
+class Varied(NamedTuple):
+    """What is prescribed at a point, by name: displacements, loads that change, and commands that change."""
+
+    move: dict[str, float]
+    load: dict[str, float]
+    actuators: dict[str, float]
+
+    @property
+    def all(self) -> dict[str, float]:
+        """All of it."""
+        return {**self.move, **self.load, **self.actuators}
+
+
+class Course(NamedTuple):
+    """The points (p,) of a stroke in order, `drives` (d,) whose displacements are prescribed there, the point `rest`
+    that its ways start from, and how much of what changes there is at each: `loads` and `commands`, names with values
+    (p,), N, N m, m/s^2 and the units of inputs, which `units` has by name."""
+
+    drives: tuple[Drive, ...]
+    rest: Point
+    points: tuple[Point, ...]
+    loads: dict[str, Array]
+    commands: dict[str, Array]
+    units: dict[str, str]
+
+    def at(self, k: int) -> Varied:
+        """What is prescribed at a point."""
+        move = {drive.name: float(v) for drive, v in zip(self.drives, self.points[k].targets, strict=True)}
+        loads, commands = ({name: float(v[k]) for name, v in own.items()} for own in (self.loads, self.commands))
+        return Varied(move, loads, commands)
+
+    def towards(self, before: int | None, k: int, share: float) -> dict[str, float]:
+        """What is prescribed on the way to a point from another one, or from rest."""
+        ends = self.at(k).all
+        start = dict.fromkeys(ends, 0.0) if before is None else self.at(before).all
+        return {name: (1 - share) * start[name] + share * end for name, end in ends.items()}
+
+    def ways(self) -> Iterator[list[int]]:
+        """Ways from rest through all points: from the one that is nearest to rest to both sides."""
+        found = [*np.array([point.targets for point in self.points]).T, *self.loads.values(), *self.commands.values()]
+        size = [max(float(np.abs(own).max()), 1e-300) for own in found]
+        away = sum((np.abs(own) / top for own, top in zip(found, size, strict=True)), np.zeros(len(self.points)))
+        first = int(np.argmin(away))
+        yield list(range(first, len(self.points)))
+        if first:
+            yield list(range(first - 1, -1, -1))
+
+
+def words(values: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """Values with their units."""
+    return ", ".join(f"{name} = {value:.6g} {units[name]}" for name, value in values.items())
+
+
+def component(name: str) -> int:
+    """Number of the axis of a displacement such as `carriage.y`."""
+    return AXES[name.rsplit(".", 1)[1]]
+
+
+def course(model: MovingModel, given: Given, steps: int) -> Course:
+    """The points of a stroke. Raises OptionError for unknown names, what is held and what is no range."""
+    if not given.anything:
+        raise OptionError("move names at least one displacement, as in {'carriage.y': (-0.01, 0.01)}; or put loads on")
+    return _Courses(model, given).course(steps)
+
+
+class _Courses:
+    """Reads what is asked for, one kind after another; what does not change ends up in `rest`."""
+
+    def __init__(self, model: MovingModel, given: Given) -> None:
+        self.model, self.given = model, given
+        self.ends: dict[str, list[Any]] = {name: [{}, {}, {}] for name in ("dead", "follower", "actuators")}
+        """Loads at rest, at the first and at the last point."""
+        self.loads: dict[str, tuple[float, float]] = {}
+        self.commands: dict[str, tuple[float, float]] = {}
+        self.units: dict[str, str] = {}
+
+    def course(self, steps: int) -> Course:
+        drives = tuple(_drive(self.model, name) for name in self.given.move)
+        targets = [_range(name, own, ()) for name, own in self.given.move.items()]
+        for drive, (low, high) in zip(drives, targets, strict=True):
+            if drive.component >= 3 and max(abs(low), abs(high)) > HALF_TURN:
+                raise OptionError(
+                    f"{drive.name} is a component of a rotation vector, up to {HALF_TURN} rad, not"
+                    f" {self.given.move[drive.name]!r}: beyond it, a displacement of what turns may be moved, or a"
+                    " moment put on"
+                )
+            self.units[drive.name] = "rad" if drive.component >= 3 else "m"
+        gravity = self._gravity()
+        self._wrenches()
+        self._actuators()
+        kinds = zip(*(self.ends[kind] for kind in ("dead", "follower", "actuators")), strict=True)
+        at = [Loads(dead, follower, g, own) for (dead, follower, own), g in zip(kinds, gravity, strict=True)]
+        low, high = (np.array([float(own[k]) for own in targets]) for k in (0, 1))
+        rest, first, last = (Point(at_, own) for at_, own in zip((0 * low, low, high), at, strict=True))
+        moving = any(_pair(own, ()) for own in self.given.move.values()) or self.loads or self.commands
+        if moving and (not isinstance(steps, int | np.integer) or steps < 2):
+            raise OptionError(f"a range has at least 2 steps, not {steps!r}")
+        share = np.linspace(0.0, 1.0, steps) if moving else np.ones(1)
+        points = tuple(first.between(last, float(k)) for k in share)
+        loads, commands = ({name: a + share * (b - a) for name, (a, b) in own.items()}
+                           for own in (self.loads, self.commands))  # fmt: skip
+        return Course(drives, rest, points, loads, commands, self.units)
+
+    def _gravity(self) -> list[Array]:
+        """Gravity (3,), m/s^2, of the description or as given, at rest, at the first and at the last point."""
+        design = self.model.design
+        if self.given.gravity is None:
+            return [design.plan.loads.gravity(design.values)] * 3
+        low, high = _range("gravity", self.given.gravity, (3,))
+        if not _pair(self.given.gravity, (3,)):
+            return [low] * 3
+        self._note("gravity", "xyz", low, high, ["m/s^2"] * 3)
+        return [np.zeros(3), low, high]
+
+    def _note(self, name: str, axes: Sequence[str], low: Array, high: Array, units: Sequence[str]) -> None:
+        """Take down the components of a load that change."""
+        for axis, a, b, unit in zip(axes, low.tolist(), high.tolist(), units, strict=True):
+            if a != b:
+                self.loads[f"{name}.{axis}"], self.units[f"{name}.{axis}"] = (a, b), unit
+
+    def _wrenches(self) -> None:
+        """Dead loads, those that are described and those that are given, and follower loads."""
+        design = self.model.design
+        described = design.plan.loads.wrenches(design.values)
+        for kind, given, word in (
+            ("dead", self.given.loads, "load"),
+            ("follower", self.given.follower, "follower load"),
+        ):
+            own = described if kind == "dead" else {}
+            for node in dict.fromkeys((*own, *given)):
+                number = int(design.plan.topology.numbers([node])[0])
+                low, high = _range(f"{word} on {node}", given.get(node, np.zeros(6)), (6,))
+                changes = node in given and _pair(given[node], (6,))
+                base = own.get(node, np.zeros(6))
+                for at, value in zip(
+                    self.ends[kind], (base if changes else base + low, base + low, base + high), strict=True
+                ):
+                    at[number] = at.get(number, 0.0) + value
+                if changes:
+                    name = node if kind == "dead" else f"{node}.follower"
+                    self._note(name, FORCES, low, high, ["N"] * 3 + ["N m"] * 3)
+
+    def _actuators(self) -> None:
+        """Commands of actuators: of stacks and what acts between two nodes, and dead loads at one node."""
+        ports, seen = Ports(self.model.design), set[str]()
+        for pattern, given in self.given.actuators.items():
+            low, high = (float(end) for end in _range(f"the command of {pattern}", given, ()))
+            changes = _pair(given, ())
+            ends = (0.0 if changes else low, low, high)
+            for port in ports.inputs([pattern]):
+                name = port.channel.name
+                if port.base is not None:
+                    raise OptionError(
+                        f"{name} accelerates the base, which is at rest here: commands are of forces, moments and"
+                        " piezo stacks; a steady acceleration is gravity the other way"
+                    )
+                if name in seen:
+                    raise OptionError(f"the input {name} is named twice")
+                seen.add(name)
+                if changes:
+                    self.commands[name], self.units[name] = (low, high), port.channel.unit
+                kind, key, unit = "actuators", name, port.stroke if port.stiffness is not None else 1.0
+                if name not in self.model.actuators:
+                    turns = port.channel.quantity == "moment"
+                    d, none = np.array(port.channel.direction), np.zeros(3)
+                    kind, key, unit = "dead", port.nodes[0], np.append(none, d) if turns else np.append(d, none)
+                for at, value in zip(self.ends[kind], ends, strict=True):
+                    at[key] = at.get(key, 0.0) + value * unit
+
+
+def _drive(model: MovingModel, name: str) -> Drive:
+    """The prescribed displacement of a name such as `carriage.y`. Raises OptionError where there is none."""
+    node, _, axis = name.rpartition(".")
+    if not node or axis not in AXES:
+        raise OptionError(f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(AXES)}")
+    number = int(model.design.plan.topology.numbers([node])[0])
+    root, own = int(model.root[number]), AXES[axis]
+    if model.dof[root, own] < 0:
+        raise OptionError(f"{name} cannot move: it is held by the ground")
+    return Drive(name, number, root, own)
+
+
+def _pair(given: FromTo, shape: tuple[int, ...]) -> bool:
+    """Whether something goes from one value to another."""
+    return np.shape(given) == (2, *shape)
+
+
+def _range(name: str, given: FromTo, shape: tuple[int, ...]) -> tuple[Any, Any]:
+    """The first and the last value. Raises OptionError for what is neither finite numbers nor two of them."""
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        values = np.array(np.nan)
+    if values.shape not in (shape, (2, *shape)) or not np.isfinite(values).all():
+        what = f"{shape[0]} finite numbers" if shape else "a number"
+        raise OptionError(f"{name} is {what}, or goes from one to another, not {given!r}")
+    return (values[0], values[1]) if values.shape == (2, *shape) else (values, values)

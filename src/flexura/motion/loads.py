@@ -1,0 +1,78 @@
+"""What a mechanism in large motion is loaded with: dead and follower loads, gravity and actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import skew
+from flexura.motion.elements import Frames, turned
+from flexura.motion.model import MovingModel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Dead loads (6,) by node, N and N m, follower loads likewise in the turning axes of the nodes, gravity (3,),
+    m/s^2, and by the names of actuators as placed how far stacks would expand freely, m, and with what forces and
+    moments, N and N m, others act between two nodes."""
+
+    dead: Mapping[int, Array]
+    follower: Mapping[int, Array]
+    gravity: Array
+    actuators: Mapping[str, float] = field(default_factory=dict)
+
+    def mixed(self, other: Loads, share: float) -> Loads:
+        """Loads on the way to others, all in proportion."""
+        return Loads(
+            _mixed(self.dead, other.dead, share),
+            _mixed(self.follower, other.follower, share),
+            self.gravity + share * (other.gravity - self.gravity),
+            _mixed(self.actuators, other.actuators, share),
+        )
+
+    def apart(self, other: Loads) -> float:
+        """The largest difference from other loads, whatever its unit."""
+        kinds = ((self.dead, other.dead), (self.follower, other.follower), (self.actuators, other.actuators))
+        return max(*(_apart(*pair) for pair in kinds), float(np.abs(self.gravity - other.gravity).max()))
+
+    @property
+    def any(self) -> bool:
+        """Whether anything is loaded."""
+        return bool(self.dead or self.follower or self.actuators or self.gravity.any())
+
+    def external(self, model: MovingModel, frames: Frames) -> tuple[Array, Array]:
+        """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""
+        external, slope = np.zeros(model.dof.shape), np.zeros((*model.dof.shape, 6))
+        for node, wrench in self.dead.items():
+            root, now = model.root[node], frames.R[model.root[node]] @ model.arm[node]
+            external[root] += np.append(wrench[:3], wrench[3:] + np.cross(now, wrench[:3]))
+            slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(now)
+        for node, wrench in self.follower.items():
+            root = model.root[node]
+            R, now = frames.R[root], frames.R[root] @ model.arm[node]
+            force = R @ wrench[:3]
+            own = np.append(force, R @ wrench[3:] + np.cross(now, force))
+            external[root] += own
+            slope[root] += turned(own[None])[0]
+        return external, slope
+
+
+NO_LOADS = Loads({}, {}, np.zeros(3))
+
+
+def _mixed(own: Mapping[Any, Any], there: Mapping[Any, Any], share: float) -> dict[Any, Any]:
+    """Values by name or node on the way to others; what is not there is zero."""
+    keys = dict.fromkeys((*own, *there))
+    return {key: (1 - share) * own.get(key, 0.0) + share * there.get(key, 0.0) for key in keys}
+
+
+def _apart(own: Mapping[Any, Any], there: Mapping[Any, Any]) -> float:
+    """The largest difference of values by name or node."""
+    found = [np.abs(np.subtract(own.get(key, 0.0), there.get(key, 0.0))).max() for key in (*own, *there)]
+    return float(max(found, default=0.0))
