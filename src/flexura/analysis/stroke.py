@@ -19,7 +19,7 @@ from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import leading
-from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.mechanism import Mechanism
 from flexura.motion import (
     NO_LOADS,
     Bend,

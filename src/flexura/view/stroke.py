@@ -77,17 +77,17 @@ def _turns(name: str) -> bool:
 
 
 def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
-    if not result.poses[0].move:
-        for k, node in enumerate(result.poses[0].displacement):
-            way = [1e3 * np.linalg.norm(pose.displacement[node][:3]) for pose in result.poses]
-            axes.plot(x, way, color=COLOURS[k % len(COLOURS)], lw=1.4, label=node)
-        axes.set_ylabel("displacement, mm", fontsize=8)
-        return _legend(axes)
-    for k, name in enumerate(result.poses[0].move):
-        unit = "N m" if _turns(name) else "N"
-        force = [pose.reaction[name] for pose in result.poses]
-        axes.plot(x, force, color=COLOURS[k % len(COLOURS)], lw=1.4, label=f"{name}, {unit}")
-    axes.set_ylabel("force or moment of the drive", fontsize=8)
+    first = result.poses[0]
+    if first.move:
+        units = {name: "N m" if _turns(name) else "N" for name in first.move}
+        curves = {f"{name}, {unit}": [p.reaction[name] for p in result.poses] for name, unit in units.items()}
+    else:
+        curves = {
+            node: [1e3 * np.linalg.norm(p.displacement[node][:3]) for p in result.poses] for node in first.displacement
+        }
+    for k, (label, curve) in enumerate(curves.items()):
+        axes.plot(x, curve, color=COLOURS[k % len(COLOURS)], lw=1.4, label=label)
+    axes.set_ylabel("force or moment of the drive" if first.move else "displacement, mm", fontsize=8)
     _legend(axes)
 
 
