@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
@@ -28,7 +29,7 @@ def counted_intervals(K: Any, M: Any, values: Array, vectors: Array) -> tuple[Ar
     cannot be factorised.
     """
     try:
-        lower, upper = residual_intervals(Pencil.of(K, M), values, vectors)
+        lower, upper = residual_intervals(Pencil.of(sp.csc_matrix(K), sp.csc_matrix(M)), values, vectors)
     except SolverError:
         lower, upper = np.full(len(values), -np.inf), np.full(len(values), np.inf)
     if not np.isfinite(upper).all():

@@ -150,5 +150,6 @@ def stable_count(A: sp.csc_matrix) -> int | None:
 
 
 def _dense_count(A: Array) -> int:
-    _, D, _ = la.ldl(scaled(A, unit_scale(A)))
-    return int((la.eigvalsh_tridiagonal(np.diagonal(D), np.diagonal(D, 1)) < 0).sum())
+    D, pivots, _ = la.lapack.dsytrf(scaled(A, unit_scale(A)), lower=1)
+    pairs = pivots < 0  # pivots of two rows have an eigenvalue of either sign (Bunch, Kaufman 1977)
+    return int((np.diagonal(D)[~pairs] < 0).sum() + pairs.sum() // 2)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
-from flexura.linalg.factor import Factor, SuperLU
+from flexura.linalg.factor import Factor, factorise
 from flexura.linalg.pencil import Pencil
 from flexura.linalg.search import Eigenpairs
 
@@ -77,7 +77,7 @@ def static_response(pencil: Pencil, loads: Array, shift: float = 0.0) -> Array:
 def solution(pencil: Pencil, right: Array, shift: float, factors: Factor | None = None) -> Array:
     """(K - shift M)^-1 of right sides (n, k), definite, by factors of what is stored and corrections by energies."""
     if factors is None:
-        factors = SuperLU(pencil.K - shift * pencil.M if shift else pencil.K)
+        factors = factorise(pencil.K - shift * pencil.M if shift else pencil.K)
     Y, rest = np.zeros_like(right), right
     for step in range(1 + POLISH):
         Y = Y + factors.solve(rest)

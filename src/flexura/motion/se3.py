@@ -25,6 +25,12 @@ BERNOULLI = np.array(
 )
 """Bernoulli's numbers B0, B2, ... B20; later ones follow from the zeta function, which is 1 to double precision."""
 
+TINY = 1e-150
+"""Angles below are zero."""
+
+_AXIAL = np.column_stack([skew(np.eye(3)).reshape(3, 9).T, np.eye(3).ravel()]) / 2
+"""Entries (9, 4) of a rotation that make the sine of its angle times its axis, and half its trace."""
+
 LARGEST = 0.9 * math.pi
 """Largest rotation, rad, whose logarithm is taken."""
 
@@ -48,12 +54,11 @@ def rotation(w: Array) -> Array:
 
 def rotation_vector(R: Array) -> Array:
     """Return the rotation vectors (..., 3), rad, of rotations (..., 3, 3) by less than half a turn."""
-    w = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1) / 2
+    both = R.reshape(*R.shape[:-2], 9) @ _AXIAL
+    w = both[..., :3]
     sine = np.sqrt(np.einsum("...i,...i->...", w, w))
-    angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factor = np.where(sine > 0, angle / sine, 1.0)
-    return w * factor[..., None]
+    angle = np.arctan2(sine, both[..., 3] - 0.5)
+    return w * (np.maximum(angle, TINY) / np.maximum(sine, TINY))[..., None]
 
 
 def _even_coefficients(n: int) -> Array:
@@ -81,6 +86,7 @@ def _even(k: int) -> float:
     return (-1) ** (k + 1) * 2 / (2 * math.pi) ** (2 * k) * (1 + 2.0 ** (-2 * k))
 
 
+_ONE = np.eye(6)
 _SERIES = _even_coefficients(32)
 _RATIO = (2 * math.pi) ** 2
 
@@ -116,8 +122,8 @@ class Logarithm:
         """Twists (..., 6): m and rad."""
         self._A = ad(self.e)
         self._A2 = self._A @ self._A
-        even = self._c[..., 0, None, None] * self._A2 + self._c[..., 1, None, None] * (self._A2 @ self._A2)
-        even[..., range(6), range(6)] += 1.0
+        c2, c4 = self._c[..., 0, None, None], self._c[..., 1, None, None]
+        even = _ONE + c2 * self._A2 + c4 * (self._A2 @ self._A2)
         self.after = even + self._A / 2
         """(..., 6, 6), of the twist of end 2."""
         self.before = even - self._A / 2
@@ -125,18 +131,19 @@ class Logarithm:
 
     def second(self, n: Array) -> tuple[Array, Array]:
         """Derivatives (..., 6, 6) by e of before' n and after' n, n (..., 6) fixed, conjugate to e (theory eq. G6)."""
-        At, y = np.swapaxes(self._A, -1, -2), self.e.copy()
-        y[..., :3] = 0.0
-        n1 = (At @ n[..., None])[..., 0]
-        n2 = (At @ n1[..., None])[..., 0]
-        n3 = (At @ n2[..., None])[..., 0]
-        n4 = (At @ n3[..., None])[..., 0]
-        m0, m1, m2, m3 = co_ad(n), co_ad(n1), co_ad(n2), co_ad(n3)
-        c2, c4, d2, d4 = (self._c[..., i, None, None] for i in range(4))
-        even = c2 * (At @ m0 + m1) + c4 * (At @ (At @ (At @ m0 + m1) + m2) + m3)
-        slope = d2[..., 0] * n2 + d4[..., 0] * n4
-        even = even - 2 * slope[..., :, None] * y[..., None, :]
-        return even - m0 / 2, even + m0 / 2
+        At, At2 = np.swapaxes(self._A, -1, -2), np.swapaxes(self._A2, -1, -2)
+        powers = np.empty((4, *n.shape))
+        powers[0], powers[1] = n, (At @ n[..., None])[..., 0]
+        powers[2:] = (At2 @ powers[:2, ..., None])[..., 0]
+        n4 = (At2 @ powers[2, ..., None])[..., 0]
+        m0, m1, m2, m3 = co_ad(powers)
+        c2, c4, d2, d4 = (self._c[..., i, None] for i in range(4))
+        first = At @ m0 + m1
+        even = c2[..., None] * first + c4[..., None] * (At2 @ first + At @ m2 + m3)
+        slope = -2 * (d2 * powers[2] + d4 * n4)
+        even[..., 3:] += slope[..., None] * self.e[..., None, 3:]
+        half = m0 / 2
+        return even - half, even + half
 
 
 def co_ad(n: Array) -> Array:

@@ -11,6 +11,7 @@ d = (u, s2, s3, phi, theta2, theta3): translations along and across the element,
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,10 +108,14 @@ class Strain:
 
     def _slope(self, q: Array) -> Array:
         """Derivatives (e, q, q) of the strains."""
+        e, n = q.shape
+        return (q[:, None] @ self._by_motion).reshape(e, n, n) + np.eye(n)
+
+    @cached_property
+    def _by_motion(self) -> Array:
+        """Derivatives (e, q, q q) of the slope by each motion, side by side in memory."""
         e, n, *_ = self.curvature.shape
-        slope = (self.curvature.reshape(e, n * n, n) @ q[..., None]).reshape(e, n, n)
-        slope[:, range(n), range(n)] += 1.0
-        return slope
+        return np.ascontiguousarray(np.moveaxis(self.curvature, -1, 1)).reshape(e, n, n * n)
 
     def _derivatives(self, q: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), gradient (e, q) and Hessian (e, q, q) by all motions."""
