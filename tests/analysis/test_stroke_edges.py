@@ -98,10 +98,10 @@ def test_superelements_that_turn_within_themselves():
 
 
 def test_members_that_warping_stiffens_are_noted():
-    """Their stiffness near the ends is followed coarsely away from rest; without the correction nothing is said."""
+    """Their torque is taken as constant along them; without the correction nothing is said."""
     plain = LEAF.format(size="0.1 m", elements=4)
     told, silent = (fx.stroke(fx.loads(plain + more), move={"b.z": 1e-3}, n=1) for more in ("", "corrections: none\n"))
     assert silent.notes == ()
     assert len(told.notes) == 1
     assert "leaf" in told.notes[0]
-    assert "Compare with twice as many" in told.notes[0]
+    assert "softer across than a solid" in told.notes[0]

@@ -13,6 +13,7 @@ from flexura.beam.strip import (
     warping_compliance,
     warping_constant,
     warping_decay,
+    warping_moments,
 )
 
 
@@ -94,6 +95,21 @@ def test_means_over_elements_add_up(n):
     args = (0.3, 0.02, 0.1, 0.3, 3.0)
     whole = warping_compliance(*args, -1.5, 1.5)
     assert_allclose(warping_compliance(*args, edges[:-1], edges[1:]).mean(), whole, rtol=1e-13)
+
+
+@pytest.mark.parametrize("decay", [0.2, 3.0, 70.0])
+def test_moments_of_the_compliance_in_torsion(decay):
+    """Against Gauss and Legendre's rule, in stretches before, round and behind the middle."""
+    J, secondary, span, nu = 0.02, 0.3, 3.0, 0.3
+    warping = (1 - nu) * J / (2 * decay**2 * (1 + J / secondary))
+    start, stop = np.array([-1.5, -0.4, 0.3, 1.2]), np.array([-1.1, 0.2, 0.9, 1.5])
+    moments = warping_moments(nu, J, warping, secondary, span, start, stop)
+    s, w = np.polynomial.legendre.leggauss(60)
+    x = (start + stop)[:, None] / 2 + (stop - start)[:, None] / 2 * s
+    compliance = 1 - np.cosh(decay * x) / np.cosh(decay * span / 2) / (1 + J / secondary)
+    expected = (w / 2 * compliance) @ np.polynomial.legendre.legvander(s, 4)
+    assert_allclose(moments, expected, atol=1e-13)
+    assert_allclose(moments[:, 0], warping_compliance(nu, J, warping, secondary, span, start, stop), rtol=1e-13)
 
 
 def test_one_clamped_end_is_half_of_twice_the_length():

@@ -7,6 +7,7 @@ All arguments broadcast against each other; nothing here raises.
 """
 
 import numpy as np
+import scipy.special
 from numpy.typing import ArrayLike
 
 from flexura.beam._columns import FloatArray, Real
@@ -51,6 +52,17 @@ def warping_compliance(
     return 1 - kappa * mean_cosh(decay, span, start, stop)
 
 
+def warping_moments(
+    nu: Real, J: Real, warping: Real, secondary: Real, span: Real, start: Real, stop: Real
+) -> FloatArray:
+    """Return the means (..., 5) over [start, stop] of the twist per torque of `warping_compliance` times Legendre's
+    polynomials of degree 0 to 4, which run from -1 to 1 there."""
+    decay, kappa = warping_decay(nu, J, warping, secondary)
+    moments = -np.asarray(kappa)[..., None] * _cosh_moments(decay, span, start, stop)
+    moments[..., 0] += 1.0
+    return moments
+
+
 def warping_decay(nu: Real, J: Real, warping: Real, secondary: Real) -> tuple[FloatArray, FloatArray]:
     """Return lambda, 1/m, and kappa, -, of `warping_compliance` (theory eq. F8)."""
     kappa = 1 / (1 + np.asarray(J) / secondary)
@@ -68,6 +80,21 @@ def mean_cosh(decay: Real, span: Real, start: Real, stop: Real) -> FloatArray:
         at = np.abs(decay * x)
         ends.append(np.sign(x) * np.exp(at - half) * -np.expm1(-2 * at) / (1 + np.exp(-2 * half)))
     return (ends[1] - ends[0]) / (decay * (stop - start))
+
+
+def _cosh_moments(decay: Real, span: Real, start: Real, stop: Real) -> FloatArray:
+    """Return the means (..., 5) of P_n cosh(decay x)/cosh(decay span/2), as `mean_cosh` that of P_0.
+
+    Those of P_n exp(z s) over -1 < s < 1 are the modified spherical Bessel functions (Abramowitz and Stegun 1964,
+    eq. 10.2.36).
+    """
+    decay, middle, half = np.asarray(decay), np.asarray(start + stop) / 2, (stop - start) / 2
+    n = np.arange(5)
+    z, at = (decay * half)[..., None], np.abs(decay * middle)[..., None]
+    bessel = np.sqrt(np.pi / (2 * z)) * scipy.special.ive(n + 0.5, z)
+    size = np.exp(z + at - (decay * span)[..., None] / 2) / (1 + np.exp(-(decay * span)[..., None]))
+    even, odd = 1 + np.exp(-2 * at), -np.sign(middle)[..., None] * np.expm1(-2 * at)
+    return size * bessel * np.where(n % 2 == 0, even, odd)
 
 
 def warping_constant(width: ArrayLike, thickness: ArrayLike) -> FloatArray:

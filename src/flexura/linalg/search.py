@@ -99,8 +99,8 @@ class ShiftInvert:
         """The pairs with the copies of repeated eigenvalues that were missed below the `count`-th.
 
         `counted` gives the number of eigenvalues below a value, None where it cannot tell; by default factors of
-        SuperLU are asked. Copies of the `count`-th itself do not matter. Raises SolverError when what is counted is not
-        found.
+        SuperLU are asked. Copies of the `count`-th itself do not matter. Where what is counted is not found, digits of
+        the stiffness are lost and the next of the offsets serves. Raises SolverError when none does.
         """
         fewest, idle = self.K.shape[0] + 1, 0
         while True:
@@ -108,8 +108,11 @@ class ShiftInvert:
             if missing <= 0:
                 return found
             fewest, idle = (missing, 0) if missing < fewest else (fewest, idle + 1)
-            if idle == IDLE:
+            if idle == IDLE and len(offsets) == 1:
                 raise SolverError("eigenvalues that are counted are not found: the stiffness has lost its digits")
+            if idle == IDLE:
+                fewest, idle, offsets = self.K.shape[0] + 1, 0, offsets[1:]
+                continue
             more = self.nearest(missing, found.vectors)
             values = np.concatenate([found.values, more.values])
             order = np.argsort(values, kind="stable")

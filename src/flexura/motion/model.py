@@ -18,7 +18,7 @@ from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
 from flexura.motion.pushes import Push
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
-from flexura.structure import Copies, Design, Part, Scatter, SpringElement
+from flexura.structure import Copies, Design, Part, Scatter, SpringElement, Torsion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -27,6 +27,9 @@ Named = tuple[Group, tuple[str, ...]]
 """Elements with the name of each."""
 
 NO_COMMANDS: Mapping[str, float] = {}
+
+PLAIN = Torsion(np.zeros((1, 4)), np.zeros(1), np.zeros(1))
+"""How a uniform bar twists without corrections."""
 
 MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 """Signs of displacements along and about axes that are made right-handed again by turning the third one round."""
@@ -265,18 +268,17 @@ class _Copy:
         keys = list(part.members)
         names = tuple(self.prefix + keys[m] for m in member)
         K, M = self._signed(own.elements.K), self._signed(own.elements.M)
-        return [(self._between(part.connectivity, axes, reach, K, M, length), names)]
+        return [(self._between(part.connectivity, axes, reach, K, M, (length, own.elements.torsion)), names)]
 
     def _between(
-        self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, length: Array | None
+        self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, beam: tuple[Array, Torsion]
     ) -> PoseElements:
-        """Elements with K and M (e, 12, 12) in the axes of their ends; beams where there is a length."""
+        """Beams with K and M (e, 12, 12) in the axes of their ends, lengths and torsion."""
         arm = self._arms(nodes, reach)
         frames = self._frames(nodes)
         log = Ends.of(self.builder.rest, frames, axes, arm).relative()
         k = natural_stiffness(K, log)
-        strain = linear_strain(k) if length is None else beam_strain(k, length)
-        return PoseElements(frames, axes, arm, log.e, strain, M)
+        return PoseElements(frames, axes, arm, log.e, beam_strain(k, *beam), M)
 
     def springs(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
         """Springs, one by one."""
@@ -332,7 +334,7 @@ class _Copy:
             K, M = self._stack_matrices(key)
             names = (self.prefix + key,)
             if piezo.section(values) is not None:
-                yield self._between(nodes, axes, reach, K, M, length), names
+                yield self._between(nodes, axes, reach, K, M, (length, PLAIN)), names
                 continue
             stiffness = np.array([float(piezo.stiffness(values))])
             yield Bars(self._frames(nodes), self._arms(nodes, reach), length, stiffness, M), names

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.motion.se3 import Logarithm
+from flexura.structure import Torsion
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,8 @@ SETTLED = 1e-9
 """Largest last step of these, rad, whose effect on forces is of its square."""
 
 _NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
+_WAGNER = ("w0", "w1", "w2")
+"""Strains of fibres by twist, beside those that motions have of first order."""
 
 _SECOND_ORDER = (
     # of products of a bent and of a sheared part of s; theory eq. G10
@@ -66,12 +69,25 @@ _SECOND_ORDER = (
 )
 """Strain, the two motions of a product, and its factor at unit length."""
 
+_OF_TWIST = (
+    # squares of the rate of twist, as Legendre polynomials; theory eqs. G23-G24
+    ("w0", "phi", "phi", 1 / 2),
+    ("w0", "a", "a", 1 / 6),
+    ("w0", "b", "b", 1 / 10),
+    ("w1", "phi", "a", 1),
+    ("w1", "a", "b", 2 / 5),
+    ("w2", "phi", "b", 1),
+    ("w2", "a", "a", 1 / 3),
+    ("w2", "b", "b", 1 / 7),
+)
+"""Likewise, of half the square of the twist; that of w0 also stretches."""
+
 
 @dataclass(frozen=True)
 class Strain:
-    """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, q, q) and `curvature` H (e, q, q, q), q of 6 or more.
+    """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), q of 6 or more.
 
-    What q has beyond 6 moves inside the element.
+    What q has beyond 6 moves inside the element; strains beyond those of q have no part of first order.
     """
 
     stiffness: Array
@@ -87,8 +103,7 @@ class Strain:
     def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Motions q (e, q) with those inside at rest, energy, gradient and Hessian there, and what the motions inside
         still lack and how they follow those of the ends, (e, q - 6, 7), negative."""
-        e, n, *_ = self.curvature.shape
-        q = np.zeros((e, n))
+        q = np.zeros((len(d), self.curvature.shape[-1]))
         q[:, :6] = d
         for _ in range(ITERATIONS):
             energy, gradient, hessian = self._derivatives(q)
@@ -107,25 +122,26 @@ class Strain:
         return own[:, :6, :6] - coupled @ np.linalg.solve(own[:, 6:, 6:], np.swapaxes(coupled, 1, 2))
 
     def _slope(self, q: Array) -> Array:
-        """Derivatives (e, q, q) of the strains."""
-        e, n = q.shape
-        return (q[:, None] @ self._by_motion).reshape(e, n, n) + np.eye(n)
+        """Derivatives (e, s, q) of the strains."""
+        e, m, n, _ = self.curvature.shape
+        return (q[:, None] @ self._by_motion).reshape(e, m, n) + np.eye(m, n)
 
     @cached_property
     def _by_motion(self) -> Array:
-        """Derivatives (e, q, q q) of the slope by each motion, side by side in memory."""
-        e, n, *_ = self.curvature.shape
-        return np.ascontiguousarray(np.moveaxis(self.curvature, -1, 1)).reshape(e, n, n * n)
+        """Derivatives (e, q, s q) of the slope by each motion, side by side in memory."""
+        e, m, n, _ = self.curvature.shape
+        return np.ascontiguousarray(np.moveaxis(self.curvature, -1, 1)).reshape(e, n, m * n)
 
     def _derivatives(self, q: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), gradient (e, q) and Hessian (e, q, q) by all motions."""
-        e, n, *_ = self.curvature.shape
+        e, m, n, _ = self.curvature.shape
         slope = self._slope(q)
-        strain = 0.5 * (q + (slope @ q[..., None])[..., 0])
+        strain = 0.5 * (slope @ q[..., None])[..., 0]
+        strain[:, :n] += 0.5 * q
         stress = (self.stiffness @ strain[..., None])[..., 0]
         turned = np.swapaxes(slope, 1, 2)
         hessian = turned @ (self.stiffness @ slope)
-        hessian += (stress[:, None] @ self.curvature.reshape(e, n, n * n)).reshape(e, n, n)
+        hessian += (stress[:, None] @ self.curvature.reshape(e, m, n * n)).reshape(e, n, n)
         return 0.5 * np.einsum("en,en->e", strain, stress), (turned @ stress[..., None])[..., 0], hessian
 
 
@@ -140,20 +156,20 @@ def natural_stiffness(K: Array, rest: Logarithm) -> Array:
     return (k + np.swapaxes(k, -1, -2)) / 2
 
 
-def beam_strain(k: Array, length: Array) -> Strain:
+def beam_strain(k: Array, length: Array, torsion: Torsion) -> Strain:
     """Strains of beam elements with natural stiffness k (e, 6, 6) and lengths (e,), m.
 
     Products follow from Magnus' expansion of the relative pose (Blanes, Casas, Oteo, Ros 2009, Phys. Rep. 470, sec. 2)
     of a beam whose bending moments are linear and whose twist and curvatures vary besides as Legendre polynomials:
     a and b of degree 1 and 2 in the twist, c2 and c3 of degree 2 in the curvatures (theory eqs. G9-G12).
     """
-    count, n = len(k), len(_NAMES)
-    at = {name: i for i, name in enumerate(_NAMES)}
+    count, n, m = len(k), len(_NAMES), len(_NAMES) + len(_WAGNER)
+    at = {name: i for i, name in enumerate((*_NAMES, *_WAGNER))}
     bent = {
         f"s{i + 1}": np.minimum(k[:, i, i] * length**2 / (12 * k[:, theta, theta]), 1.0)
         for i, theta in ((1, 5), (2, 4))
     }
-    H = np.zeros((count, n, n, n))
+    H = np.zeros((count, m, n, n))
     for of, *pair, factor in _SECOND_ORDER:
         size = factor * (length if at[of] < 3 else np.ones(count))
         motions = []
@@ -166,11 +182,35 @@ def beam_strain(k: Array, length: Array) -> Strain:
         first, second = motions
         H[:, at[of], first, second] += size
         H[:, at[of], second, first] += size
-    stiffness = np.zeros((count, n, n))
+    for of, first, second, factor in _OF_TWIST:
+        H[:, at[of], at[first], at[second]] += factor
+        H[:, at[of], at[second], at[first]] += factor
+    H[:, 0] += (torsion.polar / length)[:, None, None] * H[:, at["w0"]]
+    stiffness = np.zeros((count, m, m))
     stiffness[:, :6, :6] = k
-    for name, of, degree in (("a", 3, 1), ("b", 3, 2), ("c2", 4, 2), ("c3", 5, 2)):
-        stiffness[:, at[name], at[name]] = k[:, of, of] / (2 * degree + 1)
+    for name, of in (("c2", 4), ("c3", 5)):
+        stiffness[:, at[name], at[name]] = k[:, of, of] / 5
+    twist = [at[name] for name in ("phi", "a", "b")]
+    stiffness[np.ix_(range(count), twist, twist)] = _twist_stiffness(k[:, 3, 3], torsion.moments)
+    for degree, name in enumerate(_WAGNER):
+        stiffness[:, at[name], at[name]] = torsion.wagner / (length**3 * (2 * degree + 1))
     return Strain(stiffness, H)
+
+
+def _twist_stiffness(k: Array, moments: Array) -> Array:
+    """Stiffness (e, 3, 3) by phi, a and b of elements with stiffness k (e,) under constant torque (theory eq. G22).
+
+    A torque t0 + t1 P1 + t2 P2 does work on phi, a/3, b/5, the means of the rate of twist with these polynomials, so
+    that their compliance is that of the products, by `moments` (e, 4) of single polynomials.
+    """
+    one, two, three, four = moments.T
+    c = np.empty((len(k), 3, 3))
+    c[:, 0, 0], c[:, 1, 1], c[:, 2, 2] = 1.0, (1 + 2 * two) / 3, 1 / 5 + 2 / 7 * two + 18 / 35 * four
+    c[:, 0, 1] = c[:, 1, 0] = one
+    c[:, 0, 2] = c[:, 2, 0] = two
+    c[:, 1, 2] = c[:, 2, 1] = (2 * one + 3 * three) / 5
+    share = np.array([1.0, 1 / 3, 1 / 5])
+    return k[:, None, None] * share[:, None] * np.linalg.inv(c) * share
 
 
 def linear_strain(k: Array) -> Strain:

@@ -1,4 +1,5 @@
 from flexura.structure.assembler import full_order as full_order
+from flexura.structure.corrections import Torsion as Torsion
 from flexura.structure.design import Design as Design
 from flexura.structure.design import OfDesign as OfDesign
 from flexura.structure.discrete_elements import SpringElement as SpringElement

@@ -35,6 +35,24 @@ class Factors(NamedTuple):
         return SectionProperties(own.A * a, own.Iy * y, own.Iz * z, own.J * t, own.ky / a, own.kz / a)
 
 
+class Torsion(NamedTuple):
+    """How elements (..., e) twist, beyond the mean stiffness in torsion.
+
+    `moments` (..., e, 4): means of Legendre's polynomials of degree 1 to 4 along the element, weighted by its
+    compliance in torsion. `polar` (..., e), m^2: polar second moment over area. `wagner` (..., e), N m^4:
+    E (Irr - Ip^2/A) of the fourth and second polar moments. The last two are 0 where no correction for warping is
+    asked for.
+    """
+
+    moments: Array
+    polar: Array
+    wagner: Array
+
+    def taken(self, own: slice) -> Torsion:
+        """Those of some elements."""
+        return Torsion(self.moments[..., own, :], self.polar[..., own], self.wagner[..., own])
+
+
 class MemberCorrections:
     """Which corrections the members of a list have, and the factors that they come to.
 
@@ -55,6 +73,7 @@ class MemberCorrections:
             names = possible if chosen == "auto" else possible & set(() if chosen == "none" else chosen)
             self.wanted[row] = [name in names for name in CORRECTIONS]
         self.shear = self.wanted[:, CORRECTIONS.index("shear")]
+        self.warping = self.wanted[:, CORRECTIONS.index("warping")]
         self.settle(np.zeros((len(members), 2)))
 
     def settle(self, clamped: Array) -> None:
@@ -65,6 +84,20 @@ class MemberCorrections:
         self.active = np.stack([plate & holds, warping & holds, shear, notch], axis=1)
         plate, warping, _, notch = self.active.T
         self.any = bool((plate | warping | notch).any())
+
+    def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
+        """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""
+        moments = np.zeros((*np.broadcast_shapes(values.shape[:-1], length.shape[:-1]), first[-1], 4))
+        for group, n, _ in self._groups:
+            warping = self.active[group.index, CORRECTIONS.index("warping")]
+            if group.kind not in (("leaf",), ("rectangle",)) or not warping.any():
+                continue
+            L, own_nu = length[..., group.index, None], nu[..., group.index, None]
+            b, t = group.sizes(values, L[..., 0], np.array([0.5]))
+            own = _compliance_moments(b, t, own_nu, L, n, self.clamped[group.index])
+            at = first[group.index][:, None] + np.arange(n)
+            moments[..., at, :] = np.where(warping[:, None, None], own[..., 1:] / own[..., :1], 0.0)
+        return moments
 
     def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
         """Factors of all elements for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.
@@ -108,6 +141,19 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(own)) for own in zip(*every, strict=True))
     return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
+
+
+def _compliance_moments(b: Array, t: Array, nu: Array, L: Array, n: int, clamped: Array) -> Array:
+    """Moments (..., m, n, 5) of the compliance in torsion along the elements of strips; arguments as in `_strip`."""
+    J, edges = rectangle(b, t, nu).J, np.arange(n + 1) / n
+    whole = np.zeros(5)
+    whole[0] = 1.0
+    moments = whole
+    for share, span, start in _cases(clamped):
+        place = (span * L, (start + edges[:-1]) * L, (start + edges[1:]) * L)
+        constants = (strip.warping_constant(b, t), strip.secondary_constant(nu, J, b, t, place[0]))
+        moments = moments - share[..., None] * (whole - strip.warping_moments(nu, J, *constants, *place))
+    return moments
 
 
 def _cases(clamped: Array) -> list[tuple[Array, float, float]]:

@@ -20,7 +20,7 @@ from flexura.beam import (
 )
 from flexura.errors import OptionError
 from flexura.mechanism import Flexure, Link, Mechanism
-from flexura.structure.corrections import Factors, MemberCorrections
+from flexura.structure.corrections import Factors, MemberCorrections, Torsion
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
 from flexura.structure.value_table import Index, ValueTable
 
@@ -67,10 +67,11 @@ class Elements:
         length: Array,
         share: Array,
         flags: tuple[Array, Array],
+        torsion: Callable[[], Torsion],
         factors: Factors | None = None,
     ) -> None:
         self._E, self._G, self._rho = moduli
-        self._sections, self._finer, self._factors = sections, finer, factors
+        self._sections, self._finer, self._torsion, self._factors = sections, finer, torsion, factors
         self._stiff = sections if factors is None else factors.applied(sections, slice(None))
         self._stations = finer(STATIONS)
         self.length, self._share = length, share
@@ -123,6 +124,11 @@ class Elements:
             own = (stiff, sections, self.length[..., at], self._shear[at])
             found[..., at, :, :, :] = tapered_geometric_basis(*moduli, *own, STATIONS, WEIGHTS)
         return found
+
+    @cached_property
+    def torsion(self) -> Torsion:
+        """How the elements (..., e) twist, beyond what K says."""
+        return self._torsion()
 
     def coefficients(self) -> tuple[Array, Array]:
         """Coefficients (..., e, 10) of K in `STIFFNESS_BASIS` and (..., e, 14) of M in `MASS_BASIS`.
@@ -230,6 +236,11 @@ class ElementSlice:
     def geometric(self) -> Array:
         """Geometric stiffness (..., e, 2, 12, 12) per axial force at both ends."""
         return self._whole.geometric[..., self._own, :, :, :]
+
+    @property
+    def torsion(self) -> Torsion:
+        """How the elements (..., e) twist, beyond what K says."""
+        return self._whole.torsion.taken(self._own)
 
     @property
     def length(self) -> Array:
@@ -357,9 +368,20 @@ class Members:
         moduli = (E[..., m], G[..., m], rho[..., m])
         finer = partial(self.stations, values, nu, length)
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
+        torsion = partial(self._torsion, values, nu, length, moduli[0], sections)
         return Elements(
-            moduli, sections, finer, (length / self.counts)[..., m], 1 / self.counts[m], self._flags, factors
+            moduli, sections, finer, (length / self.counts)[..., m], 1 / self.counts[m], self._flags, torsion, factors
         )
+
+    def _torsion(self, values: Array, nu: Array, length: Array, E: Array, sections: SectionProperties) -> Torsion:
+        """How elements (..., e) with sections of Young's modulus E (..., e) twist.
+
+        Only rectangles warp. With Ip = Iy + Iz, Irr - Ip^2/A of theirs is 4 (Iy^2 + Iz^2)/5A (theory eq. G24).
+        """
+        moments = self.corrections.torsion(values, nu, length, self.first)
+        wanted = self.corrections.warping[self.element_member]
+        A, Iy, Iz = sections.A, sections.Iy, sections.Iz
+        return Torsion(moments, wanted * (Iy + Iz) / A, wanted * E * 0.8 * (Iy * Iy + Iz * Iz) / A)
 
     def bulk(self, values: Array, length: Array) -> tuple[Array, Array, Array]:
         """Torsion constants at both ends (m, 2) and the least along the member (m,), m^4; the least thickness (m,), m.
