@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 
 import numpy as np
 import scipy.linalg as la
@@ -53,6 +54,12 @@ class Moved:
             component = ("x", "y", "z", "rx", "ry", "rz").index(axis)
             drives.append(Drive(name, number, int(self.model.root[number]), component))
         self.equations = Equations(self.model, drives)
+
+    def at_low_order(self, low: MovingModel) -> Moved:
+        """The same with another model of the mechanism."""
+        found = copy(self)
+        found.model, found.equations = low, Equations(low, self.equations.drives)
+        return found
 
     def number(self, node: str) -> int:
         """Number of a node."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.doubts import corrected
+from flexura.analysis.low_order_motion import LowOrderMotion, low_order_motion
 from flexura.analysis.stress import Stresses, YieldRatios, ratios_to_yield, worst_stresses
 from flexura.analysis.stroke_columns import stroke_columns
 from flexura.analysis.stroke_pose import Asked, StrokePose, stroke_poses
@@ -36,6 +37,7 @@ from flexura.motion import (
 )
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.systems import Order
 
 Array = NDArray[np.float64]
 
@@ -55,6 +57,7 @@ class Stroke(Tabular):
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
     members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
+    `low_order` is what stands for the full order, where that was asked for.
     """
 
     _shown = ("name", "poses")
@@ -68,6 +71,7 @@ class Stroke(Tabular):
     end_forces: dict[str, tuple[Array, Array]]
     frames: tuple[Frames, ...]
     units: dict[str, str]
+    low_order: LowOrderMotion | None = None
 
     @property
     def name(self) -> str:
@@ -86,15 +90,18 @@ class Stroke(Tabular):
             if not pose.proven:
                 text = f"at {words(pose.varied, self.units)} natural frequencies are not proven, and some may be missed"
                 found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
-        return (*found, *self.bent, *self._beyond_yield())
+        low = () if self.low_order is None else self.low_order.warnings
+        return (*found, *low, *self.bent, *self._beyond_yield())
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Members whose held warping is known for a constant torque alone."""
+        """What stands for the full order, and members whose held warping is known for a constant torque alone."""
+        low = () if self.low_order is None else (self.low_order.note,)
         held = [name for name, own in corrected(self.model)[0].items() if "warping" in own]
         if not held:
-            return ()
+            return low
         return (
+            *low,
             f"{', '.join(held[:3])}{' and others' if len(held) > 3 else ''}: held warping is that of a constant torque."
             " Loaded across where they are bent, members have a torque that varies: between parallel ends a leaf"
             " 50 x 15 x 0.4 mm is softer across than a solid by 4 % at 0.04 of its length of stroke, 9 % at 0.08, 17 %"
@@ -156,6 +163,7 @@ def stroke(
     actuators: Mapping[str, FromTo] | None = None,
     nodes: Sequence[str] | None = None,
     compliance: bool = False,
+    order: Order = "full",
     progress: Listener | None = None,
 ) -> Stroke:
     """The mechanism over the stroke of some displacements, with large displacements and rotations.
@@ -170,11 +178,12 @@ def stroke(
 
     At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are those whose displacements
     are told, by default those that move, with `compliance` also their compliances and stiffnesses, (6, 6) each.
-    `progress` is told of every pose.
+    `progress` is told of every pose. At `order` "low" substructures are superelements that turn, with energies of
+    fourth order in their deformation, finer where the motion asks for it; `low_order` says how far this is off.
 
     Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
-    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G21).
+    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G27).
 
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.
@@ -182,6 +191,8 @@ def stroke(
     full = assemble(model, parameters)
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
+    if order not in ("full", "low"):
+        raise OptionError(f"order is full or low, not {order!r}")
     moving = MovingModel.of(full.design)
     given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})
     planned = course(moving, given, steps)
@@ -191,26 +202,65 @@ def stroke(
     numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
     equations = Equations(moving, drives)
     _independent(equations)
+    low: LowOrderMotion | None = None
+    if order == "full":
+        walked = _walked(equations, planned, progress)
+        shown = walked.states
+    else:
+        walked, equations, shown, low = _at_low_order(equations, planned, [*numbers.values()], n, progress)
+    forces = end_forces(moving, shown)
+    yields = ratios_to_yield(full, forces.__getitem__, len(shown)) if shown else NO_YIELD
+    varied = [planned.at(k) for k in walked.numbers]
+    poses = stroke_poses(equations, walked.states, varied, yields, Asked(n, numbers, compliance))
+    frames = tuple(state.frames for state in shown)
+    bent = _bent(moving, shown)
+    return Stroke(full, tuple(poses), walked.stopped, bent, yields, forces, frames, planned.units, low)
+
+
+class _Walked(NamedTuple):
+    """The numbers of the points that were reached, their states, why others were not, and where ways ended early."""
+
+    numbers: list[int]
+    states: list[Equilibrium]
+    stopped: tuple[str, ...]
+    last: list[Equilibrium]
+
+
+def _walked(equations: Equations, planned: Course, progress: Listener | None) -> _Walked:
+    """All points, as far as they are reached. Raises SolverError when nothing moves at all."""
     start = _start(equations, planned.rest)
     states: dict[int, Equilibrium] = {}
     stopped: list[str] = []
+    last: list[Equilibrium] = []
     for way in planned.ways():
         path = Path(equations, start, planned.rest)
         for k, state in zip(way, path.through([planned.points[k] for k in way]), strict=False):
             checkpoint()
             if isinstance(state, Stopped):
                 stopped.append(_why(state, equations, planned, way))
+                last.append(state.last)
                 break
             states[k] = state
             if progress is not None:
                 progress(Progress("poses", len(states), len(planned.points)))
     order = sorted(states)
-    reached = [states[k] for k in order]
-    forces = end_forces(moving, reached)
-    yields = ratios_to_yield(full, forces.__getitem__, len(reached)) if reached else NO_YIELD
-    poses = stroke_poses(equations, reached, [planned.at(k) for k in order], yields, Asked(n, numbers, compliance))
-    frames = tuple(state.frames for state in reached)
-    return Stroke(full, tuple(poses), tuple(stopped), _bent(moving, reached), yields, forces, frames, planned.units)
+    return _Walked(order, [states[k] for k in order], tuple(stopped), last)
+
+
+def _at_low_order(
+    full: Equations, planned: Course, nodes: list[int], n: int, progress: Listener | None
+) -> tuple[_Walked, Equations, list[Equilibrium], LowOrderMotion]:
+    """All points at low order, with its equations, and its states on the full order."""
+    walked: list[_Walked] = []
+
+    def walk(equations: Equations) -> list[Equilibrium]:
+        walked.append(_walked(equations, planned, progress))
+        return walked[-1].states + walked[-1].last
+
+    loaded = [node for point in planned.points for node in (*point.loads.dead, *point.loads.follower)]
+    found = low_order_motion(full, [*nodes, *loaded], walk, n)
+    own = walked[found.walk]
+    return own, found.equations, found.compared.states[: len(own.states)], found.said
 
 
 def _independent(equations: Equations) -> None:

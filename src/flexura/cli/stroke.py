@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from flexura.cli.commands import CommandReader
+from flexura.cli.modes import ModelOrder
 from flexura.cli.options import (
     File,
     Gravity,
@@ -75,6 +76,7 @@ def stroke_command(
         bool,
         typer.Option("--compliance", help="6x6 compliance and stiffness of these nodes."),
     ] = False,
+    order: Annotated[ModelOrder, typer.Option(help="All elements, or superelements that turn.")] = ModelOrder.full,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of poses: .csv or .parquet.")] = None,
     plot: Plot = None,
     set: Settings = None,
@@ -101,6 +103,7 @@ def stroke_command(
         actuators=_from_to("--actuator", actuator, partial(reader.values, "--actuator")),
         nodes=node,
         compliance=compliance,
+        order=order.value,
     )
     if strict:
         result.raise_warnings()

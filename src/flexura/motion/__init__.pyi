@@ -1,3 +1,5 @@
+from flexura.motion.against_full import Comparison as Comparison
+from flexura.motion.against_full import against_full as against_full
 from flexura.motion.bending import Bend as Bend
 from flexura.motion.bending import bends as bends
 from flexura.motion.buckling import buckling_factor as buckling_factor
@@ -13,3 +15,5 @@ from flexura.motion.path import Path as Path
 from flexura.motion.path import Point as Point
 from flexura.motion.path import Stopped as Stopped
 from flexura.motion.pose import Pose as Pose
+from flexura.motion.substructures import kept_frames as kept_frames
+from flexura.motion.turning import TurningModel as TurningModel

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from flexura.errors import SolverError
 from flexura.linalg import critical_factors, scaled, unit_scale
+from flexura.motion.clusters import Superelements
 from flexura.motion.pose import Pose
 
 MOST = 1e6
@@ -17,8 +18,12 @@ def buckling_factor(pose: Pose) -> float | None:
     """The factor on all loads and drive forces of a state at which it would buckle with the drives held, linear from
     the state (theory eqs. G16-G17).
 
-    None where nothing buckles, and where the state has no stiffness of its own without these forces.
+    None where nothing buckles, and where the state has no stiffness of its own without these forces. None at low
+    order, whose superelements do not tell these apart.
     """
+    groups = pose.equations.model.elements
+    if any(isinstance(own, Superelements) and own.energy.cubic.size for own in groups):
+        return None
     total, _ = pose.matrices(held=True)
     material = pose.holding.matrix(pose.equations.model.material(pose.state.frames, pose.state.loads.actuators))
     geometric = total - material

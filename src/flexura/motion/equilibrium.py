@@ -150,7 +150,7 @@ class Equations:
         for iteration in range(1, ITERATIONS + 1):
             tangent, missing = self.tangent(frames, loads, multipliers)
             gap = wanted - self.travelled(frames)
-            step, multipliers = self._step(tangent, missing, gap)
+            step, multipliers = self.step(tangent, missing, gap)
             if not np.isfinite(step).all():
                 break
             size = float(np.abs(step * self.scale).max(initial=0.0))
@@ -162,7 +162,7 @@ class Equations:
                 return Equilibrium(frames, multipliers, loads, tangent, iteration)
         raise SolverError("no equilibrium is found near the last one")
 
-    def _step(self, tangent: Tangent, missing: Array, gap: Array) -> tuple[Array, Array]:
+    def step(self, tangent: Tangent, missing: Array, gap: Array) -> tuple[Array, Array]:
         """A step (n,) towards equilibrium, and the forces (d,) of the drives after it."""
         n, d = len(missing), len(gap)
         if n + d <= DENSE:

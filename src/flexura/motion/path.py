@@ -102,11 +102,11 @@ class Path:
         step = np.zeros((len(now.x), 6))
         for own, (_, frames) in zip(ways[1:], self._before, strict=True):
             weight = math.prod((ahead - other) / (own - other) for other in ways if other != own)
-            step += weight * _displacement(now, frames)
+            step += weight * displacement(now, frames)
         return now.moved(step)
 
 
-def _displacement(start: Frames, end: Frames) -> Array:
+def displacement(start: Frames, end: Frames) -> Array:
     """Displacements (n, 6) from one state to another."""
     turn = rotation_vector(end.R @ np.swapaxes(start.R, -1, -2))
     return np.concatenate([end.x - start.x, turn], axis=1) + end.z - start.z

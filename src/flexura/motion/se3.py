@@ -52,6 +52,20 @@ def rotation(w: Array) -> Array:
     return np.eye(3) + (sinc * np.cos(half))[..., None, None] * W + (sinc * sinc / 2)[..., None, None] * (W @ W)
 
 
+def exponential(e: Array) -> tuple[Array, Array]:
+    """Return the poses, R (..., 3, 3) and x (..., 3), whose logarithms are twists (..., 6)."""
+    w = e[..., 3:]
+    square = np.einsum("...i,...i->...", w, w)
+    half = np.sqrt(square) / 2
+    half_sinc, W = np.sinc(half / np.pi), skew(w)
+    # (angle - sin angle)/angle^3 as a series where it would be lost in round-off
+    with np.errstate(divide="ignore", invalid="ignore"):
+        direct = (1 - np.sinc(2 * half / np.pi)) / square
+    third = np.where(square < 1e-3, 1 / 6 - square / 120 + square**2 / 5040 - square**3 / 362880, direct)
+    V = np.eye(3) + (half_sinc * half_sinc / 2)[..., None, None] * W + third[..., None, None] * (W @ W)
+    return rotation(w), (V @ e[..., :3, None])[..., 0]
+
+
 def rotation_vector(R: Array) -> Array:
     """Return the rotation vectors (..., 3), rad, of rotations (..., 3, 3) by less than half a turn."""
     both = R.reshape(*R.shape[:-2], 9) @ _AXIAL
