@@ -27,8 +27,8 @@ OTHER_WORDS = {
 }
 """Words for which there is another one."""
 
-PLAIN = {"help", "as_json", "strict", "set", "plot", "out"}
-"""Options of many commands that say where a result goes, or at which parameters."""
+PLAIN = {"help", "as_json", "strict", "set", "at", "plot", "out"}
+"""Options of many commands that say where a result goes, at which parameters, or at which pose (`flexura.at`)."""
 
 SHELL = {
     "modes": ((flexura.modes,), set()),

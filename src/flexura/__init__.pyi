@@ -56,6 +56,7 @@ from flexura.io import read_measurement as read_measurement
 from flexura.io import to_control as to_control
 from flexura.io import write_measurement as write_measurement
 from flexura.mechanism import Mechanism as Mechanism
+from flexura.mechanism import at as at
 from flexura.methods import Comparison as Comparison
 from flexura.methods import ComparisonRow as ComparisonRow
 from flexura.methods import compare as compare

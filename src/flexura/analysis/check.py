@@ -97,7 +97,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
 
     Raises ModelError when the description cannot be used at all.
     """
-    plan = plan_of(model, parameters)
+    plan = plan_of(model, parameters).at_rest()
     stage("assembling the full order")
     full = assemble(plan, parameters)
     assembler = low_order(plan)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import block_rotation, rigid_arm
+from flexura.motion import PosedDesign, pose_of
 from flexura.structure import FullOrderModel, Part, PartMatrices
 
 Array = NDArray[np.float64]
@@ -37,18 +38,23 @@ def energies(model: FullOrderModel, displacements: Array) -> list[PartEnergy]:
 
 def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> Iterator[tuple[tuple[str, ...], Array]]:
     """Path of every placed copy of a prototype, and displacements (n, 6, k) of its nodes in its own frame,
-    for those (n_nodes, 6, k) of all nodes, global frame, m and rad."""
+    for those (n_nodes, 6, k) of all nodes, global frame, m and rad. At a pose that frame has turned with each node."""
     placed, part = model.plan.topology.copies[name], model.plan.parts[name]
+    posed = pose_of(model)
     for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
         Q = model.geometry.Q[instance].T
-        turned = block_rotation(Q)
-        turned[3:, 3:] *= round(float(np.linalg.det(Q)))
+        own = slice(offset, offset + part.n_positioned)
+        turn = Q if posed is None else Q @ np.swapaxes(posed.rotations[own], -1, -2)
+        turned = block_rotation(turn)
+        turned[..., 3:, 3:] *= round(float(np.linalg.det(Q)))
         u = displacements[offset : offset + part.n_nodes].copy()
-        u[: part.n_positioned] = np.einsum("ij,njk->nik", turned, u[: part.n_positioned])
+        u[: part.n_positioned] = turned @ u[: part.n_positioned]
         yield path, u
 
 
 def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnergy]:
+    posed = pose_of(model)
+    strains = {} if posed is None else _strains_at(model, posed, displacements)
     for name, matrices in model.matrices.items():
         part = model.plan.parts[name]
         for path, u in placed_motions(model, displacements, name):
@@ -63,6 +69,8 @@ def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnerg
                 if discrete.K is not None:
                     by_name[discrete.name] = np.zeros((len(KINDS), u.shape[-1]))
                     by_name[discrete.name][-1] = quadratic(discrete.K, discrete.nodes, u)
+            if posed is not None:
+                by_name = {key: strains[".".join((*path, key))] for key in by_name}
             yield PartEnergy(".".join(path) or "mechanism", name, kinetic, by_name)
 
 
@@ -74,14 +82,38 @@ def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Arra
     arm = np.zeros((len(v), 3))
     arm[:, 0] = elements.length
     d = v[:, 6:] - rigid_arm(arm) @ v[:, :6]
-    work = d * np.linalg.solve(elements.C, d) / 2
-    spring = np.zeros_like(work[:, 0])
-    across_thickness, across_width = work[:, 2] + work[:, 4], work[:, 1] + work[:, 5]
-    is_round = part.table.is_round[part.table.element_member][:, None]
-    either = np.where(is_round, across_thickness + across_width, 0.0)
-    thickness, width = (np.where(is_round, 0.0, w) for w in (across_thickness, across_width))
-    strain = np.stack([work[:, 0], work[:, 3], either, thickness, width, spring])
+    strain = _by_kind(d * np.linalg.solve(elements.C, d) / 2, part.table.is_round[part.table.element_member])
     return strain, np.einsum("eik,eij,ejk->ek", v, elements.M, v) / 2
+
+
+def _by_kind(work: Array, is_round: NDArray[np.bool_]) -> Array:
+    """Strain energy (kinds, e, k) of elements from that (e, 6, k) by components of their deformation: along and across
+    them, and about these axes."""
+    across_thickness, across_width = work[:, 2] + work[:, 4], work[:, 1] + work[:, 5]
+    round_ = is_round[:, None]
+    either = np.where(round_, across_thickness + across_width, 0.0)
+    thickness, width = (np.where(round_, 0.0, w) for w in (across_thickness, across_width))
+    return np.stack([work[:, 0], work[:, 3], either, thickness, width, np.zeros_like(work[:, 0])])
+
+
+def _strains_at(model: FullOrderModel, posed: PosedDesign, displacements: Array) -> dict[str, Array]:
+    """Strain energies (kinds, k) of members, springs and superelements as placed, of small motions from a pose."""
+    is_round: dict[str, bool] = {}
+    for name, part in model.plan.parts.items():
+        if part.members:
+            own = part.table.is_round[part.table.element_member][part.first[:-1]]
+            for path in model.plan.topology.copies[name].paths:
+                is_round |= {".".join((*path, key)): bool(r) for key, r in zip(part.members, own, strict=True)}
+    found: dict[str, Array] = {}
+    for names, by_component, work in posed.works(displacements):
+        if by_component is None or names[0] not in is_round:
+            kinds = np.zeros((len(KINDS), *work.shape))
+            kinds[-1] = work
+        else:
+            kinds = _by_kind(by_component, np.array([is_round[name] for name in names]))
+        for e, name in enumerate(names):
+            found[name] = found.get(name, 0.0) + kinds[:, e]
+    return found
 
 
 def quadratic(matrix: Array | None, nodes: Sequence[int], u: Array) -> Array | float:

@@ -17,7 +17,7 @@ from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import count_below, inverse_roots, least_pivot, scaled
 from flexura.mechanism import Damping, Mechanism
 from flexura.methods import ExactResponse
-from flexura.reduction import LowOrderModel, Reduction, reduce
+from flexura.reduction import LowOrderModel, Reduction, reduce, state_of
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of, stiffness_and_mass
 from flexura.systems import (
@@ -337,8 +337,7 @@ def _notes(modes: ModalSystem, hz: Array, resonances: tuple[Array, Array]) -> tu
     model = modes.system.model
     kind = "full-order" if isinstance(model, FullOrderModel) else "low-order"
     notes = [f"{kind} model, order {model.order}, {modes.order} modes with static correction"]
-    if isinstance(model, LowOrderModel):
-        notes += list(model.steps)
+    notes += model.steps if isinstance(model, LowOrderModel) else state_of(model.design)
     if not modes.system.is_damped:
         notes.append("no damping is given: resonances are infinitely high")
     missed = _between(hz, *resonances)
@@ -388,7 +387,7 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
         own = built.rows @ q + built.residual / stiffening(built, np.array(w))
         H[k] = own * ((1j * w) ** built.derivative)[:, None] + built.D
     _refuse_infinite(H, hz)
-    notes = (f"solved directly at every frequency, order {built.order}",)
+    notes = (f"solved directly at every frequency, order {built.order}", *state_of(built.model.design))
     ends = (built.inputs, built.outputs, *resonances, built.order)
     return FrequencyResponse(built.name, hz, H, *ends, notes, (*_known(modes, hz), *_lost_digits(built)))
 

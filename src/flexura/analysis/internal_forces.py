@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
+from flexura.motion import pose_of
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -18,7 +19,11 @@ Index = NDArray[np.intp]
 
 
 def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None) -> tuple[Array, Array]:
-    """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies (theory eq. S1)."""
+    """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies (theory eq. S1); at a
+    pose those that are there and what displacements from it add (theory eqs. G15, G26)."""
+    if (posed := pose_of(model)) is not None:
+        added, there = posed.end_force_changes(states)[name], posed.end_forces[name]
+        return there[0] + added[0], there[1] + added[1]
     placed, matrices = model.plan.topology.copies[name], model.matrices[name]
     v = element_motions(model, name, states)
     arm = np.zeros((v.shape[1], 3))
@@ -50,7 +55,8 @@ def element_motions(model: FullOrderModel, name: str, states: Array, at: Index |
 
 @verb
 def internal_force_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
-    """The map (6, n) from the model's DOFs to N, Vy, Vz, N, and T, My, Mz, N m, of a section (theory eq. S1).
+    """The map (6, n) from the model's DOFs to N, Vy, Vz, N, and T, My, Mz, N m, of a section (theory eq. S1); at a pose
+    from small displacements to what they add (theory eq. G26).
 
     member: as placed, e.g. `branch1.hinge`; position: fraction of its length. Raises OptionError for unknown
     members and positions outside.
@@ -60,6 +66,10 @@ def internal_force_rows(model: FullOrderModel, member: str, *, position: float =
     n = int(part.counts[k])
     element = min(int(position * n), n - 1)
     e = int(part.first[k]) + element
+    if (posed := pose_of(model)) is not None:
+        start, end = posed.end_force_changes(np.eye(model.order))[name]
+        share = position * n - element
+        return sp.csr_matrix((1 - share) * start[copy, e] + share * end[copy, e])
     length = float(matrices.elements.length[e])
     rest = length * (element + 1 - position * n)
     to_end, to_section = rigid_arm((length, 0.0, 0.0)), rigid_arm((rest, 0.0, 0.0))

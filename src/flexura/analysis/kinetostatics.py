@@ -152,6 +152,7 @@ def kinetostatics(
     move freely.
     """
     model = assemble(model, parameters)
+    model.plan.refuse_pose("kinetostatics")
     node = _platform(model, platform)
     ports = Ports(model.design)
     inputs = ports.inputs(actuators)

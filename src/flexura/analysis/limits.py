@@ -13,6 +13,7 @@ from flexura.analysis.internal_forces import element_motions
 from flexura.analysis.stress import yield_ratios
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
+from flexura.motion import PosedDesign, pose_of
 from flexura.structure import FullOrderModel
 from flexura.systems import InputPort, Ports
 
@@ -123,9 +124,13 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
     ends seen from the other."""
     names: list[str] = []
     lengths, rows = [np.empty(0)], [np.empty((0, 3, columns.shape[1]))]
+    posed = pose_of(model)
+    if posed is not None:
+        names, length, seen = _posed_member_rows(posed, model.node_displacements(columns))
+        lengths, rows = [length], [seen]
     for name in model.matrices:
         part, placed = model.plan.parts[name], model.plan.topology.copies[name]
-        if part.members:
+        if part.members and posed is None:
             own = model.geometry.parts[name].length
             one = element_motions(model, name, columns, part.first[:-1])[:, :, :6]
             other = element_motions(model, name, columns, part.first[1:] - 1)[:, :, 6:]
@@ -140,10 +145,20 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
     return names, np.concatenate(lengths), np.concatenate(rows)
 
 
+def _posed_member_rows(posed: PosedDesign, u: Array) -> tuple[list[str], Array, Array]:
+    """As `_member_rows` for all members, from displacements u (n_nodes, 6, c) of all nodes from a pose."""
+    names, node, arm, position = posed.member_ends()
+    own = rigid_arm(arm) @ np.concatenate([u, np.zeros((1, *u.shape[1:]))])[node]
+    apart = position[:, 1] - position[:, 0]
+    seen = own[:, 1] - rigid_arm(apart) @ own[:, 0], own[:, 0] - rigid_arm(-apart) @ own[:, 1]
+    rows = np.stack([motion[:, :3] for motion in seen], axis=1)
+    return names, np.repeat(np.linalg.norm(apart, axis=1), 2), rows.reshape(-1, 3, u.shape[2])
+
+
 def _superelement_rows(model: FullOrderModel, name: str, columns: Array) -> tuple[list[str], Array, Array]:
     """As `_member_rows` for the superelements of a prototype: its first node and each other one of them."""
     part, placed = model.plan.parts[name], model.plan.topology.copies[name]
-    u, x = model.node_displacements(columns), model.geometry.positions
+    u, x = model.node_displacements(columns), model.positions
     names: list[str] = []
     lengths: list[float] = []
     rows = [np.empty((0, 3, columns.shape[1]))]
@@ -235,11 +250,16 @@ def _candidates(states: States) -> tuple[NDArray[np.intp], Array]:
     peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
     each = yield_ratios(states.model, states.columns * peak).ratio
     each = np.where(np.isfinite(each), each, 0.0)
-    own = each.sum(axis=1) > 1
+    there = np.zeros((len(each), 1))
+    if states.model.plan.is_posed:  # what is there without motion is in every column
+        there = yield_ratios(states.model, np.zeros((states.model.order, 1))).ratio
+        there = np.where(np.isfinite(there), there, 0.0)
+        each = each + there
+    own = each.sum(axis=1) + there[:, 0] > 1
     if not own.any():
         return np.empty(0, dtype=np.intp), np.zeros(states.count)
     share = np.abs(states.amplitudes) / np.where(peak > 0, peak, 1.0)[:, None]
-    bound = (each[own] @ share).max(axis=0)
+    bound = (each[own] @ share + there[own]).max(axis=0)
     return np.argsort(-bound)[: int((bound > 1).sum())], bound
 
 

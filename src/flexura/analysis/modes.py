@@ -20,7 +20,6 @@ from flexura.mechanism import Mechanism
 from flexura.modal import REPEATED, close_groups, mac_with_spaces, pair_by_mac
 from flexura.reduction import (
     HERTZ,
-    STATE,
     TOLERANCE,
     Certificate,
     ChainedModel,
@@ -33,6 +32,7 @@ from flexura.reduction import (
     reduce,
     reduction_of,
     split,
+    state_of,
 )
 from flexura.structure import Plan, assemble, full_order_model, one_design, plan_of
 
@@ -110,7 +110,7 @@ def _full_modes(full: ChainedModel, n: int, parameters: dict[str, float]) -> Mod
         for k, motion in enumerate(motions(full.model, u))
     )
     evidence = _evidence(full, certified, reported, found)
-    steps = (STATE,) if full.model.plan.is_loaded else ()
+    steps = state_of(full.model.design)
     return _result(full, full.model.order, reported, evidence, u, parameters, certified, steps, np.inf)
 
 

@@ -144,7 +144,7 @@ def _loose(model: FullOrderModel, number: int, u: Array) -> str:
     own, turn = (np.linalg.norm(u[offset : offset + part.n_positioned, at], axis=1) for at in (slice(3), slice(3, 6)))
     if not len(own):
         return f"{'.'.join(path) or 'mechanism'} vibrates"
-    size = float(np.ptp(model.geometry.positions, axis=0).max())
+    size = float(np.ptp(model.positions, axis=0).max())
     if own.max() < LOOSE * 1e-2 * size * turn.max():
         return f"{prefix}{part.node_names[int(leading(turn))].split('[')[0]} twists"
     node = int(leading(own[: part.n_named])) if part.n_named else 0

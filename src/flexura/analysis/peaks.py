@@ -124,7 +124,7 @@ def _merged(system: SecondOrder, columns: Array | None, blocks: object, time: Ar
     full, names = system.full_order, [c.name for c in system.inputs]
     ports = Ports(full.design)
     at_rest = np.zeros((full.order, 1 if columns is None else 0))
-    if full.plan.is_loaded:
+    if full.plan.is_loaded and not full.plan.is_posed:
         # what is described as loaded moves about its displaced state
         at_rest = system.full_flexibility(full.dead_load[:, None])
     found = list(command_limits(system.input_ports, u, lambda k: _at(time[k])))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from flexura.analysis.evidence import Evidence, mass_evidence
 from flexura.analysis.motion import motions
 from flexura.analysis.proven_modes import Modes, certified_mode, unproven, with_mesh_errors
-from flexura.reduction import STATE, TOLERANCE, SplitModel
+from flexura.reduction import TOLERANCE, SplitModel, state_of
 
 
 def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Modes:
@@ -31,7 +31,7 @@ def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Mode
     )
     names = tuple(full.plan.topology.node_names)
     name = full.plan.mechanism.name
-    steps = (split.summary, STATE) if full.plan.is_loaded else (split.summary,)
+    steps = (split.summary, *state_of(full.design))
     told, meshes = with_mesh_errors(full, found, u)
     said = (*unproven(told, proof, TOLERANCE), *meshes)
     return Modes(

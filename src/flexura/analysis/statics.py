@@ -18,7 +18,7 @@ from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES, Mechanism
-from flexura.reduction import flexibility
+from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, dead_load
 from flexura.systems import InputPort, Ports, matched
@@ -87,12 +87,14 @@ class Statics(Tabular):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be looked at."""
-        return self._buckling[1]
+        """About which state it is linear, and what could not be looked at."""
+        return (*state_of(self.model.design), *self._buckling[1])
 
     @cached_property
     def _buckling(self) -> tuple[tuple[Exceeded, ...], tuple[str, ...]]:
         """Whether the loads are beyond buckling, and why that is not known where it is not."""
+        if self.model.plan.is_posed:
+            return (), ("whether these loads buckle it at the pose is not known: a stroke with them tells",)
         commands = {a.name: a.command for a in self.actuators}
         try:
             return preload(self.model, gravity=self.gravity, loads=self.loads, actuators=commands).buckled, ()
@@ -141,11 +143,16 @@ def statics(
     wildcards allowed, beside the loads and gravity that are described.
 
     It is linear, with the stiffness about the state under the loads and gravity that are described (theory eq. P9).
+    About a pose that is described it is what these add there, where described loads and gravity are on already.
     Commands are in the units of the inputs: N, N m, m of free expansion, V, or m/s^2 of a steadily accelerated base
     (theory eq. T1). Raises ModelError; OptionError for unknown nodes and actuators and for impossible numbers;
     SolverError when something can move freely.
     """
     model = assemble(model, parameters)
+    if model.plan.is_posed:
+        if gravity is not None:
+            raise OptionError("gravity is on at the pose that is described: change it in the description")
+        return response_to(model, actuators, loads)
     g = _gravity(model, gravity)
     dead = dead_load(model, g, model.plan.loads.wrenches(model.values))
     return _about(model, g, dead, loads or {}, actuators or {})

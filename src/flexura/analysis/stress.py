@@ -117,7 +117,8 @@ def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[fl
     (3,) m/s^2, when members bend under their own weight. Internal forces are those of the beams, so that they hold
     for static states, and for motions as far as a single element's own inertia forces are small.
 
-    Linear: factors to yield scale with the loads. Raises OptionError for displacements that do not fit.
+    Linear: factors to yield scale with the loads, but not about a pose that is described, whose own stress is in them.
+    Raises OptionError for displacements that do not fit.
     """
     states = _states(model, u)
     g = None if gravity is None else finite_numbers("gravity", gravity, 3)

@@ -36,7 +36,7 @@ from flexura.motion import (
     end_forces,
 )
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
 
 Array = NDArray[np.float64]
@@ -188,7 +188,7 @@ def stroke(
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.
     """
-    full = assemble(model, parameters)
+    full = at_rest(model, parameters)
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("full", "low"):

@@ -53,6 +53,7 @@ def tangent_stiffness(
     stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
     """
     state = finite_numbers("displacements", u, model.order)
+    model.plan.refuse_pose("the stiffness about linear displacements")
     _refuse_springs_on_arms(model)
     cut = segments(model, tapered_pieces=1)
     elements = _elements(model, cut)

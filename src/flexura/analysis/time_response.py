@@ -20,7 +20,7 @@ from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Damping, Mechanism
-from flexura.reduction import LowOrderModel, Reduction
+from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, plan_of
 from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
@@ -356,7 +356,7 @@ def _notes(modes: ModalSystem, whole: ModalSystem, dt: float, hold: Hold) -> tup
     shape = "straight lines between samples" if hold == "foh" else "samples held"
     more = whole.order - modes.order
     residual = f" and {more} residual mode{'s' if more > 1 else ''}" if more else ""
-    notes = [f"{modes.order} modes{residual}, exact for {shape}"]
+    notes = [f"{modes.order} modes{residual}, exact for {shape}", *state_of(modes.system.model.design)]
     if modes.loss is not None:
         notes.append("structural damping taken as viscous damping that dissipates the same at each resonance")
     highest = float(modes.frequency_hz[-1]) if modes.order else 0.0
@@ -386,5 +386,6 @@ def _integrated(
         y[at] += built.rows[at] @ own
     y[built.derivative == 0] += built.residual[built.derivative == 0] @ u
     notes = (f"generalised-alpha, rho_infinity {rho:g}, {built.order} coordinates: error of order dt^2",)
+    notes = (*notes, *state_of(built.model.design))
     known = integrated_warnings(built, q, time, u)
     return TimeResponse(built.name, time, y, u, built.inputs, built.outputs, notes, known=known)

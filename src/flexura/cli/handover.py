@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from flexura.cli.options import (
+    At,
     File,
     Inputs,
     Json,
@@ -73,6 +74,7 @@ def export_command(
         int | None,
         typer.Option(min=0, help="Normal modes kept in each substructure of a low-order model, not to a tolerance."),
     ] = None,
+    at: At = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -81,7 +83,7 @@ def export_command(
     from flexura.io import export, format_of, scalar_notes
 
     own = what or DEFAULTS.get(format_of(out, format), What.state_space)
-    mechanism, parameters = read(file, set)
+    mechanism, parameters = read(file, set, at)
     limit = limit_of("--up-to", up_to)
     thing: Any
     if own is What.state_space:

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from flexura.cli.commands import CommandReader
 from flexura.cli.options import (
+    At,
     Commands,
     File,
     Gravity,
@@ -71,6 +72,7 @@ def modes_command(
     up_to: Annotated[
         str | None, typer.Option(metavar="FREQUENCY", help="All modes up to this frequency, whatever -n is.")
     ] = None,
+    at: At = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -79,7 +81,7 @@ def modes_command(
     """Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
     from flexura.analysis import modes
 
-    mechanism, parameters = read(file, set)
+    mechanism, parameters = read(file, set, at)
     below, limit = limit_of("--keep-below", keep_below), limit_of("--up-to", up_to)
     how = {"keep": keep, "keep_below": below, "tolerance": tolerance, "up_to": limit}
     if order is ModelOrder.full and (reduction is not None or any(value is not None for value in how.values())):

@@ -65,6 +65,16 @@ Loads = Annotated[
         help="Dead load at a node, with units, e.g. 'table=0,0,-5 N'. May be repeated.",
     ),
 ]
+At = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--at",
+        metavar="NODE.AXIS=VALUE",
+        help="About this pose and not at rest, e.g. carriage.y=5mm. May be repeated.",
+    ),
+]
+DISPLACED = {"": ("m", "carriage.y=5mm"), "r": ("rad", "platform.rz=10deg")}
+"""Units and examples of displacements, and of rotations."""
 Commands = Annotated[
     list[str] | None,
     typer.Option(
@@ -75,14 +85,17 @@ Commands = Annotated[
 ]
 
 
-def read(file: Path, settings: list[str] | None) -> tuple[Any, dict[str, float]]:
-    """The mechanism of a file, solid members reduced to superelements, and the parameters that are replaced."""
-    from flexura.mechanism import has_solid_members
+def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) -> tuple[Any, dict[str, float]]:
+    """The mechanism of a file, solid members reduced to superelements, at the `pose` that is given beside it, and the
+    parameters that are replaced."""
+    from flexura.mechanism import at, has_solid_members
     from flexura.modelfile import load
 
     stage("reading the file")
     mechanism = load(file)
     parameters = settings_of(mechanism, settings)
+    if pose:
+        mechanism = at(mechanism, pose_of(pose))
     if has_solid_members(mechanism):
         from flexura.solid.fem import with_solid_parts
 
@@ -152,6 +165,23 @@ Kind = tuple[str, str]
 
 _FREQUENCY = ("a positive frequency", "Hz")
 _KINDS = {"s": "a time", "m": "a length"}
+
+
+def pose_of(texts: list[str]) -> dict[str, float]:
+    """Displacements by name, SI. Raises OptionError for text that is none, and for what is named twice."""
+    found: dict[str, float] = {}
+    for text in texts:
+        name, equals, number = text.partition("=")
+        name = name.strip()
+        unit, example = DISPLACED["r" if name.rpartition(".")[2].startswith("r") else ""]
+        if not equals or not name:
+            with named("--at", text):
+                raise OptionError(f"NODE.AXIS=VALUE is expected, with its unit, e.g. {example}")
+        if name in found:
+            with named("--at", text):
+                raise OptionError(f"{name} is moved already; give one value")
+        found[name] = quantity_of("--at", number, unit, example)
+    return found
 
 
 def gravity_of(text: str | None) -> list[float] | None:

@@ -10,6 +10,7 @@ import typer
 
 from flexura.cli.commands import CommandReader
 from flexura.cli.options import (
+    At,
     Commands,
     File,
     Gravity,
@@ -73,6 +74,7 @@ def statics_command(
         list[str] | None,
         typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated."),
     ] = None,
+    at: At = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -81,7 +83,7 @@ def statics_command(
     from flexura.analysis import statics
     from flexura.cli.response_tables import print_statics
 
-    mechanism, parameters = read(file, set)
+    mechanism, parameters = read(file, set, at)
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     loads = loads_of(load)
     g = gravity_of(gravity)
@@ -133,6 +135,7 @@ def frequency_response_command(
     damping: Ratio = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Magnitudes and phases: .csv or .parquet.")] = None,
     plot: Plot = None,
+    at: At = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -141,7 +144,7 @@ def frequency_response_command(
     from flexura.analysis import frequency_response
     from flexura.cli.response_tables import print_frequency_response, write_frequency_table
 
-    mechanism, parameters = read(file, set)
+    mechanism, parameters = read(file, set, at)
     result = frequency_response(
         mechanism,
         parameters,
@@ -209,6 +212,7 @@ def time_response_command(
         Path | None, typer.Option(metavar="FILE", help="Time, inputs and outputs: .csv or .parquet.")
     ] = None,
     plot: Plot = None,
+    at: At = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -217,7 +221,7 @@ def time_response_command(
     from flexura.analysis import read_signals, time_response
     from flexura.cli.response_tables import print_time_response, write_time_table
 
-    mechanism, parameters = read(file, set)
+    mechanism, parameters = read(file, set, at)
     h = quantity_of("--dt", dt, "s", "0.1ms")
     total = None if duration is None else quantity_of("--duration", duration, "s", "0.5s")
     commands = CommandReader(mechanism, parameters)

@@ -62,7 +62,10 @@ def print_statics(result: Statics, nodes: list[str]) -> None:
             console.print(f"and {len(loaded) - MOST_ROWS} members with less")
     factor = stresses.factor_to_yield
     if factor is not None and np.isfinite(factor):
-        console.print(f"yields at {factor:.4g} times these loads and commands", markup=False)
+        if result.model.plan.is_posed:
+            console.print(f"with what the pose stresses: {factor:.4g} times to yield", markup=False)
+        else:
+            console.print(f"yields at {factor:.4g} times these loads and commands", markup=False)
     _end(console, result.notes, result.warnings, [])
 
 

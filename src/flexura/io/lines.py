@@ -55,7 +55,7 @@ def lines_of(model: FullOrderModel) -> Lines:
     part_of = np.repeat(np.arange(len(found)), [len(ends) for _, _, ends in found])
     ends = np.concatenate([ends for _, _, ends in found]) if found else np.empty((0, 2), dtype=np.intp)
     names, kinds = [name for name, _, _ in found], [kind for _, kind, _ in found]
-    return Lines(model.geometry.positions[node], node, ends, part_of, names, kinds)
+    return Lines(model.positions[node], node, ends, part_of, names, kinds)
 
 
 def _star(centre: int, others: list[int]) -> Index:

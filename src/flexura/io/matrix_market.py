@@ -53,7 +53,7 @@ def write_matrix_market(what: Any, path: str | Path, damping: Any | None = None)
 
 def _rows(own: SecondOrder) -> list[tuple[Any, ...]]:
     """Number, name, node, DOF and place of every coordinate."""
-    topology, x = own.model.plan.topology, own.model.geometry.positions
+    topology, x = own.model.plan.topology, own.model.positions
     number = {name: k for k, name in enumerate(topology.node_names) if topology.has_position[k]}
     amplitudes = np.empty(0)
     if isinstance(own.model, FullOrderModel):

@@ -62,7 +62,7 @@ def write_simscape(
         own = nested(low, frames, keep=keep)
     model, names = own.model, list(own.names)
     K, M = np.asarray(model.K), np.asarray(model.M)
-    x = model.geometry.positions[model.plan.topology.numbers(names)]
+    x = model.positions[model.plan.topology.numbers(names)]
     K = _verified(own, K, M, x)
     pairs = lowest(K, M, len(K))
     elastic = np.isfinite(pairs.values) & (np.arange(len(pairs.values)) >= 6)

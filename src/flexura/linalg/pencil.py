@@ -68,6 +68,11 @@ class Pencil:
         return Pencil(K, M, rest=K)
 
     @staticmethod
+    def assembled(K: Any, M: Any, loose: float = 1.0) -> Pencil:
+        """The problem of two matrices as they are summed, right to `loose` times round-off."""
+        return Pencil(K, M, rest=K, rounding=loose * TERMS * EPS, unit=loose * TERMS * EPS)
+
+    @staticmethod
     def from_strain(strain: sp.csr_matrix, spread: sp.csr_matrix, rest: Any, M: Any, loose: float = 1.0) -> Pencil:
         """The problem of K = F' F + rest; `rest` may be None. Lengths are right to `loose` units of round-off."""
         K = (strain.T.tocsr() @ strain).tocsc()

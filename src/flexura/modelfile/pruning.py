@@ -24,6 +24,7 @@ _NAMED = frozenset(
         "interface",
         "ground",
         "loads",
+        "at",
         "parameters",
         "materials",
         "sections",

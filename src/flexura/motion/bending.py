@@ -69,7 +69,7 @@ def bends(model: MovingModel, frames: Frames) -> list[Bend]:
 def _angles(group: PoseElements, frames: Frames) -> Array:
     """The largest angle (e,), rad, between two sections of elements: that between the ends, and that between the middle
     and an end, where curvature varies linearly and s = L^3 c/12 (theory eq. G9)."""
-    d = group.ends(frames).relative().e - group.rest
+    d = group.deformation(frames)
     ends = np.linalg.norm(d[:, 3:], axis=1)
     length = np.linalg.norm(group.rest[:, :3], axis=1)
     across = np.linalg.norm(d[:, 1:3], axis=1) / length

@@ -149,10 +149,17 @@ class PoseElements:
 
     def material(self, frames: Frames) -> Array:
         """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
+        B = self.rows(frames)
+        return np.swapaxes(B, 1, 2) @ self.strain.material(self.deformation(frames)) @ B
+
+    def deformation(self, frames: Frames) -> Array:
+        """Changes d (e, 6) of the logarithms of the relative poses (theory eq. G3)."""
+        return self.ends(frames).relative().e - self.rest
+
+    def rows(self, frames: Frames) -> Array:
+        """Derivatives (e, 6, 12) of the deformations d by displacements of the frames (theory eq. G4)."""
         ends = self.ends(frames)
-        log = ends.relative()
-        B = _rows(log, ends.twists())
-        return np.swapaxes(B, 1, 2) @ self.strain.material(log.e - self.rest) @ B
+        return _rows(ends.relative(), ends.twists())
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""

@@ -66,6 +66,8 @@ class MovingModel:
     sagging: Sagging
     actuators: Mapping[str, int]
     """Numbers of the elements that are actuators, piezo stacks and those between two nodes, by name as placed."""
+    dashpots: tuple[PoseElements, ...]
+    """Dashpots, with damping in place of stiffness."""
     arm: Array = field(repr=False)
     """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
 
@@ -155,6 +157,20 @@ class MovingModel:
         x = frames.x[root] + (frames.R[root] @ self.arm[..., None])[..., 0]
         return x[:-1]
 
+    def loss_factors(self, default: float) -> list[Array]:
+        """Loss factors (e,) of the kinds of `elements`, `default` where there is none."""
+        design = self.design
+        loss: dict[str, float] = {}
+        for name in design.matrices:
+            part, paths = design.plan.parts[name], design.plan.topology.copies[name].paths
+            members = part.table.loss_factors(design.values, default)[part.first[:-1]].tolist()
+            others = part.discrete_losses(design.values, default)[len(part.bodies) + len(part.points) :]
+            keys = [*part.members, *part.springs, *part.superelements, *part.channels.piezos]
+            for path in paths:
+                prefixed = (".".join((*path, key)) for key in keys)
+                loss.update(zip(prefixed, [*members, *others], strict=False))
+        return [np.array([loss.get(name, 0.0) for name in names]) for names in self.names]
+
     @cached_property
     def root(self) -> Index:
         """The frame (n + 1,) that each node follows."""
@@ -195,24 +211,37 @@ class _Builder:
         sagging = Sagging.of([group for group in groups if isinstance(group, Superelements)], self.rest)
         driven = {own[0]: len(passive) + k for k, (_, own) in enumerate(actuators)}
         return MovingModel(
-            self.design, self.rest, self.dof, groups, names, self.inertia, self.weight, sagging, driven, self.arm
+            self.design,
+            self.rest,
+            self.dof,
+            groups,
+            names,
+            self.inertia,
+            self.weight,
+            sagging,
+            driven,
+            tuple(dashpot for copy in self._copies() for dashpot in copy.dashpots()),
+            self.arm,
         )
+
+    def _copies(self) -> Iterator[_Copy]:
+        for name in self.design.matrices:
+            copies = self.design.plan.topology.copies[name]
+            for copy in range(len(copies.paths)):
+                yield _Copy(self, copies, name, copy)
 
     def _groups(self) -> tuple[list[Named], list[Named]]:
         """Elements with their names, and actuators one by one."""
         beams, springs = [], []
         others: list[Named] = []
         actuators: list[Named] = []
-        for name in self.design.matrices:
-            copies = self.design.plan.topology.copies[name]
-            for copy in range(len(copies.paths)):
-                at = _Copy(self, copies, name, copy)
-                beams += at.members()
-                springs += at.springs()
-                others += at.superelements()
-                actuators += at.stacks()
-                actuators += at.pushes()
-                at.masses()
+        for at in self._copies():
+            beams += at.members()
+            springs += at.springs()
+            others += at.superelements()
+            actuators += at.stacks()
+            actuators += at.pushes()
+            at.masses()
         joined = [(_joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
                   for kind in (beams, springs) if kind]  # fmt: skip
         return [*joined, *others], actuators
@@ -283,6 +312,10 @@ class _Copy:
     def springs(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
         """Springs, one by one."""
         return [(self._spring(spring), (self.prefix + key,)) for key, spring in self.part.springs.items()]
+
+    def dashpots(self) -> list[PoseElements]:
+        """Dashpots, one by one."""
+        return [self._spring(dashpot) for dashpot in self.part.dashpots.values()]
 
     def _spring(self, spring: SpringElement) -> PoseElements:
         values, here = self.design.values, self.local.positions[spring.nodes]

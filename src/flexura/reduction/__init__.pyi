@@ -31,6 +31,7 @@ from flexura.reduction.low_order import reduce as reduce
 from flexura.reduction.low_order import reduction_of as reduction_of
 from flexura.reduction.model import STATE as STATE
 from flexura.reduction.model import LowOrderModel as LowOrderModel
+from flexura.reduction.model import state_of as state_of
 from flexura.reduction.model import static_nodes as static_nodes
 from flexura.reduction.nesting import NestedModel as NestedModel
 from flexura.reduction.nesting import nested as nested

@@ -14,10 +14,10 @@ from flexura.reduction.assembler import LowOrderAssembler
 from flexura.reduction.certificate import HERTZ, SPARE, Certificate, cluster_end, model_pairs, proof
 from flexura.reduction.chained import ChainedModel, chained
 from flexura.reduction.condensation import condense
-from flexura.reduction.craig_bampton import CraigBampton
 from flexura.reduction.full_modes import reduce_by_modes, wide_parts
 from flexura.reduction.goal import Coordinates, Goal, proven, smallest
-from flexura.reduction.model import LowOrderModel, assembled
+from flexura.reduction.model import LowOrderModel
+from flexura.reduction.substructures import substructures
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -40,11 +40,8 @@ class _Refinement:
 
     def __init__(self, assembler: LowOrderAssembler, full: ChainedModel, exact_at: tuple[str, ...], goal: Goal) -> None:
         self.assembler, self.exact_at, self.goal = assembler, exact_at, goal
-        self.chained, self.design = full, full.model.design
-        matrices, geometry = self.design.matrices, self.design.geometry
-        self.modes: dict[str, CraigBampton] = {
-            name: reducer.craig_bampton(matrices[name], geometry) for name, reducer in assembler.reducers.items()
-        }
+        self.chained, self.parts = full, substructures(assembler, full.model.design)
+        self.modes = self.parts.modes
         self.counts = dict.fromkeys(self.modes, 0)
         self.reach(goal.up_to or 0.0)
 
@@ -57,8 +54,7 @@ class _Refinement:
 
     def model(self) -> LowOrderModel:
         """The low-order model with the modes kept so far."""
-        parts = {name: modes.reduced(self.counts[name]) for name, modes in self.modes.items()}
-        return assembled(self.assembler, self.design, parts, self.exact_at)
+        return self.parts.model(self.counts, self.exact_at)
 
     def below(self, low: LowOrderModel) -> tuple[Eigenpairs, int]:
         """The lowest pairs of a model and how many of them count: all that are asked for, and what is repeated."""

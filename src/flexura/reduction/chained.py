@@ -114,7 +114,7 @@ class ChainedModel(Record):
     def rigid_motions(self) -> Array:
         """Translations and rotations (n, 6 c) of each of c unconnected parts about its middle; those that are grounded
         strain their supports."""
-        topology, x = self.model.plan.topology, self.model.geometry.positions
+        topology, x = self.model.plan.topology, self.model.positions
         pencil = self.pencil
         parts, part_of = connected_components(abs(pencil.K) + abs(pencil.M), directed=False)
         if parts > MOST_PARTS:
@@ -173,8 +173,8 @@ def chained(
 
     Without `pieces` elements stay as they are. Cut ones are uniform: a tapered element stands as at most
     `tapered_pieces` of them, each cut into `pieces` (`Elements.cut`). `geometric` (n, n) is the geometric stiffness of
-    the state of load that the model is about, by default that of the loads that are described. Raises OptionError for
-    numbers below one.
+    the state of load that the model is about, by default that of the loads that are described. At a pose members are
+    bent, and coordinates are the DOFs themselves. Raises OptionError for numbers below one, and for pieces at a pose.
     """
     if pieces is not None or geometric is not None:
         return _chained(model, pieces, tapered_pieces, geometric)
@@ -186,6 +186,12 @@ def _chained(
 ) -> ChainedModel:
     """The model as `chained` has it, worked out anew."""
     plan = model.plan
+    if model.design.posed is not None:
+        if pieces is not None:
+            plan.refuse_pose("elements that are cut")
+        loose = 1.0 + float(np.abs(model.positions).max(initial=0.0)) / _shortest(model)
+        own = Pencil.assembled(model.K, model.M, loose)
+        return ChainedModel(model, [], [], np.arange(model.order), own)
     chains = []
     for name in model.matrices:
         if len(plan.parts[name].connectivity):
@@ -227,6 +233,11 @@ def _stressed(own: ChainedModel, sums: _Sums, K_g: sp.csc_matrix) -> ChainedMode
     return replace(own, pencil=sums.pencil((T.T @ K_g @ T).tocsc()))
 
 
+def _shortest(model: FullOrderModel) -> float:
+    """Length of the shortest member, m; infinite where there is none."""
+    return min((float(g.length.min()) for g in model.geometry.parts.values() if g.length.size), default=np.inf)
+
+
 class _Sums:
     """Strains, mass and what else is stiff, summed over chains and discrete elements."""
 
@@ -243,8 +254,7 @@ class _Sums:
         M, rest = self._mass.matrix(), self._rest.matrix()
         rest = rest if added is None else rest + added
         strain, spread = self._strain.matrix().tocsr(), self._spread.matrix().tocsr()
-        lengths = [g.length.min() for g in self.model.geometry.parts.values() if g.length.size]
-        loose = 1.0 + self.reach / float(min(lengths)) if lengths else 1.0
+        loose = 1.0 + self.reach / _shortest(self.model)
         rest = ((rest + rest.T) / 2).tocsc() if rest.nnz else None
         return Pencil.from_strain(strain, spread, rest, ((M + M.T) / 2).tocsc(), loose)
 

@@ -18,7 +18,7 @@ from flexura.reduction.certificate import certificate, lowest_pairs
 from flexura.reduction.chained import ChainedModel
 from flexura.reduction.condensation import condense
 from flexura.reduction.goal import Goal, proven, smallest
-from flexura.reduction.model import STATE, FullBasis, LowOrderModel
+from flexura.reduction.model import FullBasis, LowOrderModel, state_of
 from flexura.sizes import within
 
 
@@ -51,8 +51,7 @@ def reduce_by_modes(
         raise SolverError("the tolerance is out of reach: these are modes of the full order, round-off remains")
     n = len(found.frequency_hz)
     reason = f"modes of the full order, not constraint modes: {'; '.join(wide)}"
-    state = (STATE,) if model.plan.is_loaded else ()
-    steps = (reason, *state, proven(found))
+    steps = (reason, *state_of(model.design), proven(found))
     whole = LowOrderModel(model.design, model.K, model.M, FullBasis(model.plan), steps, exact_at)
     if coordinates == "modal":
         shapes = full.recover(pairs.vectors[:, :n])

@@ -17,6 +17,7 @@ from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
 from flexura.reduction.goal import Coordinates, Goal
 from flexura.reduction.model import LowOrderModel, assembled, static_nodes
+from flexura.reduction.substructures import substructures
 from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model, plan_of
 
 Reduction = Literal["craig_bampton", "rubin"]
@@ -85,14 +86,19 @@ def reduce(
         stage("assembling the full order")
         full = model if isinstance(model, FullOrderModel) else full_order_model(design)
         return reduce_to_tolerance(assembler, full, exact_at, goal, coordinates)
-    parts = {}
-    for name, reducer in assembler.reducers.items():
-        own = reducer.craig_bampton(design.matrices[name], design.geometry)
-        if reduction == "rubin":
-            parts[name] = free_interface(own, counts[name], keep_below)
-        else:
-            parts[name] = own.reduced(own.whole(max(counts[name], own.count_below(keep_below))))
-    return assembled(assembler, design, parts, exact_at)
+    if reduction == "rubin":
+        plan.refuse_pose("free interfaces")
+        parts = {
+            name: free_interface(
+                reducer.craig_bampton(design.matrices[name], design.geometry), counts[name], keep_below
+            )
+            for name, reducer in assembler.reducers.items()
+        }
+        return assembled(assembler, design, parts, exact_at)
+    own = substructures(assembler, design)
+    wanted = own.counts(counts)
+    kept = {name: modes.whole(max(wanted[name], modes.count_below(keep_below))) for name, modes in own.modes.items()}
+    return own.model(kept, exact_at)
 
 
 TOLERANCE = 1e-3

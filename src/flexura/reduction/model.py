@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -167,6 +167,14 @@ class ProjectedBasis(Record):
 STATE = "about the state under the loads and gravity that are described"
 """What the stiffness of a mechanism is whose description has loads or gravity."""
 
+
+def state_of(design: Design) -> tuple[str, ...]:
+    """About which state a design is linear, in words; nothing at rest without loads."""
+    if (posed := design.posed) is not None:
+        return (posed.words,)
+    return (STATE,) if design.plan.is_loaded else ()
+
+
 DENSE_ORDER = 1500
 """Up to this order the low-order K and M are dense arrays, beyond it sparse."""
 
@@ -310,19 +318,17 @@ def assembled(
     build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
     basis = SubstructureBasis(design, parts)
     own, mass = ((A + A.T) / 2 if isinstance(A, np.ndarray) else A for A in (build(K), build(M)))
-    steps = (_step(parts),)
     if design.plan.is_loaded:
         added = basis.recovery.T @ described_prestress(design).K_g @ basis.recovery
         added = sp.csc_matrix((added + added.T) / 2)
         own = own + added.toarray() if isinstance(own, np.ndarray) else sp.csc_matrix(own + added)
-        steps = (*steps, STATE)
+    steps = (kept_modes({name: len(part.frequencies) for name, part in parts.items()}), *state_of(design))
     return LowOrderModel(design, own, mass, basis, steps, exact_at)
 
 
-def _step(parts: dict[str, ReducedPart]) -> str:
-    kept = [
-        f"{len(part.frequencies)} of {name or 'mechanism'}" for name, part in parts.items() if len(part.frequencies)
-    ]
+def kept_modes(counts: Mapping[str, int]) -> str:
+    """What is kept of each prototype, in words."""
+    kept = [f"{count} of {name or 'mechanism'}" for name, count in counts.items() if count]
     return "constraint modes of every substructure" + (f", normal modes: {', '.join(kept)}" if kept else "")
 
 

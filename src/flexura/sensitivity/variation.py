@@ -58,6 +58,7 @@ class Change:
 def unbounded(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Plan:
     """A plan whose parameters have no bounds, so that they can be differenced at these."""
     plan = plan_of(mechanism, parameters)
+    plan.refuse_pose("sensitivities")
     own = plan.mechanism
     if all(p.minimum is None and p.maximum is None for p in own.parameters.values()):
         return plan

@@ -6,8 +6,10 @@ from flexura.structure.discrete_elements import SpringElement as SpringElement
 from flexura.structure.discrete_elements import inertia_tensor as inertia_tensor
 from flexura.structure.discrete_elements import rigid_mass as rigid_mass
 from flexura.structure.full_order import assemble as assemble
+from flexura.structure.full_order import at_rest as at_rest
 from flexura.structure.full_order import checked_design as checked_design
 from flexura.structure.full_order import described_prestress as described_prestress
+from flexura.structure.full_order import dissipation as dissipation
 from flexura.structure.full_order import full_order_model as full_order_model
 from flexura.structure.full_order import stiffness_and_mass as stiffness_and_mass
 from flexura.structure.full_order import unloaded as unloaded
@@ -24,6 +26,7 @@ from flexura.structure.plan import Geometry as Geometry
 from flexura.structure.plan import Plan as Plan
 from flexura.structure.plan import one_design as one_design
 from flexura.structure.plan import plan_of as plan_of
+from flexura.structure.pose import Posed as Posed
 from flexura.structure.prestress import Drive as Drive
 from flexura.structure.prestress import Pushes as Pushes
 from flexura.structure.prestress import dead_load as dead_load

@@ -11,10 +11,12 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
-from flexura.records import Record
+from flexura.records import Latest, Record
+from flexura.registry import registered
 from flexura.structure.members import Elements, ElementSlice
 from flexura.structure.part import DiscreteElement, PartMatrices
 from flexura.structure.plan import Geometry, Plan
+from flexura.structure.pose import Posed
 from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
@@ -24,7 +26,7 @@ Array = NDArray[np.float64]
 class Design(Record):
     """One design of a plan, or a stack of them along a leading axis.
 
-    `parameters` are those that were replaced, `values` (..., s) the values, `geometry` where everything then is.
+    `parameters` are those that were replaced, `values` (..., s) the values, `geometry` where everything is at rest.
     Matrices have the leading axis of `values`; whatever does not vary along it may lack it.
     """
 
@@ -56,6 +58,24 @@ class Design(Record):
     def name(self) -> str:
         """Name of the mechanism."""
         return self.plan.name
+
+    @property
+    def posed(self) -> Posed | None:
+        """The pose that is described, None at rest; one design. The last one is kept with the plan.
+
+        Large motion belongs to a room above this one and is registered at the top. Raises SolverError where no
+        equilibrium leads there, and OptionError for what cannot turn.
+        """
+        if not self.plan.is_posed:
+            return None
+        latest: Latest[Posed] = self.plan.prepared.once("pose", Latest)
+        return latest.get(self.values.tobytes(), lambda: registered("posed")(self))
+
+    @property
+    def positions(self) -> Array:
+        """Positions (..., n, 3), m, of all nodes where they are linear about: at rest, or at the pose described."""
+        posed = self.posed
+        return self.geometry.positions if posed is None else posed.positions
 
     @cached_property
     def matrices(self) -> dict[str, PartMatrices]:
@@ -119,7 +139,7 @@ class Design(Record):
 
         One design.
         """
-        topology, x = self.plan.topology, self.geometry.positions
+        topology, x = self.plan.topology, self.positions
         root = topology.root[numbers]
         arm = np.where(topology.is_rigid[numbers, None], x[numbers] - x[root], 0.0)
         D, dof = rigid_arm(arm), topology.dof[root]
@@ -156,5 +176,10 @@ class OfDesign:
 
     @property
     def geometry(self) -> Geometry:
-        """Where everything is in the design."""
+        """Where everything is in the design at rest."""
         return self.design.geometry
+
+    @property
+    def positions(self) -> Array:
+        """Positions (n, 3), m, of all nodes where they are."""
+        return self.design.positions

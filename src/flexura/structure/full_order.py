@@ -38,19 +38,38 @@ def assemble(
     return model if isinstance(model, FullOrderModel) else full_order_model(design)
 
 
+def at_rest(
+    model: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None
+) -> FullOrderModel:
+    """The full-order model as `assemble` makes it, without the pose that may be described. Raises as `assemble`."""
+    design = checked_design(model, parameters)
+    if not design.plan.is_posed:
+        return assemble(model, parameters)
+    return full_order_model(Design.of(design.plan.at_rest(), design.parameters))
+
+
 def full_order_model(design: Design) -> FullOrderModel:
     """The full-order model of one design. Raises SolverError beyond buckling, and as `prestress` does."""
     return FullOrderModel(design, *stiffness_and_mass(design))
 
 
 def stiffness_and_mass(design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
-    """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), of one design, about the state of load that is described
-    (theory eq. P6).
+    """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), of one design, about the pose (theory eq. G14) or the
+    state of load (theory eq. P6) that is described.
 
-    Raises SolverError beyond buckling, and as `prestress` does.
+    Raises SolverError beyond buckling, where no equilibrium leads to the pose, and as `prestress` does.
     """
+    if (posed := design.posed) is not None:
+        return posed.K, posed.M
     K, M = full_order(design.plan).elastic(design)
     return (K + described_prestress(design).K_g if design.plan.is_loaded else K).tocsc(), M
+
+
+def dissipation(design: Design, default: float = 0.0) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+    """C (N s/m, N s, N m s) of dashpots and H (N/m, N, N m) of structural damping, K + i H, both (n, n), of one design:
+    at rest (theory eq. T5), or at the pose that is described (theory eq. G25)."""
+    posed = design.posed
+    return full_order(design.plan).dissipation(design, default) if posed is None else posed.dissipation(default)
 
 
 def described_prestress(design: Design) -> Prestress:
@@ -75,9 +94,10 @@ def unloaded(
 ) -> FullOrderModel:
     """The full-order model as `assemble` makes it, with the elastic stiffness alone whatever loads are described.
 
-    Raises OptionError for parameters beside a model that is assembled already.
+    Raises OptionError where a pose is described, and for parameters beside a model that is assembled already.
     """
     design = checked_design(mechanism, parameters)
+    design.plan.refuse_pose("what linear loads do to stiffness")
     if not isinstance(mechanism, FullOrderModel):
         return FullOrderModel(design, *full_order(design.plan).elastic(design))
     return replace(mechanism, K=full_order(design.plan).elastic(design)[0]) if design.plan.is_loaded else mechanism

@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 class FullOrderModel(OfDesign, Result):
     """K and M of the full-order model of one design, with what is needed to make sense of a vector of its DOFs.
 
-    K, M: (n, n) sparse, SI; rows follow `dof_names`. K is about the state under the loads and gravity that are
-    described.
+    K, M: (n, n) sparse, SI; rows follow `dof_names`. They are about the pose that is described, or else K is about the
+    state under the loads and gravity that are described.
     """
 
     _shown = ("name", "order")
@@ -60,7 +60,7 @@ class FullOrderModel(OfDesign, Result):
         topology = self.plan.topology
         padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
         u = padded[topology.dof[topology.root]]
-        arm = self.geometry.positions - self.geometry.positions[topology.root]
+        arm = self.positions - self.positions[topology.root]
         arm[~topology.is_rigid] = 0.0
         u[:, :3] += np.cross(u[:, 3:], arm[:, :, None], axis=1)
         return u
@@ -70,7 +70,7 @@ class FullOrderModel(OfDesign, Result):
         topology = self.plan.topology
         nodes, components = np.nonzero(topology.dof >= 0)
         motions = np.zeros((len(nodes), 6))
-        x = self.geometry.positions[nodes]
+        x = self.positions[nodes]
         for j in range(3):
             motions[components == j, j] = 1.0
             turn = np.cross(np.eye(3)[j], x)
@@ -85,7 +85,8 @@ class FullOrderModel(OfDesign, Result):
         """Forces (n, 6) that accelerate everything, what is held included, in unit rigid motions of and about the
         global origin: kg, kg m, kg m^2. Times gravity they are the weight of everything.
         """
-        return full_order(self.plan).base_inertia_forces(self.design)
+        posed = self.design.posed
+        return full_order(self.plan).base_inertia_forces(self.design) if posed is None else posed.base_inertia_forces
 
     @cached_property
     def dead_load(self) -> Array:

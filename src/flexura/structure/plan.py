@@ -34,6 +34,7 @@ from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry
+from flexura.structure.pose import DescribedPose
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index, ValueTable
 
@@ -153,6 +154,7 @@ class Plan(Record):
             for name, children in self.layout.children.items()
         }
         self.loads = DeadLoads(self.layout, self.value_table)
+        self.pose = DescribedPose(self.layout, self.value_table)
         self._parameters = ParameterTable(mechanism)
         self.value_table.close(self._parameters.defaults)
         self.topology = Topology(self.layout, self.parts)
@@ -174,10 +176,25 @@ class Plan(Record):
         """Whether loads or gravity are described, about whose state stiffness then is."""
         return self.loads.any
 
+    @property
+    def is_posed(self) -> bool:
+        """Whether a pose away from rest is described, about which everything linear then is."""
+        return self.pose.any
+
+    def at_rest(self) -> Plan:
+        """The plan without the pose that is described."""
+        return Plan(self.mechanism.replaced({"at": {}})) if self.is_posed else self
+
     def refuse_loads(self, what: str) -> None:
-        """Raise OptionError where `what` takes no account of loads and gravity that are described."""
+        """Raise OptionError where `what` takes no account of loads, gravity and a pose that are described."""
+        self.refuse_pose(what)
         if self.is_loaded:
             raise OptionError(f"{what}: not under the loads and gravity that are described; take these out for it")
+
+    def refuse_pose(self, what: str) -> None:
+        """Raise OptionError where `what` knows the mechanism at rest alone, and a pose away from it is described."""
+        if self.is_posed:
+            raise OptionError(f"{what}: at rest alone, not at the pose that is described; take `at` out for it")
 
     def _settle_corrections(self) -> None:
         """Work out how far ends are clamped at the default parameters, where a correction asks for it."""

@@ -166,7 +166,7 @@ class Ports:
 
     def _rigid(self, number: int) -> Array:
         """Displacement (6, 6) of a node in unit rigid motions of and about the global origin."""
-        x = self.geometry.positions[number]
+        x = self.design.positions[number]
         R = np.eye(6)
         R[:3, 3:] = np.array([[0, x[2], -x[1]], [-x[2], 0, x[0]], [x[1], -x[0], 0]])
         return R
@@ -180,13 +180,15 @@ class Ports:
         numbers = [placed.offset[copy] + k for k in channels.nodes[kind, key]]
         direction = channels.number(kind, key, "direction", self.values)
         if direction is None:
-            ends = self.geometry.positions[numbers]
+            ends = self.design.positions[numbers]
             d = ends[1] - ends[0]
             if not np.linalg.norm(d) > 0:
                 raise ModelError([Problem((f"{kind}s", key), "", "its two nodes are at one place", "give a direction")])
         else:
             Q = self.geometry.Q[placed.number[copy]]
             d = Q @ direction * (round(float(np.linalg.det(Q))) if turns else 1)
+            if (posed := self.design.posed) is not None and self._turns_along(channels, kind, key):
+                d = posed.rotations[numbers[0]] @ d
         d = d / np.linalg.norm(d)
         at = slice(3, 6) if turns else slice(0, 3)
         rows, signs = self._rows(numbers), (1.0,) if len(numbers) == 1 else (-1.0, 1.0)
@@ -194,12 +196,19 @@ class Ports:
         absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
         return np.asarray(row), np.asarray(absolute), self._place(numbers, d)
 
+    @staticmethod
+    def _turns_along(channels: Any, kind: str, key: str) -> bool:
+        """Whether the direction of a channel turns with its first node: of what is between two nodes, and of
+        accelerometers, which are mounted there."""
+        own = getattr(channels, f"{kind}s")[key]
+        return len(channels.nodes[kind, key]) > 1 or own.type.endswith("acceleration")
+
     def _place(self, numbers: Sequence[int], direction: Array) -> dict[str, Any]:
         """Where a channel is that acts on one global node, or on the second of two against the first."""
         label = [self._names[n] for n in numbers]
         if len(numbers) == 2:
             return {"node": label[1], "against": label[0], "direction": _triple(direction)}
-        position = self.geometry.positions[numbers[0]]
+        position = self.design.positions[numbers[0]]
         return {"node": label[0], "direction": _triple(direction), "position": _triple(position)}
 
     def _actuator(self, name: str) -> InputPort:

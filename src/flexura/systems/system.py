@@ -23,7 +23,7 @@ from flexura.reduction import (
     static_nodes,
     stored_flexibility,
 )
-from flexura.structure import FullOrderModel, Plan, assemble, full_order, one_design, plan_of
+from flexura.structure import FullOrderModel, Plan, assemble, dissipation, one_design, plan_of
 from flexura.systems.damping import damping_law
 from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs
@@ -94,7 +94,7 @@ def system(
     ins, outs = _channels(ports, inputs, outputs)
     full = full_order_of(model)
     law = damping_law(plan.mechanism.damping, plan.parameter_values(model.parameters), damping)
-    C_full, H_full = full_order(plan).dissipation(model.design, law.loss_factor)
+    C_full, H_full = dissipation(model.design, law.loss_factor)
     recover = None if isinstance(model, FullOrderModel) else model.recovery
     C, H = (_projected(A, recover, model.K) for A in (C_full, H_full))
     loss = uniform_loss(H_full, full.K)

@@ -31,6 +31,7 @@ def solids(
     of faces stays near FACE_BUDGET, and members of very large mechanisms become lines. Raises OptionError when the
     displacements are not finite or have another shape, or when the model holds a stack of designs.
     """
+    model.plan.refuse_pose("pictures")
     u = node_motions(model, displacements)
     collector = Collector()
     _add_members(collector, model, u, _detail(model), doubted)

@@ -32,7 +32,7 @@ class ChannelNumbers:
         self._axes: dict[int, Array] = {}
         self._at: dict[str, Array] = {}
         if model is not None:
-            topology, positions = model.plan.topology, model.geometry.positions
+            topology, positions = model.plan.topology, model.positions
             for k, name in enumerate(topology.node_names):
                 self._table[name, None, None], self._at[name] = k + 1, positions[k]
             self._positions = {int(k) + 1: positions[k] for k in np.flatnonzero(topology.has_position)}

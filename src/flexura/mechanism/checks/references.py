@@ -14,6 +14,7 @@ from flexura.mechanism.checks.modal_test import check_test
 from flexura.mechanism.checks.survey import Survey, Use, prefix, suggestion
 from flexura.mechanism.layout import TOP, is_pattern
 from flexura.mechanism.material import CATALOGUE
+from flexura.mechanism.pose import DISPLACEMENTS
 from flexura.mechanism.substructure import Substructure
 
 
@@ -28,6 +29,7 @@ def check_references(survey: Survey) -> None:
         _interface(survey, name, nodes)
     survey.uses[TOP] += _ground(survey)
     survey.uses[TOP] += _loads(survey)
+    survey.uses[TOP] += _pose(survey)
     survey.uses[TOP] += check_test(survey, _Nodes(survey, TOP).find)
 
 
@@ -283,6 +285,18 @@ def _loads(survey: Survey) -> Iterator[Use]:
         if idle and len(idle) == len(found):
             survey.report(path, text, f"nothing can move here: {idle[0]} is clamped", "load a node that is free")
         yield Use(path, found, joins=False)
+
+
+def _pose(survey: Survey) -> Iterator[Use]:
+    nodes = _Nodes(survey, TOP)
+    mechanism = survey.layout.mechanism
+    held = {n: s.held for text, s in mechanism.ground.items() for n in nodes.matches(text)}
+    for text, moved in mechanism.at.items():
+        found = nodes.find(("at", text), text)
+        for axis, is_held in zip(DISPLACEMENTS, held.get(text, ()), strict=False):
+            if is_held and getattr(moved, axis) is not None:
+                survey.report(("at", text, axis), text, "it cannot move here: it is held", "move what is free")
+        yield Use(("at", text), found, joins=False)
 
 
 _ONE_LOAD = "give one load with all its forces and moments"

@@ -71,7 +71,7 @@ def with_solid_parts(
         raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
     if found := [problem for problem in problems(model) if problem.path[-1:] == ("mesh_size",)]:
         raise ModelError(found)
-    plan = Plan(as_beams(model))
+    plan = Plan(as_beams(model).replaced({"at": {}}))
     chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(model, name))}
     plan.refuse_loads("members as solids")
     full = assemble(plan, one_design(parameters))

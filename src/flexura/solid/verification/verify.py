@@ -190,6 +190,8 @@ def progressively(
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if not isinstance(model, Mechanism):
         raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
+    if model.at:
+        raise OptionError("verification: at rest alone, not at the pose that is described; take `at` out for it")
     if model.loads or any(model.gravity):
         raise OptionError("solid elements feel no preload: take the loads and gravity that are described out for it")
     fine = FINE if size is None else float(size)

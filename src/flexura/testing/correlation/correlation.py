@@ -163,11 +163,11 @@ def _compared(
 
 
 def _full(model: Any, parameters: Mapping[str, ArrayLike] | None) -> FullOrderModel:
-    if not isinstance(model, LowOrderModel):
-        return assemble(model, parameters)
-    if parameters:
+    if isinstance(model, LowOrderModel) and parameters:
         raise OptionError("parameters belong to a mechanism, not to a finished model")
-    return full_order_model(model.design)
+    full = full_order_model(model.design) if isinstance(model, LowOrderModel) else assemble(model, parameters)
+    full.plan.refuse_pose("correlation")
+    return full
 
 
 def _by_setup(

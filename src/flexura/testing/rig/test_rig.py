@@ -48,6 +48,7 @@ class ModalTestRig:
         damping: Damping | float | Mapping[str, Any] | None = None,
     ) -> None:
         plan = plan_of(mechanism, parameters)
+        plan.refuse_pose("virtual tests")
         described = test or plan.mechanism.test
         if described is None:
             raise OptionError(f"{plan.mechanism.name} describes no test: add the key test to its file")

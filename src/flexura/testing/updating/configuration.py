@@ -77,4 +77,6 @@ def _plan(mechanism: Mechanism | Plan, at: Mapping[str, float]) -> Plan:
     """The plan of a mechanism, its solid members at those of the parameters `at` that it has."""
     if isinstance(mechanism, Mechanism):
         at = {name: value for name, value in at.items() if name in mechanism.parameters}
-    return plan_of(mechanism, at)
+    plan = plan_of(mechanism, at)
+    plan.refuse_pose("calibration")
+    return plan

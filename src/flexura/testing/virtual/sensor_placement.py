@@ -124,6 +124,7 @@ def place_sensors(
     the modes apart.
     """
     full, k = assemble(model, parameters), sensors
+    full.plan.refuse_pose("places of sensors")
     if not 1 <= n <= k:
         raise OptionError(f"{n} modes need at least {n} sensors, and at least one mode is asked for; found {k} sensors")
     pairs = full_order_modes(full, n)

@@ -1,0 +1,188 @@
+"""A design at the pose that its description names, and what is linear about it (theory eqs. G25-G26)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import is_definite
+from flexura.mechanism import DISPLACEMENTS
+from flexura.motion.elements import PoseElements
+from flexura.motion.equilibrium import Drive, Equations
+from flexura.motion.internal_forces import Ends, end_force_changes, end_forces, with_members
+from flexura.motion.loads import NO_LOADS, Loads
+from flexura.motion.model import MovingModel
+from flexura.motion.path import Path, Point, Stopped
+from flexura.motion.pose import Pose
+from flexura.structure import Design, OfDesign, Scatter
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class PosedDesign:
+    """A design where it has moved, the drives free under the dead forces that hold it there."""
+
+    pose: Pose
+    words: str
+
+    @property
+    def model(self) -> MovingModel:
+        """The model that has moved there."""
+        return self.pose.equations.model
+
+    @cached_property
+    def K(self) -> sp.csc_matrix:
+        """Tangent stiffness (n, n), N/m, N, N m, symmetric."""
+        return sp.csc_matrix(self.pose.K)
+
+    @cached_property
+    def M(self) -> sp.csc_matrix:
+        """Mass (n, n), kg, kg m, kg m^2."""
+        return sp.csc_matrix(self.pose.M)
+
+    @cached_property
+    def positions(self) -> Array:
+        """Positions (n_nodes, 3) of all nodes, m."""
+        return self.model.positions(self.pose.state.frames)
+
+    @cached_property
+    def base_inertia_forces(self) -> Array:
+        """Forces (n, 6) on the DOFs that accelerate everything, what is held included, in unit rigid motions of and
+        about the global origin: kg, kg m, kg m^2."""
+        model, frames = self.model, self.pose.state.frames
+        rigid = rigid_arm(frames.x) * frames.placed[:, None, None]
+        found = np.zeros((model.n_dof + 1, 6))
+        inertia = frames.R[:, None] @ model.inertia.reshape(-1, 2, 3, 6)
+        inertia = (inertia.reshape(-1, 6, 2, 3) @ np.swapaxes(frames.R, -1, -2)[:, None]).reshape(-1, 6, 6)
+        np.add.at(found, model.dof, inertia @ rigid)
+        for group in model.elements:
+            M = group.masses(frames)
+            force = M @ rigid[group.node].reshape(*M.shape[:2], 6)
+            np.add.at(found, model.dof[group.node].reshape(M.shape[:2]), force)
+        return found[:-1]
+
+    def dissipation(self, default: float) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """C (N s/m, N s, N m s) of dashpots and H (N/m, N, N m) of structural damping, K + i H, both (n, n).
+
+        Dashpots turn with their nodes. H sums the stiffness that material gives every part, not that of forces, times
+        its loss factor, `default` where it has none.
+        """
+        model, frames = self.model, self.pose.state.frames
+        H = [
+            loss[:, None, None] * group.material(frames)
+            for group, loss in zip(model.elements, model.loss_factors(default), strict=True)
+        ]
+        places = [model.dof[group.node].reshape(len(group.node), -1) for group in (*model.elements, *model.dashpots)]
+        count = len(model.elements)
+        C = [group.material(frames) for group in model.dashpots]
+        n = model.n_dof
+        return Scatter(places[count:], n).sparse(C), Scatter(places[:count], n).sparse(H)
+
+    @cached_property
+    def rotations(self) -> Array:
+        """Rotations (n_nodes, 3, 3) of all nodes from rest."""
+        return self.pose.state.frames.R[self.model.root[:-1]]
+
+    def member_ends(self) -> tuple[list[str], Index, Array, Array]:
+        """Names (m,) of all members, the frames (m, 2) that carry their ends, and arms from there and positions
+        (m, 2, 3) of these, m."""
+        group, names = self.model.elements[0], self.model.names[0]
+        if not with_members(self.model):
+            return [], np.empty((0, 2), dtype=np.intp), np.empty((0, 2, 3)), np.empty((0, 2, 3))
+        assert isinstance(group, PoseElements)
+        ends = group.ends(self.pose.state.frames)
+        first: dict[str, int] = {}
+        last: dict[str, int] = {}
+        for e, name in enumerate(names):
+            first.setdefault(name, e)
+            last[name] = e
+        at = np.array([list(first.values()), list(last.values())]).T
+        both = np.arange(2)
+        return list(first), group.node[at, both], ends.arm[at, both], ends.position[at, both]
+
+    @cached_property
+    def end_forces(self) -> dict[str, Ends]:
+        """Internal forces of members at the pose: (i, e, 6, 1) at the first and the second end of the elements of the i
+        copies of each prototype, in axes that turn with these ends (theory eq. G15)."""
+        return end_forces(self.model, [self.pose.state])
+
+    def end_force_changes(self, vectors: Array) -> dict[str, Ends]:
+        """What small displacements from the pose, DOF vectors (n, k), change of `end_forces`, (i, e, 6, k) (theory eq.
+        G26)."""
+        padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
+        return end_force_changes(self.model, self.pose.state, padded[self.model.dof])
+
+    def works(self, displacements: Array) -> Iterator[tuple[tuple[str, ...], Array | None, Array]]:
+        """For each kind of elements: names (e,), of beams the strain energy (e, 6, k) by the components u, s2, s3, phi,
+        theta2, theta3 of their deformation, else None, and all of it (e, k); J, for small displacements (n_nodes, 6, k)
+        of all nodes from the pose.
+
+        What forces at the pose add to the stiffness is not in it.
+        """
+        frames = self.pose.state.frames
+        moved = np.concatenate([displacements, np.zeros((1, *displacements.shape[1:]))])
+        for group, names in zip(self.model.elements, self.model.names, strict=True):
+            u = moved[group.node].reshape(len(group.node), 6 * group.node.shape[1], moved.shape[-1])
+            if isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6:
+                d = group.rows(frames) @ u
+                parts = d * (group.strain.material(group.deformation(frames)) @ d) / 2
+                yield names, parts, parts.sum(axis=1)
+            else:
+                yield names, None, np.einsum("eik,eij,ejk->ek", u, group.material(frames), u) / 2
+
+
+def posed(design: Design) -> PosedDesign:
+    """A design at the pose that its description names, reached from rest by a way of equilibria under the loads and
+    gravity that are described.
+
+    Raises OptionError for what cannot turn, and SolverError where the way ends before, with the pose that it reached,
+    and where the pose is not stable with the drives held.
+    """
+    plan = design.plan
+    moved = plan.pose.moved(design.values)
+    model = MovingModel.of(design)
+    names = [name.rpartition(".") for name in moved]
+    numbers = plan.topology.numbers([node for node, _, _ in names]).tolist()
+    drives = [
+        Drive(name, number, int(model.root[number]), DISPLACEMENTS.index(axis))
+        for name, number, (_, _, axis) in zip(moved, numbers, names, strict=True)
+    ]
+    for drive in drives:
+        if model.dof[drive.root, drive.component] < 0:
+            raise OptionError(f"at: {drive.name} cannot move: it is held by the ground")
+    equations = Equations(model, drives)
+    wrenches = plan.loads.wrenches(design.values)
+    loaded = plan.topology.numbers(list(wrenches)).tolist()
+    loads = Loads(dict(zip(loaded, wrenches.values(), strict=True)), {}, plan.loads.gravity(design.values))
+    zero = np.zeros(len(drives))
+    start = equations.solve(model.rest, NO_LOADS, zero)
+    said = ", ".join(f"{name} = {value:.4g} {'rad' if '.r' in name else 'm'}" for name, value in moved.items())
+    path = Path(equations, start, Point(zero, NO_LOADS))
+    state = start
+    for found in path.through([Point(zero, loads), Point(np.array(list(moved.values())), loads)]):
+        if isinstance(found, Stopped):
+            raise SolverError(
+                f"at {said}: no equilibrium is found on the way there beyond {100 * found.share:.3g} % of"
+                f" {'the displacements' if found.point else 'the loads'}; flexura stroke shows how far it goes"
+            )
+        state = found
+    here = Pose(equations, state)
+    if not is_definite(here.matrices(held=True)[0]):
+        raise SolverError(f"at {said} the mechanism is not stable: nothing is linear about that pose for long")
+    return PosedDesign(here, f"about the pose {said}, drives free under the forces that hold it")
+
+
+def pose_of(model: OfDesign) -> PosedDesign | None:
+    """The pose about which a model is linear; None at rest."""
+    posed = model.design.posed
+    assert posed is None or isinstance(posed, PosedDesign)
+    return posed
