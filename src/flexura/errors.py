@@ -102,6 +102,27 @@ class Exceeded:
         return {key: None if isinstance(v, float) and not isfinite(v) else v for key, v in own.items()}
 
 
+def foremost(warnings: Iterable[Exceeded], most: int) -> list[str]:
+    """The texts of the warnings of each kind that are furthest beyond their limit, `most` of them at most, and how many
+    more there are."""
+    kinds: dict[str, list[Exceeded]] = {}
+    for warning in warnings:
+        kinds.setdefault(warning.kind, []).append(warning)
+    found: list[str] = []
+    for own in kinds.values():
+        chosen = own if len(own) <= most else sorted(own, key=_within)[:most]
+        left = len(own) - len(chosen)
+        found += [str(warning) for warning in chosen]
+        found[-1] += f" (and {left} more such warning{'s' if left > 1 else ''})" if left else ""
+    return found
+
+
+def _within(warning: Exceeded) -> float:
+    """Minus how far a warning is beyond its limit, relative; zero where no number says so."""
+    beyond = abs(warning.value - warning.limit) / (abs(warning.limit) or 1.0)
+    return -beyond if isfinite(beyond) else 0.0
+
+
 class LimitError(FlexuraError):
     """A result that goes beyond its limits, where warnings were asked to be errors; `warnings` lists all."""
 

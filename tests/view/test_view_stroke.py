@@ -28,8 +28,9 @@ def test_curves_are_those_of_the_poses(stroke, tmp_path):
     assert len(translation.lines) == 3
     assert len(rotation.lines) == 2, "the driven rotation has no support stiffness"
     plt.close(figure)
-    (written,) = save_stroke(stroke, tmp_path)
-    assert plt.imread(written).std() > 0.05
+    written = save_stroke(stroke, tmp_path)
+    assert [path.name for path in written] == ["stroke.png", "poses.png"]
+    assert all(plt.imread(path).std() > 0.05 for path in written)
 
 
 def test_one_pose_is_no_curve():

@@ -32,6 +32,7 @@ from flexura.analysis.statics import compliance as compliance
 from flexura.analysis.statics import statics as statics
 from flexura.analysis.stress import MemberStress as MemberStress
 from flexura.analysis.stress import Stresses as Stresses
+from flexura.analysis.stress import StressProfile as StressProfile
 from flexura.analysis.stress import member_stresses as member_stresses
 from flexura.analysis.stress import stress_rows as stress_rows
 from flexura.analysis.stroke import Stroke as Stroke

@@ -177,6 +177,24 @@ def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, en
     return worst
 
 
+class StressProfile(NamedTuple):
+    """Largest von Mises stresses (i, m, stations, k), Pa, with notch factors, in the sections of `members` (m,) of the
+    i copies of a prototype in k states, at `fractions` (m, stations) of their lengths."""
+
+    members: NDArray[np.intp]
+    fractions: Array
+    von_mises: Array
+
+
+def stress_profiles(model: FullOrderModel, name: str, forces: EndForces) -> Iterator[StressProfile]:
+    """Stresses along the members of a prototype, group by group; none of sections given by constants."""
+    part = model.plan.parts[name]
+    for group, n, _ in part.table.groups:
+        if group.family != "constants":
+            blocks = [(x, raised) for _, x, _, raised, _ in _stresses(model, part, group, n, forces(name))]
+            yield StressProfile(group.index, blocks[0][0], np.concatenate([raised for _, raised in blocks], axis=-1))
+
+
 class YieldRatios(NamedTuple):
     """Of the placed members (m,) whose yield stress is known: `names`, and in each of k states the largest von Mises
     stress with notch factors over it, `ratio` (m, k), and where along the member that is, `position` (m, k)."""

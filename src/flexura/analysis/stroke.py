@@ -12,7 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.doubts import corrected
 from flexura.analysis.low_order_motion import LowOrderMotion, low_order_motion
-from flexura.analysis.stress import Stresses, YieldRatios, ratios_to_yield, worst_stresses
+from flexura.analysis.stress import (
+    EndForces,
+    Stresses,
+    StressProfile,
+    YieldRatios,
+    ratios_to_yield,
+    stress_profiles,
+    worst_stresses,
+)
 from flexura.analysis.stroke_columns import stroke_columns
 from flexura.analysis.stroke_pose import Asked, StrokePose, stroke_poses
 from flexura.analysis.stroke_ways import Course, FromTo, Given, course, words
@@ -127,17 +135,26 @@ class Stroke(Tabular):
     def stresses(self, pose: int | None = None) -> Stresses:
         """The largest stress in every link and flexure at a pose, by its number, or over all poses, of which `state`
         then is the number. Raises OptionError where there is no such pose."""
-        count = len(self.poses)
-        if pose is None and count:
+        if pose is None and self.poses:
             return worst_stresses(self.model, self.end_forces.__getitem__)
-        if pose is None or not 0 <= pose < count:
-            raise OptionError(f"there is no pose {pose!r} of {count}")
+        return worst_stresses(self.model, self._forces(pose))
+
+    def stress_profiles(self, pose: int) -> dict[str, tuple[StressProfile, ...]]:
+        """Stresses along the members of every prototype at a pose, by its number. Raises OptionError where there is no
+        such pose."""
+        forces = self._forces(pose)
+        return {name: tuple(stress_profiles(self.model, name, forces)) for name in self.end_forces}
+
+    def _forces(self, pose: int | None) -> EndForces:
+        """Internal forces at a pose."""
+        if pose is None or not 0 <= pose < len(self.poses):
+            raise OptionError(f"there is no pose {pose!r} of {len(self.poses)}")
 
         def forces(name: str) -> tuple[Array, Array]:
             start, end = self.end_forces[name]
             return start[..., pose : pose + 1], end[..., pose : pose + 1]
 
-        return worst_stresses(self.model, forces)
+        return forces
 
     @property
     def frequencies_hz(self) -> Array:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from flexura.cli.tables import console_of_width, print_warnings
-from flexura.errors import Exceeded
+from flexura.errors import foremost
 
 if TYPE_CHECKING:
     from flexura.analysis import Stroke
@@ -19,7 +19,7 @@ MOST_FREQUENCIES = 6
 MOST_ROWS = 41
 
 MOST_WARNINGS = 3
-"""Warnings of a kind that are printed."""
+"""Warnings of a kind that are printed; `--json` has all."""
 
 
 def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
@@ -59,24 +59,9 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
         )
     for note in result.notes:
         console.print(f"note: {note}", markup=False)
-    shown = _few_of_each(result.warnings)
-    print_warnings(console, shown)
-    if len(shown) < len(result.warnings):
-        console.print(f"and {len(result.warnings) - len(shown)} more warnings of these kinds; --json has all")
+    print_warnings(console, foremost(result.warnings, MOST_WARNINGS))
     for path in written:
         console.print(f"wrote {path}", markup=False)
-
-
-def _few_of_each(warnings: Sequence[Exceeded]) -> list[Exceeded]:
-    """The first warnings of each kind, those that go furthest beyond their limit."""
-    kinds = dict.fromkeys(own.kind for own in warnings)
-    return [own for kind in kinds for own in _furthest([w for w in warnings if w.kind == kind])]
-
-
-def _furthest(warnings: list[Exceeded]) -> list[Exceeded]:
-    if len(warnings) <= MOST_WARNINGS:
-        return warnings
-    return sorted(warnings, key=lambda own: -own.value / (own.limit or 1.0))[:MOST_WARNINGS]
 
 
 def _factor(value: float | None) -> str:

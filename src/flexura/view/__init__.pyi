@@ -21,6 +21,7 @@ from flexura.view.identification import save_identification as save_identificati
 from flexura.view.pictures import draw_mechanism as draw_mechanism
 from flexura.view.pictures import draw_mode as draw_mode
 from flexura.view.pictures import draw_sheet as draw_sheet
+from flexura.view.poses import draw_poses as draw_poses
 from flexura.view.scene import Kind as Kind
 from flexura.view.scene import Solids as Solids
 from flexura.view.solids import solids as solids

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from flexura.view.camera import Camera
+from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, INK, NAMES, WARNING, displacement_colours
 from flexura.view.scene import Kind, Solids
 
@@ -142,14 +143,20 @@ def triad(figure: Figure, camera: Camera, area: Box) -> None:
 
 def colour_bar(figure: Figure, area: Box) -> None:
     """Scale of displacements relative to the largest."""
+    colours = displacement_colours(np.linspace(0, 1, 256))
+    colour_scale(figure, area, colours, [0, 0.5, 1], ["0", "½", "max"], "displacement")
+
+
+def colour_scale(
+    figure: Figure, area: Box, colours: Array, ticks: Sequence[float], labels: Sequence[str], title: str
+) -> None:
+    """A scale of colours (k, 3), with labels at ticks from 0 to 1."""
     axes = figure.add_axes(area)
-    axes.imshow(
-        displacement_colours(np.linspace(0, 1, 256))[:, None], origin="lower", extent=(0, 1, 0, 1), aspect="auto"
-    )
+    axes.imshow(colours[:, None], origin="lower", extent=(0, 1, 0, 1), aspect="auto")
     axes.set_xticks([])
     axes.yaxis.tick_right()
-    axes.set_yticks([0, 0.5, 1], ["0", "½", "max"])
+    axes.set_yticks(ticks, labels)
     axes.tick_params(labelsize=8.5, length=2, colors="0.3")
     for spine in axes.spines.values():
         spine.set_linewidth(0.4)
-    axes.set_title("displacement", size=8.5, color="0.3", loc="center", pad=6)
+    axes.set_title(title, size=8.5, color="0.3", loc="center", pad=6)

@@ -23,6 +23,7 @@ from flexura.mechanism import (
 )
 from flexura.structure import FullOrderModel, Part, inertia_tensor
 from flexura.view.meshes import Array, Mesh, box, cylinder, normals, sphere
+from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind
 
 _STEEL = 7850.0
@@ -35,25 +36,24 @@ _MOST_ARMS = 60
 
 @dataclass(frozen=True)
 class _Copy:
-    """One placed copy of a part: Q (3, 3) into the global frame, node positions x (n, 3), m, displacements u (n, 6),
-    global frame, and whether nodes are clamped (n,)."""
+    """One placed copy of a part: Q (3, 3) into the global frame, node positions x (n, 3), m, motions of the n nodes,
+    and whether these are clamped (n,)."""
 
     Q: Array
     x: Array
-    u: Array
+    motions: Motions
     clamped: NDArray[np.bool_]
 
     def attached(self, node: int, points: Array) -> Array:
         """Motions (p, 3) of points (p, 3), global frame, fixed to a node."""
-        turn: Array = self.u[node, 3:]
-        return self.u[node, :3] + np.asarray(np.cross(turn, points - self.x[node]), dtype=np.float64)
+        return self.motions.of(node).carried(points - self.x[node])
 
 
 def add_discrete_elements(
-    collector: Collector, model: FullOrderModel, u: Array, doubted: Collection[str] = frozenset()
+    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str] = frozenset()
 ) -> None:
-    """Add the parts of a mechanism that are not members; u (n_nodes, 6) are the displacements of its nodes, and the
-    bodies called `doubted` are of the kind for these."""
+    """Add the parts of a mechanism that are not members, moving with its nodes; the bodies called `doubted` are of the
+    kind for these."""
     plan, geometry = model.plan, model.geometry
     values = {name: _number(value) for name, value in parameter_values(plan.mechanism, model.parameters).items()}
     size = collector.size
@@ -77,7 +77,7 @@ def add_discrete_elements(
             drawn.doubted = {key for key, own in names.items() if own & set(doubted)}
             span = slice(offset, offset + part.n_nodes)
             held = np.all(plan.topology.held[plan.topology.root[span]], axis=1)
-            copy = _Copy(geometry.Q[number], geometry.positions[span], u[span], held)
+            copy = _Copy(geometry.Q[number], geometry.positions[span], motions.of(span), held)
             drawn.add(collector, copy, geometry.t[number], size, cell)
 
 
@@ -199,7 +199,7 @@ def _add_body(
     placed = Mesh(points, faces)
     collector.mesh(placed, copy.attached(node, points), kind)
     if body.solid is None:
-        collector.dot(centre, copy.u[node, :3], Kind.CENTRE)
+        collector.dot(centre, copy.motions.shift[node], Kind.CENTRE)
     carries = part.carried.get(node, [])
     for carried in carries if len(carries) <= _MOST_ARMS else []:
         if kind is Kind.EQUIVALENT_BODY or not _inside(placed, copy.x[carried]):
@@ -247,10 +247,10 @@ def _add_mass(collector: Collector, copy: _Copy, mass: PointMass, node: int, siz
 
 def _add_star(collector: Collector, copy: _Copy, nodes: list[int]) -> None:
     """Lines from the middle of a superelement's nodes to each of them."""
-    middle, motion = copy.x[nodes].mean(axis=0), copy.u[nodes, :3].mean(axis=0)
+    middle, motion = copy.x[nodes].mean(axis=0), copy.motions.shift[nodes].mean(axis=0)
     for node in nodes:
         if len(nodes) > 1:
-            path, moved = np.stack([middle, copy.x[node]]), np.stack([motion, copy.u[node, :3]])
+            path, moved = np.stack([middle, copy.x[node]]), np.stack([motion, copy.motions.shift[node]])
             collector.path(path, moved, Kind.SUPERELEMENT)
     collector.dot(middle, motion, Kind.SUPERELEMENT)
 
@@ -259,7 +259,7 @@ def _add_stack(
     collector: Collector, copy: _Copy, nodes: list[int], section: SectionProperties | None, cell: float
 ) -> None:
     """A piezo stack as a square prism between its nodes, a tenth of its length thick where its section is not known."""
-    ends, motions = copy.x[nodes], copy.u[nodes, :3]
+    ends, motions = copy.x[nodes], copy.motions.shift[nodes]
     along = ends[1] - ends[0]
     length = float(np.linalg.norm(along))
     side = 0.1 * length if section is None else float(np.sqrt(section.A))
@@ -281,7 +281,7 @@ def _add_spring(
     span = copy.x[b] - copy.x[a]
     distance = float(np.linalg.norm(span))
     if at is None and distance > 0.2 * length:
-        _add_zigzag(collector, copy.x[nodes], copy.u[nodes, :3], size)
+        _add_zigzag(collector, copy.x[nodes], copy.motions.shift[nodes], size)
         return
     middle = copy.x[nodes].mean(axis=0) if at is None else at
     way = span / distance if distance > 0.01 * length else _stiffest(spring, copy)

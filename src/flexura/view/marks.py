@@ -9,14 +9,15 @@ import numpy as np
 from flexura.mechanism import TOP, matching
 from flexura.structure import FullOrderModel
 from flexura.view.meshes import Array, Index, Mesh, box, cone, frame_along
+from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind
 
 MOST_NODES = 160
 """More nodes than this are not marked; they would hide the mechanism."""
 
 
-def add_marks(collector: Collector, model: FullOrderModel, u: Array) -> None:
-    """Add supports and nodes; u (n_nodes, 6) are the displacements of the nodes."""
+def add_marks(collector: Collector, model: FullOrderModel, motions: Motions) -> None:
+    """Add supports and nodes, moving with the nodes."""
     size = collector.size
     bodies = _body_nodes(model)
     supports = [(node, held) for node, held in _supported(model) if not (all(held) and node in bodies)]
@@ -30,11 +31,11 @@ def add_marks(collector: Collector, model: FullOrderModel, u: Array) -> None:
             mark = cone(0.022 * size, 0.036 * size, footing.frame[0])
             points, kind, faces = mark.points, Kind.PARTLY_HELD, mark.faces
         points = points + model.geometry.positions[node]
-        collector.mesh(Mesh(points, faces), np.broadcast_to(u[node, :3], points.shape), kind)
+        collector.mesh(Mesh(points, faces), np.broadcast_to(motions.shift[node], points.shape), kind)
     nodes = shared_nodes(model)
     if len(nodes) <= MOST_NODES:
         for node in nodes:
-            collector.dot(model.geometry.positions[node], u[node, :3], Kind.NODE)
+            collector.dot(model.geometry.positions[node], motions.shift[node], Kind.NODE)
 
 
 def _supported(model: FullOrderModel) -> list[tuple[int, tuple[bool, ...]]]:

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, shape_functions
 from flexura.structure import Part, PartGeometry, SectionGroup
+from flexura.view.bent_members import Stations, bent_axes
 from flexura.view.meshes import Array, Index, loft_faces, polygon, square
+from flexura.view.motions import Motions
 
 _ROUND = ("circle", "round", "tube", "constants")
 _VARYING = ("notch", "round", "two_axis")
@@ -58,8 +60,9 @@ LEVELS = (
 class Surfaces(NamedTuple):
     """Members of one group in all copies of a part, global frame.
 
-    points, motions: (c, m, p, 3), m, and the motion of each point for the displacements given; faces: (f, 4) over
-    the p points, or lines (l, 2) when members are drawn as lines; is_flexure: (m,); members: (m,), their numbers.
+    points, motions: (c, m, p, 3), m, and the motion of each point with the nodes; faces: (f, 4) over the p points, or
+    lines (l, 2) when members are drawn as lines; is_flexure: (m,); members: (m,), their numbers; along: (p,), where the
+    points are, as a fraction of the length.
     """
 
     points: Array
@@ -67,20 +70,24 @@ class Surfaces(NamedTuple):
     faces: Index
     is_flexure: NDArray[np.bool_]
     members: Index
+    along: Array
 
 
 class Placing(NamedTuple):
-    """Copies of a part: Q (c, 3, 3) and t (c, 3) place it in the global frame; u (c, n, 6) are the displacements
-    of its nodes, global frame."""
+    """Copies of a part: Q (c, 3, 3) and t (c, 3) place it in the global frame; its nodes (c, n) have motions."""
 
     Q: Array
     t: Array
-    u: Array
+    motions: Motions
+
+    def nodes(self, geometry: PartGeometry) -> Array:
+        """Positions (c, n, 3), m, of the nodes at rest."""
+        return geometry.positions @ np.swapaxes(self.Q, -1, -2) + self.t[:, None]
 
     def end_displacements(self, T: Array, connectivity: Index) -> Array:
         """Displacements (c, e, 12) of the element ends in the elements' axes; rotations are axial vectors."""
         handed = np.linalg.det(self.Q).round()[:, None, None]
-        own = np.concatenate([self.u[..., :3] @ self.Q, handed * (self.u[..., 3:] @ self.Q)], axis=-1)
+        own = np.concatenate([self.motions.shift @ self.Q, handed * (self.motions.rotations @ self.Q)], axis=-1)
         ends = own[:, connectivity].reshape(len(own), len(connectivity), 12)
         return np.einsum("eij,cej->cei", T, ends)
 
@@ -104,18 +111,36 @@ def member_surfaces(
         fractions = station_fractions(group, detail.segments(group, n))
         section = group.properties(values, nu[at], L, fractions)
         rings = _rings(group, section, L, fractions, detail)
-        along, motion = _stations(part, at, n, L, fractions, d)
-        u, turn = motion[:, :, rings.station, None, :3], motion[:, :, rings.station, None, 3:]
         local = np.zeros((*rings.across.shape[:-1], 3))
         local[..., 1:] = rings.across
-        moved = u + np.cross(turn, local)
-        local[..., 0] = along[:, rings.station, None]
-        flat = (len(at), -1, 3)
-        R = geometry.R[at]
-        points = local.reshape(flat) @ R + start[at, None]
-        moved = moved.reshape(len(d), *flat) @ R
-        Qt = np.swapaxes(placing.Q, -1, -2)[:, None]
-        yield Surfaces(points @ Qt + placing.t[:, None, None], moved @ Qt, rings.faces, is_flexure[at], at)
+        R = geometry.R[at] @ np.swapaxes(placing.Q, -1, -2)[:, None]
+        first = start[at] @ np.swapaxes(placing.Q, -1, -2) + placing.t[:, None]
+        along = (L[:, None] * fractions)[:, rings.station, None, None]
+        points = first[:, :, None, None] + along * R[:, :, None, None, 0] + local @ R[:, :, None]
+        if placing.motions.is_finite:
+            where, axes = bent_axes(
+                _ends(part, at, n, L, fractions, geometry, placing), placing.nodes(geometry), R, placing.motions
+            )
+            moved = where[:, :, rings.station, None] + local @ axes[:, :, rings.station] - points
+        else:
+            u, turn = np.split(_stations(part, at, n, L, fractions, d)[:, :, rings.station, None], 2, axis=-1)
+            moved = (u + np.cross(turn, local)) @ R[:, :, None]
+        flat = (*points.shape[:2], -1, 3)
+        share = np.repeat(fractions[rings.station], rings.across.shape[2])
+        yield Surfaces(points.reshape(flat), moved.reshape(flat), rings.faces, is_flexure[at], at, share)
+
+
+def _ends(
+    part: Part, at: Index, n: int, L: Array, fractions: Array, geometry: PartGeometry, placing: Placing
+) -> Stations:
+    """The elements in which stations of members are."""
+    k = np.minimum((fractions * n).astype(np.intp), n - 1)
+    nodes = part.connectivity[part.first[at][:, None] + k]
+    start = geometry.positions[part.ends[at, 0]] + geometry.offsets[at, 0]
+    share = (np.stack([k, k + 1], axis=-1) / n)[..., None]
+    ends = start[:, None, None] + share * (L[:, None] * geometry.R[at, 0])[:, None, None]
+    arms = (ends - geometry.positions[nodes]) @ np.swapaxes(placing.Q, -1, -2)[:, None, None]
+    return Stations(fractions * n - k, (L / n)[:, None], nodes, arms)
 
 
 def station_fractions(group: SectionGroup, segments: int) -> Array:
@@ -174,8 +199,8 @@ def _rings(group: SectionGroup, section: SectionProperties, L: Array, fractions:
     return _Rings(station, across, loft_faces(S + 2, len(outline)))
 
 
-def _stations(part: Part, at: Index, n: int, L: Array, fractions: Array, d: Array) -> tuple[Array, Array]:
-    """Positions (m, s), m, of stations along the members and the motion (c, m, s, 6) there, member axes.
+def _stations(part: Part, at: Index, n: int, L: Array, fractions: Array, d: Array) -> Array:
+    """Small motions (c, m, s, 6) of stations along the members, member axes.
 
     Inside an element the motion follows the shape functions without shear, whatever its section (eq. 12 of the RPR
     paper): it is exact at the nodes.
@@ -187,4 +212,4 @@ def _stations(part: Part, at: Index, n: int, L: Array, fractions: Array, d: Arra
     x = (fractions * n - k) * length
     N = shape_functions(x, 1.0, 1.0, section, np.broadcast_to(length, x.shape), 0.0)
     ends = d[:, part.first[at][:, None] + k]
-    return fractions * L[:, None], np.einsum("msij,cmsj->cmsi", N, ends)
+    return np.einsum("msij,cmsj->cmsi", N, ends)

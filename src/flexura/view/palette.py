@@ -53,3 +53,8 @@ GHOST = (0.90, 0.91, 0.92)
 def displacement_colours(share: ArrayLike) -> Array:
     """Colours (..., 3), RGB, of displacements (...) relative to the largest."""
     return colormaps["viridis"](0.04 + 0.92 * np.clip(share, 0.0, 1.0))[..., :3]
+
+
+def stress_colours(share: ArrayLike) -> Array:
+    """Colours (..., 3), RGB, of stresses (...) relative to the largest."""
+    return colormaps["YlOrRd"](0.98 * np.clip(share, 0.0, 1.0))[..., :3]

@@ -181,9 +181,13 @@ def _triangles(
 
 def rest_triangles(parts: Solids, view: View, clear_bodies: bool) -> tuple[Triangles, Triangles]:
     """A mechanism at rest, coloured by kind, rigid bodies see-through or not."""
+    return _triangles(parts, parts.points, view, *rest_colours(parts), clear_bodies=clear_bodies)
+
+
+def rest_colours(parts: Solids) -> tuple[Array, Array]:
+    """Colours by kind of faces (f, 4, 3) and lines (l, 3)."""
     colours = np.array([COLOURS[kind] for kind in Kind])
-    faces = np.repeat(colours[parts.face_kinds][:, None], 4, axis=1)
-    return _triangles(parts, parts.points, view, faces, colours[parts.line_kinds], clear_bodies=clear_bodies)
+    return np.repeat(colours[parts.face_kinds][:, None], 4, axis=1), colours[parts.line_kinds]
 
 
 def mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles, Triangles]:
@@ -194,10 +198,20 @@ def mode_triangles(parts: Solids, view: View, scale: float) -> tuple[Triangles, 
     faces = colours[parts.faces]
     still = parts.face_kinds == Kind.CLAMP
     faces[still] = own[Kind.CLAMP]
-    moved = parts.points + scale * parts.motions
     lines = 0.85 * colours[parts.lines].mean(axis=1)
     lines[parts.line_kinds == Kind.ARM] = own[Kind.ARM]
-    solid, glass = _triangles(parts, moved, view, faces, lines)
+    return over_ghost(parts, view, scale, faces, lines)
+
+
+def over_ghost(
+    parts: Solids, view: View, scale: float, faces: Array, lines: Array, clear_bodies: bool = False
+) -> tuple[Triangles, Triangles]:
+    """A mechanism that has moved by `scale` times its motions, in colours, in front of its ghost at rest.
+
+    faces: (f, 4, 3), lines: (l, 3), RGB; rigid bodies see-through or not.
+    """
+    moved = parts.points + scale * parts.motions
+    solid, glass = _triangles(parts, moved, view, faces, lines, clear_bodies=clear_bodies)
     grey = np.array(GHOST)
     rest = np.broadcast_to(grey, (*parts.faces.shape, 3)), np.broadcast_to(grey, (len(parts.lines), 3))
     behind = Triangles.joined(list(_triangles(parts, parts.points, view, *rest, ghost=True)))

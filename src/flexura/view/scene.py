@@ -37,7 +37,7 @@ class Solids:
 
     points: (v, 3), m, undeformed, global frame; motions: (v, 3), what the displacements given move them by;
     faces: (f, 4), lines: (l, 2) and dots: (d,) index the points; the kinds go with them. rotation: largest rotation of
-    any node in the displacements given.
+    any node in the displacements given. values: (v,), what colours the points, NaN where nothing does.
     """
 
     points: Array
@@ -48,7 +48,8 @@ class Solids:
     line_kinds: Index
     dots: Index
     dot_kinds: Index
-    rotation: float = 0.0
+    rotation: float
+    values: Array
 
     @property
     def kinds(self) -> set[Kind]:
@@ -77,6 +78,7 @@ class Collector:
 
     _points: list[Array] = field(default_factory=list)
     _motions: list[Array] = field(default_factory=list)
+    _values: list[Array] = field(default_factory=list)
     _cells: dict[str, list[Index]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
     _kinds: dict[str, list[Index]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
     _count: int = 0
@@ -96,10 +98,18 @@ class Collector:
         """Add a dot."""
         self._add("dots", point[None], motion[None], np.zeros(1, dtype=np.intp), np.full(1, kind))
 
-    def grid(self, points: Array, motions: Array, cells: Index, kinds: Index, mirrored: NDArray[np.bool_]) -> None:
+    def grid(
+        self,
+        points: Array,
+        motions: Array,
+        cells: Index,
+        kinds: Index,
+        mirrored: NDArray[np.bool_],
+        values: Array | None = None,
+    ) -> None:
         """Add equal meshes: points, motions (c, m, p, 3), faces (f, 4) or lines (l, 2) over the p points.
 
-        `kinds` (c, m) goes by member; `mirrored` (c,) turns faces the other way round.
+        `kinds` (c, m) goes by member; `mirrored` (c,) turns faces the other way round; `values` (c, m, p) colour.
         """
         c, m, p, _ = points.shape
         first = p * np.arange(c * m).reshape(c, m, 1, 1)
@@ -107,11 +117,15 @@ class Collector:
         numbered[mirrored] = numbered[mirrored][..., ::-1]
         kind = np.broadcast_to(kinds[:, :, None], (c, m, len(cells))).ravel()
         shape = "faces" if cells.shape[1] == 4 else "lines"
-        self._add(shape, points.reshape(-1, 3), motions.reshape(-1, 3), numbered.reshape(-1, cells.shape[1]), kind)
+        cells = numbered.reshape(-1, cells.shape[1])
+        self._add(shape, points.reshape(-1, 3), motions.reshape(-1, 3), cells, kind, values)
 
-    def _add(self, shape: str, points: Array, motions: Array, cells: Index, kinds: Index) -> None:
+    def _add(
+        self, shape: str, points: Array, motions: Array, cells: Index, kinds: Index, values: Array | None = None
+    ) -> None:
         self._points.append(points)
         self._motions.append(motions)
+        self._values.append(np.full(len(points), np.nan) if values is None else values.ravel())
         self._cells[shape].append(cells + self._count)
         self._kinds[shape].append(kinds)
         self._count += len(points)
@@ -150,4 +164,5 @@ class Collector:
             joined(cells["dots"]),
             joined(kinds["dots"]),
             rotation,
+            np.concatenate([np.empty(0), *self._values]),
         )

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexura.analysis import StressProfile
 from flexura.errors import OptionError
+from flexura.motion import Frames
 from flexura.solid.mesh import SurfaceShape
 from flexura.structure import FullOrderModel
 from flexura.view.discrete_elements import add_discrete_elements
 from flexura.view.marks import add_marks
-from flexura.view.members import LEVELS, Detail, Placing, member_surfaces
+from flexura.view.members import LEVELS, Detail, Placing, Surfaces, member_surfaces
 from flexura.view.meshes import Array, Mesh
+from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind, Solids
 
 FACE_BUDGET = 20_000
@@ -33,12 +36,32 @@ def solids(
     """
     model.plan.refuse_pose("pictures")
     u = node_motions(model, displacements)
+    turned = float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0)))
+    return _collected(model, Motions.small(u), doubted).solids(turned)
+
+
+def moved_solids(model: FullOrderModel, frames: Frames, profiles: Mapping[str, Sequence[StressProfile]]) -> Solids:
+    """The solids of a mechanism whose nodes have moved and turned as far as their frames have.
+
+    `motions` lead from rest to there; `values` are stresses, Pa, by `profiles` of all prototypes, of the first state.
+    Raises OptionError when the model holds a stack of designs.
+    """
+    node_motions(model, None)
+    return _collected(model, Motions.finite(model, frames), frozenset(), profiles).solids(0.0)
+
+
+def _collected(
+    model: FullOrderModel,
+    motions: Motions,
+    doubted: Collection[str],
+    profiles: Mapping[str, Sequence[StressProfile]] | None = None,
+) -> Collector:
     collector = Collector()
-    _add_members(collector, model, u, _detail(model), doubted)
+    _add_members(collector, model, motions, doubted, profiles or {})
     collector.include(model.geometry.positions)
-    add_discrete_elements(collector, model, u, doubted)
-    add_marks(collector, model, u)
-    return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
+    add_discrete_elements(collector, model, motions, doubted)
+    add_marks(collector, model, motions)
+    return collector
 
 
 def meshed_solids(
@@ -50,8 +73,9 @@ def meshed_solids(
     for surface in surfaces:
         collector.mesh(Mesh(surface.points, surface.facets), surface.displacement[:, :, mode], Kind.FLEXURE)
     collector.include(model.geometry.positions)
-    add_discrete_elements(collector, model, u)
-    add_marks(collector, model, u)
+    motions = Motions.small(u)
+    add_discrete_elements(collector, model, motions)
+    add_marks(collector, model, motions)
     return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
 
 
@@ -85,13 +109,17 @@ def _detail(model: FullOrderModel) -> Detail:
 
 
 def _add_members(
-    collector: Collector, model: FullOrderModel, u: Array, detail: Detail, doubted: Collection[str]
+    collector: Collector,
+    model: FullOrderModel,
+    motions: Motions,
+    doubted: Collection[str],
+    profiles: Mapping[str, Sequence[StressProfile]],
 ) -> None:
-    geometry = model.geometry
+    geometry, detail = model.geometry, _detail(model)
     for name, part in model.plan.parts.items():
         placed = model.plan.topology.copies[name]
         nodes = np.array(placed.offset)[:, None] + np.arange(part.n_nodes)
-        placing = Placing(geometry.Q[placed.number], geometry.t[placed.number], u[nodes])
+        placing = Placing(geometry.Q[placed.number], geometry.t[placed.number], motions.of(nodes))
         mirrored = np.linalg.det(placing.Q) < 0
         own, T, keys = geometry.parts[name], geometry.T[name], list(part.members)
         for surface in member_surfaces(part, model.values, own, T, placing, detail):
@@ -103,4 +131,21 @@ def _add_members(
                     kinds[c, [{".".join((*path, key)), label} & set(doubted) != set() for key, label in own_names]] = (
                         Kind.DOUBTED
                     )
-            collector.grid(surface.points, surface.motions, surface.faces, kinds, mirrored)
+            stress = _stresses(surface, profiles.get(name, ()))
+            collector.grid(surface.points, surface.motions, surface.faces, kinds, mirrored, stress)
+
+
+def _stresses(surface: Surfaces, profiles: Sequence[StressProfile]) -> Array | None:
+    """Stresses (c, m, p), Pa, at the points of members, the largest from there halfway to the next; None where they are
+    not known."""
+    for profile in profiles:
+        if np.array_equal(profile.members, surface.members):
+            stations, number = np.unique(surface.along, return_inverse=True)
+            middles = (stations[1:] + stations[:-1]) / 2
+            found = np.empty((*profile.von_mises.shape[:2], len(stations)))
+            for m, x in enumerate(profile.fractions):
+                for c, own in enumerate(profile.von_mises[:, m, :, 0]):
+                    found[c, m] = np.interp(stations, x, own)
+                    np.maximum.at(found[c, m], np.searchsorted(middles, x), own)
+            return found[..., number]
+    return None

@@ -11,15 +11,13 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from flexura.analysis import Stroke
 from flexura.arguments import verb
-from flexura.errors import OptionError
+from flexura.errors import OptionError, foremost
 from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS
 from flexura.view.files import save_figures
 from flexura.view.identification import _figure, _style
 from flexura.view.palette import INK
-
-MOST_WARNINGS = 3
-"""Warnings that stand below the curves."""
+from flexura.view.poses import draw_poses
 
 LEAST_SPAN = 10.0
 """Least ratio of the ends of a logarithmic axis."""
@@ -29,11 +27,13 @@ DOFS = ("x", "y", "z", "about x", "about y", "about z")
 
 @verb
 def save_stroke(result: Stroke, folder: Path | str) -> list[Path]:
-    """Write `stroke.png` into a folder, complete or not at all.
+    """Write `stroke.png`, curves over at least two poses, and `poses.png`, the first, a middle and the last one, into a
+    folder, complete or not at all.
 
-    Raises OptionError when the folder cannot be written to, and for a stroke of fewer than two poses.
+    Returns the paths, none where there is no pose. Raises OptionError when the folder cannot be written to.
     """
-    return save_figures({"stroke.png": draw_stroke(result)}, folder)
+    figures = {"stroke.png": draw_stroke(result)} if len(result.poses) > 1 else {}
+    return save_figures(figures | ({"poses.png": draw_poses(result)} if result.poses else {}), folder)
 
 
 @verb
@@ -59,17 +59,11 @@ def draw_stroke(result: Stroke) -> Figure:
         axes.set_xlim(x.min(), x.max())
         _style(axes)
     figure.suptitle(f"{result.name}: over its stroke, {len(result.poses)} poses", fontsize=10, color=INK)
-    foot(figure, [str(warning) for warning in result.warnings[:MOST_WARNINGS]], _left_out(result))
+    foot(figure, foremost(result.warnings, 1), result.notes)
     return figure
 
 
 SHOWN = {"m": ("mm", 1e3), "rad": ("degrees", 180 / np.pi)}
-
-
-def _left_out(result: Stroke) -> list[str]:
-    """Notes, and how many warnings there are beside those that are shown."""
-    more = len(result.warnings) - MOST_WARNINGS
-    return [*result.notes, *([f"and {more} more warnings"] if more > 0 else [])]
 
 
 def _turns(name: str) -> bool:

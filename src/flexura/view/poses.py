@@ -1,0 +1,194 @@
+"""A mechanism at poses of its stroke: where everything is, to scale, with stress as colour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from flexura.analysis import Stroke, StrokePose
+from flexura.arguments import verb
+from flexura.errors import OptionError, foremost
+from flexura.view.annotations import colour_scale, line_height, remark_lines, triad
+from flexura.view.camera import Camera, View
+from flexura.view.meshes import Array
+from flexura.view.palette import INK, WARNING, stress_colours
+from flexura.view.pictures import DPI, HIDDEN, camera_for, new_figure, over_ghost, paint, rest_colours
+from flexura.view.raster import Triangles
+from flexura.view.scene import Solids
+from flexura.view.solids import moved_solids
+from flexura.view.viewpoint import visible_flexures
+
+MOST_POSES = 6
+"""Poses in one picture."""
+
+WIDTH = 12.0
+"""Width of the picture, inches."""
+
+SIDES = (0.02, 0.905)
+"""Where the poses begin and end, of the width."""
+
+LEAST_HEIGHT, MOST_HEIGHT = 1.8, 5.0
+"""Height of a pose, inches."""
+
+
+class _Panel(NamedTuple):
+    """A pose and where it is drawn: left, bottom, width and height, inches."""
+
+    pose: StrokePose
+    parts: Solids
+    area: tuple[float, float, float, float]
+
+
+@verb
+def draw_poses(
+    result: Stroke, poses: Sequence[int] | None = None, *, elev: float | None = None, azim: float | None = None
+) -> Figure:
+    """Draw the mechanism at some poses of its stroke, by their numbers, each over a ghost of the mechanism at rest.
+
+    poses: up to 6; by default the first, the one in the middle and the last. Everything is where it is, and not
+    exaggerated: members are bent, bodies turned. Colour is the largest von Mises stress in the section, notch factors
+    included; links and flexures whose stress is not known, and all else, have the colours of their kind. elev, azim as
+    in `draw_mechanism`. Returns a Figure. Raises OptionError for poses that are not there.
+    """
+    numbers = _numbers(result, poses)
+    scenes = [moved_solids(result.model, result.frames[k], result.stress_profiles(k)) for k in numbers]
+    camera = camera_for(scenes[0], elev, azim)
+    outline = np.concatenate([own for parts in scenes for own in (parts.points, parts.points + parts.motions)])
+    figure, panels = _laid_out(result, [result.poses[k] for k in numbers], scenes, camera, outline)
+    largest = max(float(np.nanmax(parts.values, initial=0.0)) for parts in scenes)
+    clear = visible_flexures(scenes[0], camera) < HIDDEN
+    painting: list[tuple[Triangles, Triangles]] = []
+    views = [_view(panel, camera, outline) for panel in panels]
+    for panel, view in zip(panels, views, strict=True):
+        painting.append(_triangles(panel.parts, view, largest, clear))
+    solid, glass = (Triangles.joined(list(part)) for part in zip(*painting, strict=True))
+    axes, _ = paint(figure, solid, glass)
+    _scale_bar(axes, views[0], panels[0])
+    height = figure.get_figheight()
+    triad(figure, camera, (0.925, 0.02, 0.06, 0.06 * WIDTH / height))
+    if largest > 0:
+        _stress_bar(figure, largest)
+    return figure
+
+
+def _numbers(result: Stroke, poses: Sequence[int] | None) -> list[int]:
+    """Which poses are drawn. Raises OptionError."""
+    count = len(result.poses)
+    if not count:
+        raise OptionError("there is no pose to be drawn")
+    if poses is None:
+        return sorted({0, (count - 1) // 2, count - 1})
+    numbers = list(poses)
+    if not 1 <= len(numbers) <= MOST_POSES or not all(isinstance(k, int) and 0 <= k < count for k in numbers):
+        raise OptionError(f"1 to {MOST_POSES} poses are drawn, by their numbers from 0 to {count - 1}, not {poses!r}")
+    return numbers
+
+
+def _laid_out(
+    result: Stroke, poses: list[StrokePose], scenes: list[Solids], camera: Camera, outline: Array
+) -> tuple[Figure, list[_Panel]]:
+    """A figure with headings, and a panel for each pose, three in a row."""
+    count = len(poses)
+    columns = count if count <= 3 else -(-count // 2)
+    extent = np.ptp(outline @ camera.axes[:2].T, axis=0)
+    width = (SIDES[1] - SIDES[0]) * WIDTH / columns
+    height = float(np.clip(0.92 * width * extent[1] / max(extent[0], 1e-300), LEAST_HEIGHT, MOST_HEIGHT))
+    rows, row = -(-count // columns), height + 0.85
+    said = remark_lines(foremost(result.warnings, 1), "warning", 0.85 * WIDTH, 8.5)
+    foot = 0.45 + len(said) * 1.35 * 8.5 / 72
+    total = 0.85 + rows * row + foot
+    figure = new_figure((WIDTH, total))
+    style = {"va": "top", "parse_math": False}
+    figure.text(0.03, 1 - 0.16 / total, result.name, size=14, weight="bold", color=INK, **style)
+    figure.text(
+        0.03, 1 - 0.45 / total, "over its stroke, to scale; light grey: at rest", size=9.5, color="0.35", **style
+    )
+    if said:
+        style = {"va": "bottom", "size": 8.5, "color": WARNING, "linespacing": 1.35, "parse_math": False}
+        figure.text(0.03, 0.08 / total, "\n".join(said), **style)
+    panels = []
+    for k, (pose, parts) in enumerate(zip(poses, scenes, strict=True)):
+        left = SIDES[0] * WIDTH + (k % columns) * width
+        bottom = foot + (rows - 1 - k // columns) * row
+        panels.append(_Panel(pose, parts, (left + 0.04 * width, bottom, 0.92 * width, height)))
+        middle, above = (left + width / 2) / WIDTH, (bottom + row) / total
+        style = {"ha": "center", "va": "top", "parse_math": False}
+        title = ", ".join(f"{name} = {_in_units(value, result.units[name])}" for name, value in pose.varied.items())
+        figure.text(middle, above, title, size=12 if len(title) < 34 else 9.5, weight="bold", color=INK, **style)
+        figure.text(
+            middle, above - 1.6 * line_height(figure, 9.5), _told(pose), size=9, color="0.35", linespacing=1.35, **style
+        )
+    return figure, panels
+
+
+def _in_units(value: float, unit: str) -> str:
+    """What is prescribed: displacements in mm or degrees."""
+    if unit == "rad":
+        return f"{_number(np.degrees(value), 4)}\N{DEGREE SIGN}"
+    return f"{_number(1e3 * value, 4)} mm" if unit == "m" else f"{_number(value, 4)} {unit}"
+
+
+def _told(pose: StrokePose) -> str:
+    """What holds a pose, and how far it is from yield."""
+    told = [f"{_number(force, 3)} {'N m' if _turns(name) else 'N'}" for name, force in pose.reaction.items()]
+    told += [f"f1 {_number(hertz, 4)} Hz" for hertz in pose.frequency_hz[:1]]
+    margin = np.inf if pose.stress_margin is None else pose.stress_margin
+    return ", ".join(told) + (f"\nyields at {_number(margin, 3)} times this stress" if np.isfinite(margin) else "")
+
+
+def _number(value: float, digits: int) -> str:
+    """A number in so many digits, without an exponent where it is not far from one."""
+    if abs(value) < 1e-9:
+        return "0"
+    return f"{float(f'{value:.{digits}g}'):.10g}".replace("-", "\N{MINUS SIGN}")
+
+
+def _turns(name: str) -> bool:
+    return name.rpartition(".")[2].startswith("r")
+
+
+def _view(panel: _Panel, camera: Camera, outline: Array) -> View:
+    left, bottom, width, height = (DPI * inches for inches in panel.area)
+    return View.fitting(camera, outline, np.array([left, bottom]), np.array([left + width, bottom + height]))
+
+
+def _triangles(parts: Solids, view: View, largest: float, clear: bool) -> tuple[Triangles, Triangles]:
+    """A pose in front of the ghost, coloured by stress where it is known."""
+    faces, lines = rest_colours(parts)
+    colours = stress_colours(np.nan_to_num(parts.values) / (largest or 1.0))
+    of_faces, of_lines = (parts.values[corners] for corners in (parts.faces, parts.lines))
+    faces = np.where(np.isnan(of_faces)[..., None], faces, colours[parts.faces])
+    lines = np.where(np.isnan(of_lines).any(axis=1)[:, None], lines, colours[parts.lines].mean(axis=1))
+    return over_ghost(parts, view, 1.0, faces, lines, clear)
+
+
+def _scale_bar(axes: Axes, view: View, panel: _Panel) -> None:
+    """A bar of round length in the plane of the picture."""
+    left, bottom, width, _ = (DPI * inches for inches in panel.area)
+    wanted = 0.22 * width / view.scale
+    decade = 10.0 ** np.floor(np.log10(wanted))
+    length = max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= wanted)
+    x = left + np.array([0.0, length * view.scale])
+    y = bottom - 0.22 * DPI
+    axes.plot(x, [y, y], color=INK, lw=1.6, solid_capstyle="butt")
+    label = f"{1e3 * length:g} mm" if length >= 1e-4 else f"{1e6 * length:g} \N{MICRO SIGN}m"
+    axes.text(float(x.mean()), y + 6, label, size=8, ha="center", va="bottom", color=INK)
+
+
+def _stress_bar(figure: Figure, largest: float) -> None:
+    """The scale of stress, MPa."""
+    top = largest / 1e6
+    ticks = [tick for tick in MaxNLocator(5).tick_values(0.0, top) if 0 <= tick <= top]
+    colour_scale(
+        figure,
+        (0.925, 0.36, 0.010, 0.40),
+        stress_colours(np.linspace(0, 1, 256)),
+        [tick / top for tick in ticks],
+        [f"{tick:g}" for tick in ticks],
+        "largest stress\nin section, MPa",
+    )
