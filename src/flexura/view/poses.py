@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -98,7 +99,7 @@ def _laid_out(
     extent = np.ptp(outline @ camera.axes[:2].T, axis=0)
     width = (SIDES[1] - SIDES[0]) * WIDTH / columns
     height = float(np.clip(0.92 * width * extent[1] / max(extent[0], 1e-300), LEAST_HEIGHT, MOST_HEIGHT))
-    rows, row = -(-count // columns), height + 0.85
+    rows, row = -(-count // columns), height + 0.9
     said = remark_lines(foremost(result.warnings, 1), "warning", 0.85 * WIDTH, 8.5)
     foot = 0.45 + len(said) * 1.35 * 8.5 / 72
     total = 0.85 + rows * row + foot
@@ -118,12 +119,21 @@ def _laid_out(
         panels.append(_Panel(pose, parts, (left + 0.04 * width, bottom, 0.92 * width, height)))
         middle, above = (left + width / 2) / WIDTH, (bottom + row) / total
         style = {"ha": "center", "va": "top", "parse_math": False}
-        title = ", ".join(f"{name} = {_in_units(value, result.units[name])}" for name, value in pose.varied.items())
+        title = _title(result, pose)
         figure.text(middle, above, title, size=12 if len(title) < 34 else 9.5, weight="bold", color=INK, **style)
         figure.text(
-            middle, above - 1.6 * line_height(figure, 9.5), _told(pose), size=9, color="0.35", linespacing=1.35, **style
+            middle, above - 2.1 * line_height(figure, 9.5), _told(pose), size=9, color="0.35", linespacing=1.35, **style
         )
     return figure, panels
+
+
+def _title(result: Stroke, pose: StrokePose) -> str:
+    """What is prescribed at a pose, equal values of one unit together, in at most two lines."""
+    names: dict[str, list[str]] = {}
+    for name, value in pose.varied.items():
+        names.setdefault(_in_units(value, result.units[name]), []).append(name)
+    told = [f"{own[0]}{f' and {len(own) - 1} more' if len(own) > 1 else ''} = {value}" for value, own in names.items()]
+    return "\n".join(textwrap.wrap(", ".join(told), 50, max_lines=2, placeholder=" ..."))
 
 
 def _in_units(value: float, unit: str) -> str:
@@ -161,9 +171,9 @@ def _triangles(parts: Solids, view: View, largest: float, clear: bool) -> tuple[
     """A pose in front of the ghost, coloured by stress where it is known."""
     faces, lines = rest_colours(parts)
     colours = stress_colours(np.nan_to_num(parts.values) / (largest or 1.0))
-    of_faces, of_lines = (parts.values[corners] for corners in (parts.faces, parts.lines))
-    faces = np.where(np.isnan(of_faces)[..., None], faces, colours[parts.faces])
-    lines = np.where(np.isnan(of_lines).any(axis=1)[:, None], lines, colours[parts.lines].mean(axis=1))
+    faces = np.where(np.isnan(parts.values[parts.faces][..., None]), faces, colours[parts.faces])
+    unknown = np.isnan(parts.values[parts.lines].sum(axis=1, keepdims=True))
+    lines = np.where(unknown, lines, colours[parts.lines].mean(axis=1))
     return over_ghost(parts, view, 1.0, faces, lines, clear)
 
 
