@@ -90,7 +90,11 @@ def test_colours_are_stresses(stage):
         assert np.nanmax(scene(stage, k).values) == pytest.approx(largest)
 
 
-def test_no_text_meets_another(stage):
+@pytest.mark.parametrize(
+    "move", [{"table.x": (0, 5e-4)}, {"table.x": (0, 5e-4), "table.y": (0, 3e-4), "table.rz": 1e-4}]
+)
+def test_no_text_meets_another(move):
+    stage = fx.stroke(fx.load(EXAMPLES / "xy_stage" / "xy_stage.yaml"), move=move, steps=3, n=1)
     figure = draw_poses(stage)
     canvas = RendererAgg(figure.bbox.width, figure.bbox.height, figure.dpi)
     texts = [text for text in figure.texts if text.get_text().strip()]
@@ -100,7 +104,7 @@ def test_no_text_meets_another(stage):
         assert box.x0 >= 0
         assert box.x1 <= figure.bbox.width
         assert not any(box.overlaps(other) for other in boxes[i + 1 :])
-    words = " ".join(text.get_text() for text in texts)
+    words = " ".join(text.get_text() for text in texts).replace("\N{NO-BREAK SPACE}", " ")
     assert "table.x = 0.25 mm" in words
     assert "e+" not in words
 
