@@ -1,9 +1,9 @@
 """A leaf 100 x 30 x 0.5 mm between parallel ends, moved sideways, as a solid by CalculiX with NLGEOM.
 
-C3D20R, finer towards both clamps: meshes of two layers, and of 30 x 10 cells with one more ring of half their size, differ
-from this one by less than 1.5e-3. Skipped where the program `ccx` (Debian package calculix-ccx) is not installed. What is
-left between solid and beams is theirs: held warping is taken as under constant torque, and sections of a solid bend
-across where a leaf bends.
+C3D20R, finer towards both clamps: meshes of two layers, and of 30 x 10 cells with one more ring of half their size,
+differ from this one by less than 1.5e-3. Skipped where `ccx` (Debian package calculix-ccx) is not installed.
+What is left between solid and beams is theirs: held warping is taken as under constant torque, and sections of a solid
+bend across where a leaf bends.
 """
 
 import re
