@@ -220,7 +220,11 @@ def test_a_described_pose_is_written_and_read_back(damped: fx.Mechanism, tmp_pat
     [
         ("at: {carriage: {y: 12}}", "a length carries a unit"),
         ("at: {carriage: {y: 12 deg}}", "length"),
-        ("at: {carriage: {}}", "a displacement names at least one axis"),
+        ("at: {carriage: {}}", "either displacements of a node or one command of an actuator"),
+        ("at: {carriage: {y: 1 mm, force: 1 N}}", "either displacements of a node or one command"),
+        ("at: {coil: {expansion: 1 um}}", "coil has no command of this kind"),
+        ("at: {coyl: {force: 1 N}}", "there is no such actuator"),
+        ("at: {coil: {force: 1 mm}}", "force"),
         ("at: {carriage: {ty: 12 mm}}", "ty"),
         ("at: {cariage: {y: 12 mm}}", "did you mean carriage"),
         ("at: {leg1.foot: {y: 12 mm}}", "it cannot move here: it is held"),
@@ -235,7 +239,7 @@ def test_a_pose_that_is_none_is_refused_at_its_place(at: str, said: str) -> None
 def test_poses_that_are_not_reached_or_not_stable_are_named(damped: fx.Mechanism) -> None:
     with pytest.raises(fx.SolverError, match=r"at carriage.y = 0.3 m: no equilibrium"):
         fx.assemble(fx.at(damped, {"carriage.y": 0.3}))
-    with pytest.raises(fx.OptionError, match=r"carriage\.y moves to a finite number"):
+    with pytest.raises(fx.OptionError, match=r"carriage\.y is at a finite number"):
         fx.at(damped, {"carriage.y": float("nan")})
     with pytest.raises(fx.OptionError, match=r"write NODE\.AXIS"):
         fx.at(damped, {"carriage": 0.01})
@@ -263,3 +267,26 @@ def test_what_knows_rest_alone_says_so(bent: tuple[fx.Mechanism, float]) -> None
     # what is described is checked as it is described, and a stroke leads from rest
     assert fx.check(here).to_dict() == fx.check(bent[0]).to_dict()
     assert fx.stroke(here, move={"carriage.y": 1e-3}).poses[0].move == {"carriage.y": 1e-3}
+
+
+def test_commands_lead_to_a_pose_as_displacements_do(damped: fx.Mechanism) -> None:
+    # one node: a dead load; the drive, free under it, is at the same pose
+    moved = fx.stroke(damped, move={"carriage.y": 0.012}, n=4).poses[0]
+    coil = fx.at(damped, {"coil": moved.reaction["carriage.y"]})
+    assert fx.loads(fx.dumps(coil)) == coil
+    assert_allclose(fx.modes(coil, n=4, order="full").frequency_hz, moved.frequency_hz, rtol=1e-7)
+    assert "about the pose coil = " in " ".join(fx.modes(coil, n=4).notes)
+    stage = fx.load(EXAMPLES / "rpr/rpr_piezo.yaml")
+    names = list(fx.check(stage).actuators)
+    half = {name: 25.0 * (k + 1) for k, name in enumerate(names)}
+    pose = fx.stroke(stage, actuators=half, n=4, nodes=["platform"]).poses[-1]
+    here = fx.at(stage, half)
+    assert_allclose(fx.modes(here, n=4, order="full").frequency_hz, pose.frequency_hz, rtol=1e-7)
+    more = fx.stroke(stage, actuators={**half, names[0]: half[names[0]] + 0.1}, n=1, nodes=["platform"]).poses[-1]
+    less = fx.stroke(stage, actuators={**half, names[0]: half[names[0]] - 0.1}, n=1, nodes=["platform"]).poses[-1]
+    slope = np.subtract(more.displacement["platform"], less.displacement["platform"]) / 0.2
+    own = fx.statics(here, actuators={names[0]: 1.0}).displacement("platform")
+    # small rotations from the pose, and what they make of the rotation vector from rest
+    own[3:] -= np.cross(pose.displacement["platform"][3:], own[3:]) / 2
+    scale = np.array([1, 1, 1, 0.05, 0.05, 0.05])
+    _close(own * scale, slope * scale, 1e-5)

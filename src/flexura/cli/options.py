@@ -70,11 +70,18 @@ At = Annotated[
     typer.Option(
         "--at",
         metavar="NODE.AXIS=VALUE",
-        help="About this pose and not at rest, e.g. carriage.y=5mm. May be repeated.",
+        help="About this pose and not at rest, e.g. carriage.y=5mm, or an actuator's command. May be repeated.",
     ),
 ]
-DISPLACED = {"": ("m", "carriage.y=5mm"), "r": ("rad", "platform.rz=10deg")}
-"""Units and examples of displacements, and of rotations."""
+POSED = {
+    "displacement": ("m", "carriage.y=5mm"),
+    "rotation": ("rad", "platform.rz=10deg"),
+    "expansion": ("m", "piezo=10um"),
+    "voltage": ("V", "piezo=75V"),
+    "force": ("N", "coil=2N"),
+    "moment": ("N*m", "motor=10mN*m"),
+}
+"""Units and examples of what a pose is described by."""
 Commands = Annotated[
     list[str] | None,
     typer.Option(
@@ -95,7 +102,7 @@ def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) 
     mechanism = load(file)
     parameters = settings_of(mechanism, settings)
     if pose:
-        mechanism = at(mechanism, pose_of(pose))
+        mechanism = at(mechanism, pose_of(mechanism, pose))
     if has_solid_members(mechanism):
         from flexura.solid.fem import with_solid_parts
 
@@ -167,19 +174,24 @@ _FREQUENCY = ("a positive frequency", "Hz")
 _KINDS = {"s": "a time", "m": "a length"}
 
 
-def pose_of(texts: list[str]) -> dict[str, float]:
-    """Displacements by name, SI. Raises OptionError for text that is none, and for what is named twice."""
+def pose_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
+    """Displacements and commands of actuators by name, SI. Raises OptionError for text that is none, and for what is
+    named twice."""
+    from flexura.mechanism import Layout, command_of, matching
+
+    actuators = Layout(mechanism).actuators()
     found: dict[str, float] = {}
     for text in texts:
         name, equals, number = text.partition("=")
         name = name.strip()
-        unit, example = DISPLACED["r" if name.rpartition(".")[2].startswith("r") else ""]
+        command = next((command_of(actuators[own]) for own in matching(name, actuators)), None)
+        unit, example = POSED[command or ("rotation" if name.rpartition(".")[2].startswith("r") else "displacement")]
         if not equals or not name:
             with named("--at", text):
-                raise OptionError(f"NODE.AXIS=VALUE is expected, with its unit, e.g. {example}")
+                raise OptionError(f"NODE.AXIS=VALUE or ACTUATOR=VALUE is expected, with its unit, e.g. {example}")
         if name in found:
             with named("--at", text):
-                raise OptionError(f"{name} is moved already; give one value")
+                raise OptionError(f"{name} has a value already; give one")
         found[name] = quantity_of("--at", number, unit, example)
     return found
 

@@ -16,7 +16,6 @@ from flexura.mechanism import DampingBand as DampingBand
 from flexura.mechanism import Dashpot as Dashpot
 from flexura.mechanism import DiagonalDamping as DiagonalDamping
 from flexura.mechanism import DiagonalStiffness as DiagonalStiffness
-from flexura.mechanism import Displacement as Displacement
 from flexura.mechanism import EllipticalContour as EllipticalContour
 from flexura.mechanism import Flexure as Flexure
 from flexura.mechanism import ForceActuator as ForceActuator
@@ -42,6 +41,7 @@ from flexura.mechanism import Parameter as Parameter
 from flexura.mechanism import PiezoStack as PiezoStack
 from flexura.mechanism import Plate as Plate
 from flexura.mechanism import PointMass as PointMass
+from flexura.mechanism import Prescribed as Prescribed
 from flexura.mechanism import Rayleigh as Rayleigh
 from flexura.mechanism import Rectangle as Rectangle
 from flexura.mechanism import Reduction as Reduction

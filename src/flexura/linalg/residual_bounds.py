@@ -61,15 +61,16 @@ def _weinstein(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, fl
     return np.sqrt(np.abs(np.einsum("ik,ik->k", r, pencil.M @ r)) / size), shift
 
 
-def static_response(pencil: Pencil, loads: Array, shift: float = 0.0) -> Array:
-    """(K + shift M)^-1 loads (n, k), definite, corrected by residuals in energies until it stands.
+def static_response(pencil: Pencil, loads: Array, shift: float = 0.0, settled: float = UNSETTLED) -> Array:
+    """(K + shift M)^-1 loads (n, k), definite, corrected by residuals in energies until it stands: the last correction
+    changes the root of the work of each load by less than `settled` of it.
 
     Raises SolverError when K is singular, or so close to it that round-off stands in the way.
     """
     Y = solution(pencil, loads, -shift)
     last = solution(pencil, loads - pencil.stiffness(Y) - shift * (pencil.M @ Y), -shift)
     off, size = (np.sqrt(np.abs(np.einsum("ik,ik->k", X, loads))) for X in (last, Y))
-    if (off > UNSETTLED * size).any():
+    if (off > settled * size).any():
         raise SolverError("something can move freely, or is held by less than round-off in the stiffness hides")
     return Y + last
 

@@ -64,8 +64,10 @@ from flexura.mechanism.placement import Turn as Turn
 from flexura.mechanism.placement import reflect as reflect
 from flexura.mechanism.placement import rotation_matrix as rotation_matrix
 from flexura.mechanism.placement import turn as turn
+from flexura.mechanism.pose import COMMANDS as COMMANDS
 from flexura.mechanism.pose import DISPLACEMENTS as DISPLACEMENTS
-from flexura.mechanism.pose import Displacement as Displacement
+from flexura.mechanism.pose import Prescribed as Prescribed
+from flexura.mechanism.pose import command_of as command_of
 from flexura.mechanism.posing import at as at
 from flexura.mechanism.profile import CircularContour as CircularContour
 from flexura.mechanism.profile import CornerFilletedContour as CornerFilletedContour

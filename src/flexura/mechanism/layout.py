@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 
+from flexura.mechanism.channels import Actuator
 from flexura.mechanism.placement import Step, copies
 from flexura.mechanism.substructure import Mechanism, Substructure
 
@@ -71,6 +72,14 @@ class Layout:
     def interface(self, name: str) -> list[str]:
         """Interface nodes of a prototype, as its parent writes them behind the instance's name."""
         return list(self.prototypes[name].interface)
+
+    def actuators(self) -> dict[str, Actuator]:
+        """Actuators as placed, by `NAME` or `INSTANCE.NAME`."""
+        return {
+            ".".join((*path, key)): actuator
+            for path, name in self.instances()
+            for key, actuator in self.prototypes[name].actuators.items()
+        }
 
     def instances(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """Every placed prototype as (path, prototype), parents before children; the mechanism has the empty path."""

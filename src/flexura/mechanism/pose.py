@@ -1,4 +1,4 @@
-"""The pose about which a mechanism is described: displacements that are prescribed, however large."""
+"""The pose about which a mechanism is described: displacements and commands that are prescribed, however large."""
 
 from __future__ import annotations
 
@@ -7,15 +7,23 @@ from typing import Self
 from pydantic import model_validator
 
 from flexura.mechanism.base import Part, refuse
-from flexura.mechanism.quantity import Angle, Length
+from flexura.mechanism.channels import Actuator, MomentActuator, PiezoStack
+from flexura.mechanism.quantity import Angle, Force, Length, Moment, Voltage
 
 DISPLACEMENTS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of displacements along and about the global axes."""
 
+COMMANDS = ("expansion", "voltage", "force", "moment")
+"""Names of the commands of actuators."""
 
-class Displacement(Part):
-    """Where a node is held from rest, global axes: displacements, m, and components of its rotation vector, rad. What
-    is left out stays free."""
+
+class Prescribed(Part):
+    """Where a node is held from rest, global axes: displacements, m, and components of its rotation vector, rad; what
+    is left out stays free.
+
+    Or the command of an actuator: the free expansion of a piezo stack, m, or its voltage, V, where it has a gain; a
+    force, N; a moment, N m.
+    """
 
     x: Length | None = None
     y: Length | None = None
@@ -23,9 +31,29 @@ class Displacement(Part):
     rx: Angle | None = None
     ry: Angle | None = None
     rz: Angle | None = None
+    expansion: Length | None = None
+    voltage: Voltage | None = None
+    force: Force | None = None
+    moment: Moment | None = None
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of what is given."""
+        return tuple(name for name in (*DISPLACEMENTS, *COMMANDS) if getattr(self, name) is not None)
 
     @model_validator(mode="after")
-    def _something(self) -> Self:
-        if all(getattr(self, axis) is None for axis in DISPLACEMENTS):
-            raise refuse("a displacement names at least one axis", "e.g. {y: 5 mm}")
+    def _one_kind(self) -> Self:
+        commands = [name for name in self.given if name in COMMANDS]
+        if not self.given or (commands and len(self.given) > 1):
+            rule = "either displacements of a node or one command of an actuator"
+            raise refuse(rule, "e.g. {y: 5 mm}, or {expansion: 10 um}")
         return self
+
+
+def command_of(actuator: Actuator) -> str | None:
+    """Name of the command of an actuator; None where it moves the base."""
+    if isinstance(actuator, PiezoStack):
+        return "expansion" if actuator.gain is None else "voltage"
+    if isinstance(actuator, MomentActuator):
+        return "moment"
+    return "force" if actuator.type == "force" else None

@@ -8,25 +8,40 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.mechanism.pose import DISPLACEMENTS, Displacement
+from flexura.mechanism.layout import Layout, matching
+from flexura.mechanism.pose import DISPLACEMENTS, Prescribed, command_of
 from flexura.mechanism.substructure import Mechanism
 
 
 @verb
 def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
-    """The mechanism described at a pose, about which everything linear then is: displacements from rest by name, as
-    `{"carriage.y": 5e-3}`, m, and components of rotation vectors, `platform.rz`, rad. An empty mapping leads back to
-    rest.
+    """The mechanism described at a pose, about which everything linear then is.
 
-    Raises OptionError for what is no displacement; nodes that are not there and what is held are named by whatever uses
-    the mechanism.
+    `move` prescribes displacements from rest by name, as `{"carriage.y": 5e-3}`, m, components of rotation vectors,
+    `platform.rz`, rad, and commands of actuators, `*.piezo`, in the units of their inputs (wildcards allowed). An empty
+    one leads back to rest.
+
+    Raises OptionError for what is neither; nodes that are not there and what is held are named by whatever uses the
+    mechanism.
     """
+    actuators = Layout(mechanism).actuators()
     found: dict[str, dict[str, float]] = {}
     for name, value in move.items():
+        if isinstance(value, str) or np.ndim(value) != 0 or not np.isfinite(value):
+            raise OptionError(f"{name} is at a finite number in SI, not {value!r}")
+        driven = matching(name, actuators)
         node, _, axis = name.rpartition(".")
-        if not node or axis not in DISPLACEMENTS:
-            raise OptionError(f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}")
-        if isinstance(value, str) or not np.ndim(value) == 0 or not np.isfinite(value):
-            raise OptionError(f"{name} moves to a finite number, m or rad, not {value!r}")
-        found.setdefault(node, {})[axis] = float(value)
-    return mechanism.replaced({"at": {node: Displacement(**moved) for node, moved in found.items()}})
+        if driven:
+            for own in driven:
+                command = command_of(actuators[own])
+                if command is None:
+                    raise OptionError(f"{own} accelerates the base, which is at rest here")
+                found[own] = {command: float(value)}
+        elif node and axis in DISPLACEMENTS:
+            found.setdefault(node, {})[axis] = float(value)
+        else:
+            known = f", or one of the actuators {', '.join(actuators)}" if actuators else ""
+            raise OptionError(
+                f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}{known}"
+            )
+    return mechanism.replaced({"at": {name: Prescribed(**own) for name, own in found.items()}})

@@ -149,6 +149,7 @@ StiffnessRR = Annotated[Scalar, Quantity("rotational stiffness", dim.ROTATIONAL_
 PositiveStiffness = Annotated[Scalar, Quantity("stiffness", dim.TRANSLATIONAL_STIFFNESS, "2 N/um", "positive")]
 Force = Annotated[Scalar, Quantity("force", dim.FORCE, "20 N")]
 Moment = Annotated[Scalar, Quantity("moment", dim.ROTATIONAL_STIFFNESS, "0.5 N*m")]
+Voltage = Annotated[Scalar, Quantity("voltage", dim.VOLTAGE, "75 V")]
 Acceleration = Annotated[Scalar, Quantity("acceleration", dim.ACCELERATION, "9.81 m/s^2")]
 PositiveForce = Annotated[Scalar, Quantity("force", dim.FORCE, "100 N", "positive")]
 PositiveMoment = Annotated[Scalar, Quantity("moment", dim.ROTATIONAL_STIFFNESS, "0.5 N*m", "positive")]

@@ -16,7 +16,7 @@ from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Fidelity, Flexure, Link, MeshSize, Theory
 from flexura.mechanism.modal_test import ModalTest
 from flexura.mechanism.parameters import Parameter
-from flexura.mechanism.pose import Displacement
+from flexura.mechanism.pose import Prescribed
 from flexura.mechanism.quantity import Angle
 from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
@@ -148,7 +148,7 @@ class Mechanism(Substructure):
     """Acceleration of free fall, m/s^2, global axes: everything has its weight."""
     loads: dict[str, Load] = {}
     """Dead loads by the node that they act on, global axes; `*` matches any run of characters, each match has one."""
-    at: dict[str, Displacement] = {}
+    at: dict[str, Prescribed] = {}
     """The pose about which everything is linear, by the nodes that are moved there; at rest when there is none."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""

@@ -88,7 +88,7 @@ class MovingModel:
         dofs = [*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof]
         return Scatter(dofs, self.n_dof, symmetric=False)
 
-    def _commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
+    def commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
         """The elements, those of actuators under their commands, by name."""
         elements = list(self.elements)
         for name, command in actuators.items():
@@ -102,7 +102,7 @@ class MovingModel:
         """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,
         m, N and N m by name."""
         total = np.zeros(self.dof.shape)
-        responses = [elements.response(frames) for elements in self._commanded(actuators)]
+        responses = [elements.response(frames) for elements in self.commanded(actuators)]
         for elements, own in zip(self.elements, responses, strict=True):
             at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
             for column in range(6):
@@ -130,7 +130,7 @@ class MovingModel:
     def material(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Matrix:
         """Derivatives (n, n) of the forces of free displacements in a state, as if nothing were under force there."""
         none = np.zeros((*self.dof.shape, 6))
-        return self.matrix([*(e.material(frames) for e in self._commanded(actuators)), self._no_sagging, none])
+        return self.matrix([*(e.material(frames) for e in self.commanded(actuators)), self._no_sagging, none])
 
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,7 +14,7 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite
 from flexura.mechanism import DISPLACEMENTS
-from flexura.motion.elements import PoseElements
+from flexura.motion.elements import Group, PoseElements
 from flexura.motion.equilibrium import Drive, Equations
 from flexura.motion.internal_forces import Ends, end_force_changes, end_forces, with_members
 from flexura.motion.loads import NO_LOADS, Loads
@@ -22,6 +22,7 @@ from flexura.motion.model import MovingModel
 from flexura.motion.path import Path, Point, Stopped
 from flexura.motion.pose import Pose
 from flexura.structure import Design, OfDesign, Scatter
+from flexura.systems import Ports
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -38,6 +39,11 @@ class PosedDesign:
     def model(self) -> MovingModel:
         """The model that has moved there."""
         return self.pose.equations.model
+
+    @property
+    def _elements(self) -> Sequence[Group]:
+        """The elements, those of actuators under their commands."""
+        return self.model.commanded(self.pose.state.loads.actuators)
 
     @cached_property
     def K(self) -> sp.csc_matrix:
@@ -79,7 +85,7 @@ class PosedDesign:
         model, frames = self.model, self.pose.state.frames
         H = [
             loss[:, None, None] * group.material(frames)
-            for group, loss in zip(model.elements, model.loss_factors(default), strict=True)
+            for group, loss in zip(self._elements, model.loss_factors(default), strict=True)
         ]
         places = [model.dof[group.node].reshape(len(group.node), -1) for group in (*model.elements, *model.dashpots)]
         count = len(model.elements)
@@ -130,7 +136,7 @@ class PosedDesign:
         """
         frames = self.pose.state.frames
         moved = np.concatenate([displacements, np.zeros((1, *displacements.shape[1:]))])
-        for group, names in zip(self.model.elements, self.model.names, strict=True):
+        for group, names in zip(self._elements, self.model.names, strict=True):
             u = moved[group.node].reshape(len(group.node), 6 * group.node.shape[1], moved.shape[-1])
             if isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6:
                 d = group.rows(frames) @ u
@@ -160,25 +166,48 @@ def posed(design: Design) -> PosedDesign:
         if model.dof[drive.root, drive.component] < 0:
             raise OptionError(f"at: {drive.name} cannot move: it is held by the ground")
     equations = Equations(model, drives)
-    wrenches = plan.loads.wrenches(design.values)
-    loaded = plan.topology.numbers(list(wrenches)).tolist()
-    loads = Loads(dict(zip(loaded, wrenches.values(), strict=True)), {}, plan.loads.gravity(design.values))
+    loads, said = _loads(model)
     zero = np.zeros(len(drives))
     start = equations.solve(model.rest, NO_LOADS, zero)
-    said = ", ".join(f"{name} = {value:.4g} {'rad' if '.r' in name else 'm'}" for name, value in moved.items())
+    units = ["rad" if drive.component >= 3 else "m" for drive in drives]
+    moves = [f"{name} = {value:.4g} {unit}" for (name, value), unit in zip(moved.items(), units, strict=True)]
+    said = ", ".join([*moves, *said])
     path = Path(equations, start, Point(zero, NO_LOADS))
     state = start
     for found in path.through([Point(zero, loads), Point(np.array(list(moved.values())), loads)]):
         if isinstance(found, Stopped):
+            of = "the displacements" if found.point else "the loads and commands"
             raise SolverError(
-                f"at {said}: no equilibrium is found on the way there beyond {100 * found.share:.3g} % of"
-                f" {'the displacements' if found.point else 'the loads'}; flexura stroke shows how far it goes"
+                f"at {said}: no equilibrium is found on the way there beyond {100 * found.share:.3g} % of {of};"
+                " flexura stroke shows how far it goes"
             )
         state = found
     here = Pose(equations, state)
-    if not is_definite(here.matrices(held=True)[0]):
-        raise SolverError(f"at {said} the mechanism is not stable: nothing is linear about that pose for long")
-    return PosedDesign(here, f"about the pose {said}, drives free under the forces that hold it")
+    if not is_definite(here.K):
+        raise SolverError(f"at {said} the mechanism is not stable: nothing stays linear about that pose for long")
+    drive = ", drives free under the forces that hold it" if drives else ""
+    return PosedDesign(here, f"about the pose {said}{drive}")
+
+
+def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
+    """The loads, gravity and commands that are described, and the commands in words."""
+    design = model.design
+    plan, values = design.plan, design.values
+    wrenches = plan.loads.wrenches(values)
+    numbers = plan.topology.numbers(list(wrenches)).tolist()
+    dead: dict[int, Array] = dict(zip(numbers, wrenches.values(), strict=True))
+    commands, actuators, said = plan.pose.commands(values), dict[str, float](), list[str]()
+    ports = Ports(Design.of(plan.at_rest(), design.parameters)).inputs(list(commands)) if commands else []
+    for port, command in zip(ports, commands.values(), strict=True):
+        name = port.channel.name
+        if name in model.actuators:
+            actuators[name] = command * (1.0 if port.stiffness is None else port.stroke)
+        else:
+            along = np.append(port.channel.direction, np.zeros(3))
+            wrench = np.roll(along, 3) if port.channel.quantity == "moment" else along
+            dead[port.nodes[0]] = dead.get(port.nodes[0], np.zeros(6)) + command * wrench
+        said.append(f"{name} = {command:.4g} {port.channel.unit}")
+    return Loads(dead, {}, plan.loads.gravity(values), actuators), said
 
 
 def pose_of(model: OfDesign) -> PosedDesign | None:

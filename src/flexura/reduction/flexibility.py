@@ -23,6 +23,10 @@ WELL = 1e-8
 NEAR_ZERO = 1e-3
 """Shift of something that floats, over the lowest diagonal ratio of stiffness to mass."""
 
+DISPLACED = 1e-4
+"""Root of the work of loads about a pose, relative, that may be lost: displacements there are nodal, and keep as many
+digits as these have."""
+
 FREE = "something can move freely under the load: hold it, or attach it by a stiffness"
 
 
@@ -66,6 +70,8 @@ def flexibility(model: FullOrderModel) -> Flexibility:
     if least_pivot(model.K) > WELL:
         return stored_flexibility(model.K, model.M, 0.0)
     own = chained(model)
+    if model.design.posed is not None:  # stable, which has been looked at
+        return Flexibility(0.0, lambda loads: static_response(own.pencil, loads, settled=DISPLACED))
     shift = 0.0 if _is_held(own) else _near_zero(model.K, model.M)
     if shift and least_pivot(model.K + shift * model.M) > WELL:
         return stored_flexibility(model.K, model.M, shift)

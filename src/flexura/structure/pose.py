@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.mechanism import DISPLACEMENTS, Layout
+from flexura.mechanism import COMMANDS, Layout, matching
 from flexura.structure.value_table import ValueTable
 
 Array = NDArray[np.float64]
@@ -18,18 +18,25 @@ class DescribedPose:
     """The key `at` of a mechanism, laid out once."""
 
     def __init__(self, layout: Layout, table: ValueTable) -> None:
-        self._entries = {
-            f"{node}.{axis}": table.add(value)
-            for node, moved in layout.mechanism.at.items()
-            for axis in DISPLACEMENTS
-            if (value := getattr(moved, axis)) is not None
-        }
-        self.any = bool(self._entries)
+        self.any = bool(layout.mechanism.at)
         """Whether there is one away from rest."""
+        actuators = layout.actuators() if self.any else {}
+        self._moved, self._commands = dict[str, int](), dict[str, int]()
+        for name, own in layout.mechanism.at.items():
+            for key in own.given:
+                entry = table.add(getattr(own, key))
+                if key in COMMANDS:
+                    self._commands.update(dict.fromkeys(matching(name, actuators), entry))
+                else:
+                    self._moved[f"{name}.{key}"] = entry
 
     def moved(self, values: Array) -> dict[str, float]:
         """Displacements, m, and components of rotation vectors, rad, by NODE.AXIS, at values (s,)."""
-        return {name: float(values[entry]) for name, entry in self._entries.items()}
+        return {name: float(values[entry]) for name, entry in self._moved.items()}
+
+    def commands(self, values: Array) -> dict[str, float]:
+        """Commands of actuators by name as placed, in the units of their inputs, at values (s,)."""
+        return {name: float(values[entry]) for name, entry in self._commands.items()}
 
 
 class Posed(Protocol):

@@ -12,9 +12,9 @@ from flexura.mechanism.channels import ForceActuator, ForceSensor, PiezoStack
 from flexura.mechanism.checks.assembly import number_of_copies
 from flexura.mechanism.checks.modal_test import check_test
 from flexura.mechanism.checks.survey import Survey, Use, prefix, suggestion
-from flexura.mechanism.layout import TOP, is_pattern
+from flexura.mechanism.layout import TOP, is_pattern, matching
 from flexura.mechanism.material import CATALOGUE
-from flexura.mechanism.pose import DISPLACEMENTS
+from flexura.mechanism.pose import COMMANDS, DISPLACEMENTS, command_of
 from flexura.mechanism.substructure import Substructure
 
 
@@ -289,14 +289,25 @@ def _loads(survey: Survey) -> Iterator[Use]:
 
 def _pose(survey: Survey) -> Iterator[Use]:
     nodes = _Nodes(survey, TOP)
-    mechanism = survey.layout.mechanism
+    mechanism, actuators = survey.layout.mechanism, survey.layout.actuators()
     held = {n: s.held for text, s in mechanism.ground.items() for n in nodes.matches(text)}
-    for text, moved in mechanism.at.items():
-        found = nodes.find(("at", text), text)
+    for text, own in mechanism.at.items():
+        path, given = ("at", text), own.given
+        if given[0] in COMMANDS:
+            driven = matching(text, actuators)
+            if not driven:
+                survey.report(path, text, "there is no such actuator", suggestion(text, actuators, "actuators"))
+            for name in driven:
+                command = command_of(actuators[name])
+                if command != given[0]:
+                    hint = f"its command is {command}" if command else "the base is at rest at a pose"
+                    survey.report((*path, given[0]), text, f"{name} has no command of this kind", hint)
+            continue
+        found = nodes.find(path, text)
         for axis, is_held in zip(DISPLACEMENTS, held.get(text, ()), strict=False):
-            if is_held and getattr(moved, axis) is not None:
-                survey.report(("at", text, axis), text, "it cannot move here: it is held", "move what is free")
-        yield Use(("at", text), found, joins=False)
+            if is_held and axis in given:
+                survey.report((*path, axis), text, "it cannot move here: it is held", "move what is free")
+        yield Use(path, found, joins=False)
 
 
 _ONE_LOAD = "give one load with all its forces and moments"
