@@ -4,6 +4,8 @@ Timoshenko, Strength of materials, part II (1956): torsion of thin strips. Timos
 (1961), sec. 5.4: torsional buckling. The solid is of CalculiX 2.20, 36 x 12 elements C3D20R, NLGEOM.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,8 @@ import flexura as fx
 from flexura.motion import buckling_factor
 from helpers.large_motion import Moved
 
-E, G, NU = 210e9, 210e9 / 2.6, 0.3
+EXAMPLES = Path(__file__).parents[2] / "examples"
+E, G = 210e9, 210e9 / 2.6
 STRIP = """
 flexura: 1
 name: strip
@@ -148,6 +151,28 @@ def test_corrected_guides_converge(corrections, elements, close):
         held = [value for k, value in enumerate(pose.support_stiffness) if k in (0, 2, 3, 4)]
         found.append([pose.reaction["carriage.y"], *pose.frequency_hz, *held])
     np.testing.assert_allclose(found[0], found[1], rtol=close)
+
+
+@pytest.mark.parametrize(("elements", "stroke"), [(1, 1e-4), (1, 1e-3), (1, 3e-3), (2, 8e-3)])
+def test_errors_for_want_of_elements_are_estimated(elements, stroke):
+    """Of the support stiffnesses, against 40 elements."""
+    coarse, fine = (
+        fx.stroke(fx.loads(GUIDE.format(corrections="none", elements=count)), move={"carriage.y": stroke}, n=1)
+        for count in (elements, 40)
+    )
+    (own,), (other,) = coarse.poses, fine.poses
+    held = [0, 2, 3, 4, 5]
+    error = max(own.support_stiffness[k] / other.support_stiffness[k] - 1 for k in held)
+    assert own.mesh_error == pytest.approx(dict.fromkeys(("one", "two"), error), rel=0.1)
+    assert [w.place for w in coarse.warnings if w.kind == "mesh"] == ["one", "two"] * (error > 0.01)
+    assert other.mesh_error == {}
+
+
+def test_short_leaves_of_one_element_may_be_fine():
+    """Those of the platform: with six times as many elements stiffnesses are the same within 2e-4."""
+    rpr = fx.load(EXAMPLES / "rpr" / "rpr.yaml")
+    for move in ({"platform.z": 5e-4}, {"platform.rx": 1e-2}):
+        assert not [w for w in fx.stroke(rpr, move=move, n=1).warnings if w.kind == "mesh"]
 
 
 def test_very_short_elements_still_have_their_modes():

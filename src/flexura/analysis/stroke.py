@@ -49,6 +49,9 @@ from flexura.systems import Order
 
 Array = NDArray[np.float64]
 
+ACCURATE = 0.01
+"""Estimated relative error of stiffness from which on elements are too few."""
+
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
 
@@ -99,7 +102,7 @@ class Stroke(Tabular):
                 text = f"at {words(pose.varied, self.units)} natural frequencies are not proven, and some may be missed"
                 found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
         low = () if self.low_order is None else self.low_order.warnings
-        return (*found, *low, *self.bent, *self._beyond_yield())
+        return (*found, *low, *self.bent, *self._too_coarse(), *self._beyond_yield())
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -115,6 +118,19 @@ class Stroke(Tabular):
             " 50 x 15 x 0.4 mm is softer across than a solid by 4 % at 0.04 of its length of stroke, 9 % at 0.08, 17 %"
             " at 0.16 (corrections: none: 7, 35, 53 %)",
         )
+
+    def _too_coarse(self) -> Iterator[Exceeded]:
+        """A warning for every member that makes stiffnesses wrong for want of elements, with the worst pose."""
+        told = {own.place for own in self.bent}
+        for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in told):
+            worst = max(self.poses, key=lambda pose: pose.mesh_error.get(name, 0.0))
+            error = worst.mesh_error[name]
+            if error > ACCURATE:
+                text = (
+                    f"member {name}: at {words(worst.varied, self.units)} support stiffnesses or squares of frequencies"
+                    f" are too large by some {100 * error:.2g} % for want of its elements: it wants more elements"
+                )
+                yield Exceeded("mesh", name, error, ACCURATE, "1", text)
 
     def _beyond_yield(self) -> Iterator[Exceeded]:
         """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""
@@ -329,7 +345,7 @@ def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, 
             kind = "mesh"
             text = (
                 f"member {name}: one of its elements, {bend.elements} in all, bends by {bend.angle:.3g} rad, more than"
-                f" the {bend.limit} rad up to which stiffnesses are accurate: it wants more elements"
+                f" the {bend.limit} rad up to which strains are known: it wants more elements"
             )
         else:
             kind = "rotation"

@@ -13,12 +13,18 @@ from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.analysis.stress import YieldRatios
 from flexura.analysis.stroke_ways import Varied
 from flexura.deadline import checkpoint
-from flexura.linalg import counted_intervals, inverse_roots, leading, scaled
+from flexura.linalg import Eigenpairs, counted_intervals, inverse_roots, leading, scaled
 from flexura.modal import track_modes
-from flexura.motion import Equations, Equilibrium, Pose, buckling_factor
+from flexura.motion import Equations, Equilibrium, Pose, buckling_factor, stiffness_errors
 from flexura.records import Record
 
 Array = NDArray[np.float64]
+
+GOOD_SHARE = 0.2
+"""Share of the most that any member has in an error, from which on this is also that of the member."""
+
+NO_ERROR = 1e-4
+"""Errors of stiffness that are not told."""
 
 HELD = 1e-9
 """Part of the compliance with the drives free that is left where these hold a displacement, by round-off."""
@@ -43,8 +49,12 @@ class StrokePose(Record):
     `screw_axis` is the axis about which the node of each drive moves as this moves on, the others held.
     `ground_reaction` (6,) is the force and the moment about the global origin that the ground exerts. `energy` is the
     strain energy, N m, and `energy_by_part` that of every instance of the mechanism and of every member, spring and
-    superelement of its own. `stress_margin` is the least yield stress over largest von Mises stress with notch factors,
-    in `stress_member` at the fraction `stress_position` of its length; None where no yield stress is known.
+    superelement of its own. `mesh_error` estimates, for members to which it is owed, by how much `support_stiffness`
+    and the squares of frequencies are too large where that is worst, all members together, for want of finer elements,
+    beyond what elements lack at rest; errors below 1e-4 are left out. `stress_margin` is the least yield stress over
+    largest von Mises stress with notch factors, in `stress_member` at the fraction `stress_position` of its length;
+    None where no yield stress is known.
+
     `buckling_factor` on all loads and forces of the drives is that at which the state would buckle with the drives
     held, linear from the pose; None where nothing buckles.
 
@@ -71,6 +81,7 @@ class StrokePose(Record):
     ground_reaction: tuple[float, ...]
     energy: float
     energy_by_part: dict[str, float]
+    mesh_error: dict[str, float]
     stress_margin: float | None
     stress_member: str | None
     stress_position: float | None
@@ -117,6 +128,7 @@ def stroke_poses(
             before = np.where(number >= 0, tracked.shapes[:, number], before)
         margin, member, position = _margin(yields, k)
         lower, upper, proven = counted_intervals(pose.K, pose.M, free.values, free.vectors)
+        support = _support(pose, asked)
         compliance, compliance_held, stiffness, stiffness_held = _tables(pose, asked)
         yield StrokePose(
             move=at.move,
@@ -130,11 +142,12 @@ def stroke_poses(
             proven=proven,
             tracked=tuple(int(k) for k in number),
             displacement={name: tuple(pose.displacement(k).tolist()) for name, k in asked.nodes.items()},
-            support_stiffness=_support(pose, asked),
+            support_stiffness=support,
             screw_axis={name: _axis(pose, k) for k, name in enumerate(names)},
             ground_reaction=tuple(equations.ground_reaction(state).tolist()),
             energy=state.tangent.forces.energy,
             energy_by_part=_energies(state),
+            mesh_error=_mesh_errors(pose, asked, free, support),
             stress_margin=margin,
             stress_member=member,
             stress_position=position,
@@ -149,13 +162,34 @@ def stroke_poses(
 def _support(pose: Pose, asked: Asked) -> tuple[float, ...]:
     """One over the diagonal of the compliance (6,) at the first driven node, drives held; with none of these at the
     first node that is asked for, or none."""
-    drives = pose.equations.drives
-    node = drives[0].node if drives else next(iter(asked.nodes.values()), None)
+    node = _first(pose, asked)
     if node is None:
         return (np.nan,) * 6
     support, loose = (np.diag(pose.compliance(node, held=held)) for held in (True, False))
     with np.errstate(divide="ignore"):
         return tuple(np.where(np.abs(support) > HELD * np.abs(loose), 1 / support, np.nan).tolist())
+
+
+def _first(pose: Pose, asked: Asked) -> int | None:
+    """The first driven node, or without drives the first that is asked for."""
+    drives = pose.equations.drives
+    return drives[0].node if drives else next(iter(asked.nodes.values()), None)
+
+
+def _mesh_errors(pose: Pose, asked: Asked, free: Eigenpairs, support: Sequence[float]) -> dict[str, float]:
+    """By member, the largest error of a stiffness in all members together of which it has a good share."""
+    motions, energies, node = free.vectors, free.values, _first(pose, asked)
+    if node is not None:
+        kept = [k for k, stiffness in enumerate(support) if 0 < stiffness < np.inf]
+        motions = np.concatenate([motions, pose.pushed(node, held=True)[:, kept]], axis=1)
+        energies = np.append(energies, 1 / np.array(support)[kept])
+    stable = energies > 0
+    errors = stiffness_errors(pose.equations.model, pose.state.frames, motions[:, stable], energies[stable])
+    if not errors or not stable.any():
+        return {}
+    own = np.stack(list(errors.values()))
+    total = np.where(own >= GOOD_SHARE * own.max(axis=0), own.sum(axis=0), 0.0).max(axis=1)
+    return {name: float(error) for name, error in zip(errors, total, strict=True) if error > NO_ERROR}
 
 
 def _tables(pose: Pose, asked: Asked) -> Iterator[dict[str, Array]]:

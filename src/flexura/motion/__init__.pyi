@@ -2,6 +2,7 @@ from flexura.motion.against_full import Comparison as Comparison
 from flexura.motion.against_full import against_full as against_full
 from flexura.motion.bending import Bend as Bend
 from flexura.motion.bending import bends as bends
+from flexura.motion.bending import stiffness_errors as stiffness_errors
 from flexura.motion.buckling import buckling_factor as buckling_factor
 from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive

@@ -1,27 +1,23 @@
-"""How far elements bend and superelements turn within themselves, and how far that is accurate."""
+"""How far elements bend and superelements turn within themselves, how far that is accurate, and what it costs."""
 
 from __future__ import annotations
 
 from collections import Counter
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Superelements
-from flexura.motion.elements import Frames, PoseElements
+from flexura.motion.elements import Frames, Group, PoseElements
 from flexura.motion.model import MovingModel
 
 Array = NDArray[np.float64]
 
-LIMITS = {1: 0.005, 2: 0.05}
-"""Largest angles, rad, between sections of an element of members of one and of two elements: a single element of a wide
-leaf cannot bend as it has to."""
-
 LIMIT = 0.5
-"""That of members of more elements. Stiffnesses are within 1 % below it, forces within 0.1 %: see the table of the
-theory page."""
+"""Largest angle, rad, between sections of an element of a member. Beyond it strains are not quadratic: see the table of
+the theory page."""
 
 LINEAR = 0.1
 """Largest rotation, rad, of a superelement within itself: that of linear analysis."""
@@ -51,19 +47,34 @@ def bends(model: MovingModel, frames: Frames) -> list[Bend]:
         if isinstance(group, Superelements):
             turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.own - 1, 3:], axis=1)
             found = [Bend(names[0], float(turns.max(initial=0.0)), LINEAR, 0)]
-        elif isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6:
+        elif _bends(group):
             counts = Counter(names)
             angles = _angles(group, frames).tolist()
-            found = [
-                Bend(name, angle, LIMITS.get(counts[name], LIMIT), counts[name])
-                for name, angle in zip(names, angles, strict=True)
-            ]
+            found = [Bend(name, angle, LIMIT, counts[name]) for name, angle in zip(names, angles, strict=True)]
         else:
             found = []
         for own in found:
             if own.share > max(1.0, worst[own.name].share if own.name in worst else 0.0):
                 worst[own.name] = own
     return list(worst.values())
+
+
+def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energies: Array) -> dict[str, Array]:
+    """Relative errors (k,), by member, of the stiffness that free displacements (n, k) meet in a state for want of
+    finer elements, estimated: `energies` (k,), N m, are twice those of the displacements (theory eq. G30)."""
+    whole = np.concatenate([motions, np.zeros((1, motions.shape[1]))])
+    found: dict[str, Array] = {}
+    for group, names in zip(model.elements, model.names, strict=True):
+        if _bends(group):
+            own = whole[model.dof[group.node].reshape(len(names), -1)]
+            for name, error in zip(names, group.relief(frames, own) / energies, strict=True):
+                found[name] = found.get(name, 0.0) + error
+    return found
+
+
+def _bends(group: Group) -> TypeGuard[PoseElements]:
+    """Whether these are beams."""
+    return isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6
 
 
 def _angles(group: PoseElements, frames: Frames) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import NamedTuple
 
@@ -412,9 +412,7 @@ class _Copy:
 
 def _joined(groups: list[PoseElements]) -> PoseElements:
     """Elements of one kind in one table."""
-    strain = Strain(
-        np.concatenate([g.strain.stiffness for g in groups]), np.concatenate([g.strain.curvature for g in groups])
-    )
+    strain = Strain(*(np.concatenate([getattr(g.strain, f.name) for g in groups]) for f in fields(Strain)))
     node, axes, arm, rest, mass = (
         np.concatenate([getattr(g, name) for g in groups]) for name in ("node", "axes", "arm", "rest", "mass")
     )

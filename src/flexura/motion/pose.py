@@ -129,12 +129,15 @@ class Pose:
 
         Raises SolverError where the state has lost its stiffness.
         """
-        G = self.rows(node)
-        if held:
-            G = self.holding.rows(G)
-        factor = self._held_factor if held else self._free_factor
-        C = G @ factor.solve(np.ascontiguousarray(G.T))
+        C = self.rows(node) @ self.pushed(node, held)
         return (C + C.T) / 2
+
+    def pushed(self, node: int, held: bool = False) -> Array:
+        """Free displacements (n, 6) per force and moment on a node. Raises SolverError as `compliance`."""
+        G = self.rows(node)
+        if not held:
+            return self._free_factor.solve(np.ascontiguousarray(G.T))
+        return self.holding.motions(self._held_factor.solve(np.ascontiguousarray(self.holding.rows(G).T)))
 
     def drive_stiffness(self) -> Array:
         """Derivatives (d,) of the forces of the drives by their own displacements, the others held."""

@@ -30,6 +30,7 @@ SETTLED = 1e-9
 _NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
 _WAGNER = ("w0", "w1", "w2")
 """Strains of fibres by twist, beside those that motions have of first order."""
+_AT = {name: i for i, name in enumerate((*_NAMES, *_WAGNER))}
 
 _SECOND_ORDER = (
     # of products of a bent and of a sheared part of s; theory eq. G10
@@ -82,16 +83,37 @@ _OF_TWIST = (
 )
 """Likewise, of half the square of the twist; that of w0 also stretches."""
 
+_NEXT = ("e", "f2", "f3")
+_OF_NEXT = (
+    # of the motions of the next degree, 3, in twist and curvatures; theory eq. G30
+    ("s2", "s3", "e", -1 / 35),
+    ("s3", "s2", "e", 1 / 35),
+    ("theta3", "c2", "e", 1 / 70),
+    ("theta2", "c3", "e", -1 / 70),
+    ("s2", "a", "f2", 1 / 140),
+    ("s3", "a", "f3", 1 / 140),
+    ("theta3", "b", "f2", -1 / 70),
+    ("theta2", "b", "f3", 1 / 70),
+    ("u", "s3", "f2", -1 / 70),
+    ("u", "s2", "f3", 1 / 70),
+    ("phi", "c2", "f3", -1 / 70),
+    ("phi", "c3", "f2", 1 / 70),
+)
+"""Likewise, of a motion with one that elements do not have."""
+
 
 @dataclass(frozen=True)
 class Strain:
     """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), q of 6 or more.
 
-    What q has beyond 6 moves inside the element; strains beyond those of q have no part of first order.
+    What q has beyond 6 moves inside the element; strains beyond those of q have no part of first order. Motions of the
+    next degree, which are left out, would have `next_stiffness` (e, 3) and the factors `next_curvature` (e, 12).
     """
 
     stiffness: Array
     curvature: Array
+    next_stiffness: Array
+    next_curvature: Array
 
     def response(self, d: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), N m, its gradient (e, 6) and Hessian (e, 6, 6) by d (e, 6), inner motions at rest."""
@@ -121,6 +143,20 @@ class Strain:
         coupled = own[:, :6, 6:]
         return own[:, :6, :6] - coupled @ np.linalg.solve(own[:, 6:, 6:], np.swapaxes(coupled, 1, 2))
 
+    def relief(self, d: Array, motions: Array) -> Array:
+        """Twice the energies (e, k), N m, that motions inside of the next degree would take off small changes (e, 6, k)
+        of d (e, 6), inner motions at rest (theory eq. G30)."""
+        q, _, _, _, inner = self._settled(d)
+        slope = self._slope(q)
+        stress = self._stress(q, slope)[1]
+        strains, force = np.zeros((*stress.shape, 3)), np.zeros((*q.shape, 3))
+        for (of, motion, new, _), factor in zip(_OF_NEXT, self.next_curvature.T, strict=True):
+            strains[:, _AT[of], _NEXT.index(new)] += factor * q[:, _AT[motion]]
+            force[:, _AT[motion], _NEXT.index(new)] += factor * stress[:, _AT[of]]
+        force += np.swapaxes(slope, 1, 2) @ (self.stiffness @ strains)
+        whole = np.concatenate([motions, -inner[..., 1:] @ motions], axis=1)
+        return ((np.swapaxes(force, 1, 2) @ whole) ** 2 / self.next_stiffness[..., None]).sum(axis=1)
+
     def _slope(self, q: Array) -> Array:
         """Derivatives (e, s, q) of the strains."""
         e, m, n, _ = self.curvature.shape
@@ -132,13 +168,17 @@ class Strain:
         e, m, n, _ = self.curvature.shape
         return np.ascontiguousarray(np.moveaxis(self.curvature, -1, 1)).reshape(e, n, m * n)
 
+    def _stress(self, q: Array, slope: Array) -> tuple[Array, Array]:
+        """Strains (e, s), and what is conjugate to them."""
+        strain = 0.5 * (slope @ q[..., None])[..., 0]
+        strain[:, : q.shape[1]] += 0.5 * q
+        return strain, (self.stiffness @ strain[..., None])[..., 0]
+
     def _derivatives(self, q: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), gradient (e, q) and Hessian (e, q, q) by all motions."""
         e, m, n, _ = self.curvature.shape
         slope = self._slope(q)
-        strain = 0.5 * (slope @ q[..., None])[..., 0]
-        strain[:, :n] += 0.5 * q
-        stress = (self.stiffness @ strain[..., None])[..., 0]
+        strain, stress = self._stress(q, slope)
         turned = np.swapaxes(slope, 1, 2)
         hessian = turned @ (self.stiffness @ slope)
         hessian += (stress[:, None] @ self.curvature.reshape(e, m, n * n)).reshape(e, n, n)
@@ -163,38 +203,63 @@ def beam_strain(k: Array, length: Array, torsion: Torsion) -> Strain:
     of a beam whose bending moments are linear and whose twist and curvatures vary besides as Legendre polynomials:
     a and b of degree 1 and 2 in the twist, c2 and c3 of degree 2 in the curvatures (theory eqs. G9-G12).
     """
-    count, n, m = len(k), len(_NAMES), len(_NAMES) + len(_WAGNER)
-    at = {name: i for i, name in enumerate((*_NAMES, *_WAGNER))}
     bent = {
         f"s{i + 1}": np.minimum(k[:, i, i] * length**2 / (12 * k[:, theta, theta]), 1.0)
         for i, theta in ((1, 5), (2, 4))
     }
-    H = np.zeros((count, m, n, n))
+    following = [_size(of, (motion,), factor, length, bent) for of, motion, _, factor in _OF_NEXT]
+    curvature = _curvature(length, bent, torsion)
+    return Strain(
+        _stiffness(k, length, torsion),
+        curvature,
+        np.diagonal(k, axis1=1, axis2=2)[:, 3:] / 7,
+        np.stack(following, axis=1),
+    )
+
+
+def _size(of: str, motions: tuple[str, ...], factor: float, length: Array, bent: dict[str, Array]) -> Array:
+    """Factors (e,) of products of motions in the strain `of`, from that at unit length."""
+    size = factor * (length if _AT[of] < 3 else np.ones(len(length)))
+    for motion in motions:
+        own = _own(motion)
+        if own in bent:
+            size = size * (bent[own] if motion == own else 1 - bent[own])
+        size = size / length if _AT[own] < 3 else size
+    return size
+
+
+def _own(motion: str) -> str:
+    """The motion of which h2 and h3 are the sheared parts."""
+    return motion.replace("h", "s") if motion in ("h2", "h3") else motion
+
+
+def _curvature(length: Array, bent: dict[str, Array], torsion: Torsion) -> Array:
+    """H (e, s, q, q) of beams, of whose translations across the shares `bent` (e,) are of bending."""
+    n = len(_NAMES)
+    H = np.zeros((len(length), len(_AT), n, n))
     for of, *pair, factor in _SECOND_ORDER:
-        size = factor * (length if at[of] < 3 else np.ones(count))
-        motions = []
-        for name in pair:
-            motion = name.replace("h", "s") if name in ("h2", "h3") else name
-            if motion in bent:
-                size = size * (bent[motion] if name == motion else 1 - bent[motion])
-            motions.append(at[motion])
-            size = size / length if at[motion] < 3 else size
-        first, second = motions
-        H[:, at[of], first, second] += size
-        H[:, at[of], second, first] += size
+        size = _size(of, tuple(pair), factor, length, bent)
+        first, second = (_AT[_own(motion)] for motion in pair)
+        H[:, _AT[of], first, second] += size
+        H[:, _AT[of], second, first] += size
     for of, first, second, factor in _OF_TWIST:
-        H[:, at[of], at[first], at[second]] += factor
-        H[:, at[of], at[second], at[first]] += factor
-    H[:, 0] += (torsion.polar / length)[:, None, None] * H[:, at["w0"]]
-    stiffness = np.zeros((count, m, m))
+        H[:, _AT[of], _AT[first], _AT[second]] += factor
+        H[:, _AT[of], _AT[second], _AT[first]] += factor
+    H[:, 0] += (torsion.polar / length)[:, None, None] * H[:, _AT["w0"]]
+    return H
+
+
+def _stiffness(k: Array, length: Array, torsion: Torsion) -> Array:
+    """k (e, s, s) by all strains from that by those of the pose (e, 6, 6)."""
+    stiffness = np.zeros((len(k), len(_AT), len(_AT)))
     stiffness[:, :6, :6] = k
     for name, of in (("c2", 4), ("c3", 5)):
-        stiffness[:, at[name], at[name]] = k[:, of, of] / 5
-    twist = [at[name] for name in ("phi", "a", "b")]
-    stiffness[np.ix_(range(count), twist, twist)] = _twist_stiffness(k[:, 3, 3], torsion.moments)
+        stiffness[:, _AT[name], _AT[name]] = k[:, of, of] / 5
+    twist = [_AT[name] for name in ("phi", "a", "b")]
+    stiffness[np.ix_(range(len(k)), twist, twist)] = _twist_stiffness(k[:, 3, 3], torsion.moments)
     for degree, name in enumerate(_WAGNER):
-        stiffness[:, at[name], at[name]] = torsion.wagner / (length**3 * (2 * degree + 1))
-    return Strain(stiffness, H)
+        stiffness[:, _AT[name], _AT[name]] = torsion.wagner / (length**3 * (2 * degree + 1))
+    return stiffness
 
 
 def _twist_stiffness(k: Array, moments: Array) -> Array:
@@ -215,4 +280,5 @@ def _twist_stiffness(k: Array, moments: Array) -> Array:
 
 def linear_strain(k: Array) -> Strain:
     """Strains d of elements with natural stiffness k (e, 6, 6): springs, and whatever else is known at rest alone."""
-    return Strain(k, np.zeros((len(k), 6, 6, 6)))
+    e = len(k)
+    return Strain(k, np.zeros((e, 6, 6, 6)), np.ones((e, 3)), np.zeros((e, len(_OF_NEXT))))
