@@ -23,7 +23,7 @@ class Comparison(NamedTuple):
     """The `states` of the full order with the kept frames where the low one has them and all else in equilibrium,
     `error` (s,), the step to its own equilibrium that is left, over the motion from rest, and of every kind of
     substructure its `share` (s,) in this, in energy, and how far its `stiffness` (s,) is off, over that at rest (theory
-    eqs. G26-G27)."""
+    eqs. G29-G30)."""
 
     states: list[Equilibrium]
     error: Array

@@ -61,7 +61,7 @@ def bends(model: MovingModel, frames: Frames) -> list[Bend]:
 
 def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energies: Array) -> dict[str, Array]:
     """Relative errors (k,), by member, of the stiffness that free displacements (n, k) meet in a state for want of
-    finer elements, estimated: `energies` (k,), N m, are twice those of the displacements (theory eq. G30)."""
+    finer elements, estimated: `energies` (k,), N m, are twice those of the displacements (theory eq. G27)."""
     whole = np.concatenate([motions, np.zeros((1, motions.shape[1]))])
     found: dict[str, Array] = {}
     for group, names in zip(model.elements, model.names, strict=True):

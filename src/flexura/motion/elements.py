@@ -149,7 +149,7 @@ class PoseElements:
 
     def relief(self, frames: Frames, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that finer elements would take off small displacements (e, 12, k) of the
-        frames in a state, estimated (theory eq. G30)."""
+        frames in a state, estimated (theory eq. G27)."""
         ends = self.ends(frames)
         log = ends.relative()
         return self.strain.relief(log.e - self.rest, _rows(log, ends.twists()) @ motions)

@@ -33,7 +33,7 @@ def expanded(own: Substructure, order: int) -> Polynomial:
     """The energy with forces of so high an order, 1 to 3, in the deformations.
 
     Third and fourth derivatives are central differences of exact condensed stiffnesses, in directions of equal energy
-    and symmetrised (theory eq. G25). Raises SolverError when there is no equilibrium inside near rest.
+    and symmetrised (theory eq. G28). Raises SolverError when there is no equilibrium inside near rest.
     """
     n = 6 * (own.k - 1)
     at_rest = own.condensed(np.zeros((1, n))).tangent[0]

@@ -85,7 +85,7 @@ _OF_TWIST = (
 
 _NEXT = ("e", "f2", "f3")
 _OF_NEXT = (
-    # of the motions of the next degree, 3, in twist and curvatures; theory eq. G30
+    # of the motions of the next degree, 3, in twist and curvatures; theory eq. G27
     ("s2", "s3", "e", -1 / 35),
     ("s3", "s2", "e", 1 / 35),
     ("theta3", "c2", "e", 1 / 70),
@@ -145,7 +145,7 @@ class Strain:
 
     def relief(self, d: Array, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that motions inside of the next degree would take off small changes (e, 6, k)
-        of d (e, 6), inner motions at rest (theory eq. G30)."""
+        of d (e, 6), inner motions at rest (theory eq. G27)."""
         q, _, _, _, inner = self._settled(d)
         slope = self._slope(q)
         stress = self._stress(q, slope)[1]
