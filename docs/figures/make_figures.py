@@ -96,6 +96,24 @@ def stroke_guide() -> None:
     guide = fx.load(HERE.parents[1] / "examples" / "guide" / "guide.yaml")
     path = fx.stroke(guide, move={"carriage.x": (-0.012, 0.012)}, steps=49, n=4)
     fx.view.draw_stroke(path).savefig(HERE / "stroke_guide.png", dpi=80)
+    fx.view.draw_poses(path).savefig(HERE / "poses_guide.png", dpi=100)
+
+
+def poses_pivot() -> None:
+    """The cross-spring pivot over its stroke."""
+    pivot = fx.load(HERE.parents[1] / "examples" / "pivot" / "pivot.yaml")
+    turn = np.radians(20)
+    fx.view.draw_poses(fx.stroke(pivot, move={"arm.ry": (-turn, turn)}, steps=9)).savefig(
+        HERE / "poses_pivot.png", dpi=100
+    )
+
+
+def poses_rpr() -> None:
+    """The platform of the RPR mechanism over two rotations and a translation."""
+    rpr = fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr_stroke.yaml")
+    turn = np.radians(1.5)
+    move = {"platform.rx": (-turn, turn), "platform.ry": (-turn, turn), "platform.z": (-3e-4, 3e-4)}
+    fx.view.draw_poses(fx.stroke(rpr, move=move, steps=9), elev=6, azim=-56).savefig(HERE / "poses_rpr.png", dpi=100)
 
 
 def closed_loop() -> None:
@@ -114,3 +132,5 @@ if __name__ == "__main__":
     rpr_test()
     closed_loop()
     stroke_guide()
+    poses_pivot()
+    poses_rpr()

@@ -47,7 +47,7 @@ def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
             cells = [f"{pose.varied[name]:.5g}" for name in changing]
             for name, value in pose.move.items():
                 turns = name.rpartition(".")[2].startswith("r")
-                cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name]:.5g}"]
+                cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name] + 0.0:.5g}"]
             cells += [f"{f:.5g}" for f in pose.frequency_hz[:MOST_FREQUENCIES]]
             cells += ["driven" if isnan(k) else f"{k:.4g}" for k in pose.support_stiffness[:3]]
             cells += [_factor(pose.stress_margin), _factor(pose.buckling_factor)]

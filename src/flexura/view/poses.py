@@ -132,7 +132,10 @@ def _title(result: Stroke, pose: StrokePose) -> str:
     names: dict[str, list[str]] = {}
     for name, value in pose.varied.items():
         names.setdefault(_in_units(value, result.units[name]), []).append(name)
-    told = [f"{own[0]}{f' and {len(own) - 1} more' * (len(own) > 1)} = {value}" for value, own in names.items()]
+    told = [
+        f"{', '.join(own) if len(own) < 3 else f'{own[0]} and {len(own) - 1} more'} = {value}"
+        for value, own in names.items()
+    ]
     whole = ", ".join(text.replace(" ", "\N{NO-BREAK SPACE}") for text in told)
     return "\n".join(textwrap.wrap(whole, 42, max_lines=2, placeholder=" ..."))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
 
 from flexura.analysis import Stroke
 from flexura.arguments import verb
@@ -122,8 +122,13 @@ def _logarithmic(axes: Axes) -> None:
     axes.set_ylim(low / stretch / 1.1, high * stretch * 1.1)
     few = high / low < 1e3
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))
+    axes.yaxis.set_major_formatter(FuncFormatter(_plain))
     axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _plain(value: float, _: object = None) -> str:
+    """A number without an exponent, in thousands (k), millions (M) and so on where it is large."""
+    return f"{value:.4g}" if value < 1e4 else EngFormatter(places=0).format_eng(value)
 
 
 def _legend(axes: Axes) -> None:
