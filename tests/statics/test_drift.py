@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -11,6 +13,7 @@ from flexura.analysis.drift import drift, screw_axis
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.linalg import is_definite
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)
 L, B, T = 0.05, 0.01, 0.0005
 EI = 200e9 * B * T**3 / 12
@@ -187,6 +190,29 @@ def test_mirrored_copies_drift_alike():
     for own in np.eye(6):
         found, expected = drift(model, u, node="stage", load=own), drift(other_model, other_u, node="stage", load=own)
         np.testing.assert_allclose(found.twists, expected.twists, rtol=1e-6, atol=1e-9 * np.abs(expected.twists).max())
+
+
+@pytest.mark.parametrize(
+    ("file", "move", "far"),
+    [
+        ("pivot/pivot.yaml", "arm.ry", 1e-3),
+        ("guide/guide.yaml", "carriage.x", 1e-4),
+        ("rpr/rpr.yaml", "platform.rx", 1e-4),
+        ("rpr/rpr.yaml", "platform.ry", 1e-4),
+    ],
+)
+def test_drift_is_the_derivative_of_a_stroke(file, move, far):
+    """Differences of axes between the ends of a small stroke, whose states are in equilibrium."""
+    model = fx.assemble(fx.load(EXAMPLES / file))
+    node, axis = move.split(".")
+    load = np.array([axis == name for name in ("x", "y", "z", "rx", "ry", "rz")], dtype=float)
+    u = fx.preload(model, loads={node: load}).displacement_vector
+    u *= far / (load @ model.design.node_rows(model.plan.topology.numbers([node])) @ u)
+    points = [np.array(drift(model, sign * u, node=node, load=load).displaced.point) for sign in (-1, 1)]
+    ends = fx.stroke(model, move={move: (-far, far)}, steps=3, n=1).poses[::2]
+    exact = [np.array(pose.screw_axis[move].point) for pose in ends]
+    apart = np.subtract(*points) - np.subtract(*exact)
+    assert np.abs(apart).max() < 1e-3 * np.abs(np.subtract(*exact)).max()
 
 
 def test_screw_axis_of_a_helix():
