@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.motion import motions
+from flexura.analysis.pose_limits import pose_limits
 from flexura.analysis.proven_modes import Mode, Modes, certified_mode, unproven, with_mesh_errors
 from flexura.analysis.split_modes import split_modes
 from flexura.arguments import verb
@@ -196,6 +197,6 @@ def _result(
     model = full.model
     names, name = tuple(model.plan.topology.node_names), model.plan.mechanism.name
     found, meshes = with_mesh_errors(model, found, u)
-    said = (*unproven(found, certified, tolerance), *meshes)
+    said = (*unproven(found, certified, tolerance), *meshes, *pose_limits(model))
     limit = min(tolerance, TOLERANCE)
     return Modes(name, order, model.order, found, evidence, u, names, parameters, model, certified, steps, limit, said)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.analysis.limits import States, command_limits, force_limits, motion_limits, stress_limits
 from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
+from flexura.analysis.pose_limits import pose_limits
 from flexura.analysis.preload import preload
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
@@ -82,6 +83,7 @@ class Statics(Tabular):
             *motion_limits(states),
             *stress_limits(states, self._weight),
             *self._buckling[0],
+            *pose_limits(self.model),
             *motion_meshes(self.model, self.displacement_vector[:, None], ["under these loads"]),
         )
 

@@ -22,7 +22,7 @@ from flexura.analysis.stress import (
     worst_stresses,
 )
 from flexura.analysis.stroke_columns import stroke_columns
-from flexura.analysis.stroke_pose import Asked, StrokePose, stroke_poses
+from flexura.analysis.stroke_pose import ACCURATE, Asked, StrokePose, stroke_poses
 from flexura.analysis.stroke_ways import Course, FromTo, Given, course, words
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, checkpoint
@@ -48,9 +48,6 @@ from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
 
 Array = NDArray[np.float64]
-
-ACCURATE = 0.01
-"""Estimated relative error of stiffness from which on elements are too few."""
 
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
@@ -339,19 +336,4 @@ def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, 
         for bend in bends(model, state.frames):
             if bend.name not in worst or bend.share > worst[bend.name].share:
                 worst[bend.name] = bend
-    found = []
-    for name, bend in worst.items():
-        if bend.elements:
-            kind = "mesh"
-            text = (
-                f"member {name}: one of its elements, {bend.elements} in all, bends by {bend.angle:.3g} rad, more than"
-                f" the {bend.limit} rad up to which strains are known: it wants more elements"
-            )
-        else:
-            kind = "rotation"
-            text = (
-                f"superelement {name}: it turns by {bend.angle:.3g} rad within itself, more than {bend.limit} rad;"
-                " it is linear inside"
-            )
-        found.append(Exceeded(kind, name, bend.angle, bend.limit, "rad", text))
-    return tuple(found)
+    return tuple(bend.exceeded for bend in worst.values())

@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 GOOD_SHARE = 0.2
 """Share of the most that any member has in an error, from which on this is also that of the member."""
 
+ACCURATE = 0.01
+"""Estimated relative error of stiffness from which on elements are too few."""
+
 NO_ERROR = 1e-4
 """Errors of stiffness that are not told."""
 
@@ -183,6 +186,13 @@ def _mesh_errors(pose: Pose, asked: Asked, free: Eigenpairs, support: Sequence[f
         kept = [k for k, stiffness in enumerate(support) if 0 < stiffness < np.inf]
         motions = np.concatenate([motions, pose.pushed(node, held=True)[:, kept]], axis=1)
         energies = np.append(energies, 1 / np.array(support)[kept])
+    return mesh_errors_of(pose, motions, energies)
+
+
+def mesh_errors_of(pose: Pose, motions: Array, energies: Array) -> dict[str, float]:
+    """By member, the largest relative error of the stiffness that free displacements (n, k) from a pose meet in all
+    members together, of those errors of which it has a good share; `energies` (k,), N m, are twice those of the
+    displacements."""
     stable = energies > 0
     errors = stiffness_errors(pose.equations.model, pose.state.frames, motions[:, stable], energies[stable])
     if not errors or not stable.any():

@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.errors import Exceeded
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames, Group, PoseElements
@@ -36,6 +37,21 @@ class Bend(NamedTuple):
     def share(self) -> float:
         """Angle over limit."""
         return self.angle / self.limit
+
+    @property
+    def exceeded(self) -> Exceeded:
+        """It as a warning."""
+        if not self.elements:
+            text = (
+                f"superelement {self.name}: it turns by {self.angle:.3g} rad within itself, more than {self.limit} rad;"
+                " it is linear inside"
+            )
+            return Exceeded("rotation", self.name, self.angle, self.limit, "rad", text)
+        text = (
+            f"member {self.name}: one of its elements, {self.elements} in all, bends by {self.angle:.3g} rad, more than"
+            f" the {self.limit} rad up to which strains are known: it wants more elements"
+        )
+        return Exceeded("mesh", self.name, self.angle, self.limit, "rad", text)
 
 
 def bends(model: MovingModel, frames: Frames) -> list[Bend]:

@@ -1,0 +1,45 @@
+"""What is to be said of the pose that a mechanism is described at, whatever is asked about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from flexura.analysis.stress import yield_ratios
+from flexura.analysis.stroke_pose import ACCURATE, mesh_errors_of
+from flexura.errors import Exceeded
+from flexura.linalg import leading
+from flexura.motion import PosedDesign, bends, pose_of
+from flexura.structure import FullOrderModel
+
+LOWEST = 6
+"""Modes whose stiffness is looked at for want of elements."""
+
+
+def pose_limits(model: FullOrderModel) -> tuple[Exceeded, ...]:
+    """Where the pose itself is doubtful: members that bend too far for their elements or have too few of them,
+    superelements that turn within themselves, members beyond yield. Nothing at rest."""
+    posed = pose_of(model)
+    if posed is None:
+        return ()
+    return model.prepared.once("pose limits", lambda: tuple(_limits(model, posed)))
+
+
+def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
+    for bend in bends(posed.model, posed.pose.state.frames):
+        yield bend.exceeded
+    modes = posed.pose.modes(min(LOWEST, model.order))
+    for name, error in mesh_errors_of(posed.pose, modes.vectors, modes.values).items():
+        if error > ACCURATE:
+            text = (
+                f"member {name}: at the pose squares of frequencies are too large by some {100 * error:.2g} % for want"
+                " of its elements: it wants more elements"
+            )
+            yield Exceeded("mesh", name, error, ACCURATE, "1", text)
+    yields = yield_ratios(model, np.zeros((model.order, 1)))
+    if yields.names and float(yields.ratio.max()) > 1:
+        worst = int(leading(yields.ratio[:, 0]))
+        name, ratio = yields.names[worst], float(yields.ratio[worst, 0])
+        text = f"{name} is stressed beyond its yield stress at the pose, {ratio:.3g} times"
+        yield Exceeded("stress", name, ratio, 1.0, "1", text)
