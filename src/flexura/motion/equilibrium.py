@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -150,7 +151,7 @@ class Equations:
         for iteration in range(1, ITERATIONS + 1):
             tangent, missing = self.tangent(frames, loads, multipliers)
             gap = wanted - self.travelled(frames)
-            step, multipliers = self.step(tangent, missing, gap)
+            step, multipliers = self.solver(tangent)(missing, gap)
             if not np.isfinite(step).all():
                 break
             size = float(np.abs(step * self.scale).max(initial=0.0))
@@ -162,19 +163,28 @@ class Equations:
                 return Equilibrium(frames, multipliers, loads, tangent, iteration)
         raise SolverError("no equilibrium is found near the last one")
 
-    def step(self, tangent: Tangent, missing: Array, gap: Array) -> tuple[Array, Array]:
-        """A step (n,) towards equilibrium, and the forces (d,) of the drives after it."""
-        n, d = len(missing), len(gap)
+    def solver(self, tangent: Tangent) -> Callable[[Array, Array], tuple[Array, Array]]:
+        """What gives steps (n,) or (n, k) towards equilibrium, and the forces (d,) of the drives after them, from the
+        forces that are missing (n,) and the ways (d,) that are left to the drives (theory eq. G14).
+
+        Raises SolverError where the mechanism has lost its stiffness.
+        """
+        n, d = self.model.n_dof, len(self.drives)
         if n + d <= DENSE:
             A = np.zeros((n + d, n + d))
             A[:n, :n] = self.model.pattern.dense(tangent.forces.blocks)
             A[:n, n:], A[n:, :n] = -tangent.rows.T, tangent.rows
-            try:
-                solution = np.linalg.solve(A, np.append(missing, gap))
-            except np.linalg.LinAlgError:
-                raise SolverError("the mechanism has lost its stiffness") from None
+            solve: Callable[[Array], Array] = partial(np.linalg.solve, A)
         else:
             rows = sp.csc_matrix(tangent.rows)
-            A: Any = sp.bmat([[tangent.K, -rows.T], [rows, None]], format="csc") if d else tangent.K
-            solution = factorise(A).solve(np.append(missing, gap))
-        return np.asarray(solution[:n]), np.asarray(solution[n:])
+            sparse: Any = sp.bmat([[tangent.K, -rows.T], [rows, None]], format="csc") if d else tangent.K
+            solve = factorise(sparse).solve
+
+        def step(missing: Array, gap: Array) -> tuple[Array, Array]:
+            try:
+                solution = np.asarray(solve(np.concatenate([missing, gap])))
+            except np.linalg.LinAlgError:
+                raise SolverError("the mechanism has lost its stiffness") from None
+            return solution[:n], solution[n:]
+
+        return step
