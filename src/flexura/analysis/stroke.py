@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from itertools import groupby
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,11 +23,12 @@ from flexura.analysis.stress import (
     worst_stresses,
 )
 from flexura.analysis.stroke_columns import stroke_columns
+from flexura.analysis.stroke_paths import Followed, follow
 from flexura.analysis.stroke_pose import ACCURATE, Asked, StrokePose, stroke_poses
 from flexura.analysis.stroke_ways import Course, FromTo, Given, course, words
 from flexura.arguments import verb
-from flexura.deadline import Listener, Progress, checkpoint
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.deadline import Listener
+from flexura.errors import Exceeded, OptionError
 from flexura.linalg import leading
 from flexura.mechanism import Mechanism
 from flexura.motion import (
@@ -36,10 +38,6 @@ from flexura.motion import (
     Equilibrium,
     Frames,
     MovingModel,
-    Path,
-    Point,
-    Pose,
-    Stopped,
     bends,
     end_forces,
 )
@@ -60,7 +58,7 @@ UNSTABLE = "is not stable: whatever holds it would have to hold it against its o
 @dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
     """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
-    `bent` which members bend further within an element than is accurate.
+    `critical` where the way turns back or forks, `bent` which members bend further within an element than is accurate.
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
@@ -74,6 +72,7 @@ class Stroke(Tabular):
     model: FullOrderModel
     poses: tuple[StrokePose, ...]
     stopped: tuple[str, ...]
+    critical: tuple[Exceeded, ...]
     bent: tuple[Exceeded, ...]
     yield_ratios: YieldRatios
     end_forces: dict[str, tuple[Array, Array]]
@@ -91,15 +90,24 @@ class Stroke(Tabular):
         """Poses that are not there, not stable or not proven, and members that bend too far for their elements or are
         stressed beyond yield."""
         found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
-        for pose in self.poses:
-            if pose.frequency_hz_held and pose.frequency_hz_held[0] < 0:
-                text = f"at {words(pose.varied, self.units)} the mechanism {UNSTABLE}"
-                found.append(Exceeded("buckling", "", pose.frequency_hz_held[0], 0.0, "Hz", text))
-            if not pose.proven:
-                text = f"at {words(pose.varied, self.units)} natural frequencies are not proven, and some may be missed"
-                found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
+        found += self.critical
+        for run in self._runs(lambda pose: bool(pose.frequency_hz_held) and pose.frequency_hz_held[0] < 0):
+            text = f"{self._where(run)} the mechanism {UNSTABLE}"
+            found.append(Exceeded("buckling", "", min(pose.frequency_hz_held[0] for pose in run), 0.0, "Hz", text))
+        for run in self._runs(lambda pose: not pose.proven):
+            text = f"{self._where(run)} natural frequencies are not proven, and some may be missed"
+            found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
         low = () if self.low_order is None else self.low_order.warnings
         return (*found, *low, *self.bent, *self._too_coarse(), *self._beyond_yield())
+
+    def _runs(self, holds: Callable[[StrokePose], bool]) -> list[list[StrokePose]]:
+        """Poses one after another for which something holds."""
+        return [list(run) for true, run in groupby(self.poses, holds) if true]
+
+    def _where(self, run: list[StrokePose]) -> str:
+        """The place of poses one after another."""
+        first, last = (words(pose.varied, self.units) for pose in (run[0], run[-1]))
+        return f"at {first}" if len(run) == 1 else f"from {first} to {last}, {len(run)} poses,"
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -193,6 +201,7 @@ def stroke(
     actuators: Mapping[str, FromTo] | None = None,
     nodes: Sequence[str] | None = None,
     compliance: bool = False,
+    branch: int = 0,
     order: Order = "full",
     progress: Listener | None = None,
 ) -> Stroke:
@@ -211,6 +220,10 @@ def stroke(
     `progress` is told of every pose. At `order` "low" substructures are superelements that turn, with energies of
     fourth order in their deformation, finer where the motion asks for it; `low_order` says how far this is off.
 
+    Where loads and commands alone change, the way is followed by arc length, through limit points and snap-back: poses
+    are where it comes by the asked shares, as often as it does, and where it turns back. Warnings tell limit points and
+    bifurcations; with `branch` 1 or -1 the way goes on along the first buckled one, to either side.
+
     Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
     elastic, sections keep their shape, and nothing touches (theory eqs. G1-G30).
@@ -219,6 +232,8 @@ def stroke(
     other, ranges without steps, and SolverError when nothing moves at all.
     """
     full = at_rest(model, parameters)
+    if branch not in (-1, 0, 1):
+        raise OptionError(f"branch is 1 or -1, to either side, or 0 to go straight on, not {branch!r}")
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("full", "low"):
@@ -232,65 +247,43 @@ def stroke(
     numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
     equations = Equations(moving, drives)
     _independent(equations)
+    wanted = Asked(n, numbers, compliance)
+
+    def walk(own: Equations) -> Followed:
+        return follow(own, planned, wanted, branch, progress)
+
     low: LowOrderMotion | None = None
     if order == "full":
-        walked = _walked(equations, planned, progress)
-        shown = walked.states
+        followed = walk(equations)
+        shown = [own.state for own in followed.found]
     else:
-        walked, equations, shown, low = _at_low_order(equations, planned, [*numbers.values()], n, progress)
+        followed, shown, low = _at_low_order(equations, planned, [*numbers.values()], n, walk)
     forces = end_forces(moving, shown)
     yields = ratios_to_yield(full, forces.__getitem__, len(shown)) if shown else NO_YIELD
-    varied = [planned.at(k) for k in walked.numbers]
-    poses = stroke_poses(equations, walked.states, varied, yields, Asked(n, numbers, compliance))
+    poses = stroke_poses([own.measured for own in followed.found], yields)
     frames = tuple(state.frames for state in shown)
+    ended, critical = tuple(followed.stopped), tuple(followed.critical)
     bent = _bent(moving, shown)
-    return Stroke(full, tuple(poses), walked.stopped, bent, yields, forces, frames, planned.units, low)
-
-
-class _Walked(NamedTuple):
-    """The numbers of the points that were reached, their states, why others were not, and where ways ended early."""
-
-    numbers: list[int]
-    states: list[Equilibrium]
-    stopped: tuple[str, ...]
-    last: list[Equilibrium]
-
-
-def _walked(equations: Equations, planned: Course, progress: Listener | None) -> _Walked:
-    """All points, as far as they are reached. Raises SolverError when nothing moves at all."""
-    start = _start(equations, planned.rest)
-    states: dict[int, Equilibrium] = {}
-    stopped: list[str] = []
-    last: list[Equilibrium] = []
-    for way in planned.ways():
-        path = Path(equations, start, planned.rest)
-        for k, state in zip(way, path.through([planned.points[k] for k in way]), strict=False):
-            checkpoint()
-            if isinstance(state, Stopped):
-                stopped.append(_why(state, equations, planned, way))
-                last.append(state.last)
-                break
-            states[k] = state
-            if progress is not None:
-                progress(Progress("poses", len(states), len(planned.points)))
-    order = sorted(states)
-    return _Walked(order, [states[k] for k in order], tuple(stopped), last)
+    return Stroke(full, tuple(poses), ended, critical, bent, yields, forces, frames, planned.units, low)
 
 
 def _at_low_order(
-    full: Equations, planned: Course, nodes: list[int], n: int, progress: Listener | None
-) -> tuple[_Walked, Equations, list[Equilibrium], LowOrderMotion]:
-    """All points at low order, with its equations, and its states on the full order."""
-    walked: list[_Walked] = []
+    full: Equations, planned: Course, nodes: list[int], n: int, walk: Callable[[Equations], Followed]
+) -> tuple[Followed, list[Equilibrium], LowOrderMotion]:
+    """All points at low order, and its states on the full order."""
+    walked: list[Followed] = []
 
-    def walk(equations: Equations) -> list[Equilibrium]:
-        walked.append(_walked(equations, planned, progress))
-        return walked[-1].states + walked[-1].last
+    def states(equations: Equations) -> list[Equilibrium]:
+        walked.append(walk(equations))
+        if walked[-1].broken is not None:
+            raise walked[-1].broken
+        return [own.state for own in walked[-1].found] + walked[-1].ended
 
-    loaded = [node for point in planned.points for node in (*point.loads.dead, *point.loads.follower)]
-    found = low_order_motion(full, [*nodes, *loaded], walk, n)
+    ends = (planned.rest, planned.first, planned.last)
+    loaded = [node for point in ends for node in (*point.loads.dead, *point.loads.follower)]
+    found = low_order_motion(full, [*nodes, *loaded], states, n)
     own = walked[found.walk]
-    return own, found.equations, found.compared.states[: len(own.states)], found.said
+    return own, found.compared.states[: len(own.found)], found.said
 
 
 def _independent(equations: Equations) -> None:
@@ -302,31 +295,6 @@ def _independent(equations: Equations) -> None:
         if np.linalg.norm(left) < INDEPENDENT * np.linalg.norm(rows[k]):
             before = ", ".join(own.name for own in equations.drives[:k])
             raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
-
-
-def _start(equations: Equations, rest: Point) -> Equilibrium:
-    """The state with nothing moved and the loads on that do not change. Raises SolverError where there is none."""
-    start = equations.solve(equations.model.rest, NO_LOADS, rest.targets)
-    if not rest.loads.any:
-        return start
-    path = Path(equations, start, Point(rest.targets, NO_LOADS))
-    state = next(iter(path.through([rest])))
-    if isinstance(state, Stopped):
-        raise SolverError(f"the loads are too large: no equilibrium is found beyond {100 * state.share:.3g} % of them")
-    return state
-
-
-def _why(stopped: Stopped, equations: Equations, planned: Course, way: list[int]) -> str:
-    """Where a way ends, in words."""
-    last = planned.towards(way[stopped.point - 1] if stopped.point else None, way[stopped.point], stopped.share)
-    at, aim = (words(own, planned.units) for own in (last, planned.at(way[stopped.point]).all))
-    pose = Pose(equations, stopped.last)
-    held = pose.modes(1, held=True).values
-    state = "there it is not stable" if len(held) and held[0] < 0 else "there it is stable"
-    return (
-        f"no equilibrium is found beyond {at}, on the way to {aim}: {state}; where the drive has to turn back, as in a"
-        " snap-through, another displacement may be moved, and members that bend sharply want more elements"
-    )
 
 
 def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, ...]:

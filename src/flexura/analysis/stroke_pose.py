@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.analysis.stress import YieldRatios
 from flexura.analysis.stroke_ways import Varied
 from flexura.deadline import checkpoint
-from flexura.linalg import Eigenpairs, counted_intervals, inverse_roots, leading, scaled
+from flexura.linalg import Eigenpairs, Matrix, counted_intervals, inverse_roots, leading, scaled
 from flexura.modal import track_modes
 from flexura.motion import Equations, Equilibrium, Pose, buckling_factor, stiffness_errors
 from flexura.records import Record
@@ -37,7 +37,8 @@ HELD = 1e-9
 class StrokePose(Record):
     """The mechanism at one pose, m and rad, N and N m, Hz; global axes.
 
-    `move` are the prescribed displacements by name, `load` the components of loads that change over the stroke, N, N m
+    `share` is that of the way from the first values of what is prescribed to the last ones. `move` are the prescribed
+    displacements by name, `load` the components of loads that change over the stroke, N, N m
     and m/s^2, and `actuators` the commands that do, in the units of their inputs. `reaction` are the forces and moments
     that hold the prescribed displacements there and `drive_stiffness` how these grow with the displacement, all other
     prescribed ones held. `frequency_hz` are natural frequencies with the drives free under these forces, which stay as
@@ -68,6 +69,7 @@ class StrokePose(Record):
 
     _shown = ("move", "reaction", "frequency_hz")
 
+    share: float
     move: dict[str, float]
     load: dict[str, float]
     actuators: dict[str, float]
@@ -109,56 +111,74 @@ class Asked(NamedTuple):
     compliance: bool
 
 
-def stroke_poses(
-    equations: Equations,
-    states: Sequence[Equilibrium],
-    varied: Sequence[Varied],
-    yields: YieldRatios,
-    asked: Asked,
-) -> Iterator[StrokePose]:
-    """What the mechanism is at each state, with what is prescribed there."""
-    before: Array | None = None
+class Measured(NamedTuple):
+    """What the mechanism is at a state by itself, with eigenvalues (k,), mode shapes (n, k) and the mass (n, n) in
+    which they are orthonormal, drives free."""
+
+    pose: StrokePose
+    values: Array
+    vectors: Array
+    M: Matrix
+
+
+def measured(equations: Equations, state: Equilibrium, at: Varied, asked: Asked) -> Measured:
+    """What the mechanism is at a state with what is prescribed there, but for modes that are tracked and stress."""
+    checkpoint()
+    pose = Pose(equations, state)
     names = [drive.name for drive in equations.drives]
-    for k, (state, at) in enumerate(zip(states, varied, strict=True)):
-        checkpoint()
-        pose = Pose(equations, state)
-        free, held = pose.modes(asked.modes), pose.modes(asked.modes, held=True)
+    free, held = pose.modes(asked.modes), pose.modes(asked.modes, held=True)
+    lower, upper, proven = counted_intervals(pose.K, pose.M, free.values, free.vectors)
+    support = _support(pose, asked)
+    compliance, compliance_held, stiffness, stiffness_held = _tables(pose, asked)
+    found = StrokePose(
+        share=at.share,
+        move=at.move,
+        load=at.load,
+        actuators=at.actuators,
+        reaction=dict(zip(names, state.drive.tolist(), strict=True)),
+        drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
+        frequency_hz=_hertz(free.values),
+        frequency_hz_held=_hertz(held.values),
+        frequency_interval_hz=tuple(zip(_hertz(lower), _hertz(upper), strict=True)),
+        proven=proven,
+        tracked=tuple(range(len(free.values))),
+        displacement={name: tuple(pose.displacement(k).tolist()) for name, k in asked.nodes.items()},
+        support_stiffness=support,
+        screw_axis={name: _axis(pose, k) for k, name in enumerate(names)},
+        ground_reaction=tuple(equations.ground_reaction(state).tolist()),
+        energy=state.tangent.forces.energy,
+        energy_by_part=_energies(state),
+        mesh_error=_mesh_errors(pose, asked, free, support),
+        stress_margin=None,
+        stress_member=None,
+        stress_position=None,
+        buckling_factor=buckling_factor(pose),
+        compliance=compliance,
+        compliance_held=compliance_held,
+        stiffness=stiffness,
+        stiffness_held=stiffness_held,
+    )
+    return Measured(found, free.values, free.vectors, pose.M)
+
+
+def stroke_poses(found: Sequence[Measured], yields: YieldRatios) -> Iterator[StrokePose]:
+    """Poses with their modes tracked from one to the next, and with their stress."""
+    before: Array | None = None
+    for k, own in enumerate(found):
+        number = np.arange(len(own.values))
         if before is None:
-            before, number = free.vectors, np.arange(len(free.values))
+            before = own.vectors
         else:
-            tracked = track_modes(before, free.values, free.vectors, pose.M, close=0.02)
+            tracked = track_modes(before, own.values, own.vectors, own.M, close=0.02)
             number = tracked.number
             before = np.where(number >= 0, tracked.shapes[:, number], before)
         margin, member, position = _margin(yields, k)
-        lower, upper, proven = counted_intervals(pose.K, pose.M, free.values, free.vectors)
-        support = _support(pose, asked)
-        compliance, compliance_held, stiffness, stiffness_held = _tables(pose, asked)
-        yield StrokePose(
-            move=at.move,
-            load=at.load,
-            actuators=at.actuators,
-            reaction=dict(zip(names, state.drive.tolist(), strict=True)),
-            drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
-            frequency_hz=_hertz(free.values),
-            frequency_hz_held=_hertz(held.values),
-            frequency_interval_hz=tuple(zip(_hertz(lower), _hertz(upper), strict=True)),
-            proven=proven,
+        yield replace(
+            own.pose,
             tracked=tuple(int(k) for k in number),
-            displacement={name: tuple(pose.displacement(k).tolist()) for name, k in asked.nodes.items()},
-            support_stiffness=support,
-            screw_axis={name: _axis(pose, k) for k, name in enumerate(names)},
-            ground_reaction=tuple(equations.ground_reaction(state).tolist()),
-            energy=state.tangent.forces.energy,
-            energy_by_part=_energies(state),
-            mesh_error=_mesh_errors(pose, asked, free, support),
             stress_margin=margin,
             stress_member=member,
             stress_position=position,
-            buckling_factor=buckling_factor(pose),
-            compliance=compliance,
-            compliance_held=compliance_held,
-            stiffness=stiffness,
-            stiffness_held=stiffness_held,
         )
 
 

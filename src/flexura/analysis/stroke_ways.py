@@ -3,7 +3,7 @@ value to another."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,8 +43,9 @@ class Given(NamedTuple):
 
 
 class Varied(NamedTuple):
-    """What is prescribed at a point, by name: displacements, loads that change, and commands that change."""
+    """What is prescribed at a share of the way, by name: displacements, loads that change, and commands that change."""
 
+    share: float
     move: dict[str, float]
     load: dict[str, float]
     actuators: dict[str, float]
@@ -56,48 +57,54 @@ class Varied(NamedTuple):
 
 
 class Course(NamedTuple):
-    """The points (p,) of a stroke in order, `drives` (d,) whose displacements are prescribed there, the point `rest`
-    that its ways start from, and how much of what changes there is at each: `loads` and `commands`, names with values
-    (p,), N, N m, m/s^2 and the units of inputs, which `units` has by name."""
+    """What a stroke leads through: `drives` (d,) whose displacements are prescribed, the point `rest` that its ways
+    start from, the `first` and the `last` point, and the `shares` (p,) of the way between these at which poses are
+    asked for.
+
+    `move`, `loads` and `commands` are the first and the last values by name of displacements that are prescribed, m and
+    rad, of loads that change, N, N m, m/s^2, and of commands that change, in the units of inputs; `units` has all.
+    """
 
     drives: tuple[Drive, ...]
     rest: Point
-    points: tuple[Point, ...]
-    loads: dict[str, Array]
-    commands: dict[str, Array]
+    first: Point
+    last: Point
+    shares: Array
+    move: dict[str, tuple[float, float]]
+    loads: dict[str, tuple[float, float]]
+    commands: dict[str, tuple[float, float]]
     units: dict[str, str]
 
-    def at(self, k: int) -> Varied:
-        """What is prescribed at a point."""
-        move = {drive.name: float(v) for drive, v in zip(self.drives, self.points[k].targets, strict=True)}
-        loads, commands = ({name: float(v[k]) for name, v in own.items()} for own in (self.loads, self.commands))
-        return Varied(move, loads, commands)
+    def at(self, share: float) -> Varied:
+        """What is prescribed at a share of the way."""
+        kinds = (self.move, self.loads, self.commands)
+        return Varied(share, *({name: (1 - share) * a + share * b for name, (a, b) in own.items()} for own in kinds))
 
-    def towards(self, before: int | None, k: int, share: float) -> dict[str, float]:
-        """What is prescribed on the way to a point from another one, or from rest."""
-        ends = self.at(k).all
-        start = dict.fromkeys(ends, 0.0) if before is None else self.at(before).all
-        return {name: (1 - share) * start[name] + share * end for name, end in ends.items()}
+    def words(self, share: float, of_first: float = 1.0) -> str:
+        """What is prescribed at a share of the way, times a part of it on the way from rest to there."""
+        values = {name: of_first * value for name, value in self.at(share).all.items()}
+        return words(values, self.units)
 
-    def ways(self) -> Iterator[list[int]]:
-        """Ways from rest through all points: from the one that is nearest to rest to both sides."""
-        found = [*np.array([point.targets for point in self.points]).T, *self.loads.values(), *self.commands.values()]
-        size = [max(float(np.abs(own).max()), 1e-300) for own in found]
-        away = sum((np.abs(own) / top for own, top in zip(found, size, strict=True)), np.zeros(len(self.points)))
-        first = int(np.argmin(away))
-        yield list(range(first, len(self.points)))
-        if first:
-            yield list(range(first - 1, -1, -1))
+    def point(self, share: float) -> Point:
+        """The point at a share of the way."""
+        return self.first.between(self.last, share)
+
+    @property
+    def nearest(self) -> int:
+        """Number of the pose that is nearest to rest, from which the ways go to both sides."""
+        ends = np.array([*self.move.values(), *self.loads.values(), *self.commands.values()]).reshape(-1, 2)
+        values = (1 - self.shares) * ends[:, :1] + self.shares * ends[:, 1:]
+        return int(np.argmin((np.abs(values) / np.maximum(np.abs(values).max(axis=1), 1e-300)[:, None]).sum(axis=0)))
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether loads and commands alone change over the stroke: nothing says how far it moves."""
+        return len(self.shares) > 1 and all(a == b for a, b in self.move.values())
 
 
 def words(values: Mapping[str, float], units: Mapping[str, str]) -> str:
     """Values with their units."""
     return ", ".join(f"{name} = {value:.6g} {units[name]}" for name, value in values.items())
-
-
-def component(name: str) -> int:
-    """Number of the axis of a displacement such as `carriage.y`."""
-    return AXES[name.rsplit(".", 1)[1]]
 
 
 def course(model: MovingModel, given: Given, steps: int) -> Course:
@@ -135,15 +142,13 @@ class _Courses:
         kinds = zip(*(self.ends[kind] for kind in ("dead", "follower", "actuators")), strict=True)
         at = [Loads(dead, follower, g, own) for (dead, follower, own), g in zip(kinds, gravity, strict=True)]
         low, high = (np.array([float(own[k]) for own in targets]) for k in (0, 1))
-        rest, first, last = (Point(at_, own) for at_, own in zip((0 * low, low, high), at, strict=True))
+        rest, first, last = (Point(to, own) for to, own in zip((0 * low, low, high), at, strict=True))
         moving = any(_pair(own, ()) for own in self.given.move.values()) or self.loads or self.commands
         if moving and (not isinstance(steps, int | np.integer) or steps < 2):
             raise OptionError(f"a range has at least 2 steps, not {steps!r}")
-        share = np.linspace(0.0, 1.0, steps) if moving else np.ones(1)
-        points = tuple(first.between(last, float(k)) for k in share)
-        loads, commands = ({name: a + share * (b - a) for name, (a, b) in own.items()}
-                           for own in (self.loads, self.commands))  # fmt: skip
-        return Course(drives, rest, points, loads, commands, self.units)
+        shares = np.linspace(0.0, 1.0, steps) if moving else np.ones(1)
+        move = dict(zip(self.given.move, zip(low.tolist(), high.tolist(), strict=True), strict=True))
+        return Course(drives, rest, first, last, shares, move, self.loads, self.commands, self.units)
 
     def _gravity(self) -> list[Array]:
         """Gravity (3,), m/s^2, of the description or as given, at rest, at the first and at the last point."""

@@ -1,5 +1,9 @@
 from flexura.motion.against_full import Comparison as Comparison
 from flexura.motion.against_full import against_full as against_full
+from flexura.motion.arc import Along as Along
+from flexura.motion.arc import Arc as Arc
+from flexura.motion.arc import Lost as Lost
+from flexura.motion.arc import unstable as unstable
 from flexura.motion.bending import Bend as Bend
 from flexura.motion.bending import bends as bends
 from flexura.motion.bending import stiffness_errors as stiffness_errors

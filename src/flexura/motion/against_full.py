@@ -116,7 +116,7 @@ def _error(equations: Equations, state: Equilibrium, missing: Array) -> float:
     in the work of the drives, whichever is larger."""
     if not np.isfinite(missing).all():
         return np.inf
-    step, more = equations.step(state.tangent, equations.free(missing), np.zeros(len(state.drive)))
+    step, more = equations.solver(state.tangent)(equations.free(missing), np.zeros(len(state.drive)))
     moved = equations.free(displacement(equations.model.rest, state.frames))
     size = float(np.abs(moved * equations.scale).max(initial=0.0))
     if size == 0.0:

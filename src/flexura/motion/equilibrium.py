@@ -174,7 +174,7 @@ class Equations:
             A = np.zeros((n + d, n + d))
             A[:n, :n] = self.model.pattern.dense(tangent.forces.blocks)
             A[:n, n:], A[n:, :n] = -tangent.rows.T, tangent.rows
-            solve: Callable[[Array], Array] = partial(np.linalg.solve, A)
+            solve: Callable[[Array], Any] = partial(np.linalg.solve, A)
         else:
             rows = sp.csc_matrix(tangent.rows)
             sparse: Any = sp.bmat([[tangent.K, -rows.T], [rows, None]], format="csc") if d else tangent.K
@@ -182,7 +182,7 @@ class Equations:
 
         def step(missing: Array, gap: Array) -> tuple[Array, Array]:
             try:
-                solution = np.asarray(solve(np.concatenate([missing, gap])))
+                solution = np.asarray(solve(np.concatenate([missing, gap])), dtype=float)
             except np.linalg.LinAlgError:
                 raise SolverError("the mechanism has lost its stiffness") from None
             return solution[:n], solution[n:]
