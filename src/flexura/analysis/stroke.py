@@ -226,7 +226,7 @@ def stroke(
 
     Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
     reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
-    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G30).
+    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G31).
 
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.

@@ -76,6 +76,9 @@ def stroke_command(
         bool,
         typer.Option("--compliance", help="6x6 compliance and stiffness of these nodes."),
     ] = False,
+    branch: Annotated[
+        int, typer.Option(min=-1, max=1, help="Follow the first way that branches off, to the side of 1 or -1.")
+    ] = 0,
     order: Annotated[ModelOrder, typer.Option(help="All elements, or superelements that turn.")] = ModelOrder.full,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of poses: .csv or .parquet.")] = None,
     plot: Plot = None,
@@ -103,6 +106,7 @@ def stroke_command(
         actuators=_from_to("--actuator", actuator, partial(reader.values, "--actuator")),
         nodes=node,
         compliance=compliance,
+        branch=branch,
         order=order.value,
     )
     if strict:

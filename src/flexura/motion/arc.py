@@ -2,7 +2,7 @@
 
 Of the loads between two points a share is on, which is an unknown; a further equation says how far to go, along the
 tangent of the way. Sources: Riks (1979), Int. J. Solids Structures 15; Crisfield (1981), Comput. & Structures 13, whose
-sphere is here the plane across the tangent.
+sphere is here the plane across the tangent (theory eq. G31).
 """
 
 from __future__ import annotations
