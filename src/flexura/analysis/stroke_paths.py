@@ -4,7 +4,7 @@ ends, turns back, forks or is broken off."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,10 @@ class Found(NamedTuple):
     state: Equilibrium
     share: float
     measured: Measured
+
+    def without_mesh_error(self) -> Found:
+        """Where a stiffness vanishes, it is off by any factor however fine the mesh."""
+        return self._replace(measured=self.measured._replace(pose=replace(self.measured.pose, mesh_error={})))
 
 
 @dataclass
@@ -180,6 +184,7 @@ class _Follower:
                 at = there
                 if there.kind == "limit":
                     self._note(own, there.state, there.share)
+                    own[-1] = own[-1].without_mesh_error()
                     self._turn(there)
                 if there.kind == "fork":
                     self._fork(f"at {self.planned.words(there.share)}")
