@@ -89,6 +89,18 @@ def test_a_strip_that_is_held_pulls():
     assert start[0, 0, 0, 0] == pytest.approx(E * Ip * rate**2 / 2, rel=1e-6)
 
 
+@pytest.mark.parametrize(("degrees", "said"), [(8, False), (10, True), (20, True)])
+def test_the_stretch_of_edges_is_told(degrees, said):
+    """(b^2/4 + t^2/4 - Ip/A) k^2/2, which is k^2 Ip/A."""
+    rate = np.radians(degrees) / 50e-3
+    A, Ip, *_ = section(15e-3, 0.4e-3)
+    stretch = ((15e-3**2 + 0.4e-3**2) / 4 - Ip / A) * rate**2 / 2
+    assert (stretch > 2e-4) == said
+    found = fx.stroke(strip("[warping]", "free"), move={"b.rx": rate * 50e-3}, n=1)
+    told = [warning for warning in found.warnings if warning.kind == "twist"]
+    assert [(own.place, own.value) for own in told] == [("leaf", pytest.approx(stretch, rel=1e-6))] * said
+
+
 def test_torsional_buckling_of_a_short_wide_strip():
     """At GJ A/Ip, below Euler's load of this length."""
     A, Ip, _, J = section(15e-3, 0.4e-3)

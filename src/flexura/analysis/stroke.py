@@ -39,6 +39,7 @@ from flexura.motion import (
     Frames,
     MovingModel,
     bends,
+    edge_strains,
     end_forces,
 )
 from flexura.results import Tabular
@@ -46,6 +47,9 @@ from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
 
 Array = NDArray[np.float64]
+
+STRETCH = 2e-4
+"""Strain of the edges of members by twist that is told: a tenth or less of what yields."""
 
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
@@ -58,7 +62,8 @@ UNSTABLE = "is not stable: whatever holds it would have to hold it against its o
 @dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
     """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
-    `critical` where the way turns back or forks, `bent` which members bend further within an element than is accurate.
+    `critical` where the way turns back or forks, `bent` which members bend further within an element than is accurate, or are
+    stretched by twist.
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
@@ -126,7 +131,7 @@ class Stroke(Tabular):
 
     def _too_coarse(self) -> Iterator[Exceeded]:
         """A warning for every member that makes stiffnesses wrong for want of elements, with the worst pose."""
-        told = {own.place for own in self.bent}
+        told = {own.place for own in self.bent if own.kind == "mesh"}
         for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in told):
             worst = max(self.poses, key=lambda pose: pose.mesh_error.get(name, 0.0))
             error = worst.mesh_error[name]
@@ -263,7 +268,7 @@ def stroke(
     poses = stroke_poses([own.measured for own in followed.found], yields)
     frames = tuple(state.frames for state in shown)
     ended, critical = tuple(followed.stopped), tuple(followed.critical)
-    bent = _bent(moving, shown)
+    bent = (*_bent(moving, shown), *_stretched(moving, shown))
     return Stroke(full, tuple(poses), ended, critical, bent, yields, forces, frames, planned.units, low)
 
 

@@ -6,6 +6,7 @@ from flexura.motion.arc import Lost as Lost
 from flexura.motion.arc import unstable as unstable
 from flexura.motion.bending import Bend as Bend
 from flexura.motion.bending import bends as bends
+from flexura.motion.bending import edge_strains as edge_strains
 from flexura.motion.bending import stiffness_errors as stiffness_errors
 from flexura.motion.buckling import buckling_factor as buckling_factor
 from flexura.motion.elements import Frames as Frames

@@ -88,6 +88,20 @@ def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energie
     return found
 
 
+def edge_strains(model: MovingModel, frames: Frames) -> dict[str, float]:
+    """The largest stretch in a state, by member, of the edges of twisted strips over the mean of their sections, where
+    corrections take it in: (r^2 - Ip/A)/2 times the square of the rate of twist, which is Ip/A times it at corners."""
+    found: dict[str, float] = {}
+    for group, names in zip(model.elements, model.names, strict=True):
+        if _bends(group):
+            length = np.linalg.norm(group.rest[:, :3], axis=1)
+            # Ip/AL per square of the twist of the ends is what shortens
+            stretch = group.strain.curvature[:, 0, 3, 3] * group.deformation(frames)[:, 3] ** 2 / length
+            for name, strain in zip(names, stretch.tolist(), strict=True):
+                found[name] = max(strain, found.get(name, 0.0))
+    return {name: strain for name, strain in found.items() if strain > 0}
+
+
 def _bends(group: Group) -> TypeGuard[PoseElements]:
     """Whether these are beams."""
     return isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6
