@@ -62,8 +62,8 @@ UNSTABLE = "is not stable: whatever holds it would have to hold it against its o
 @dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
     """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
-    `critical` where the way turns back or forks, `bent` which members bend further within an element than is accurate, or are
-    stretched by twist.
+    `critical` where the way turns back or forks, `bent` which members bend further within an element than is accurate,
+    or are stretched by twist.
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
@@ -300,6 +300,18 @@ def _independent(equations: Equations) -> None:
         if np.linalg.norm(left) < INDEPENDENT * np.linalg.norm(rows[k]):
             before = ", ".join(own.name for own in equations.drives[:k])
             raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
+
+
+def _stretched(model: MovingModel, states: Sequence[Equilibrium]) -> Iterator[Exceeded]:
+    """Members whose edges twist stretches by what stresses should contain, each at its worst."""
+    worst: dict[str, float] = {}
+    for state in states:
+        for name, strain in edge_strains(model, state.frames).items():
+            worst[name] = max(strain, worst.get(name, 0.0))
+    for name, strain in worst.items():
+        if strain > STRETCH:
+            text = f"member {name}: twist stretches its edges by a further {strain:.2g}, which stresses do not contain"
+            yield Exceeded("twist", name, strain, STRETCH, "1", text)
 
 
 def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, ...]:
