@@ -21,6 +21,9 @@ DENSE = 1200
 BASIS = 30
 """Vectors of Lanczos' method beyond two for each factor."""
 
+SETTLED = 1e-8
+"""Relative error of factors that Lanczos' method finds: neighbours may be close."""
+
 STRIDE = 16
 """Ratio of factors that are tried one after another."""
 
@@ -48,7 +51,9 @@ def critical_factors(K: Matrix, K_g: Matrix, n: int) -> Array:
     Ks = Ks + near * Gs
     inverse = spla.LinearOperator(Ks.shape, matvec=factorise(Ks).solve, dtype=float)
     start, basis = np.cos(np.arange(order)), min(order, 2 * count + BASIS)
-    mu = spla.eigsh(Gs, k=count, M=Ks, Minv=inverse, which="SA", return_eigenvectors=False, v0=start, ncv=basis)
+    mu = spla.eigsh(
+        Gs, k=count, M=Ks, Minv=inverse, which="SA", return_eigenvectors=False, v0=start, ncv=basis, tol=SETTLED
+    )
     factors = near + np.sort(-1 / mu[mu < 0])
     factors = factors[factors < 1 / least]
     if len(factors):
