@@ -92,9 +92,28 @@ def test_members_that_bend_too_far_for_their_elements(elements, far, said):
 def test_superelements_that_turn_within_themselves():
     imported = fx.load(GUIDE.parents[1] / "imported/guide.yaml")
     near, far = (fx.stroke(imported, move={"carriage.ry": angle}, n=1) for angle in (0.05, 0.2))
-    assert not near.warnings
-    assert [(w.kind, w.place) for w in far.warnings] == [("rotation", "leaf1.part"), ("rotation", "leaf2.part")]
-    assert far.warnings[0].value == pytest.approx(0.2, rel=0.02)
+    assert not [w for w in near.warnings if w.kind == "rotation"]
+    turned = [w for w in far.warnings if w.kind == "rotation"]
+    assert [w.place for w in turned] == ["leaf1.part", "leaf2.part"]
+    assert turned[0].value == pytest.approx(0.2, rel=0.02)
+    # one leaf is pushed by far more than a beam would bear
+    assert any("would have lost its stability" in w.text for w in near.warnings)
+
+
+@pytest.mark.parametrize(
+    ("stroke", "least", "most"), [(1e-4, 0, 0), (1e-3, 0.03, 0.08), (3e-3, 0.2, 0.4), (9e-3, 0.7, 0.9)]
+)
+def test_superelements_that_bend_are_judged_as_beams(stroke, least, most):
+    """What is told is what guides of the same leaves, as beams, lose of their support stiffness."""
+    of_beams, of_parts = (fx.load(GUIDE.parents[1] / name) for name in ("guide/guide.yaml", "imported/guide.yaml"))
+    found = fx.stroke(of_parts, move={"carriage.x": stroke}, n=1)
+    told = [w.value for w in found.warnings if w.kind == "mesh"]
+    assert len(told) == (2 if most else 0)
+    assert all(least < error < most for error in told)
+    if most:
+        rest, there = (np.array(fx.stroke(of_beams, move={"carriage.x": x}, n=1).poses[0].support_stiffness)[1:]
+                       for x in (0.0, stroke))  # fmt: skip
+        assert max(told) == pytest.approx(float((1 - there / rest).max()), rel=0.3)
 
 
 def test_members_that_warping_stiffens_are_noted():

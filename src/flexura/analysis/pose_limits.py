@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from flexura.analysis.stress import yield_ratios
-from flexura.analysis.stroke_pose import ACCURATE, mesh_errors_of
+from flexura.analysis.stroke_pose import coarse, mesh_errors_of
 from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.motion import PosedDesign, bends, pose_of
@@ -31,12 +31,8 @@ def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
         yield bend.exceeded
     modes = posed.pose.modes(min(LOWEST, model.order))
     for name, error in mesh_errors_of(posed.pose, modes.vectors, modes.values).items():
-        if error > ACCURATE:
-            text = (
-                f"member {name}: at the pose squares of frequencies are too large by some {100 * error:.2g} % for want"
-                " of its elements: it wants more elements"
-            )
-            yield Exceeded("mesh", name, error, ACCURATE, "1", text)
+        if (found := coarse(model, name, error, "at the pose")) is not None:
+            yield found
     yields = yield_ratios(model, np.zeros((model.order, 1)))
     if yields.names and float(yields.ratio.max()) > 1:
         worst = int(leading(yields.ratio[:, 0]))

@@ -24,7 +24,7 @@ from flexura.analysis.stress import (
 )
 from flexura.analysis.stroke_columns import stroke_columns
 from flexura.analysis.stroke_paths import Followed, follow
-from flexura.analysis.stroke_pose import ACCURATE, Asked, StrokePose, stroke_poses
+from flexura.analysis.stroke_pose import Asked, StrokePose, coarse, stroke_poses
 from flexura.analysis.stroke_ways import Course, FromTo, Given, course, words
 from flexura.arguments import verb
 from flexura.deadline import Listener
@@ -130,17 +130,13 @@ class Stroke(Tabular):
         )
 
     def _too_coarse(self) -> Iterator[Exceeded]:
-        """A warning for every member that makes stiffnesses wrong for want of elements, with the worst pose."""
+        """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
         told = {own.place for own in self.bent if own.kind == "mesh"}
         for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in told):
             worst = max(self.poses, key=lambda pose: pose.mesh_error.get(name, 0.0))
-            error = worst.mesh_error[name]
-            if error > ACCURATE:
-                text = (
-                    f"member {name}: at {words(worst.varied, self.units)} support stiffnesses or squares of frequencies"
-                    f" are too large by some {100 * error:.2g} % for want of its elements: it wants more elements"
-                )
-                yield Exceeded("mesh", name, error, ACCURATE, "1", text)
+            at = f"at {words(worst.varied, self.units)}"
+            if (found := coarse(self.model, name, worst.mesh_error[name], at)) is not None:
+                yield found
 
     def _beyond_yield(self) -> Iterator[Exceeded]:
         """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""

@@ -13,10 +13,12 @@ from flexura.analysis.drift import ScrewAxis, screw_axis
 from flexura.analysis.stress import YieldRatios
 from flexura.analysis.stroke_ways import Varied
 from flexura.deadline import checkpoint
+from flexura.errors import Exceeded
 from flexura.linalg import Eigenpairs, Matrix, counted_intervals, inverse_roots, leading, scaled
 from flexura.modal import track_modes
 from flexura.motion import Equations, Equilibrium, Pose, buckling_factor, stiffness_errors
 from flexura.records import Record
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
@@ -207,6 +209,25 @@ def _mesh_errors(pose: Pose, asked: Asked, free: Eigenpairs, support: Sequence[f
         motions = np.concatenate([motions, pose.pushed(node, held=True)[:, kept]], axis=1)
         energies = np.append(energies, 1 / np.array(support)[kept])
     return mesh_errors_of(pose, motions, energies)
+
+
+def coarse(model: FullOrderModel, name: str, error: float, where: str) -> Exceeded | None:
+    """The warning of an error of stiffnesses that is owed to a member with few elements, or to a superelement that
+    bends; None where it is small."""
+    if not error > ACCURATE:
+        return None
+    copies = model.plan.topology.copies.values()
+    inside = {".".join((*path, key)) for own in copies for path in own.paths for key in own.part.superelements}
+    off = f"{where} support stiffnesses or squares of frequencies are too large by some {100 * error:.2g} %"
+    if name in inside and error >= 1:
+        text = (
+            f"superelement {name}: {where} a beam of its stiffness would have lost its stability: it is linear inside"
+        )
+    elif name in inside:
+        text = f"superelement {name}: {off}, as far as it is a beam: it is linear inside, and bending softens beams"
+    else:
+        text = f"member {name}: {off} for want of its elements: it wants more elements"
+    return Exceeded("mesh", name, error, ACCURATE, "1", text)
 
 
 def mesh_errors_of(pose: Pose, motions: Array, energies: Array) -> dict[str, float]:

@@ -12,6 +12,7 @@ from flexura.errors import Exceeded
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames, Group, PoseElements
+from flexura.motion.linear_inside import softer_as_beams
 from flexura.motion.model import MovingModel
 
 Array = NDArray[np.float64]
@@ -76,15 +77,20 @@ def bends(model: MovingModel, frames: Frames) -> list[Bend]:
 
 
 def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energies: Array) -> dict[str, Array]:
-    """Relative errors (k,), by member, of the stiffness that free displacements (n, k) meet in a state for want of
-    finer elements, estimated: `energies` (k,), N m, are twice those of the displacements (theory eq. G27)."""
+    """Relative errors (k,) of the stiffness that free displacements (n, k) meet in a state, estimated, by member for
+    want of finer elements (theory eq. G27), and by superelement for what bending would make of a beam (theory eq.
+    G32). `energies` (k,), N m, are twice those of the displacements."""
     whole = np.concatenate([motions, np.zeros((1, motions.shape[1]))])
     found: dict[str, Array] = {}
     for group, names in zip(model.elements, model.names, strict=True):
         if _bends(group):
-            own = whole[model.dof[group.node].reshape(len(names), -1)]
-            for name, error in zip(names, group.relief(frames, own) / energies, strict=True):
-                found[name] = found.get(name, 0.0) + error
+            relief = group.relief(frames, whole[model.dof[group.node].reshape(len(names), -1)])
+        elif isinstance(group, Superelements):
+            relief = softer_as_beams(group, frames, whole[model.dof[group.node].reshape(len(names), -1)])
+        else:
+            continue
+        for name, error in zip(names, relief / energies, strict=True):
+            found[name] = found.get(name, 0.0) + error
     return found
 
 
