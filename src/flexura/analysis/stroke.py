@@ -25,7 +25,7 @@ from flexura.analysis.stress import (
 from flexura.analysis.stroke_columns import stroke_columns
 from flexura.analysis.stroke_paths import Followed, follow
 from flexura.analysis.stroke_pose import Asked, StrokePose, coarse, stroke_poses
-from flexura.analysis.stroke_ways import Course, FromTo, Given, course, words
+from flexura.analysis.stroke_ways import Course, FromTo, Given, course, described, words
 from flexura.arguments import verb
 from flexura.deadline import Listener
 from flexura.errors import Exceeded, OptionError
@@ -50,6 +50,9 @@ Array = NDArray[np.float64]
 
 STRETCH = 2e-4
 """Strain of the edges of members by twist that is told: a tenth or less of what yields."""
+
+STEPS, MODES = 21, 6
+"""Poses of a stroke, and modes at each, where nothing else is asked for."""
 
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
@@ -194,8 +197,8 @@ def stroke(
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
     move: Mapping[str, FromTo] | None = None,
-    steps: int = 21,
-    n: int = 6,
+    steps: int | None = None,
+    n: int | None = None,
     loads: Mapping[str, FromTo] | None = None,
     follower: Mapping[str, FromTo] | None = None,
     gravity: FromTo | None = None,
@@ -207,6 +210,8 @@ def stroke(
     progress: Listener | None = None,
 ) -> Stroke:
     """The mechanism over the stroke of some displacements, with large displacements and rotations.
+
+    Without anything that moves or acts it is the stroke that is described as `motion`, with its steps, modes and nodes.
 
     `move` prescribes displacements by name, `carriage.y` or `platform.rz`, from rest: (from, to), m or rad, in `steps`
     poses at equal distances, or a single number for one pose. Several move together. Rotations are components of the
@@ -235,12 +240,18 @@ def stroke(
     full = at_rest(model, parameters)
     if branch not in (-1, 0, 1):
         raise OptionError(f"branch is 1 or -1, to either side, or 0 to go straight on, not {branch!r}")
+    given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})
+    motion = None if given.changes else full.plan.motion.motion
+    if motion is not None:
+        given = described(full.design)._replace(gravity=gravity)
+        nodes = nodes if nodes is not None or not motion.nodes else motion.nodes
+    steps = steps if steps is not None else motion.steps if motion is not None else STEPS
+    n = n if n is not None else motion.modes if motion is not None else MODES
     if not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("full", "low"):
         raise OptionError(f"order is full or low, not {order!r}")
     moving = MovingModel.of(full.design)
-    given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})
     planned = course(moving, given, steps)
     drives = planned.drives
     asked = [d.name.rsplit(".", 1)[0] for d in drives] if nodes is None else list(nodes)

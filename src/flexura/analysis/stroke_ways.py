@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import Drive, Loads, MovingModel, Point
+from flexura.structure import Design
 from flexura.systems import Ports
 
 Array = NDArray[np.float64]
@@ -39,7 +40,19 @@ class Given(NamedTuple):
     @property
     def anything(self) -> bool:
         """Whether anything at all moves or is loaded."""
-        return bool(self.move or self.loads or self.follower or self.actuators or self.gravity is not None)
+        return self.changes or self.gravity is not None
+
+    @property
+    def changes(self) -> bool:
+        """Whether anything moves or acts but gravity."""
+        return bool(self.move or self.loads or self.follower or self.actuators)
+
+
+def described(design: Design) -> Given:
+    """The stroke that a description has."""
+    motion, values = design.plan.motion, design.values
+    loads, follower = (motion.wrenches(kind, values) for kind in ("loads", "follower"))
+    return Given(motion.moved(values), loads, follower, None, motion.commands(values))
 
 
 class Varied(NamedTuple):

@@ -43,8 +43,8 @@ def stroke_command(
             help="What moves from rest, e.g. carriage.y=-20mm:20mm. May be repeated.",
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(min=2, help="Number of poses from FROM to TO.")] = 21,
-    n: Annotated[int, typer.Option("-n", min=1, help="Number of modes at each pose.")] = 6,
+    steps: Annotated[int | None, typer.Option(min=2, help="Number of poses from FROM to TO: 21.")] = None,
+    n: Annotated[int | None, typer.Option("-n", min=1, help="Number of modes at each pose: 6.")] = None,
     load: Annotated[
         list[str] | None,
         typer.Option(

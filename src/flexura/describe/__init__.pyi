@@ -34,7 +34,9 @@ from flexura.mechanism import Meshed as Meshed
 from flexura.mechanism import MirrorPattern as MirrorPattern
 from flexura.mechanism import ModalTest as ModalTest
 from flexura.mechanism import MomentActuator as MomentActuator
+from flexura.mechanism import Motion as Motion
 from flexura.mechanism import MotionSensor as MotionSensor
+from flexura.mechanism import Moved as Moved
 from flexura.mechanism import Notch as Notch
 from flexura.mechanism import ParabolicContour as ParabolicContour
 from flexura.mechanism import Parameter as Parameter

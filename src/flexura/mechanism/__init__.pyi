@@ -55,6 +55,8 @@ from flexura.mechanism.member import possible_corrections as possible_correction
 from flexura.mechanism.modal_test import Accelerometer as Accelerometer
 from flexura.mechanism.modal_test import HammerPoint as HammerPoint
 from flexura.mechanism.modal_test import ModalTest as ModalTest
+from flexura.mechanism.motion import Motion as Motion
+from flexura.mechanism.motion import Moved as Moved
 from flexura.mechanism.parameters import Parameter as Parameter
 from flexura.mechanism.placement import IDENTITY as IDENTITY
 from flexura.mechanism.placement import Affine as Affine

@@ -15,6 +15,7 @@ from flexura.mechanism.loads import Gravity, Load
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Fidelity, Flexure, Link, MeshSize, Theory
 from flexura.mechanism.modal_test import ModalTest
+from flexura.mechanism.motion import Motion
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.pose import Prescribed
 from flexura.mechanism.quantity import Angle
@@ -150,6 +151,8 @@ class Mechanism(Substructure):
     """Dead loads by the node that they act on, global axes; `*` matches any run of characters, each match has one."""
     at: dict[str, Prescribed] = {}
     """The pose about which everything is linear, by the nodes that are moved there; at rest when there is none."""
+    motion: Motion | None = None
+    """The stroke of the mechanism."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
 

@@ -34,7 +34,7 @@ from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry
-from flexura.structure.pose import DescribedPose
+from flexura.structure.pose import DescribedMotion, DescribedPose
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index, ValueTable
 
@@ -155,6 +155,7 @@ class Plan(Record):
         }
         self.loads = DeadLoads(self.layout, self.value_table)
         self.pose = DescribedPose(self.layout, self.value_table)
+        self.motion = DescribedMotion(self.layout, self.value_table)
         self._parameters = ParameterTable(mechanism)
         self.value_table.close(self._parameters.defaults)
         self.topology = Topology(self.layout, self.parts)

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.mechanism import COMMANDS, Layout, matching
-from flexura.structure.value_table import ValueTable
+from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,41 @@ class DescribedPose:
     def commands(self, values: Array) -> dict[str, float]:
         """Commands of actuators by name as placed, in the units of their inputs, at values (s,)."""
         return {name: float(values[entry]) for name, entry in self._commands.items()}
+
+
+class DescribedMotion:
+    """The key `motion` of a mechanism, laid out once."""
+
+    def __init__(self, layout: Layout, table: ValueTable) -> None:
+        self.motion = motion = layout.mechanism.motion
+        """What is described."""
+        self._moved, self._commands = dict[str, Index](), dict[str, Index]()
+        self._wrenches: dict[str, dict[str, Index]] = {"loads": {}, "follower": {}}
+        if motion is None:
+            return
+        actuators = layout.actuators()
+        for name, own in motion.move.items():
+            for key in own.given:
+                entries = np.array(table.add_all(getattr(own, key)), dtype=np.intp)
+                if key in COMMANDS:
+                    self._commands.update(dict.fromkeys(matching(name, actuators), entries))
+                else:
+                    self._moved[f"{name}.{key}"] = entries
+        for kind, found in self._wrenches.items():
+            for node, load in getattr(motion, kind).items():
+                found[node] = np.array(table.add_all((*load.force, *load.moment)), dtype=np.intp)
+
+    def moved(self, values: Array) -> dict[str, Array]:
+        """Displacements, m and rad, by NODE.AXIS, one or the first and the last (2,), at values (s,)."""
+        return {name: values[entries].squeeze() for name, entries in self._moved.items()}
+
+    def commands(self, values: Array) -> dict[str, Array]:
+        """Commands by name as placed, in the units of their inputs, likewise."""
+        return {name: values[entries].squeeze() for name, entries in self._commands.items()}
+
+    def wrenches(self, kind: str, values: Array) -> dict[str, Array]:
+        """Forces and moments (2, 6), N and N m, by node, of `loads` or `follower`, from nothing."""
+        return {node: np.stack([0 * values[own], values[own]]) for node, own in self._wrenches[kind].items()}
 
 
 class Posed(Protocol):

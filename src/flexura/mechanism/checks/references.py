@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fnmatch import translate
 
 from flexura.errors import Path
@@ -14,7 +14,8 @@ from flexura.mechanism.checks.modal_test import check_test
 from flexura.mechanism.checks.survey import Survey, Use, prefix, suggestion
 from flexura.mechanism.layout import TOP, is_pattern, matching
 from flexura.mechanism.material import CATALOGUE
-from flexura.mechanism.pose import COMMANDS, DISPLACEMENTS, command_of
+from flexura.mechanism.motion import Moved
+from flexura.mechanism.pose import COMMANDS, DISPLACEMENTS, Prescribed, command_of
 from flexura.mechanism.substructure import Substructure
 
 
@@ -30,6 +31,7 @@ def check_references(survey: Survey) -> None:
     survey.uses[TOP] += _ground(survey)
     survey.uses[TOP] += _loads(survey)
     survey.uses[TOP] += _pose(survey)
+    survey.uses[TOP] += _motion(survey)
     survey.uses[TOP] += check_test(survey, _Nodes(survey, TOP).find)
 
 
@@ -288,11 +290,28 @@ def _loads(survey: Survey) -> Iterator[Use]:
 
 
 def _pose(survey: Survey) -> Iterator[Use]:
+    yield from _prescribed(survey, ("at",), survey.layout.mechanism.at)
+
+
+def _motion(survey: Survey) -> Iterator[Use]:
+    motion, nodes = survey.layout.mechanism.motion, _Nodes(survey, TOP)
+    if motion is None:
+        return
+    yield from _prescribed(survey, ("motion", "move"), motion.move)
+    for kind in ("loads", "follower"):
+        for text in getattr(motion, kind):
+            yield Use(("motion", kind, text), nodes.find(("motion", kind, text), text), joins=False)
+    for k, text in enumerate(motion.nodes):
+        yield Use(("motion", "nodes", k), nodes.find(("motion", "nodes", k), text), joins=False)
+
+
+def _prescribed(survey: Survey, at: Path, entries: Mapping[str, Prescribed | Moved]) -> Iterator[Use]:
+    """Nodes that are moved, and actuators with a command."""
     nodes = _Nodes(survey, TOP)
     mechanism, actuators = survey.layout.mechanism, survey.layout.actuators()
     held = {n: s.held for text, s in mechanism.ground.items() for n in nodes.matches(text)}
-    for text, own in mechanism.at.items():
-        path, given = ("at", text), own.given
+    for text, own in entries.items():
+        path, given = (*at, text), own.given
         if given[0] in COMMANDS:
             driven = matching(text, actuators)
             if not driven:
