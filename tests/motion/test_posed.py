@@ -258,7 +258,6 @@ def test_what_knows_rest_alone_says_so(bent: tuple[fx.Mechanism, float]) -> None
         "place_sensors": lambda: fx.place_sensors(here, sensors=6),
         "tangent_stiffness": lambda: fx.tangent_stiffness(full, np.zeros(full.order)),
         "exact": lambda: fx.frequency_response(here, band=(1.0, 9.0), order="exact"),
-        "pictures": lambda: fx.view.draw_mechanism(full),
     }
     for name, ask in asked.items():
         with pytest.raises(fx.OptionError, match="at rest alone"):
@@ -290,3 +289,22 @@ def test_commands_lead_to_a_pose_as_displacements_do(damped: fx.Mechanism) -> No
     own[3:] -= np.cross(pose.displacement["platform"][3:], own[3:]) / 2
     scale = np.array([1, 1, 1, 0.05, 0.05, 0.05])
     _close(own * scale, slope * scale, 1e-5)
+
+
+def test_pictures_show_the_pose_and_what_moves_from_there(damped: fx.Mechanism) -> None:
+    shape = {"carriage.tx": 1.0}
+    found = {}
+    for d in (None, 0.0, 0.012):
+        full = fx.assemble(damped if d is None else fx.at(damped, {"carriage.y": d}))
+        u = full.node_displacements(np.array([[shape.get(name, 0.0)] for name in full.dof_names]))[:, :, 0]
+        found[d] = fx.view.solids(full, u)
+    rest, still, moved = found.values()
+    size = rest.size()
+    assert still.points.shape == rest.points.shape
+    assert_allclose(still.points, rest.points, atol=1e-9 * size)
+    assert_allclose(still.motions, rest.motions, atol=0.08)  # straight between nodes at rest, curves at a pose
+    away = moved.points[:, 1] - rest.points[:, 1]
+    assert away.max() == pytest.approx(0.012, rel=1e-3) and abs(away.min()) < 1e-4
+    assert moved.largest_motion() == pytest.approx(1.0, rel=0.05)
+    u[:] = 0
+    assert fx.view.draw_mode(full, u + 1e-3, title="a mode").axes

@@ -203,7 +203,7 @@ def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
         if name in model.actuators:
             actuators[name] = command * (1.0 if port.stiffness is None else port.stroke)
         else:
-            along = np.append(port.channel.direction, np.zeros(3))
+            along = np.append(np.asarray(port.channel.direction, dtype=float), np.zeros(3))
             wrench = np.roll(along, 3) if port.channel.quantity == "moment" else along
             dead[port.nodes[0]] = dead.get(port.nodes[0], np.zeros(6)) + command * wrench
         said.append(f"{name} = {command:.4g} {port.channel.unit}")

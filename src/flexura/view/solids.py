@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis import StressProfile
 from flexura.errors import OptionError
-from flexura.motion import Frames
+from flexura.motion import Frames, pose_of
 from flexura.solid.mesh import SurfaceShape
 from flexura.structure import FullOrderModel
 from flexura.view.discrete_elements import add_discrete_elements
@@ -18,6 +19,9 @@ from flexura.view.members import LEVELS, Detail, Placing, Surfaces, member_surfa
 from flexura.view.meshes import Array, Mesh
 from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind, Solids
+
+SMALL = 1e-5
+"""Displacements over the size of a mechanism that are small."""
 
 FACE_BUDGET = 20_000
 """Members are drawn in less detail, in the end as lines, to stay below this many faces."""
@@ -29,14 +33,16 @@ def solids(
     """The solids of a mechanism, moving with its nodes.
 
     displacements: (n_nodes, 6), m and rad, global frame, as `FullOrderModel.node_displacements` gives them for one
-    vector; none for a mechanism at rest. doubted: names of members and bodies in doubt, such as `leaf1.blade`, or
-    `leaf.blade` for all copies. Motions are linear in the displacements. Members carry their real sections; the number
-    of faces stays near FACE_BUDGET, and members of very large mechanisms become lines. Raises OptionError when the
-    displacements are not finite or have another shape, or when the model holds a stack of designs.
+    vector; none for a mechanism that stands still, at rest or at the pose that is described. doubted: names of members
+    and bodies in doubt, such as `leaf1.blade`, or `leaf.blade` for all copies. Motions are linear in the displacements.
+    Members carry their real sections; the number of faces stays near FACE_BUDGET, and members of very large mechanisms
+    become lines. Raises OptionError when the displacements are not finite or have another shape, or when the model
+    holds a stack of designs.
     """
-    model.plan.refuse_pose("pictures")
     u = node_motions(model, displacements)
     turned = float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0)))
+    if (posed := pose_of(model)) is not None:
+        return replace(_moving_on(model, posed.pose.state.frames, u), rotation=turned)
     return _collected(model, Motions.small(u), doubted).solids(turned)
 
 
@@ -48,6 +54,20 @@ def moved_solids(model: FullOrderModel, frames: Frames, profiles: Mapping[str, S
     """
     node_motions(model, None)
     return _collected(model, Motions.finite(model, frames), frozenset(), profiles).solids(0.0)
+
+
+def _moving_on(model: FullOrderModel, frames: Frames, u: Array) -> Solids:
+    """The solids where frames have moved, with small motions from there: the derivative by displacements u (n, 6)."""
+    here = moved_solids(model, frames, {})
+    points = here.points + here.motions
+    largest = float(np.abs(u * [1, 1, 1, *[here.size()] * 3]).max(initial=0.0))
+    motions = np.zeros(points.shape)
+    if largest:
+        step = SMALL * here.size() / largest
+        moved = np.concatenate([u, np.zeros((1, 6))])
+        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}) for sign in (1, -1))
+        motions = (ahead.motions - behind.motions) / (2 * step)
+    return replace(here, points=points, motions=motions)
 
 
 def _collected(
