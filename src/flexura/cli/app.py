@@ -105,7 +105,7 @@ COMMANDS = {
     "schema": _Command(
         "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."
     ),
-    "view": _Command("description", "view_command", "Draw the undeformed mechanism."),
+    "view": _Command("description", "view_command", "Draw the mechanism, undeformed or at a pose."),
 }
 """The commands by name."""
 

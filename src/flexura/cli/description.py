@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, print_json, print_result, read
+from flexura.cli.options import At, File, Json, Settings, print_json, print_result, read
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -50,13 +50,14 @@ def schema_command() -> None:
 def view_command(
     file: File,
     plot: Annotated[Path, typer.Option("--plot", metavar="DIR", help="Write the picture here.")] = Path(),
+    at: At = None,
     set: Settings = None,
 ) -> None:
-    """Draw the undeformed mechanism."""
+    """Draw the mechanism, undeformed or at a pose."""
     from flexura.structure import assemble
     from flexura.view import save_pictures
 
-    mechanism, parameters = read(file, set)
+    mechanism, parameters = read(file, set, at)
     for path in save_pictures(assemble(mechanism, parameters), plot):
         typer.echo(str(path))
 

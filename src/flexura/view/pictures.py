@@ -49,7 +49,8 @@ HIDDEN = 0.6
 def draw_mechanism(
     model: FullOrderModel, *, title: str | None = None, elev: float | None = None, azim: float | None = None
 ) -> Figure:
-    """Draw the undeformed mechanism: flexures, links, bodies and supports by colour, axes with their unit, a legend.
+    """Draw the mechanism, undeformed or at the pose that is described: flexures, links, bodies and supports by colour,
+    axes with their unit, a legend.
 
     title: the mechanism's name when left out; elev, azim: direction of view, degrees, chosen to suit the mechanism
     when left out. Rigid bodies are see-through when they would hide the flexures. Returns a matplotlib Figure of
