@@ -24,6 +24,7 @@ def straight_beams(
     G: float,
     ground: dict[str, object],
     reference: str = "[0, 0, 1]",
+    rho: float = 1e-3,
 ) -> fx.Mechanism:
     """Links between consecutive points p0, p1, ... with constants of a section."""
     nodes = "\n".join(f"  p{k}: [{x!r} m, {y!r} m, {z!r} m]" for k, (x, y, z) in enumerate(points))
@@ -35,7 +36,7 @@ def straight_beams(
     # isotropic materials have nu from 0 to 1/2: E and G of a case apart from that are put into J
     return fx.loads(
         "flexura: 1\nname: case\ntheory: timoshenko\ncorrections: none\n"
-        f"materials:\n  m: {{E: {E!r} Pa, nu: {E / (2 * G) - 1!r}, rho: 1e-3 kg/m^3}}\n"
+        f"materials:\n  m: {{E: {E!r} Pa, nu: {E / (2 * G) - 1!r}, rho: {rho!r} kg/m^3}}\n"
         f"sections:\n  s: {{shape: constants, {section}}}\n"
         f"nodes:\n{nodes}\nlinks:\n{links}\nground:\n{held}\n"
     )

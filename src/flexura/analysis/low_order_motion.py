@@ -68,8 +68,7 @@ class LowOrderMotion(Record):
         return (
             f"low order that turns, {self.coordinates} coordinates instead of {self.full}: off by {self.error:.1g} in"
             " displacements and forces of drives, by the step to equilibrium that is left to the full order, and by"
-            f" {self.frequency_error:.1g} in frequencies at rest and at the ends{finer}. Intervals of frequencies are"
-            " about the low order, and it has no buckling factors"
+            f" {self.frequency_error:.1g} in frequencies at rest and at the ends{finer}"
         )
 
     @property

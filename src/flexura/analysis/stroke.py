@@ -59,6 +59,8 @@ INDEPENDENT = 1e-9
 
 NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
 
+OF_LOW_ORDER = "intervals of frequencies are about the low order, and it has no buckling factors"
+
 UNSTABLE = "is not stable: whatever holds it would have to hold it against its own springing away"
 
 
@@ -120,7 +122,7 @@ class Stroke(Tabular):
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What stands for the full order, and members whose held warping is known for a constant torque alone."""
-        low = () if self.low_order is None else (self.low_order.note,)
+        low = () if self.low_order is None else (self.low_order.note, OF_LOW_ORDER)
         held = [name for name, own in corrected(self.model)[0].items() if "warping" in own]
         if not held:
             return low

@@ -13,7 +13,7 @@ from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import Drive, Loads, MovingModel, Point
 from flexura.structure import Design
-from flexura.systems import Ports
+from flexura.systems import InputPort, Ports
 
 Array = NDArray[np.float64]
 
@@ -211,23 +211,37 @@ class _Courses:
             ends = (0.0 if changes else low, low, high)
             for port in ports.inputs([pattern]):
                 name = port.channel.name
-                if port.base is not None:
-                    raise OptionError(
-                        f"{name} accelerates the base, which is at rest here: commands are of forces, moments and"
-                        " piezo stacks; a steady acceleration is gravity the other way"
-                    )
+                lever = commanded(self.model, port)
                 if name in seen:
                     raise OptionError(f"the input {name} is named twice")
                 seen.add(name)
                 if changes:
                     self.commands[name], self.units[name] = (low, high), port.channel.unit
-                kind, key, unit = "actuators", name, port.stroke if port.stiffness is not None else 1.0
-                if name not in self.model.actuators:
-                    turns = port.channel.quantity == "moment"
-                    d, none = np.array(port.channel.direction), np.zeros(3)
-                    kind, key, unit = "dead", port.nodes[0], np.append(none, d) if turns else np.append(d, none)
+                kind, key = ("actuators", name) if lever.node is None else ("dead", lever.node)
                 for at, value in zip(self.ends[kind], ends, strict=True):
-                    at[key] = at.get(key, 0.0) + value * unit
+                    at[key] = at.get(key, 0.0) + value * lever.unit
+
+
+class Lever(NamedTuple):
+    """What one unit of an input is: of an actuator between frames by its name, or a dead load (6,) on a node."""
+
+    name: str
+    node: int | None
+    unit: Any
+
+
+def commanded(model: MovingModel, port: InputPort) -> Lever:
+    """What an input does to a mechanism that moves. Raises OptionError for motions of the base."""
+    name = port.channel.name
+    if port.base is not None:
+        raise OptionError(
+            f"{name} accelerates the base, which is at rest here: commands are of forces, moments and piezo stacks; a"
+            " steady acceleration is gravity the other way"
+        )
+    if name in model.actuators:
+        return Lever(name, None, port.stroke if port.stiffness is not None else 1.0)
+    d, none = np.array(port.channel.direction), np.zeros(3)
+    return Lever(name, port.nodes[0], np.append(none, d) if port.channel.quantity == "moment" else np.append(d, none))
 
 
 def _drive(model: MovingModel, name: str) -> Drive:

@@ -13,9 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.analysis.blocks import block_response, suits_blocks
 from flexura.analysis.frequency_response import proven
 from flexura.analysis.integration import generalised_alpha
+from flexura.analysis.large_time_response import Asked, large_time_response
 from flexura.analysis.left_out import LeftOut, left_out, references
 from flexura.analysis.peaks import Run, integrated_warnings
-from flexura.analysis.recurrences import Hold, motion
+from flexura.analysis.recurrences import Hold
+from flexura.analysis.recurrences import motion as modal_motion
 from flexura.analysis.stress import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError
@@ -27,6 +29,7 @@ from flexura.systems import Channel, ModalSystem, Order, System, actuator_names,
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]
+Motion = Literal["small", "large"]
 Samples = ArrayLike | Callable[[Array], ArrayLike]
 
 PER_PERIOD = 10
@@ -142,6 +145,7 @@ def time_response(
     keep_modes: bool = False,
     damping: Damping | float | Mapping[str, Any] | None = None,
     order: Order = "low",
+    motion: Motion = "small",
     keep: int | Mapping[str, int] | None = None,
     keep_below: float | None = None,
     reduction: Reduction | None = None,
@@ -160,6 +164,11 @@ def time_response(
     becomes viscous damping that dissipates the same at each resonance. `generalised_alpha` (Chung and Hulbert 1993,
     with `rho_infinity`) integrates M, C, K as they are, for any damping, with an error of order dt^2.
 
+    In `large` motion displacements and rotations are as large as they get, of all elements at `order="full"` or of
+    superelements that turn, which are made as fine as the motion asks for (theory eqs. G28-G35). It is integrated by
+    the generalised-alpha method on frames that turn (Brüls, Cardona, Arnold 2012); loads and gravity that are described
+    are on all the time, and damping is that of dashpots and Rayleigh's.
+
     Raises ModelError, and OptionError for unknown names, impossible steps, and signals that differ in length or are not
     finite.
     """
@@ -173,12 +182,19 @@ def time_response(
     how = {name: value for name, value in ways.items() if value is not None}
     if isinstance(model, Mechanism):
         model = plan_of(model, parameters)
+    if motion not in get_args(Motion):
+        raise OptionError(f"motion is small or large, not {motion!r}")
     known = _known_inputs(model)
     inputs, impulses, start = (_spread(given or {}, known) for given in (inputs, impulses, start))
     names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
     if not names:
         raise OptionError("nothing acts on the mechanism: give inputs, impulses or a state to start from")
     time, u = _signals(inputs, names, dt, duration)
+    if motion == "large":
+        if how or keep_modes or hold != "foh":
+            raise OptionError("hold, keep_modes and ways of reduction belong to small motion")
+        asked = Asked(u, dt, _by_name(names, impulses), _by_name(names, start), rho_infinity)
+        return _large(_moving(model, parameters, names, outputs, damping), asked, time, order)
     built = _built(model, parameters, names, outputs, dt, order, damping, how)
     if method == "generalised_alpha":
         if isinstance(built, ModalSystem):
@@ -186,6 +202,27 @@ def time_response(
         return _integrated(built, time, u, dt, rho_infinity, _by_name(names, impulses), _by_name(names, start))
     modes = built if isinstance(built, ModalSystem) else _modes(built, dt, model)
     return _exact(modes, time, u, dt, hold, _by_name(names, impulses), _by_name(names, start), keep_modes)
+
+
+def _moving(
+    model: Any,
+    parameters: Mapping[str, ArrayLike] | None,
+    names: list[str],
+    outputs: Sequence[str] | None,
+    damping: Any,
+) -> System:
+    """The system of full order with inputs and outputs. Raises OptionError for what cannot move far."""
+    if not isinstance(model, Plan | FullOrderModel) or (model if isinstance(model, Plan) else model.plan).is_posed:
+        raise OptionError("large motion is that of a mechanism from rest, not of a reduced model, a system or a pose")
+    return system(model, parameters, inputs=names, outputs=outputs, order="full", damping=damping)
+
+
+def _large(built: System, asked: Asked, time: Array, order: Order) -> TimeResponse:
+    if not 0 <= asked.rho <= 1:
+        raise OptionError(f"rho_infinity lies between 0 and 1, not {asked.rho}")
+    found = large_time_response(built, asked, order)
+    notes, known = found.notes, found.warnings
+    return TimeResponse(built.name, time, found.response, asked.u, built.inputs, built.outputs, notes, known=known)
 
 
 def _known_inputs(model: Any) -> list[str]:
@@ -304,7 +341,7 @@ def _exact(
         return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, run=run)
     if modes.order * len(time) > STATES:
         raise OptionError(f"keep_modes keeps at most {STATES} values: ask for fewer modes or samples")
-    eta, rate = motion(modes, u, dt, hold, eta0, rate0, {0} | {min(k, 1) for k in modes.derivative.tolist()})
+    eta, rate = modal_motion(modes, u, dt, hold, eta0, rate0, {0} | {min(k, 1) for k in modes.derivative.tolist()})
     y = _read_all(modes, eta, rate, u)
     return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, modes, eta, run)
 
@@ -316,7 +353,7 @@ def _outputs(modes: ModalSystem, u: Array, dt: float, hold: Hold, eta0: Array, r
         return y + np.where(modes.derivative[:, None] == 0, modes.residual, 0.0) @ u
     orders = set(modes.derivative.tolist())
     wanted = {min(k, 1) for k in orders} | ({0} if 2 in orders else set())
-    eta, rate = motion(modes, u, dt, hold, eta0, rate0, wanted)
+    eta, rate = modal_motion(modes, u, dt, hold, eta0, rate0, wanted)
     return _read_all(modes, eta, rate, u)
 
 

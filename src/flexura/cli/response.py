@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from flexura.cli.commands import CommandReader
+from flexura.cli.modes import ModelOrder
 from flexura.cli.options import (
     At,
     Commands,
@@ -56,6 +57,13 @@ class Quantity(StrEnum):
     mobility = "mobility"
     accelerance = "accelerance"
     transmissibility = "transmissibility"
+
+
+class Motion(StrEnum):
+    """How far a mechanism moves."""
+
+    small = "small"
+    large = "large"
 
 
 class Hold(StrEnum):
@@ -208,6 +216,12 @@ def time_response_command(
     output: Outputs = None,
     hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = Hold.foh,
     damping: Ratio = None,
+    motion: Annotated[Motion, typer.Option(help="Linear, or as large as it gets.")] = Motion.small,
+    order: Annotated[ModelOrder, typer.Option(help="Proven low order, or full order.")] = ModelOrder.low,
+    rho_infinity: Annotated[
+        float,
+        typer.Option(metavar="FACTOR", min=0.0, max=1.0, help="Spectral radius at high frequencies in large motion."),
+    ] = 0.9,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Time, inputs and outputs: .csv or .parquet.")
     ] = None,
@@ -244,6 +258,9 @@ def time_response_command(
         impulses=commands.values("--impulse", impulse, impulse=True),
         start=commands.values("--start", start),
         damping=damping,
+        motion=motion.value,
+        order=order.value,
+        rho_infinity=rho_infinity,
     )
     if strict:
         result.raise_warnings()

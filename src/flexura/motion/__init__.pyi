@@ -13,6 +13,9 @@ from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium
+from flexura.motion.integration import Damping as Damping
+from flexura.motion.integration import Integrator as Integrator
+from flexura.motion.integration import MotionState as MotionState
 from flexura.motion.internal_forces import end_forces as end_forces
 from flexura.motion.loads import NO_LOADS as NO_LOADS
 from flexura.motion.loads import Loads as Loads
@@ -24,5 +27,6 @@ from flexura.motion.pose import Pose as Pose
 from flexura.motion.posed import PosedDesign as PosedDesign
 from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import posed as posed
+from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.substructures import kept_frames as kept_frames
 from flexura.motion.turning import TurningModel as TurningModel

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import skew
-from flexura.motion.elements import Ends, Frames, Response, carried, turned
+from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response, carried, turned
+from flexura.motion.inertia import accelerating
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -52,6 +53,17 @@ class Bars:
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
         return carried(self.mass, self._ends(frames).twists())
+
+    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
+        """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
+        held, ends = self.response(frames), self._ends(frames)
+        velocity, acceleration = rates.velocity[self.node], rates.acceleration[self.node]
+        axes = np.tile(np.eye(3), (len(self.node), 1, 1))
+        force, kinetic = accelerating(self.mass, axes, ends.arm, np.zeros(2), velocity, acceleration)
+        if rates.damping:
+            damped = self.material(frames) @ velocity.reshape(len(velocity), 12, 1)
+            force = force + rates.damping * damped[..., 0]
+        return Kinetics(held.force + force, float(held.energy.sum()), kinetic)
 
 
 def pulled(ends: Ends, pull: Array, stiffness: Array) -> tuple[Array, Array]:

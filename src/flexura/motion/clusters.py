@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import skew
-from flexura.motion.elements import Ends, Frames, Response
+from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response
+from flexura.motion.inertia import accelerating
 from flexura.motion.polynomial import Polynomial
 from flexura.motion.se3 import Logarithm
 
@@ -123,6 +124,20 @@ class Superelements:
         seen = np.concatenate([twists, np.tile(np.eye(6), (e, k - self.own, 1, 1))], axis=1)
         M = np.swapaxes(seen, -1, -2)[:, :, None] @ self.mass.reshape(e, k, 6, k, 6).swapaxes(2, 3) @ seen[:, None]
         return M.swapaxes(2, 3).reshape(e, 6 * k, 6 * k)
+
+    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
+        """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
+        ends = self._ends(frames)
+        log = _seen_from_first(ends)
+        velocity, acceleration = rates.velocity[self.node], rates.acceleration[self.node]
+        energy, n, hessian = self.energy.response(self._deformation(frames, log))
+        B = self._rows(ends.twists(), log)
+        if rates.damping:
+            n = n + rates.damping * (hessian @ (B @ velocity.reshape(len(B), -1, 1)))[..., 0]
+        held = (n[:, None] @ B)[:, 0]
+        first = np.eye(self.own)[0]
+        own, kinetic = accelerating(self.mass, ends.axes[:, 0], ends.arm, first, velocity, acceleration)
+        return Kinetics(held + own, float(energy.sum()), kinetic)
 
 
 def _seen_from_first(ends: Ends) -> Logarithm:

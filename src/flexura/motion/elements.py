@@ -17,11 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import skew
+from flexura.motion.inertia import accelerating
 from flexura.motion.se3 import Logarithm, rotation
 from flexura.motion.strain import Strain
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+HALVES = np.array([0.5, 0.5])
 
 
 class Frames(NamedTuple):
@@ -89,6 +92,24 @@ class Response(NamedTuple):
     tangent: Array
 
 
+class Rates(NamedTuple):
+    """Velocities and accelerations (n + 1, 6) of all frames, m/s and rad/s, m/s^2 and rad/s^2, global axes, and the
+    time, s, by which stiffness is multiplied for damping."""
+
+    velocity: Array
+    acceleration: Array
+    damping: float
+
+
+class Kinetics(NamedTuple):
+    """Forces (e, 6k) on the frames of elements that hold and accelerate them, N and N m, and their strain energy and
+    kinetic energy, N m, all elements together."""
+
+    force: Array
+    strain: float
+    kinetic: float
+
+
 class Group(Protocol):
     """Elements (e,) of one kind between frames `node` (e, k)."""
 
@@ -107,6 +128,10 @@ class Group(Protocol):
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 6k, 6k) by velocities of the frames."""
+        ...
+
+    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
+        """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
         ...
 
 
@@ -171,9 +196,27 @@ class PoseElements:
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
         ends = self.ends(frames)
-        log = ends.relative()
-        middle = ends.axes[:, 0] @ rotation(log.e[:, 3:] / 2)
+        middle = _middle(ends, ends.relative())
         return carried(self.mass, ends.twists(np.stack([middle, middle], axis=1)))
+
+    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
+        """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
+        ends = self.ends(frames)
+        log, e = ends.relative(), len(self.node)
+        velocity = rates.velocity[self.node]
+        energy, n, k = self.strain.response(log.e - self.rest)
+        B = _rows(log, ends.twists())
+        if rates.damping:
+            n = n + rates.damping * (k @ (B @ velocity.reshape(e, 12, 1)))[..., 0]
+        held = (n[:, None] @ B)[:, 0]
+        acceleration = rates.acceleration[self.node]
+        own, kinetic = accelerating(self.mass, _middle(ends, log), ends.arm, HALVES, velocity, acceleration)
+        return Kinetics(held + own, float(energy.sum()), kinetic)
+
+
+def _middle(ends: Ends, log: Logarithm) -> Array:
+    """Axes (e, 3, 3) halfway between those of the ends."""
+    return ends.axes[:, 0] @ rotation(log.e[:, 3:] / 2)
 
 
 def carried(mass: Array, twists: Array) -> Array:

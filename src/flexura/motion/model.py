@@ -15,7 +15,8 @@ from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.mechanism import ForceActuator, MomentActuator
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Sagging, Superelements
-from flexura.motion.elements import Ends, Frames, Group, PoseElements, Response, turned
+from flexura.motion.elements import Ends, Frames, Group, Kinetics, PoseElements, Rates, Response, turned
+from flexura.motion.inertia import accelerating
 from flexura.motion.pushes import Push
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.structure import Copies, Design, Part, Scatter, SpringElement, Torsion
@@ -150,6 +151,37 @@ class MovingModel:
         R[:, :3, :3] = R[:, 3:, 3:] = frames.R
         inertia = R @ self.inertia @ np.swapaxes(R, -1, -2)
         return self.matrix([*(e.masses(frames) for e in self.elements), self._no_sagging, inertia])
+
+    def kinetics(
+        self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
+    ) -> Kinetics:
+        """Forces (n + 1, 6) on the frames that hold, damp and accelerate the mechanism in a state of motion against its
+        weight and its actuators, and its strain energy and kinetic energy (theory eqs. G33-G34)."""
+        total, strain, kinetic = np.zeros(self.dof.shape), 0.0, 0.0
+        for elements in self.commanded(actuators):
+            own = elements.kinetics(frames, rates)
+            at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
+            for column in range(6):
+                total[:, column] += np.bincount(at, flat[:, column], len(total))
+            strain, kinetic = strain + own.strain, kinetic + own.kinetic
+        for dashpot in self.dashpots:
+            held = dashpot.material(frames) @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
+            np.add.at(total, dashpot.node.ravel(), held.reshape(-1, 6))
+        heavy = self._heavy
+        velocity, acceleration = rates.velocity[heavy, None], rates.acceleration[heavy, None]
+        none = np.zeros((len(heavy), 1, 3))
+        force, more = accelerating(self.inertia[heavy], frames.R[heavy], none, np.ones(1), velocity, acceleration)
+        total[heavy] += force
+        if gravity.any():
+            total -= self._weights(frames, gravity)[0]
+            inside, _ = self.sagging.response(frames, gravity)
+            np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
+        return Kinetics(total, strain, kinetic + more)
+
+    @cached_property
+    def _heavy(self) -> Index:
+        """Frames that carry mass."""
+        return np.flatnonzero(self.inertia.any(axis=(1, 2)))
 
     def positions(self, frames: Frames) -> Array:
         """Positions (n, 3), m, of all nodes."""

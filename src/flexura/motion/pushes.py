@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import skew
 from flexura.motion.bars import pulled
-from flexura.motion.elements import Ends, Frames, Response, turned
+from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response, turned
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -57,3 +57,8 @@ class Push:
     def masses(self, frames: Frames) -> Array:
         """Nor mass (1, 12, 12)."""
         return self.material(frames)
+
+    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
+        """What it exerts in a state of motion."""
+        del rates
+        return Kinetics(self.response(frames).force, 0.0, 0.0)

@@ -48,14 +48,14 @@ class Condensed(NamedTuple):
 
 def kept_frames(model: MovingModel) -> Flags:
     """Frames (n + 1,) that are kept as they are: those between the parts of the description, those that are held, and
-    those of superelements and actuators."""
+    those of superelements, actuators and dashpots."""
     topology, parts = model.design.plan.topology, model.design.plan.parts
     kept = ~(model.dof >= 0).all(axis=1) | ~model.rest.placed
     for name, copies in topology.copies.items():
         numbers = np.array(copies.offset, dtype=np.intp)[:, None] + parts[name].boundary
         kept[topology.root[numbers]] = True
     driven = [model.elements[number] for number in model.actuators.values()]
-    for group in (*driven, *(own for own in model.elements if isinstance(own, Superelements))):
+    for group in (*driven, *model.dashpots, *(own for own in model.elements if isinstance(own, Superelements))):
         kept[group.node] = True
     return kept
 
@@ -197,6 +197,7 @@ class _Tiled:
             elements=elements,
             names=(),
             actuators={},
+            dashpots=(),
             inertia=none,
             weight=none[..., :3],
             sagging=Sagging.of((), self.rest),
@@ -244,7 +245,8 @@ class _Tiled:
         return Condensed(n, H, frames)
 
     def _settled(self, frames: Frames) -> tuple[sp.csc_matrix, Array, Frames, Flags]:
-        """Equilibrium inside: the tangent there, forces (m, k - 1, 6) between, frames, and where it was found."""
+        """Equilibrium inside: tangent, forces (m, k - 1, 6) between but for squares of the last step, frames there,
+        and where it was found."""
         of, m = self.of, self.count
         scale = np.append(np.full(3, 1 / of.size), np.ones(3))
         settled = np.ones(m, dtype=bool)
@@ -264,9 +266,10 @@ class _Tiled:
             settled &= np.isfinite(sizes) & (sizes < 1.0)
             step[~settled] = 0.0
             if sizes[settled].max(initial=0.0) < SETTLED:
-                return K, by_frame[:, 1 : of.k], frames, settled
+                break
             frames = frames.moved(step.reshape(-1, 6))
-        return K, by_frame[:, 1 : of.k], frames, settled & (sizes < SETTLED)
+        left = K[inner:, :inner] @ step[:, of.k :].ravel()
+        return K, by_frame[:, 1 : of.k] + left.reshape(m, -1, 6), frames, settled & (sizes < SETTLED)
 
 
 def partition(model: MovingModel, kept: Flags) -> list[list[Substructure]]:

@@ -1,0 +1,47 @@
+"""What accelerates masses that turn: momentum and its change, gyroscopic terms included."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+YZX, ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
+
+
+def accelerating(
+    mass: Array, axes: Array, arm: Array, turning: Array, velocity: Array, acceleration: Array
+) -> tuple[Array, float]:
+    """Forces (e, 6k) on frames that accelerate masses (e, 6k, 6k), and their kinetic energy, N m.
+
+    Masses act on the velocities of ends at arms (e, p, 3), m, global axes, from the first p of the k frames, and of the
+    amplitudes in the others, in `axes` (e, 3, 3), whose rate of turning is that of the ends by weights `turning` (p,).
+    `velocity` and `acceleration` (e, k, 6) are those of the frames, global axes. These are Lagrange's equations for
+    velocities that are no derivatives (theory eq. G33).
+    """
+    e, k = velocity.shape[:2]
+    p = arm.shape[1]
+    placed, rate = slice(0, p), velocity[:, :p, 3:]
+    back, mean = np.swapaxes(axes, -1, -2)[:, None], (turning @ rate)[:, None]
+    swing = cross(rate, arm)
+    v, a = (own.reshape(e, k, 2, 3).copy() for own in (velocity, acceleration))
+    v[:, placed, 0] += swing
+    a[:, placed, 0] += cross(acceleration[:, :p, 3:], arm) + cross(rate, swing)
+    a[:, placed] -= cross(mean[:, :, None], v[:, placed])
+    own = np.stack([v, a], axis=-1)
+    own[:, placed] = back[:, None] @ own[:, placed]
+    found = (mass @ own.reshape(e, 6 * k, 2)).reshape(e, k, 2, 3, 2)
+    kinetic = 0.5 * float(np.vdot(found[..., 0], own[..., 0]))
+    found[:, placed] = axes[:, None, None] @ found[:, placed]
+    momentum, force = found[:, placed, ..., 0], found[..., 1].copy()
+    force[:, placed] += cross(mean[:, :, None], momentum)
+    turned = cross(momentum, v[:, placed])
+    force[:, placed, 1] += turned[:, :, 1] - turning[:, None] * turned.sum(axis=(1, 2))[:, None]
+    force[:, placed, 1] += cross(arm, force[:, placed, 0])
+    return force.reshape(e, 6 * k), kinetic
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector products along the last axis, quicker than those of NumPy where there are few."""
+    return a[..., YZX] * b[..., ZXY] - a[..., ZXY] * b[..., YZX]
