@@ -124,3 +124,12 @@ def test_members_that_warping_stiffens_are_noted():
     assert len(told.notes) == 1
     assert "leaf" in told.notes[0]
     assert "softer across than a solid" in told.notes[0]
+
+
+def test_a_node_of_which_one_rotation_is_held():
+    """About which axes it turns depends on the way, when it turns about both others."""
+    leaf = fx.loads(LEAF.format(size="0.1 m", elements=6).replace("a: clamped}", "a: clamped, b: {fixed: [rx]}}"))
+    both = fx.stroke(leaf, loads={"b": [0, 0, 0, 0, -0.15, 0]}, move={"b.rz": 0.3}, n=1)
+    one = fx.stroke(leaf, move={"b.z": 0.03}, n=1)
+    assert "b: the ground holds its rotation about x alone" in " ".join(map(str, both.warnings))
+    assert not [w for w in one.warnings if w.kind == "rotation"]

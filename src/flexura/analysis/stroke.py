@@ -41,6 +41,7 @@ from flexura.motion import (
     bends,
     edge_strains,
     end_forces,
+    rotation_vector,
 )
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, at_rest
@@ -50,6 +51,9 @@ Array = NDArray[np.float64]
 
 STRETCH = 2e-4
 """Strain of the edges of members by twist that is told: a tenth or less of what yields."""
+
+HELD_TURN = 1e-3
+"""Component of a rotation vector, rad, that is told where the ground holds the rotation about its axis."""
 
 STEPS, MODES = 21, 6
 """Poses of a stroke, and modes at each, where nothing else is asked for."""
@@ -277,7 +281,7 @@ def stroke(
     poses = stroke_poses([own.measured for own in followed.found], yields)
     frames = tuple(state.frames for state in shown)
     ended, critical = tuple(followed.stopped), tuple(followed.critical)
-    bent = (*_bent(moving, shown), *_stretched(moving, shown))
+    bent = (*_bent(moving, shown), *_stretched(moving, shown), *_partly_held(moving, shown))
     return Stroke(full, tuple(poses), ended, critical, bent, yields, forces, frames, planned.units, low)
 
 
@@ -321,6 +325,22 @@ def _stretched(model: MovingModel, states: Sequence[Equilibrium]) -> Iterator[Ex
         if strain > STRETCH:
             text = f"member {name}: twist stretches its edges by a further {strain:.2g}, which stresses do not contain"
             yield Exceeded("twist", name, strain, STRETCH, "1", text)
+
+
+def _partly_held(model: MovingModel, states: Sequence[Equilibrium]) -> Iterator[Exceeded]:
+    """Nodes of which the ground holds one rotation alone, where that is not the same as of their rotation vector."""
+    held = model.dof[:-1, 3:] < 0
+    nodes = np.flatnonzero((held.sum(axis=1) == 1) & (model.root[:-1] == np.arange(len(held))) & model.rest.placed[:-1])
+    for node in nodes.tolist():
+        axis = int(np.argmax(held[node]))
+        turned = max((abs(float(rotation_vector(own.frames.R[node])[axis])) for own in states), default=0.0)
+        if turned > HELD_TURN:
+            name = model.design.plan.topology.node_names[node]
+            text = (
+                f"{name}: the ground holds its rotation about {'xyz'[axis]} alone, at every instant; as it turns about"
+                f" both other axes that leaves {turned:.3g} rad of its rotation vector there, which depend on the way"
+            )
+            yield Exceeded("rotation", name, turned, HELD_TURN, "rad", text)
 
 
 def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, ...]:
