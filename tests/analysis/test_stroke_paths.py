@@ -186,6 +186,8 @@ def test_an_interruption_leaves_what_was_found():
     stroke = fx.stroke(column(), move=moves, steps=5, n=1, progress=listener)
     whole = fx.stroke(column(), move=moves, steps=5, n=1)
     assert len(stroke.poses) == 3
+    assert stroke.interrupted
+    assert not whole.interrupted
     assert [p.reaction for p in stroke.poses] == [p.reaction for p in whole.poses[:3]]
     assert "interrupted after 3 of 5 poses" in str(stroke.warnings[0])
 

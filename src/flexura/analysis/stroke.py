@@ -23,7 +23,7 @@ from flexura.analysis.stress import (
     worst_stresses,
 )
 from flexura.analysis.stroke_columns import stroke_columns
-from flexura.analysis.stroke_paths import Followed, follow
+from flexura.analysis.stroke_paths import INTERRUPTED, Followed, follow
 from flexura.analysis.stroke_pose import Asked, StrokePose, coarse, stroke_poses
 from flexura.analysis.stroke_ways import Course, FromTo, Given, course, described, words
 from flexura.arguments import verb
@@ -98,6 +98,11 @@ class Stroke(Tabular):
     def name(self) -> str:
         """Name of the mechanism."""
         return self.model.name
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether an interruption broke it off."""
+        return any(text.startswith(INTERRUPTED) for text in self.stopped)
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:

@@ -18,6 +18,8 @@ from flexura.motion import NO_LOADS, Along, Arc, Equations, Equilibrium, Lost, P
 
 Array = NDArray[np.float64]
 
+INTERRUPTED = "interrupted"
+
 LONGEST = 60
 """Steps by arc length for each pose that is asked for, after which a way is given up."""
 
@@ -67,7 +69,7 @@ def follow(equations: Equations, planned: Course, asked: Asked, branch: int, pro
         if not out.found:
             raise
         out.broken = error
-        why = str(error) if isinstance(error, OutOfTime) else "interrupted"
+        why = str(error) if isinstance(error, OutOfTime) else INTERRUPTED
         out.stopped.append(f"{why} after {len(out.found)} of {len(planned.shares)} poses: the others are missing")
     return out
 

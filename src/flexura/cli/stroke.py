@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -120,6 +121,9 @@ def stroke_command(
         print_result(result.to_dict(), written)
     else:
         print_stroke(result, written)
+    if result.interrupted:
+        sys.stderr.write("flexura: interrupted; what was done is shown\n")
+        raise SystemExit(130)
 
 
 def moves_of(texts: list[str]) -> dict[str, float | tuple[float, float]]:
