@@ -120,10 +120,9 @@ def test_members_that_warping_stiffens_are_noted():
     """Their torque is taken as constant along them; without the correction nothing is said."""
     plain = LEAF.format(size="0.1 m", elements=4)
     told, silent = (fx.stroke(fx.loads(plain + more), move={"b.z": 1e-3}, n=1) for more in ("", "corrections: none\n"))
-    assert silent.notes == ()
-    assert len(told.notes) == 1
-    assert "leaf" in told.notes[0]
-    assert "softer across than a solid" in told.notes[0]
+    (note,) = set(told.notes) - set(silent.notes)
+    assert "leaf" in note
+    assert "softer across than a solid" in note
 
 
 def test_a_node_of_which_one_rotation_is_held():

@@ -22,6 +22,7 @@ from flexura.analysis.stress import (
     stress_profiles,
     worst_stresses,
 )
+from flexura.analysis.stroke_clashes import solids_that_meet
 from flexura.analysis.stroke_columns import stroke_columns
 from flexura.analysis.stroke_paths import INTERRUPTED, Followed, follow
 from flexura.analysis.stroke_pose import Asked, StrokePose, coarse, stroke_poses
@@ -60,6 +61,8 @@ STEPS, MODES = 21, 6
 
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
+
+LEFT_OUT = "left out: contact, plasticity, distortion of sections"
 
 NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
 
@@ -106,8 +109,8 @@ class Stroke(Tabular):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Poses that are not there, not stable or not proven, and members that bend too far for their elements or are
-        stressed beyond yield."""
+        """Poses that are not there, not stable or not proven, members that bend too far for their elements or are
+        stressed beyond yield, and solids that meet."""
         found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
         found += self.critical
         for run in self._runs(lambda pose: bool(pose.frequency_hz_held) and pose.frequency_hz_held[0] < 0):
@@ -117,7 +120,7 @@ class Stroke(Tabular):
             text = f"{self._where(run)} natural frequencies are not proven, and some may be missed"
             found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
         low = () if self.low_order is None else self.low_order.warnings
-        return (*found, *low, *self.bent, *self._too_coarse(), *self._beyond_yield())
+        return (*found, *low, *self.bent, *self._too_coarse(), *self._beyond_yield(), *self._meetings())
 
     def _runs(self, holds: Callable[[StrokePose], bool]) -> list[list[StrokePose]]:
         """Poses one after another for which something holds."""
@@ -130,8 +133,9 @@ class Stroke(Tabular):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What stands for the full order, and members whose held warping is known for a constant torque alone."""
-        low = () if self.low_order is None else (self.low_order.note, OF_LOW_ORDER)
+        """What is left out, what stands for the full order, and members whose held warping is known for a constant
+        torque alone."""
+        low = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
         held = [name for name, own in corrected(self.model)[0].items() if "warping" in own]
         if not held:
             return low
@@ -156,8 +160,7 @@ class Stroke(Tabular):
         """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""
         if not self.poses:
             return
-        travel = np.array([list(pose.varied.values()) for pose in self.poses])
-        away = (np.abs(travel) / np.maximum(np.abs(travel).max(axis=0, initial=0.0), 1e-300)).sum(axis=1)
+        away = self._away()
         for name, ratio in zip(self.yield_ratios.names, self.yield_ratios.ratio, strict=True):
             beyond = np.flatnonzero(ratio > 1)
             if len(beyond):
@@ -167,6 +170,24 @@ class Stroke(Tabular):
                 where = f"first at {first} and most at {worst}, {most:.3g} times"
                 text = f"{name} is stressed beyond its yield stress, {where}"
                 yield Exceeded("stress", name, most, 1.0, "1", text)
+
+    def _meetings(self) -> Iterator[Exceeded]:
+        """A warning for every pair of solids that are apart at rest and meet, with the pose nearest to rest."""
+        away = self._away()
+        found, all_seen = solids_that_meet(self.model, self.frames)
+        for meeting in found:
+            pose = self.poses[min(meeting.poses, key=away.__getitem__)]
+            where = words(pose.varied, self.units)
+            text = f"{meeting.first} and {meeting.second} meet, first at {where}, and go through each other from there"
+            yield Exceeded("contact", meeting.first, np.nan, np.nan, "m", text)
+        if not all_seen:
+            text = "so many parts lie side by side that not all were looked at for whether they meet"
+            yield Exceeded("contact", "", np.nan, np.nan, "m", text)
+
+    def _away(self) -> Array:
+        """How far poses are from rest, of what is prescribed, each over its largest value."""
+        travel = np.abs([list(pose.varied.values()) for pose in self.poses])
+        return (travel / np.maximum(travel.max(axis=0, initial=0.0), 1e-300)).sum(axis=-1)
 
     def stresses(self, pose: int | None = None) -> Stresses:
         """The largest stress in every link and flexure at a pose, by its number, or over all poses, of which `state`

@@ -106,9 +106,8 @@ def _laid_out(
     figure = new_figure((WIDTH, total))
     style = {"va": "top", "parse_math": False}
     figure.text(0.03, 1 - 0.16 / total, result.name, size=14, weight="bold", color=INK, **style)
-    figure.text(
-        0.03, 1 - 0.45 / total, "over its stroke, to scale; light grey: at rest", size=9.5, color="0.35", **style
-    )
+    above = "; ".join(["over its stroke, to scale", "light grey: at rest", *result.notes[:1]])
+    figure.text(0.03, 1 - 0.45 / total, above, size=9.5, color="0.35", **style)
     if said:
         style = {"va": "bottom", "size": 8.5, "color": WARNING, "linespacing": 1.35, "parse_math": False}
         figure.text(0.03, 0.08 / total, "\n".join(said), **style)
@@ -117,12 +116,12 @@ def _laid_out(
         left = SIDES[0] * WIDTH + (k % columns) * width
         bottom = foot + (rows - 1 - k // columns) * row
         panels.append(_Panel(pose, parts, (left + 0.04 * width, bottom, 0.92 * width, height)))
-        middle, above = (left + width / 2) / WIDTH, (bottom + row) / total
+        middle, upper = (left + width / 2) / WIDTH, (bottom + row) / total
         style = {"ha": "center", "va": "top", "parse_math": False}
         title = _title(result, pose)
-        figure.text(middle, above, title, size=12 if len(title) < 34 else 9.5, weight="bold", color=INK, **style)
+        figure.text(middle, upper, title, size=12 if len(title) < 34 else 9.5, weight="bold", color=INK, **style)
         figure.text(
-            middle, above - 2.1 * line_height(figure, 9.5), _told(pose), size=9, color="0.35", linespacing=1.35, **style
+            middle, upper - 2.1 * line_height(figure, 9.5), _told(pose), size=9, color="0.35", linespacing=1.35, **style
         )
     return figure, panels
 
