@@ -76,7 +76,7 @@ def _compared(
         held = (own[:, None] @ group.rows(state.frames)[at, :n])[:, 0]
         np.add.at(more, group.node[at].ravel(), held.reshape(-1, 6))
     _place(equal, frames, exact)
-    energy = np.array([max(state.tangent.forces.energy, 1e-300) for state in states])
+    energy = max((state.tangent.forces.energy for state in states), default=0.0) or 1.0
     root = _inverse_root(group.energy.stiffness[at[0], :n, :n])
     share = np.sqrt(((off @ root) ** 2).sum(axis=-1).max(axis=1) / (2 * energy))
     hessian = np.array([own[2][at, :n, :n] for own in responses]) - exact.tangent.reshape(*force.shape, -1)

@@ -45,9 +45,13 @@ class Frames(NamedTuple):
 
     def moved(self, step: Array) -> Frames:
         """After displacements (n, 6)."""
-        placed = self.placed[:, None]
-        pose, amplitudes = np.where(placed, step, 0.0), np.where(placed, 0.0, step)
-        return Frames(self.x + pose[:, :3], rotation(pose[:, 3:]) @ self.R, self.z + amplitudes, self.placed)
+        x, R, z = self.x.copy(), self.R.copy(), self.z
+        own = np.flatnonzero(step.any(axis=1) & self.placed)
+        x[own] += step[own, :3]
+        R[own] = rotation(step[own, 3:]) @ R[own]
+        if not self.placed.all():
+            z = z + np.where(self.placed[:, None], 0.0, step)
+        return Frames(x, R, z, self.placed)
 
 
 class Ends(NamedTuple):

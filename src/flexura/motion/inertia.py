@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.beam import skew
+
 Array = NDArray[np.float64]
 
 YZX, ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
@@ -23,25 +25,30 @@ def accelerating(
     e, k = velocity.shape[:2]
     p = arm.shape[1]
     placed, rate = slice(0, p), velocity[:, :p, 3:]
-    back, mean = np.swapaxes(axes, -1, -2)[:, None], (turning @ rate)[:, None]
-    swing = cross(rate, arm)
+    back, mean = np.swapaxes(axes, -1, -2)[:, None], skew(turning @ rate)[:, None].swapaxes(-1, -2)
+    reach = skew(arm)
+    swing = -_by(reach, rate)
     v, a = (own.reshape(e, k, 2, 3).copy() for own in (velocity, acceleration))
     v[:, placed, 0] += swing
-    a[:, placed, 0] += cross(acceleration[:, :p, 3:], arm) + cross(rate, swing)
-    a[:, placed] -= cross(mean[:, :, None], v[:, placed])
+    a[:, placed, 0] += _by(skew(rate), swing) - _by(reach, acceleration[:, :p, 3:])
+    a[:, placed] -= v[:, placed] @ mean
     own = np.stack([v, a], axis=-1)
     own[:, placed] = back[:, None] @ own[:, placed]
     found = (mass @ own.reshape(e, 6 * k, 2)).reshape(e, k, 2, 3, 2)
     kinetic = 0.5 * float(np.vdot(found[..., 0], own[..., 0]))
     found[:, placed] = axes[:, None, None] @ found[:, placed]
     momentum, force = found[:, placed, ..., 0], found[..., 1].copy()
-    force[:, placed] += cross(mean[:, :, None], momentum)
-    turned = cross(momentum, v[:, placed])
+    force[:, placed] += momentum @ mean
+    turned = _products(momentum, v[:, placed])
     force[:, placed, 1] += turned[:, :, 1] - turning[:, None] * turned.sum(axis=(1, 2))[:, None]
-    force[:, placed, 1] += cross(arm, force[:, placed, 0])
+    force[:, placed, 1] += _by(reach, force[:, placed, 0])
     return force.reshape(e, 6 * k), kinetic
 
 
-def cross(a: Array, b: Array) -> Array:
+def _by(matrices: Array, vectors: Array) -> Array:
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _products(a: Array, b: Array) -> Array:
     """Vector products along the last axis, quicker than those of NumPy where there are few."""
     return a[..., YZX] * b[..., ZXY] - a[..., ZXY] * b[..., YZX]
