@@ -4,8 +4,8 @@
 
 One BLAS thread, a minute. First the four bonded stacks of examples/rpr/rpr_piezo.yaml at none or all of their stroke,
 all 15 ways: the largest differences of the platform's displacement, rotation and first six frequencies from the full
-order, over the largest of all, with forces of first, second and third order in the deformation of substructures. Then the same
-time response of examples/rpr/rpr.yaml in both orders, and what a step costs.
+order, over the largest of all, with forces of first, second and third order in the deformation of substructures. Then
+the same time response of examples/rpr/rpr.yaml in both orders, and what a step costs.
 """
 
 from __future__ import annotations

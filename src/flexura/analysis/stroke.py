@@ -67,8 +67,8 @@ LEFT_OUT = "left out: contact, plasticity, distortion of sections"
 NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
 
 OF_LOW_ORDER = (
-    "intervals of frequencies are about the low order, which has no buckling factors; weight acts where substructures are"
-    " attached, so that stresses lack the bending of members between by their own weight"
+    "intervals of frequencies are about the low order, which has no buckling factors; weight acts where substructures"
+    " are attached, so that stresses lack the bending of members between by their own weight"
 )
 
 UNSTABLE = "is not stable: whatever holds it would have to hold it against its own springing away"
