@@ -29,7 +29,7 @@ demo: $(STAMP)
 	$(BIN)/flexura modes examples/rpr/rpr.yaml -n 6 --plot out/rpr
 	$(BIN)/flexura frequency-response examples/rpr/rpr.yaml --band '3,60 Hz' --damping 0.01 --plot out/rpr
 	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
-	$(BIN)/flexura stroke examples/rpr/rpr_stroke.yaml --move platform.rx=-2deg:2deg --steps 9 -n 4 --plot out/rpr
+	$(BIN)/flexura stroke examples/rpr/rpr.yaml --move platform.rx=-2deg:2deg --steps 9 -n 4 --plot out/rpr
 	$(BIN)/flexura virtual-test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
 
 # for solid models: CalculiX (GPL, run as a program of its own), and the libraries that gmsh (GPL, imported) is linked to

@@ -110,7 +110,7 @@ def poses_pivot() -> None:
 
 def poses_rpr() -> None:
     """The platform of the RPR mechanism over two rotations and a translation."""
-    rpr = fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr_stroke.yaml")
+    rpr = fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr.yaml")
     turn = np.radians(1.5)
     move = {"platform.rx": (-turn, turn), "platform.ry": (-turn, turn), "platform.z": (-3e-4, 3e-4)}
     fx.view.draw_poses(fx.stroke(rpr, move=move, steps=9), elev=6, azim=-56).savefig(HERE / "poses_rpr.png", dpi=100)

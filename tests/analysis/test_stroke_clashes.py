@@ -65,7 +65,7 @@ def test_a_leaf_bends_into_a_post(at):
     [
         ("guide/guide.yaml", {"carriage.x": (-0.02, 0.02)}),
         ("pivot/pivot.yaml", {"arm.ry": (-0.5, 0.5)}),
-        ("rpr/rpr_stroke.yaml", {"platform.rx": (-0.05, 0.05)}),
+        ("rpr/rpr.yaml", {"platform.rx": (-0.05, 0.05)}),
         ("tip_tilt/tip_tilt.yaml", {"mirror.rx": (-0.01, 0.01)}),
         ("amplifier/amplifier.yaml", {"output.z": (0, 2e-4)}),
     ],

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from flexura.analysis.limits import command_limits
 from flexura.analysis.low_order_motion import LowOrderMotion, low_order_motion
-from flexura.analysis.stroke_ways import commanded
 from flexura.deadline import checkpoint
 from flexura.errors import Exceeded, OptionError
 from flexura.linalg import factorise
@@ -28,6 +27,7 @@ from flexura.motion import (
     Point,
     Pose,
     Stopped,
+    commanded,
     rotation_vector,
 )
 from flexura.structure import FullOrderModel

@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from flexura.analysis.limits import command_limits
 from flexura.analysis.stress import yield_ratios
 from flexura.analysis.stroke_pose import coarse, mesh_errors_of
 from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.motion import PosedDesign, bends, pose_of
 from flexura.structure import FullOrderModel
+from flexura.systems import Ports
 
 LOWEST = 6
 """Modes whose stiffness is looked at for want of elements."""
@@ -27,6 +29,10 @@ def pose_limits(model: FullOrderModel) -> tuple[Exceeded, ...]:
 
 
 def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
+    commands = model.plan.pose.commands(model.values)
+    yield from command_limits(
+        Ports(model.design).inputs(list(commands)), np.array([[own] for own in commands.values()])
+    )
     for bend in bends(posed.model, posed.pose.state.frames):
         yield bend.exceeded
     modes = posed.pose.modes(min(LOWEST, model.order))

@@ -64,6 +64,8 @@ INDEPENDENT = 1e-9
 
 LEFT_OUT = "left out: contact, plasticity, distortion of sections"
 
+FLUTTER = "follower loads: stability and frequencies are of the symmetric part of the stiffness, flutter is not seen"
+
 NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
 
 OF_LOW_ORDER = (
@@ -77,8 +79,8 @@ UNSTABLE = "is not stable: whatever holds it would have to hold it against its o
 @dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
     """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
-    `critical` where the way turns back or forks, `bent` which members bend further within an element than is accurate,
-    or are stretched by twist.
+    `critical` where the way turns back or forks, `doubts` which members bend further within an element than is
+    accurate, or are stretched by twist, and which actuators are driven beyond their limits.
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
@@ -93,12 +95,13 @@ class Stroke(Tabular):
     poses: tuple[StrokePose, ...]
     stopped: tuple[str, ...]
     critical: tuple[Exceeded, ...]
-    bent: tuple[Exceeded, ...]
+    doubts: tuple[Exceeded, ...]
     yield_ratios: YieldRatios
     end_forces: dict[str, tuple[Array, Array]]
     frames: tuple[Frames, ...]
     units: dict[str, str]
     low_order: LowOrderMotion | None = None
+    has_follower_loads: bool = False
 
     @property
     def name(self) -> str:
@@ -123,7 +126,7 @@ class Stroke(Tabular):
             text = f"{self._where(run)} natural frequencies are not proven, and some may be missed"
             found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
         low = () if self.low_order is None else self.low_order.warnings
-        return (*found, *low, *self.bent, *self._too_coarse(), *self._beyond_yield(), *self._meetings())
+        return (*found, *low, *self.doubts, *self._too_coarse(), *self._beyond_yield(), *self._meetings())
 
     def _runs(self, holds: Callable[[StrokePose], bool]) -> list[list[StrokePose]]:
         """Poses one after another for which something holds."""
@@ -139,6 +142,7 @@ class Stroke(Tabular):
         """What is left out, what stands for the full order, and members whose held warping is known for a constant
         torque alone."""
         low = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
+        low = (*low, FLUTTER) if self.has_follower_loads else low
         held = [name for name, own in corrected(self.model)[0].items() if "warping" in own]
         if not held:
             return low
@@ -152,7 +156,7 @@ class Stroke(Tabular):
 
     def _too_coarse(self) -> Iterator[Exceeded]:
         """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
-        told = {own.place for own in self.bent if own.kind == "mesh"}
+        told = {own.place for own in self.doubts if own.kind == "mesh"}
         for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in told):
             worst = max(self.poses, key=lambda pose: pose.mesh_error.get(name, 0.0))
             at = f"at {words(worst.varied, self.units)}"
@@ -310,8 +314,9 @@ def stroke(
     poses = stroke_poses([own.measured for own in followed.found], yields)
     frames = tuple(state.frames for state in shown)
     ended, critical = tuple(followed.stopped), tuple(followed.critical)
-    bent = (*_bent(moving, shown), *_stretched(moving, shown), *_partly_held(moving, shown))
-    return Stroke(full, tuple(poses), ended, critical, bent, yields, forces, frames, planned.units, low)
+    doubts = (*_bent(moving, shown), *_stretched(moving, shown), *_partly_held(moving, shown), *planned.overdriven)
+    turning = any(state.loads.follower for state in shown)
+    return Stroke(full, tuple(poses), ended, critical, doubts, yields, forces, frames, planned.units, low, turning)
 
 
 def _at_low_order(

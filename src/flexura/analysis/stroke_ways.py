@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.errors import OptionError
+from flexura.analysis.limits import command_limits
+from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import DOF_NAMES
-from flexura.motion import Drive, Loads, MovingModel, Point
+from flexura.motion import Drive, Loads, MovingModel, Point, commanded
 from flexura.structure import Design
-from flexura.systems import InputPort, Ports
+from flexura.systems import Ports
 
 Array = NDArray[np.float64]
 
@@ -76,6 +77,7 @@ class Course(NamedTuple):
 
     `move`, `loads` and `commands` are the first and the last values by name of displacements that are prescribed, m and
     rad, of loads that change, N, N m, m/s^2, and of commands that change, in the units of inputs; `units` has all.
+    `overdriven` are commands beyond the range of their actuators.
     """
 
     drives: tuple[Drive, ...]
@@ -87,6 +89,7 @@ class Course(NamedTuple):
     loads: dict[str, tuple[float, float]]
     commands: dict[str, tuple[float, float]]
     units: dict[str, str]
+    overdriven: tuple[Exceeded, ...]
 
     def at(self, share: float) -> Varied:
         """What is prescribed at a share of the way."""
@@ -136,6 +139,7 @@ class _Courses:
         """Loads at rest, at the first and at the last point."""
         self.loads: dict[str, tuple[float, float]] = {}
         self.commands: dict[str, tuple[float, float]] = {}
+        self.overdriven: list[Exceeded] = []
         self.units: dict[str, str] = {}
 
     def course(self, steps: int) -> Course:
@@ -161,7 +165,9 @@ class _Courses:
             raise OptionError(f"a range has at least 2 steps, not {steps!r}")
         shares = np.linspace(0.0, 1.0, steps) if moving else np.ones(1)
         move = dict(zip(self.given.move, zip(low.tolist(), high.tolist(), strict=True), strict=True))
-        return Course(drives, rest, first, last, shares, move, self.loads, self.commands, self.units)
+        return Course(
+            drives, rest, first, last, shares, move, self.loads, self.commands, self.units, tuple(self.overdriven)
+        )
 
     def _gravity(self) -> list[Array]:
         """Gravity (3,), m/s^2, of the description or as given, at rest, at the first and at the last point."""
@@ -215,33 +221,12 @@ class _Courses:
                 if name in seen:
                     raise OptionError(f"the input {name} is named twice")
                 seen.add(name)
+                self.overdriven += command_limits([port], np.array([[low, high]]))
                 if changes:
                     self.commands[name], self.units[name] = (low, high), port.channel.unit
                 kind, key = ("actuators", name) if lever.node is None else ("dead", lever.node)
                 for at, value in zip(self.ends[kind], ends, strict=True):
                     at[key] = at.get(key, 0.0) + value * lever.unit
-
-
-class Lever(NamedTuple):
-    """What one unit of an input is: of an actuator between frames by its name, or a dead load (6,) on a node."""
-
-    name: str
-    node: int | None
-    unit: Any
-
-
-def commanded(model: MovingModel, port: InputPort) -> Lever:
-    """What an input does to a mechanism that moves. Raises OptionError for motions of the base."""
-    name = port.channel.name
-    if port.base is not None:
-        raise OptionError(
-            f"{name} accelerates the base, which is at rest here: commands are of forces, moments and piezo stacks; a"
-            " steady acceleration is gravity the other way"
-        )
-    if name in model.actuators:
-        return Lever(name, None, port.stroke if port.stiffness is not None else 1.0)
-    d, none = np.array(port.channel.direction), np.zeros(3)
-    return Lever(name, port.nodes[0], np.append(none, d) if port.channel.quantity == "moment" else np.append(d, none))
 
 
 def _drive(model: MovingModel, name: str) -> Drive:

@@ -9,6 +9,7 @@ from flexura.motion.bending import bends as bends
 from flexura.motion.bending import edge_strains as edge_strains
 from flexura.motion.bending import stiffness_errors as stiffness_errors
 from flexura.motion.buckling import buckling_factor as buckling_factor
+from flexura.motion.commands import commanded as commanded
 from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations

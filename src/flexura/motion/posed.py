@@ -14,6 +14,7 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite
 from flexura.mechanism import DISPLACEMENTS
+from flexura.motion.commands import commanded
 from flexura.motion.elements import Group, PoseElements
 from flexura.motion.equilibrium import Drive, Equations
 from flexura.motion.internal_forces import Ends, end_force_changes, end_forces, with_members
@@ -199,14 +200,12 @@ def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
     commands, actuators, said = plan.pose.commands(values), dict[str, float](), list[str]()
     ports = Ports(Design.of(plan.at_rest(), design.parameters)).inputs(list(commands)) if commands else []
     for port, command in zip(ports, commands.values(), strict=True):
-        name = port.channel.name
-        if name in model.actuators:
-            actuators[name] = command * (1.0 if port.stiffness is None else port.stroke)
+        lever = commanded(model, port)
+        if lever.node is None:
+            actuators[lever.name] = command * lever.unit
         else:
-            along = np.append(np.asarray(port.channel.direction, dtype=float), np.zeros(3))
-            wrench = np.roll(along, 3) if port.channel.quantity == "moment" else along
-            dead[port.nodes[0]] = dead.get(port.nodes[0], np.zeros(6)) + command * wrench
-        said.append(f"{name} = {command:.4g} {port.channel.unit}")
+            dead[lever.node] = dead.get(lever.node, np.zeros(6)) + command * lever.unit
+        said.append(f"{lever.name} = {command:.4g} {port.channel.unit}")
     return Loads(dead, {}, plan.loads.gravity(values), actuators), said
 
 
