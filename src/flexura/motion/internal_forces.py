@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from flexura.beam import skew
 from flexura.motion.elements import PoseElements
 from flexura.motion.equilibrium import Equilibrium
-from flexura.motion.model import MIRRORED, MovingModel
+from flexura.motion.layout import MIRRORED
+from flexura.motion.model import MovingModel
 
 Array = NDArray[np.float64]
 Ends = tuple[Array, Array]

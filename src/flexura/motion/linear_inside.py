@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from flexura.beam import member_frame
 from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames
-from flexura.motion.model import PLAIN
+from flexura.motion.layout import PLAIN
 from flexura.motion.strain import beam_strain
 
 Array = NDArray[np.float64]

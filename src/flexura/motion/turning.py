@@ -12,7 +12,8 @@ from flexura.beam import skew
 from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Group
 from flexura.motion.expansion import expanded
-from flexura.motion.model import MovingModel, add_weight
+from flexura.motion.layout import add_weight
+from flexura.motion.model import MovingModel
 from flexura.motion.polynomial import Polynomial
 from flexura.motion.substructures import Flags, Substructure, middle, partition, sixes, taken
 

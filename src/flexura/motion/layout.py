@@ -1,0 +1,291 @@
+"""Elements of all copies of all parts, laid out between frames in global axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.mechanism import ForceActuator, MomentActuator
+from flexura.motion.bars import Bars
+from flexura.motion.clusters import Sagging, Superelements
+from flexura.motion.elements import Ends, Frames, Group, PoseElements
+from flexura.motion.pushes import Push
+from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
+from flexura.structure import Copies, Design, Part, SpringElement, Torsion
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+Named = tuple[Group, tuple[str, ...]]
+"""Elements with the name of each."""
+
+PLAIN = Torsion(np.zeros((1, 4)), np.zeros(1), np.zeros(1))
+"""How a uniform bar twists without corrections."""
+
+MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
+"""Signs of displacements along and about axes that are made right-handed again by turning the third one round."""
+
+
+class Laid(NamedTuple):
+    """The fields of a `MovingModel` that follow from its design."""
+
+    rest: Frames
+    dof: Index
+    elements: tuple[Group, ...]
+    names: tuple[tuple[str, ...], ...]
+    inertia: Array
+    weight: Array
+    sagging: Sagging
+    actuators: Mapping[str, int]
+    dashpots: tuple[PoseElements, ...]
+    arm: Array
+
+
+def laid_out(design: Design) -> Laid:
+    """All that moves in a design. Raises OptionError for what cannot turn yet."""
+    return _Builder(design).laid()
+
+
+def add_weight(weight: Array, elements: Group, rest: Frames) -> None:
+    """Add what the mass of elements weighs to the weight (n + 1, 6, 3) of the frames at their ends."""
+    M = elements.masses(rest)
+    falling = rest.placed[elements.node]
+    M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
+    force = np.einsum("eikj,ek->eij", M, falling).reshape(*elements.node.shape, 6, 3)
+    np.add.at(weight, elements.node.ravel(), (force * falling[..., None, None]).reshape(-1, 6, 3))
+
+
+class _Builder:
+    """Lays out the elements of all copies of all parts in global axes."""
+
+    def __init__(self, design: Design) -> None:
+        self.design = design
+        topology, geometry = design.plan.topology, design.geometry
+        n = topology.n_nodes
+        self.ground = n
+        x = np.concatenate([geometry.positions, np.zeros((1, 3))])
+        self.rest = Frames.at_rest(x, np.append(topology.has_position, True))
+        self.dof = np.concatenate([topology.dof, np.full((1, 6), -1)])
+        arm = geometry.positions - geometry.positions[topology.root]
+        self.arm = np.concatenate([np.where(topology.is_rigid[:, None], arm, 0.0), np.zeros((1, 3))])
+        self.inertia = np.zeros((n + 1, 6, 6))
+        self.weight = np.zeros((n + 1, 6, 3))
+
+    def laid(self) -> Laid:
+        passive, actuators = self._groups()
+        groups = tuple(group for group, _ in (*passive, *actuators))
+        names = tuple(own for _, own in (*passive, *actuators))
+        for elements in groups:
+            add_weight(self.weight, elements, self.rest)
+        sagging = Sagging.of([group for group in groups if isinstance(group, Superelements)], self.rest)
+        driven = {own[0]: len(passive) + k for k, (_, own) in enumerate(actuators)}
+        return Laid(
+            self.rest,
+            self.dof,
+            groups,
+            names,
+            self.inertia,
+            self.weight,
+            sagging,
+            driven,
+            tuple(dashpot for copy in self._copies() for dashpot in copy.dashpots()),
+            self.arm,
+        )
+
+    def _copies(self) -> Iterator[_Copy]:
+        for name in self.design.matrices:
+            copies = self.design.plan.topology.copies[name]
+            for copy in range(len(copies.paths)):
+                yield _Copy(self, copies, name, copy)
+
+    def _groups(self) -> tuple[list[Named], list[Named]]:
+        """Elements with their names, and actuators one by one."""
+        beams, springs = [], []
+        others: list[Named] = []
+        actuators: list[Named] = []
+        for at in self._copies():
+            beams += at.members()
+            springs += at.springs()
+            others += at.superelements()
+            actuators += at.stacks()
+            actuators += at.pushes()
+            at.masses()
+        joined = [(_joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
+                  for kind in (beams, springs) if kind]  # fmt: skip
+        return [*joined, *others], actuators
+
+
+class _Copy:
+    """One copy of a part."""
+
+    def __init__(self, builder: _Builder, copies: Copies, name: str, copy: int) -> None:
+        design = builder.design
+        self.builder, self.design = builder, design
+        self.part: Part = copies.part
+        self.own = design.matrices[name]
+        self.local = design.geometry.parts[name]
+        self.Q = design.geometry.Q[copies.number[copy]]
+        self.mirrored = np.linalg.det(self.Q) < 0
+        self.offset = copies.offset[copy]
+        self.prefix = ".".join(copies.paths[copy]) + "." if copies.paths[copy] else ""
+
+    def _frames(self, nodes: Index) -> Index:
+        return self.design.plan.topology.root[self.offset + nodes]
+
+    def _axes(self, rows: Array) -> Array:
+        """Axes (..., 3, 3) as columns, global and right-handed, from axes of the part as rows."""
+        axes = self.Q @ np.swapaxes(rows, -1, -2)
+        if self.mirrored:
+            axes = axes * np.array([1.0, 1.0, -1.0])
+        return axes
+
+    def _signed(self, matrix: Array) -> Array:
+        """Matrices (..., 6k, 6k) in the part's axes, in axes that `_axes` has made right-handed."""
+        if not self.mirrored:
+            return matrix
+        sign = np.tile(MIRRORED, matrix.shape[-1] // 6)
+        return sign[:, None] * matrix * sign
+
+    def _arms(self, nodes: Index, reach: Array) -> Array:
+        """Arms (..., 3), global axes, from the frames of nodes to points; `reach` (..., 3) leads there, part's axes."""
+        return self.builder.arm[self.offset + nodes] + reach @ self.Q.T
+
+    def members(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
+        """Beam elements of all members."""
+        part, own = self.part, self.own
+        if not len(part.connectivity):
+            return []
+        member = part.table.element_member
+        reach = np.zeros((len(member), 2, 3))
+        reach[part.first[:-1], 0] = self.local.offsets[:, 0]
+        reach[part.first[1:] - 1, 1] = self.local.offsets[:, 1]
+        axes = self._axes(self.local.R[member])
+        axes = np.stack([axes, axes], axis=1)
+        length = self.local.length[member] / part.counts[member]
+        keys = list(part.members)
+        names = tuple(self.prefix + keys[m] for m in member)
+        K, M = self._signed(own.elements.K), self._signed(own.elements.M)
+        return [(self._between(part.connectivity, axes, reach, K, M, (length, own.elements.torsion)), names)]
+
+    def _between(
+        self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, beam: tuple[Array, Torsion]
+    ) -> PoseElements:
+        """Beams with K and M (e, 12, 12) in the axes of their ends, lengths and torsion."""
+        arm = self._arms(nodes, reach)
+        frames = self._frames(nodes)
+        log = Ends.of(self.builder.rest, frames, axes, arm).relative()
+        k = natural_stiffness(K, log)
+        return PoseElements(frames, axes, arm, log.e, beam_strain(k, *beam), M)
+
+    def springs(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
+        """Springs, one by one."""
+        return [(self._spring(spring), (self.prefix + key,)) for key, spring in self.part.springs.items()]
+
+    def dashpots(self) -> list[PoseElements]:
+        """Dashpots, one by one."""
+        return [self._spring(dashpot) for dashpot in self.part.dashpots.values()]
+
+    def _spring(self, spring: SpringElement) -> PoseElements:
+        values, here = self.design.values, self.local.positions[spring.nodes]
+        k, _ = spring.relative(values, here)
+        reach = spring.point(values, here) - here
+        axes = self._axes(spring.axes(values).T)
+        nodes = np.array(spring.nodes)
+        frames, arm = self._frames(nodes), self._arms(nodes, reach)
+        if len(nodes) == 1:
+            at = self.builder.rest.x[frames] + arm
+            frames, arm = np.array([self.builder.ground, frames[0]]), np.concatenate([at, arm])
+        axes = np.stack([axes, axes])[None]
+        rest = Ends.of(self.builder.rest, frames[None], axes, arm[None]).relative()
+        return PoseElements(
+            frames[None], axes, arm[None], rest.e, linear_strain(self._signed(k)[None]), np.zeros((1, 12, 12))
+        )
+
+    def pushes(self) -> Iterator[Named]:
+        """Forces and moments between two nodes: along a direction, which turns with the first, or the line between."""
+        channels = self.part.channels
+        for key, actuator in channels.actuators.items():
+            nodes = np.array(channels.nodes["actuator", key])
+            if not isinstance(actuator, ForceActuator | MomentActuator) or len(nodes) < 2:
+                continue
+            turns, d = (
+                isinstance(actuator, MomentActuator),
+                channels.number("actuator", key, "direction", self.design.values),
+            )
+            sign = -1 if turns and self.mirrored and d is not None else 1
+            axis = sign * self.Q @ (np.diff(self.local.positions[nodes], axis=0)[0] if d is None else d)
+            length = np.linalg.norm(axis)
+            wrench = None
+            if turns or d is not None:
+                wrench = np.append(np.zeros(3), axis / length) if turns else np.append(axis / length, np.zeros(3))
+            if length > 0:
+                arm = self._arms(nodes, np.zeros((2, 3)))
+                yield Push(self._frames(nodes)[None], arm[None], wrench), (self.prefix + key,)
+
+    def stacks(self) -> Iterator[Named]:
+        """Piezo stacks: bars between their nodes, or beams where they are bonded."""
+        values = self.design.values
+        for key, piezo in self.part.channels.piezos.items():
+            x = self.local.positions[piezo.nodes]
+            nodes = np.array([piezo.nodes])
+            length = np.array([float(np.linalg.norm(x[1] - x[0]))])
+            axes = self._axes(piezo.frame(x))
+            axes = np.stack([axes, axes])[None]
+            reach = np.zeros((1, 2, 3))
+            K, M = self._stack_matrices(key)
+            names = (self.prefix + key,)
+            if piezo.section(values) is not None:
+                yield self._between(nodes, axes, reach, K, M, (length, PLAIN)), names
+                continue
+            stiffness = np.array([float(piezo.stiffness(values))])
+            yield Bars(self._frames(nodes), self._arms(nodes, reach), length, stiffness, M), names
+
+    def _stack_matrices(self, key: str) -> tuple[Array, Array]:
+        """K and M (1, 12, 12) of a stack in its own right-handed axes; M of a pinned one is the same in all axes."""
+        piezo, x = self.part.channels.piezos[key], self.local.positions[self.part.channels.piezos[key].nodes]
+        K, M = piezo.matrices(self.design.values, x)
+        T = np.kron(np.eye(4), piezo.frame(x))
+        return self._signed((T @ K @ T.T)[None]), self._signed((T @ M @ T.T)[None])
+
+    def superelements(self) -> Iterator[Named]:
+        """Superelements between nodes, and those of one node that has stiffness to the ground."""
+        for key, (nodes, *matrices) in self.part.superelements.items():
+            at = np.array(nodes)
+            positioned = at < self.part.n_positioned
+            arm = self._arms(at, np.zeros((len(at), 3)))
+            frames = self._frames(at)
+            sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in positioned])
+            K, M = (sign[:, None] * matrix * sign for matrix in matrices)
+            builder, axes = self.builder, self._axes(np.eye(3))
+            yield (
+                Superelements.of(builder.rest, builder.ground, frames, positioned, axes, arm, K, M),
+                (self.prefix + key,),
+            )
+
+    def masses(self) -> None:
+        """Add what bodies, point masses and sensors weigh to the frames that carry them."""
+        heavy = {*self.part.bodies, *self.part.points, *(key for key, _, _ in self.part.channels.masses)}
+        for mass in self.own.discrete_elements:
+            if mass.M is None or mass.name not in heavy:
+                continue
+            node = np.array(mass.nodes)
+            axes = self._axes(np.eye(3))
+            M = self._signed(mass.M)
+            twist = Ends.of(self.builder.rest, self._frames(node), axes[None], self._arms(node, np.zeros((1, 3))))
+            T = twist.twists()[0]
+            M = T.T @ M @ T
+            self.builder.inertia[self._frames(node)[0]] += M
+            self.builder.weight[self._frames(node)[0]] += M[:, :3]
+
+
+def _joined(groups: list[PoseElements]) -> PoseElements:
+    """Elements of one kind in one table."""
+    strain = Strain(*(np.concatenate([getattr(g.strain, f.name) for g in groups]) for f in fields(Strain)))
+    node, axes, arm, rest, mass = (
+        np.concatenate([getattr(g, name) for g in groups]) for name in ("node", "axes", "arm", "rest", "mass")
+    )
+    return PoseElements(node, axes, arm, rest, strain, mass)
