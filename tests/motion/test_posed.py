@@ -257,6 +257,9 @@ def test_what_knows_rest_alone_says_so(bent: tuple[fx.Mechanism, float]) -> None
         "sensitivities": lambda: fx.sensitivities(here),
         "place_sensors": lambda: fx.place_sensors(here, sensors=6),
         "tangent_stiffness": lambda: fx.tangent_stiffness(full, np.zeros(full.order)),
+        "large": lambda: fx.time_response(
+            here, inputs={"coil": np.zeros(5)}, outputs=["carriage.ty"], dt=1e-3, motion="large"
+        ),
         "exact": lambda: fx.frequency_response(here, band=(1.0, 9.0), order="exact"),
     }
     for name, ask in asked.items():

@@ -28,6 +28,7 @@ from flexura.motion import (
     Pose,
     Stopped,
     commanded,
+    described_loads,
     rotation_vector,
 )
 from flexura.structure import FullOrderModel
@@ -72,6 +73,7 @@ def large_time_response(built: System, asked: Asked, order: str) -> Answer:
     """
     full = built.model
     assert isinstance(full, FullOrderModel)
+    full.plan.refuse_pose("large motion over time, which starts from rest")
     moving = MovingModel.of(full.design)
     readings = [_Reading.of(moving, port) for port in built.output_ports]
     loads = _Signals(moving, built, asked)
@@ -109,12 +111,9 @@ class _Signals:
 
     def __init__(self, model: MovingModel, built: System, asked: Asked) -> None:
         self.asked = asked
-        design = model.design
-        plan = design.plan
-        described = plan.loads.wrenches(design.values)
-        numbers = plan.topology.numbers(list(described)).tolist()
-        self._dead: dict[int, Any] = dict(zip(numbers, described.values(), strict=True))
-        self._gravity = plan.loads.gravity(design.values)
+        described = described_loads(model.design)
+        self._dead: dict[int, Any] = dict(described.dead)
+        self._gravity = described.gravity
         self._levers = [commanded(model, port) for port in built.input_ports]
         self.nodes = [*self._dead, *(lever.node for lever in self._levers if lever.node is not None)]
 

@@ -20,6 +20,7 @@ from flexura.motion.integration import MotionState as MotionState
 from flexura.motion.internal_forces import end_forces as end_forces
 from flexura.motion.loads import NO_LOADS as NO_LOADS
 from flexura.motion.loads import Loads as Loads
+from flexura.motion.loads import described_loads as described_loads
 from flexura.motion.model import MovingModel as MovingModel
 from flexura.motion.path import Path as Path
 from flexura.motion.path import Point as Point

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexura.beam import skew
 from flexura.motion.elements import Frames, turned
 from flexura.motion.model import MovingModel
+from flexura.structure import Design
 
 Array = NDArray[np.float64]
 
@@ -61,6 +62,14 @@ class Loads:
             external[root] += own
             slope[root] += turned(own[None])[0]
         return external, slope
+
+
+def described_loads(design: Design) -> Loads:
+    """The dead loads and the gravity that are described."""
+    plan, values = design.plan, design.values
+    wrenches = plan.loads.wrenches(values)
+    numbers = plan.topology.numbers(list(wrenches)).tolist()
+    return Loads(dict(zip(numbers, wrenches.values(), strict=True)), {}, plan.loads.gravity(values))
 
 
 NO_LOADS = Loads({}, {}, np.zeros(3))

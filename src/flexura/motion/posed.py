@@ -18,7 +18,7 @@ from flexura.motion.commands import commanded
 from flexura.motion.elements import Group, PoseElements
 from flexura.motion.equilibrium import Drive, Equations
 from flexura.motion.internal_forces import Ends, end_force_changes, end_forces, with_members
-from flexura.motion.loads import NO_LOADS, Loads
+from flexura.motion.loads import NO_LOADS, Loads, described_loads
 from flexura.motion.model import MovingModel
 from flexura.motion.path import Path, Point, Stopped
 from flexura.motion.pose import Pose
@@ -193,11 +193,9 @@ def posed(design: Design) -> PosedDesign:
 def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
     """The loads, gravity and commands that are described, and the commands in words."""
     design = model.design
-    plan, values = design.plan, design.values
-    wrenches = plan.loads.wrenches(values)
-    numbers = plan.topology.numbers(list(wrenches)).tolist()
-    dead: dict[int, Array] = dict(zip(numbers, wrenches.values(), strict=True))
-    commands, actuators, said = plan.pose.commands(values), dict[str, float](), list[str]()
+    plan, own = design.plan, described_loads(design)
+    commands, dead = plan.pose.commands(design.values), dict(own.dead)
+    actuators, said = dict[str, float](), list[str]()
     ports = Ports(Design.of(plan.at_rest(), design.parameters)).inputs(list(commands)) if commands else []
     for port, command in zip(ports, commands.values(), strict=True):
         lever = commanded(model, port)
@@ -206,7 +204,7 @@ def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
         else:
             dead[lever.node] = dead.get(lever.node, np.zeros(6)) + command * lever.unit
         said.append(f"{lever.name} = {command:.4g} {port.channel.unit}")
-    return Loads(dead, {}, plan.loads.gravity(values), actuators), said
+    return Loads(dead, {}, own.gravity, actuators), said
 
 
 def pose_of(model: OfDesign) -> PosedDesign | None:
