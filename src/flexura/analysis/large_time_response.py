@@ -73,7 +73,6 @@ def large_time_response(built: System, asked: Asked, order: str) -> Answer:
     """
     full = built.model
     assert isinstance(full, FullOrderModel)
-    full.plan.refuse_pose("large motion over time, which starts from rest")
     moving = MovingModel.of(full.design)
     readings = [_Reading.of(moving, port) for port in built.output_ports]
     loads = _Signals(moving, built, asked)
