@@ -132,3 +132,42 @@ def test_a_node_of_which_one_rotation_is_held():
     one = fx.stroke(leaf, move={"b.z": 0.03}, n=1)
     assert "b: the ground holds its rotation about x alone" in " ".join(map(str, both.warnings))
     assert not [w for w in one.warnings if w.kind == "rotation"]
+
+
+def test_a_pose_says_what_its_stroke_does():
+    """Of a strip that is twisted, and of a node of which one rotation is held."""
+    wide = LEAF.format(size="0.1 m", elements=2).replace("0.02*", "0.3*")
+    leaf = fx.loads(wide.replace("{a: clamped}", "{a: clamped, b: {fixed: [rz]}}"))
+    turned = {"b.ry": -0.1, "b.rx": 0.3}
+    said = fx.stroke(leaf, move=turned, n=1).warnings
+    assert {own.kind for own in said} == {"twist", "rotation"}
+    assert {own.text for own in said} <= {own.text for own in fx.modes(fx.at(leaf, turned), n=1).warnings}
+    (one,) = (own for own in said if own.kind == "rotation")
+    assert one.value == pytest.approx(0.1 * 0.3 / 2, rel=1e-6)
+
+
+def test_what_depends_on_the_way_is_as_large_as_is_told():
+    """Both rotations in proportion, or one after the other: the third differs by half their product, nearly."""
+    leaf = fx.loads(LEAF.format(size="0.1 m", elements=4).replace("{a: clamped}", "{a: clamped, b: {fixed: [rz]}}"))
+    straight = fx.stroke(leaf, move={"b.rx": 0.2, "b.ry": 0.1}, n=1, nodes=["b"])
+    after = fx.stroke(leaf, move={"b.rx": (0, 0.2), "b.ry": (0.1, 0.1)}, steps=2, n=1, nodes=["b"])
+    apart = after.poses[-1].displacement["b"][5] - straight.poses[-1].displacement["b"][5]
+    (told,) = (own for own in straight.warnings if own.kind == "rotation")
+    assert told.value == pytest.approx(apart, rel=0.01)
+
+
+def test_what_is_free_to_move_at_rest_says_so():
+    floating = fx.loads(LEAF.format(size="0.1 m", elements=2).replace("ground: {a: clamped}", ""))
+    for of in (lambda: fx.stroke(floating, move={"b.z": 1e-3}), lambda: fx.modes(fx.at(floating, {"b.z": 1e-3}))):
+        with pytest.raises(fx.SolverError, match="free to move at rest"):
+            of()
+
+
+def test_a_pose_whose_displacements_follow_from_each_other_is_refused():
+    with pytest.raises(fx.OptionError, match=re.escape("leaf1.head.rx already follows from carriage.rx")):
+        fx.modes(fx.at(fx.load(GUIDE), {"carriage.rx": 0.01, "leaf1.head.rx": 0.01}))
+
+
+def test_warnings_of_one_loaded_pose_have_a_place():
+    pulled = fx.stroke(fx.loads(LEAF.format(size="0.1 m", elements=2)), loads={"b": [1e9, 0, 0, 0, 0, 0]}, n=1)
+    assert any("first at these loads and most at these loads" in own.text for own in pulled.warnings)

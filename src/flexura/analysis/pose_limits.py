@@ -8,10 +8,11 @@ import numpy as np
 
 from flexura.analysis.limits import command_limits
 from flexura.analysis.stress import yield_ratios
+from flexura.analysis.stroke_clashes import solids_that_meet
 from flexura.analysis.stroke_pose import coarse, mesh_errors_of
 from flexura.errors import Exceeded
 from flexura.linalg import leading
-from flexura.motion import PosedDesign, bends, pose_of
+from flexura.motion import PosedDesign, beyond, pose_of
 from flexura.structure import FullOrderModel
 from flexura.systems import Ports
 
@@ -21,7 +22,8 @@ LOWEST = 6
 
 def pose_limits(model: FullOrderModel) -> tuple[Exceeded, ...]:
     """Where the pose itself is doubtful: members that bend too far for their elements or have too few of them,
-    superelements that turn within themselves, members beyond yield. Nothing at rest."""
+    superelements that turn within themselves, edges that twist stretches, nodes of which one rotation is held, solids
+    that meet, members beyond yield. Nothing at rest."""
     posed = pose_of(model)
     if posed is None:
         return ()
@@ -33,8 +35,10 @@ def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
     yield from command_limits(
         Ports(model.design).inputs(list(commands)), np.array([[own] for own in commands.values()])
     )
-    for bend in bends(posed.model, posed.pose.state.frames):
-        yield bend.exceeded
+    yield from beyond(posed.model, [posed.pose.state.frames])
+    for meeting in solids_that_meet(model, [posed.pose.state.frames])[0]:
+        text = f"{meeting.first} and {meeting.second} meet at the pose, and go through each other"
+        yield Exceeded("contact", meeting.first, np.nan, np.nan, "m", text)
     modes = posed.pose.modes(min(LOWEST, model.order))
     for name, error in mesh_errors_of(posed.pose, modes.vectors, modes.values).items():
         if (found := coarse(model, name, error, "at the pose")) is not None:

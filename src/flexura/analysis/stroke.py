@@ -33,16 +33,12 @@ from flexura.errors import Exceeded, OptionError
 from flexura.linalg import leading
 from flexura.mechanism import Mechanism
 from flexura.motion import (
-    NO_LOADS,
-    Bend,
     Equations,
     Equilibrium,
     Frames,
     MovingModel,
-    bends,
-    edge_strains,
+    beyond,
     end_forces,
-    rotation_vector,
 )
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, at_rest
@@ -50,17 +46,8 @@ from flexura.systems import Order
 
 Array = NDArray[np.float64]
 
-STRETCH = 2e-4
-"""Strain of the edges of members by twist that is told: a tenth or less of what yields."""
-
-HELD_TURN = 1e-3
-"""Component of a rotation vector, rad, that is told where the ground holds the rotation about its axis."""
-
 STEPS, MODES = 21, 6
 """Poses of a stroke, and modes at each, where nothing else is asked for."""
-
-INDEPENDENT = 1e-9
-"""What of a prescribed displacement others must leave free, over its own size."""
 
 LEFT_OUT = "left out: contact, plasticity, distortion of sections"
 
@@ -297,7 +284,7 @@ def stroke(
     asked = list(dict.fromkeys(asked))
     numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
     equations = Equations(moving, drives)
-    _independent(equations)
+    equations.independent()
     wanted = Asked(n, numbers, compliance)
 
     def walk(own: Equations) -> Followed:
@@ -314,7 +301,7 @@ def stroke(
     poses = stroke_poses([own.measured for own in followed.found], yields)
     frames = tuple(state.frames for state in shown)
     ended, critical = tuple(followed.stopped), tuple(followed.critical)
-    doubts = (*_bent(moving, shown), *_stretched(moving, shown), *_partly_held(moving, shown), *planned.overdriven)
+    doubts = (*beyond(moving, frames), *planned.overdriven)
     turning = any(state.loads.follower for state in shown)
     return Stroke(full, tuple(poses), ended, critical, doubts, yields, forces, frames, planned.units, low, turning)
 
@@ -336,52 +323,3 @@ def _at_low_order(
     found = low_order_motion(full, [*nodes, *loaded], states, n)
     own = walked[found.walk]
     return own, found.compared.states[: len(own.found)], found.said
-
-
-def _independent(equations: Equations) -> None:
-    """Raise OptionError where displacements that are prescribed cannot be, all by themselves, at rest."""
-    rows = equations.tangent(equations.model.rest, NO_LOADS, np.zeros(len(equations.drives)))[0].rows / equations.scale
-    for k, drive in enumerate(equations.drives):
-        others = rows[:k]
-        left = rows[k] - np.linalg.lstsq(others.T, rows[k], rcond=None)[0] @ others
-        if np.linalg.norm(left) < INDEPENDENT * np.linalg.norm(rows[k]):
-            before = ", ".join(own.name for own in equations.drives[:k])
-            raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
-
-
-def _stretched(model: MovingModel, states: Sequence[Equilibrium]) -> Iterator[Exceeded]:
-    """Members whose edges twist stretches by what stresses should contain, each at its worst."""
-    worst: dict[str, float] = {}
-    for state in states:
-        for name, strain in edge_strains(model, state.frames).items():
-            worst[name] = max(strain, worst.get(name, 0.0))
-    for name, strain in worst.items():
-        if strain > STRETCH:
-            text = f"member {name}: twist stretches its edges by a further {strain:.2g}, which stresses do not contain"
-            yield Exceeded("twist", name, strain, STRETCH, "1", text)
-
-
-def _partly_held(model: MovingModel, states: Sequence[Equilibrium]) -> Iterator[Exceeded]:
-    """Nodes of which the ground holds one rotation alone, where that is not the same as of their rotation vector."""
-    held = model.dof[:-1, 3:] < 0
-    nodes = np.flatnonzero((held.sum(axis=1) == 1) & (model.root[:-1] == np.arange(len(held))) & model.rest.placed[:-1])
-    for node in nodes.tolist():
-        axis = int(np.argmax(held[node]))
-        turned = max((abs(float(rotation_vector(own.frames.R[node])[axis])) for own in states), default=0.0)
-        if turned > HELD_TURN:
-            name = model.design.plan.topology.node_names[node]
-            text = (
-                f"{name}: the ground holds its rotation about {'xyz'[axis]} alone, at every instant; as it turns about"
-                f" both other axes that leaves {turned:.3g} rad of its rotation vector there, which depend on the way"
-            )
-            yield Exceeded("rotation", name, turned, HELD_TURN, "rad", text)
-
-
-def _bent(model: MovingModel, states: Sequence[Equilibrium]) -> tuple[Exceeded, ...]:
-    """Members and superelements that bend further within an element than is accurate, each at its worst."""
-    worst: dict[str, Bend] = {}
-    for state in states:
-        for bend in bends(model, state.frames):
-            if bend.name not in worst or bend.share > worst[bend.name].share:
-                worst[bend.name] = bend
-    return tuple(bend.exceeded for bend in worst.values())

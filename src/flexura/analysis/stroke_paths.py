@@ -111,7 +111,7 @@ class _Follower:
     def _rest(self) -> Equilibrium:
         """The state with nothing moved and the loads on that do not change. Raises SolverError where there is none."""
         rest = self.planned.rest
-        start = self.equations.solve(self.equations.model.rest, NO_LOADS, rest.targets)
+        start = self.equations.at_rest()
         if not rest.loads.any:
             return start
         state = next(iter(Path(self.equations, start, Point(rest.targets, NO_LOADS)).through([rest])))

@@ -119,7 +119,9 @@ class Course(NamedTuple):
 
 
 def words(values: Mapping[str, float], units: Mapping[str, str]) -> str:
-    """Values with their units."""
+    """Values with their units; where nothing changes, the loads that are on."""
+    if not values:
+        return "these loads"
     return ", ".join(f"{name} = {value:.6g} {units[name]}" for name, value in values.items())
 
 

@@ -4,9 +4,6 @@ from flexura.motion.arc import Along as Along
 from flexura.motion.arc import Arc as Arc
 from flexura.motion.arc import Lost as Lost
 from flexura.motion.arc import unstable as unstable
-from flexura.motion.bending import Bend as Bend
-from flexura.motion.bending import bends as bends
-from flexura.motion.bending import edge_strains as edge_strains
 from flexura.motion.bending import stiffness_errors as stiffness_errors
 from flexura.motion.buckling import buckling_factor as buckling_factor
 from flexura.motion.commands import commanded as commanded
@@ -18,6 +15,7 @@ from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
 from flexura.motion.integration import MotionState as MotionState
 from flexura.motion.internal_forces import end_forces as end_forces
+from flexura.motion.limits import beyond as beyond
 from flexura.motion.loads import NO_LOADS as NO_LOADS
 from flexura.motion.loads import Loads as Loads
 from flexura.motion.loads import described_loads as described_loads

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import skew
-from flexura.errors import SolverError
+from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise
 from flexura.motion.elements import Frames
 from flexura.motion.loads import NO_LOADS, Loads
@@ -25,6 +25,9 @@ DENSE = 150
 
 CONVERGED = 1e-8
 """Largest last step of Newton's method, over the size of the mechanism or in rad, after which nothing is left."""
+
+INDEPENDENT = 1e-9
+"""What of a prescribed displacement others must leave free, over its own size."""
 
 ITERATIONS = 12
 """Steps of Newton's method after which a smaller change of state is tried."""
@@ -80,6 +83,16 @@ class Equations:
         nodes, component = np.nonzero(self._free)
         del nodes
         self.scale[self._dof] = np.where(component < 3, 1 / self.size, 1.0)
+
+    def independent(self) -> None:
+        """Raise OptionError where displacements that are prescribed cannot be, all by themselves, at rest."""
+        rows = self.tangent(self.model.rest, NO_LOADS, np.zeros(len(self.drives)))[0].rows / self.scale
+        for k, drive in enumerate(self.drives):
+            others = rows[:k]
+            left = rows[k] - np.linalg.lstsq(others.T, rows[k], rcond=None)[0] @ others
+            if np.linalg.norm(left) < INDEPENDENT * np.linalg.norm(rows[k]):
+                before = ", ".join(own.name for own in self.drives[:k])
+                raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
 
     def displacements(self, step: Array) -> Array:
         """Displacements (n + 1, 6) of all frames from those that are free (n,)."""
@@ -162,6 +175,15 @@ class Equations:
                 tangent, _ = self.tangent(frames, loads, multipliers)
                 return Equilibrium(frames, multipliers, loads, tangent, iteration)
         raise SolverError("no equilibrium is found near the last one")
+
+    def at_rest(self) -> Equilibrium:
+        """The state without loads and with nothing moved. Raises SolverError where it is free to move."""
+        try:
+            return self.solve(self.model.rest, NO_LOADS, np.zeros(len(self.drives)))
+        except SolverError:
+            raise SolverError(
+                "the mechanism is free to move at rest: hold or move all of it; flexura check tells what is free"
+            ) from None
 
     def solver(self, tangent: Tangent) -> Callable[[Array, Array], tuple[Array, Array]]:
         """What gives steps (n,) or (n, k) towards equilibrium, and the forces (d,) of the drives after them, from the

@@ -167,9 +167,10 @@ def posed(design: Design) -> PosedDesign:
         if model.dof[drive.root, drive.component] < 0:
             raise OptionError(f"at: {drive.name} cannot move: it is held by the ground")
     equations = Equations(model, drives)
+    equations.independent()
     loads, said = _loads(model)
     zero = np.zeros(len(drives))
-    start = equations.solve(model.rest, NO_LOADS, zero)
+    start = equations.at_rest()
     units = ["rad" if drive.component >= 3 else "m" for drive in drives]
     moves = [f"{name} = {value:.4g} {unit}" for (name, value), unit in zip(moved.items(), units, strict=True)]
     said = ", ".join([*moves, *said])
