@@ -171,3 +171,14 @@ def test_a_pose_whose_displacements_follow_from_each_other_is_refused():
 def test_warnings_of_one_loaded_pose_have_a_place():
     pulled = fx.stroke(fx.loads(LEAF.format(size="0.1 m", elements=2)), loads={"b": [1e9, 0, 0, 0, 0, 0]}, n=1)
     assert any("first at these loads and most at these loads" in own.text for own in pulled.warnings)
+
+
+def test_members_are_refined_on_request():
+    """As if the file said so."""
+    coarse, fine = (fx.loads(LEAF.format(size="0.1 m", elements=n) + "corrections: none\n") for n in (3, 6))
+    own, other = fx.stroke(coarse, move={"b.z": 0.03}, refine=2, n=2), fx.stroke(fine, move={"b.z": 0.03}, n=2)
+    assert own.poses[0].frequency_hz == other.poses[0].frequency_hz
+    assert own.model.order == 2 * fx.assemble(coarse).order
+    for wrong in (0, -1, 1.5, "2"):
+        with pytest.raises(fx.OptionError, match="times their elements"):
+            fx.stroke(coarse, move={"b.z": 0.03}, refine=wrong)

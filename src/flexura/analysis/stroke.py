@@ -232,6 +232,7 @@ def stroke(
     nodes: Sequence[str] | None = None,
     compliance: bool = False,
     branch: int = 0,
+    refine: int = 1,
     order: Order = "full",
     progress: Listener | None = None,
 ) -> Stroke:
@@ -249,8 +250,9 @@ def stroke(
 
     At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are those whose displacements
     are told, by default those that move, with `compliance` also their compliances and stiffnesses, (6, 6) each.
-    `progress` is told of every pose. At `order` "low" substructures are superelements that turn, with energies of
-    fourth order in their deformation, finer where the motion asks for it; `low_order` says how far this is off.
+    `progress` is told of every pose. Members are cut into `refine` times the elements that are described. At `order`
+    "low" substructures are superelements that turn, with energies of fourth order in their deformation, finer where the
+    motion asks for it; `low_order` says how far this is off.
 
     Where loads and commands alone change, the way is followed by arc length, through limit points and snap-back: poses
     are where it comes by the asked shares, as often as it does, and where it turns back. Warnings tell limit points and
@@ -263,7 +265,9 @@ def stroke(
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.
     """
-    full = at_rest(model, parameters)
+    if not isinstance(refine, int | np.integer) or refine < 1:
+        raise OptionError(f"members are cut into a whole number of times their elements, at least 1, not {refine!r}")
+    full = at_rest(model, parameters, int(refine))
     if branch not in (-1, 0, 1):
         raise OptionError(f"branch is 1 or -1, to either side, or 0 to go straight on, not {branch!r}")
     given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})

@@ -80,6 +80,7 @@ def stroke_command(
     branch: Annotated[
         int, typer.Option(min=-1, max=1, help="Follow the first way that branches off, to the side of 1 or -1.")
     ] = 0,
+    refine: Annotated[int, typer.Option(min=1, help="Cut every member into so many times its elements.")] = 1,
     order: Annotated[ModelOrder, typer.Option(help="All elements, or superelements that turn.")] = ModelOrder.full,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of poses: .csv or .parquet.")] = None,
     plot: Plot = None,
@@ -108,6 +109,7 @@ def stroke_command(
         nodes=node,
         compliance=compliance,
         branch=branch,
+        refine=refine,
         order=order.value,
     )
     if strict:

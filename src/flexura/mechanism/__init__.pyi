@@ -101,4 +101,5 @@ from flexura.mechanism.substructure import Substructure as Substructure
 from flexura.mechanism.substructure import Support as Support
 from flexura.mechanism.substructure import has_solid_members as has_solid_members
 from flexura.mechanism.substructure import mesh_sizes as mesh_sizes
+from flexura.mechanism.substructure import refined as refined
 from flexura.mechanism.substructure import solid_members as solid_members

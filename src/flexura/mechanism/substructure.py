@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -21,6 +21,8 @@ from flexura.mechanism.pose import Prescribed
 from flexura.mechanism.quantity import Angle
 from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
+
+P = TypeVar("P", bound="Substructure")
 
 DOF_NAMES = ("tx", "ty", "tz", "rx", "ry", "rz")
 Dof = Literal["tx", "ty", "tz", "rx", "ry", "rz"]
@@ -163,6 +165,22 @@ class Mechanism(Substructure):
         """
         own = self.materials.get(name, name)
         return own if isinstance(own, Material) else CATALOGUE[own]
+
+
+def refined(mechanism: Mechanism, times: int) -> Mechanism:
+    """The mechanism with every member cut into so many times the elements."""
+    parts = {name: _refined(part, times) for name, part in mechanism.substructures.items()}
+    return _refined(mechanism, times).replaced({"substructures": parts})
+
+
+def _refined(part: P, times: int) -> P:
+    kinds = {"links": part.links, "flexures": part.flexures}
+    return part.replaced(
+        {
+            kind: {key: own.replaced({"elements": times * own.elements}) for key, own in members.items()}
+            for kind, members in kinds.items()
+        }
+    )
 
 
 def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.mechanism import Mechanism
+from flexura.mechanism import Mechanism, refined
 from flexura.records import Latest
 from flexura.structure.assembler import full_order
 from flexura.structure.design import Design
@@ -39,13 +39,17 @@ def assemble(
 
 
 def at_rest(
-    model: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None
+    model: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None, refine: int = 1
 ) -> FullOrderModel:
-    """The full-order model as `assemble` makes it, without the pose that may be described. Raises as `assemble`."""
+    """The full-order model as `assemble` makes it, without the pose that may be described, members cut into `refine`
+    times their elements. Raises as `assemble`."""
     design = checked_design(model, parameters)
-    if not design.plan.is_posed:
+    plan = design.plan.at_rest()
+    if refine > 1:
+        plan = Plan(refined(plan.mechanism, refine))
+    if plan is design.plan:
         return assemble(model, parameters)
-    return full_order_model(Design.of(design.plan.at_rest(), design.parameters))
+    return full_order_model(Design.of(plan, design.parameters))
 
 
 def full_order_model(design: Design) -> FullOrderModel:
