@@ -195,3 +195,36 @@ def test_an_interruption_leaves_what_was_found():
 def test_a_time_limit_leaves_what_was_found():
     with time_limit(1e-9), pytest.raises(fx.SolverError, match="stopped after"):
         fx.stroke(column(), move={"p1.y": 0.1}, n=1)
+
+
+def curved_beam() -> fx.Mechanism:
+    """A beam with the shape of a cosine, clamped at both ends, whose rise is six times its thickness."""
+    rise = [0.5 * 3.0 * (1 - np.cos(2 * np.pi * k / 16)) for k in range(17)]
+    nodes = "\n".join(f"  p{k}: [{100 * k / 16!r} mm, 0, {float(z)!r} mm]" for k, z in enumerate(rise))
+    links = "\n".join(
+        f"  l{k}: {{nodes: [p{k}, p{k + 1}], material: spring-steel, reference: z,"
+        " section: {shape: rectangle, width: 10 mm, thickness: 0.5 mm}}"
+        for k in range(16)
+    )
+    ground = "ground: {p0: clamped, p16: clamped}\n"
+    return fx.loads(f"flexura: 1\nname: curved\ncorrections: none\nnodes:\n{nodes}\nlinks:\n{links}\n{ground}")
+
+
+@pytest.mark.parametrize("steps", [8, 15, 57])
+def test_a_way_that_ends_is_not_left_for_another(steps):
+    """The middle of a curved beam has to turn back at 4.945 mm; states beyond are of another way, at other energies."""
+    found = fx.stroke(curved_beam(), move={"p8.z": (0, -7e-3), "p8.ry": (0, 0)}, steps=steps, n=1)
+    travel = np.array([pose.move["p8.z"] for pose in found.poses])
+    force = np.array([pose.reaction["p8.z"] for pose in found.poses])
+    assert -4.95e-3 < travel[-1] < -4.945e-3 + 7e-3 / (steps - 1)
+    (said,) = (own.text for own in found.warnings if own.kind == "equilibrium")
+    assert "no equilibrium is found beyond p8.z = -0.00494" in said
+    if steps > 50:
+        gained = np.diff([pose.energy for pose in found.poses])
+        assert gained == pytest.approx(np.diff(travel) * (force[1:] + force[:-1]) / 2, abs=1e-4)
+
+
+def test_a_single_pose_beyond_the_end_of_the_way_is_not_found():
+    found = fx.stroke(curved_beam(), move={"p8.z": -6e-3, "p8.ry": 0.0}, n=1)
+    assert found.poses == ()
+    assert any("no equilibrium is found beyond p8.z = -0.00494" in own.text for own in found.warnings)

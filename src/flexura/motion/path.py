@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 SMALLEST = 1.0 / 4096
 """Least part of a step to the next point that is tried."""
 
+JUMP, NO_JUMP = 0.2, 1e-5
+"""Largest share of a step that its prediction may lack, and what is too little to be a jump, over the size of the
+mechanism or in rad."""
+
 REMEMBERED = 4
 """States before the last one by which the next one is predicted."""
 
@@ -79,13 +83,14 @@ class Path:
             aim = point if share == 1.0 else start.between(point, share)
             way = self._way + (share - done) * length
             try:
-                state = self.equations.solve(self._predicted(way), aim.loads, aim.targets)
+                predicted = self._predicted(way, aim)
+                state = self.equations.solve(predicted, aim.loads, aim.targets)
+                self._as_predicted(predicted, state)
             except SolverError:
                 if part <= SMALLEST:
                     return Stopped(number, done, self.state)
-                part /= 4 if not self._before else 2
-                if part < 0.05:
-                    self._before = self._before[-1:]
+                part /= 2 if self._before else 4
+                self._before = []
                 continue
             if way > self._way:
                 self._before = [*self._before, (self._way, self.state.frames)][-REMEMBERED:]
@@ -94,10 +99,27 @@ class Path:
             part *= 2.0 if state.iterations <= QUICK else 1.0
         return None
 
-    def _predicted(self, way: float) -> Frames:
+    def _as_predicted(self, predicted: Frames, state: Equilibrium) -> None:
+        """Raise SolverError for a state that lies elsewhere, as one of another way does that Newton's method jumped to.
+
+        On one way what is left of a step after its prediction vanishes with its length; across a gap it does not.
+        """
+        scale = np.append(np.full(3, 1 / self.equations.size), np.ones(3))
+        off, step = (
+            float(np.abs(displacement(own, state.frames) * scale).max(initial=0.0))
+            for own in (predicted, self.state.frames)
+        )
+        if off > max(JUMP * step, NO_JUMP):
+            raise SolverError("the next state is not on the way of the last one")
+
+    def _predicted(self, way: float, aim: Point) -> Frames:
         """The state at a length of way, by the polynomial (Lagrange) of the displacements from the last state to those
-        before it."""
+        before it; along the tangent where there are none."""
         now, ahead = self.state.frames, way - self._way
+        if not self._before:
+            tangent, missing = self.equations.tangent(now, aim.loads, self.state.drive)
+            gap = aim.targets - self.equations.travelled(now)
+            return now.moved(self.equations.displacements(self.equations.solver(tangent)(missing, gap)[0]))
         ways = [0.0, *(s - self._way for s, _ in self._before)]
         step = np.zeros((len(now.x), 6))
         for own, (_, frames) in zip(ways[1:], self._before, strict=True):
