@@ -52,3 +52,11 @@ def test_what_bends_far_is_made_finer() -> None:
 def test_order_is_full_or_low() -> None:
     with pytest.raises(fx.OptionError, match="order is full or low"):
         fx.stroke(GUIDE, move={"carriage.x": 1e-3}, order="middling")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("force", [[30.0, 0, 0], [60.0, 0, 0], [30.0, 5, 200]])
+def test_loads_that_the_coarsest_does_not_bear_make_it_finer(force: list[float]) -> None:
+    loads = {"carriage": [*force, 0, 0, 0]}
+    low, full = (fx.stroke(GUIDE, loads=loads, nodes=["carriage"], n=1, order=order) for order in ("low", "full"))
+    own, reference = (r.poses[0].displacement["carriage"] for r in (low, full))
+    assert own[0] == pytest.approx(reference[0], rel=1e-3)

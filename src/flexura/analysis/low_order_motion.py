@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import Exceeded
+from flexura.errors import Exceeded, SolverError
 from flexura.motion import (
     Comparison,
     Equations,
@@ -100,16 +100,27 @@ def low_order_motion(
     """The low order on which a motion is as near to the full one as is asked for, or as it gets.
 
     `walk` finds the states of the motion. The frames of `nodes`, by number, are kept, and `n` frequencies compared.
-    Raises SolverError for what `walk` does, and for substructures without equilibrium at rest.
+    Where it finds none, all substructures are made finer. Raises SolverError for what `walk` does then, too, and for
+    substructures without equilibrium at rest.
     """
     kept = kept_frames(full.model)
     kept[full.model.root[list(nodes)]] = True
     kept[[drive.root for drive in full.drives]] = True
     turning, off = _quick_enough(full, TurningModel.of(full.model, kept), n)
     best: Settled | None = None
-    for number in range(ROUNDS):
+    number = 0
+    for left in reversed(range(ROUNDS)):
         equations = Equations(turning.low, full.drives)
-        states = walk(equations)
+        try:
+            states = walk(equations)
+        except SolverError:
+            finer = turning.finer(range(len(turning.kinds))) if left else None
+            if finer is None and best is None:
+                raise
+            if finer is None:
+                break
+            turning = finer
+            continue
         compared = against_full(turning, equations, full, states)
         error = float(compared.error.max(initial=0.0))
         ends = [(states[k], compared.states[k]) for k in {0, len(states) - 1} if states]
@@ -117,6 +128,7 @@ def low_order_motion(
         said = LowOrderMotion(turning.low.n_dof, full.model.n_dof, error, now, turning.made_finer)
         if best is None or max(error, now) < max(best.said.error, best.said.frequency_error):
             best = Settled(number, equations, compared, said)
+        number += 1
         coarse = compared.share if error > TOLERANCE else compared.stiffness if now > ROUGH else None
         finer = None if coarse is None else turning.finer(_worst(coarse))
         if finer is None:
