@@ -182,3 +182,21 @@ def test_members_are_refined_on_request():
     for wrong in (0, -1, 1.5, "2"):
         with pytest.raises(fx.OptionError, match="times their elements"):
             fx.stroke(coarse, move={"b.z": 0.03}, refine=wrong)
+
+
+@pytest.mark.parametrize(
+    ("elements", "asked", "why"),
+    [
+        (
+            1,
+            {"loads": {"b": ([0] * 6, [0, 0, 0, 0, -100.0, 0])}},
+            "leaf turns by 3.14 rad between the ends of an element",
+        ),
+        (10, {"move": {"b.z": 0.2}}, "the force at b.z grows without limit there"),
+    ],
+)
+def test_why_a_way_ends(elements, asked, why):
+    """An element that is rolled up further than is known, and a leaf that is stretched straight."""
+    leaf = fx.loads(LEAF.format(size="0.1 m", elements=elements) + "corrections: none\n")
+    found = fx.stroke(leaf, steps=5, n=1, **asked)
+    assert len(found.stopped) == 1 and why in found.stopped[0]

@@ -14,7 +14,19 @@ from flexura.analysis.stroke_pose import Asked, Measured, measured
 from flexura.analysis.stroke_ways import Course
 from flexura.deadline import Listener, OutOfTime, Progress
 from flexura.errors import Exceeded, SolverError
-from flexura.motion import NO_LOADS, Along, Arc, Equations, Equilibrium, Lost, Path, Point, Stopped, unstable
+from flexura.motion import (
+    NO_LOADS,
+    Along,
+    Arc,
+    Equations,
+    Equilibrium,
+    Lost,
+    Path,
+    Point,
+    Stopped,
+    unstable,
+    why_it_ends,
+)
 
 Array = NDArray[np.float64]
 
@@ -201,6 +213,8 @@ class _Follower:
     def _crossed(self, arc: Arc, at: Along, there: Along, spacing: float, shares: list[float]) -> Iterator[Along]:
         """The states between two at which the share is one that is asked for, or as far from these beyond them."""
         origin, sense = shares[0], np.sign(there.share - at.share)
+        if not sense:
+            return
         low, high = ((own.share - origin) / spacing for own in (at, there))
         first = np.floor(low) + 1 if sense > 0 else np.ceil(low) - 1
         for k in np.arange(first, high + sense * 1e-12, sense):
@@ -217,7 +231,6 @@ class _Follower:
         self.out.ended.append(last)
         stable = "not stable" if unstable(self.equations, last) else "stable"
         self.out.stopped.append(
-            f"no equilibrium is found beyond {at}, on the way to {aim}: there it is {stable}; where the drive has to"
-            " turn back, as in a snap-through, another displacement may be moved, and members that bend sharply want"
-            " more elements"
+            f"no equilibrium is found beyond {at}, on the way to {aim}: there it is {stable};"
+            f" {why_it_ends(self.equations, last)}"
         )

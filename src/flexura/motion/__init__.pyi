@@ -8,6 +8,7 @@ from flexura.motion.bending import stiffness_errors as stiffness_errors
 from flexura.motion.buckling import buckling_factor as buckling_factor
 from flexura.motion.commands import commanded as commanded
 from flexura.motion.elements import Frames as Frames
+from flexura.motion.endings import why_it_ends as why_it_ends
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium

@@ -129,7 +129,7 @@ class Arc:
 
     def _next(self, at: Along, length: float, spacing: float) -> tuple[Along, float, int] | None:
         """The state after a step, as long as possible up to a length, its length, and Newton's steps to it."""
-        least = SMALLEST * length
+        least = SMALLEST * self._longest(at, spacing)
         while length > least:
             try:
                 there = self.step(at, length)

@@ -71,6 +71,10 @@ class Superelements:
         """Where the own frames are, (e, own)."""
         return Ends.of(frames, self.node[:, : self.own], self.axes[:, None], self.arm)
 
+    def turns(self, frames: Frames) -> Array:
+        """The largest rotations (e,), rad, of frames seen from the first."""
+        return np.linalg.norm(_seen_from_first(self._ends(frames)).e[..., 3:], axis=-1).max(axis=1, initial=0.0)
+
     def deformation(self, frames: Frames) -> Array:
         """Changes (e, d) of the logarithms of the relative poses, and amplitudes."""
         return self._deformation(frames, _seen_from_first(self._ends(frames)))

@@ -188,6 +188,10 @@ class PoseElements:
         B = self.rows(frames)
         return np.swapaxes(B, 1, 2) @ self.strain.material(self.deformation(frames)) @ B
 
+    def turns(self, frames: Frames) -> Array:
+        """Rotations (e,), rad, between their ends."""
+        return np.linalg.norm(self.ends(frames).relative().e[:, 3:], axis=1)
+
     def deformation(self, frames: Frames) -> Array:
         """Changes d (e, 6) of the logarithms of the relative poses (theory eq. G3)."""
         return self.ends(frames).relative().e - self.rest
