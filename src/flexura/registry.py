@@ -1,6 +1,7 @@
 """What rooms use of rooms above them: functions registered by name at the top of the package, imported on first use.
 
-There are few of these. Each is a step that a user would otherwise take by hand, and without it the room still works.
+There are few of these. Each is a step that a user would otherwise take by hand, or that few ask for; without it the
+room still works.
 """
 
 from __future__ import annotations

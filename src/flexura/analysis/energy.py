@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import block_rotation, rigid_arm
-from flexura.motion import PosedDesign, pose_of
-from flexura.structure import FullOrderModel, Part, PartMatrices
+from flexura.structure import FullOrderModel, Part, PartMatrices, Posed
 
 Array = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> It
     """Path of every placed copy of a prototype, and displacements (n, 6, k) of its nodes in its own frame,
     for those (n_nodes, 6, k) of all nodes, global frame, m and rad. At a pose that frame has turned with each node."""
     placed, part = model.plan.topology.copies[name], model.plan.parts[name]
-    posed = pose_of(model)
+    posed = model.design.posed
     for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
         Q = model.geometry.Q[instance].T
         own = slice(offset, offset + part.n_positioned)
@@ -53,7 +52,7 @@ def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> It
 
 
 def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnergy]:
-    posed = pose_of(model)
+    posed = model.design.posed
     strains = {} if posed is None else _strains_at(model, posed, displacements)
     for name, matrices in model.matrices.items():
         part = model.plan.parts[name]
@@ -96,7 +95,7 @@ def _by_kind(work: Array, is_round: NDArray[np.bool_]) -> Array:
     return np.stack([work[:, 0], work[:, 3], either, thickness, width, np.zeros_like(work[:, 0])])
 
 
-def _strains_at(model: FullOrderModel, posed: PosedDesign, displacements: Array) -> dict[str, Array]:
+def _strains_at(model: FullOrderModel, posed: Posed, displacements: Array) -> dict[str, Array]:
     """Strain energies (kinds, k) of members, springs and superelements as placed, of small motions from a pose."""
     is_round: dict[str, bool] = {}
     for name, part in model.plan.parts.items():

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
-from flexura.motion import pose_of
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -21,7 +20,7 @@ Index = NDArray[np.intp]
 def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None) -> tuple[Array, Array]:
     """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies (theory eq. S1); at a
     pose those that are there and what displacements from it add (theory eqs. G15, G26)."""
-    if (posed := pose_of(model)) is not None:
+    if (posed := model.design.posed) is not None:
         added, there = posed.end_force_changes(states)[name], posed.end_forces[name]
         return there[0] + added[0], there[1] + added[1]
     placed, matrices = model.plan.topology.copies[name], model.matrices[name]
@@ -66,7 +65,7 @@ def internal_force_rows(model: FullOrderModel, member: str, *, position: float =
     n = int(part.counts[k])
     element = min(int(position * n), n - 1)
     e = int(part.first[k]) + element
-    if (posed := pose_of(model)) is not None:
+    if (posed := model.design.posed) is not None:
         start, end = posed.end_force_changes(np.eye(model.order))[name]
         share = position * n - element
         return sp.csr_matrix((1 - share) * start[copy, e] + share * end[copy, e])

@@ -13,8 +13,7 @@ from flexura.analysis.internal_forces import element_motions
 from flexura.analysis.stress import yield_ratios
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
-from flexura.motion import PosedDesign, pose_of
-from flexura.structure import FullOrderModel
+from flexura.structure import FullOrderModel, Posed
 from flexura.systems import InputPort, Ports
 
 Array = NDArray[np.float64]
@@ -124,7 +123,7 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
     ends seen from the other."""
     names: list[str] = []
     lengths, rows = [np.empty(0)], [np.empty((0, 3, columns.shape[1]))]
-    posed = pose_of(model)
+    posed = model.design.posed
     if posed is not None:
         names, length, seen = _posed_member_rows(posed, model.node_displacements(columns))
         lengths, rows = [length], [seen]
@@ -145,7 +144,7 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
     return names, np.concatenate(lengths), np.concatenate(rows)
 
 
-def _posed_member_rows(posed: PosedDesign, u: Array) -> tuple[list[str], Array, Array]:
+def _posed_member_rows(posed: Posed, u: Array) -> tuple[list[str], Array, Array]:
     """As `_member_rows` for all members, from displacements u (n_nodes, 6, c) of all nodes from a pose."""
     names, node, arm, position = posed.member_ends()
     own = rigid_arm(arm) @ np.concatenate([u, np.zeros((1, *u.shape[1:]))])[node]

@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 
 from flexura.analysis.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.motion import motions
-from flexura.analysis.pose_limits import pose_limits
 from flexura.analysis.proven_modes import Mode, Modes, certified_mode, unproven, with_mesh_errors
 from flexura.analysis.split_modes import split_modes
 from flexura.arguments import verb
 from flexura.deadline import stage
-from flexura.errors import OptionError
+from flexura.errors import Exceeded, OptionError
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism import Mechanism
 from flexura.modal import REPEATED, close_groups, mac_with_spaces, pair_by_mac
@@ -35,7 +34,8 @@ from flexura.reduction import (
     split,
     state_of,
 )
-from flexura.structure import Plan, assemble, full_order_model, one_design, plan_of
+from flexura.registry import registered
+from flexura.structure import FullOrderModel, Plan, assemble, full_order_model, one_design, plan_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -197,6 +197,11 @@ def _result(
     model = full.model
     names, name = tuple(model.plan.topology.node_names), model.plan.mechanism.name
     found, meshes = with_mesh_errors(model, found, u)
-    said = (*unproven(found, certified, tolerance), *meshes, *pose_limits(model))
+    said = (*unproven(found, certified, tolerance), *meshes, *_pose_limits(model))
     limit = min(tolerance, TOLERANCE)
     return Modes(name, order, model.order, found, evidence, u, names, parameters, model, certified, steps, limit, said)
+
+
+def _pose_limits(model: FullOrderModel) -> tuple[Exceeded, ...]:
+    """What is doubtful of a pose that is described; large motion is imported for that alone."""
+    return registered("pose_limits")(model) if model.plan.is_posed else ()

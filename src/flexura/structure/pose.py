@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
@@ -108,6 +109,26 @@ class Posed(Protocol):
     @property
     def base_inertia_forces(self) -> Array:
         """Forces (n, 6) as `FullOrderModel.base_inertia_forces`, where everything is."""
+        ...
+
+    @property
+    def end_forces(self) -> dict[str, tuple[Array, Array]]:
+        """Internal forces of members: (i, e, 6, 1) at the first and the second end of the elements of the i copies of
+        each prototype, N and N m, in axes that turn with these ends."""
+        ...
+
+    def end_force_changes(self, vectors: Array) -> dict[str, tuple[Array, Array]]:
+        """What small displacements from there, DOF vectors (n, k), change of `end_forces`, (i, e, 6, k)."""
+        ...
+
+    def works(self, displacements: Array) -> Iterator[tuple[tuple[str, ...], Array | None, Array]]:
+        """For each kind of elements: names (e,), of beams the strain energy (e, 6, k), J, by components of their
+        deformation, else None, and all of it (e, k), for small displacements (n_nodes, 6, k) of all nodes."""
+        ...
+
+    def member_ends(self) -> tuple[list[str], Index, Array, Array]:
+        """Names (m,) of all members, the nodes (m, 2) that carry their ends, and arms from there and positions
+        (m, 2, 3) of these, m."""
         ...
 
     def dissipation(self, default: float) -> tuple[sp.csc_matrix, sp.csc_matrix]:
