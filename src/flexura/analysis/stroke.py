@@ -326,4 +326,5 @@ def _at_low_order(
     loaded = [node for point in ends for node in (*point.loads.dead, *point.loads.follower)]
     found = low_order_motion(full, [*nodes, *loaded], states, n)
     own = walked[found.walk]
+    own.stopped[:] = [f"at low order {why}; the full order may go further" for why in own.stopped]
     return own, found.compared.states[: len(own.found)], found.said
