@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from flexura.mechanism.base import Part, refuse
 from flexura.mechanism.loads import Load
-from flexura.mechanism.pose import COMMANDS, DISPLACEMENTS
+from flexura.mechanism.pose import OneKind
 from flexura.mechanism.quantity import Angle, Force, Length, Moment, Voltage
 
 
@@ -26,9 +26,11 @@ MomentRange = Annotated[tuple[Moment, ...], *_ONE_OR_TWO]
 VoltageRange = Annotated[tuple[Voltage, ...], *_ONE_OR_TWO]
 
 
-class Moved(Part):
+class Moved(OneKind):
     """What a node is moved by from rest, or the command of an actuator, as `Prescribed`: one value, or from one to
     another."""
+
+    EXAMPLE = "e.g. {y: [-5 mm, 5 mm]}, or {expansion: [0, 10 um]}"
 
     x: LengthRange | None = None
     y: LengthRange | None = None
@@ -40,19 +42,6 @@ class Moved(Part):
     voltage: VoltageRange | None = None
     force: ForceRange | None = None
     moment: MomentRange | None = None
-
-    @property
-    def given(self) -> tuple[str, ...]:
-        """Names of what is given."""
-        return tuple(name for name in (*DISPLACEMENTS, *COMMANDS) if getattr(self, name) is not None)
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
-        commands = [name for name in self.given if name in COMMANDS]
-        if not self.given or (commands and len(self.given) > 1):
-            rule = "either displacements of a node or one command of an actuator"
-            raise refuse(rule, "e.g. {y: [-5 mm, 5 mm]}, or {expansion: [0, 10 um]}")
-        return self
 
 
 class Motion(Part):

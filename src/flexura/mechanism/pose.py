@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import model_validator
 
@@ -17,13 +17,33 @@ COMMANDS = ("expansion", "voltage", "force", "moment")
 """Names of the commands of actuators."""
 
 
-class Prescribed(Part):
+class OneKind(Part):
+    """Either displacements of a node, or the command of an actuator."""
+
+    EXAMPLE: ClassVar[str]
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of what is given."""
+        return tuple(name for name in (*DISPLACEMENTS, *COMMANDS) if getattr(self, name) is not None)
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        commands = [name for name in self.given if name in COMMANDS]
+        if not self.given or (commands and len(self.given) > 1):
+            raise refuse("either displacements of a node or one command of an actuator", self.EXAMPLE)
+        return self
+
+
+class Prescribed(OneKind):
     """Where a node is held from rest, global axes: displacements, m, and components of its rotation vector, rad; what
     is left out stays free.
 
     Or the command of an actuator: the free expansion of a piezo stack, m, or its voltage, V, where it has a gain; a
     force, N; a moment, N m.
     """
+
+    EXAMPLE = "e.g. {y: 5 mm}, or {expansion: 10 um}"
 
     x: Length | None = None
     y: Length | None = None
@@ -35,19 +55,6 @@ class Prescribed(Part):
     voltage: Voltage | None = None
     force: Force | None = None
     moment: Moment | None = None
-
-    @property
-    def given(self) -> tuple[str, ...]:
-        """Names of what is given."""
-        return tuple(name for name in (*DISPLACEMENTS, *COMMANDS) if getattr(self, name) is not None)
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
-        commands = [name for name in self.given if name in COMMANDS]
-        if not self.given or (commands and len(self.given) > 1):
-            rule = "either displacements of a node or one command of an actuator"
-            raise refuse(rule, "e.g. {y: 5 mm}, or {expansion: 10 um}")
-        return self
 
 
 def command_of(actuator: Actuator) -> str | None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
-from typing import NamedTuple
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +29,17 @@ MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 """Signs of displacements along and about axes that are made right-handed again by turning the third one round."""
 
 
-class Laid(NamedTuple):
-    """The fields of a `MovingModel` that follow from its design."""
+@dataclass(frozen=True)
+class Laid:
+    """A mechanism laid out: frames and what lies between them.
 
+    `rest` are the frames at rest, one for every node and a last one for the ground; `dof` (n + 1, 6) numbers the free
+    displacements, -1 where held and where a node follows another one. `inertia` (n + 1, 6, 6) is the mass that frames
+    carry, in their own axes, and `weight` (n + 1, 6, 3) the forces in these axes per acceleration of free fall, of
+    elements too; `sagging` is the weight of the amplitudes of superelements.
+    """
+
+    design: Design
     rest: Frames
     dof: Index
     elements: tuple[Group, ...]
@@ -41,8 +48,11 @@ class Laid(NamedTuple):
     weight: Array
     sagging: Sagging
     actuators: Mapping[str, int]
+    """Numbers of the elements that are actuators, piezo stacks and those between two nodes, by name as placed."""
     dashpots: tuple[PoseElements, ...]
-    arm: Array
+    """Dashpots, with damping in place of stiffness."""
+    arm: Array = field(repr=False)
+    """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
 
 
 def laid_out(design: Design) -> Laid:
@@ -84,6 +94,7 @@ class _Builder:
         sagging = Sagging.of([group for group in groups if isinstance(group, Superelements)], self.rest)
         driven = {own[0]: len(passive) + k for k, (_, own) in enumerate(actuators)}
         return Laid(
+            self.design,
             self.rest,
             self.dof,
             groups,

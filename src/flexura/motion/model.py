@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from flexura.beam import skew
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars
-from flexura.motion.clusters import Sagging
 from flexura.motion.elements import Frames, Group, Kinetics, PoseElements, Rates, Response, turned
 from flexura.motion.inertia import accelerating
-from flexura.motion.layout import laid_out
+from flexura.motion.layout import Laid, laid_out
 from flexura.motion.pushes import Push
 from flexura.structure import Design, Scatter
 
@@ -38,34 +37,13 @@ class Forces(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MovingModel:
-    """A mechanism as frames and what lies between them.
-
-    `rest` are the frames at rest, one for every node and a last one for the ground; `dof` (n + 1, 6) numbers the free
-    displacements, -1 where held and where a node follows another one. `inertia` (n + 1, 6, 6) is the mass that frames
-    carry, in their own axes, and `weight` (n + 1, 6, 3) the forces in these axes per acceleration of free fall, of
-    elements too; `sagging` is the weight of the amplitudes of superelements.
-    """
-
-    design: Design
-    rest: Frames
-    dof: Index
-    elements: tuple[Group, ...]
-    names: tuple[tuple[str, ...], ...]
-    inertia: Array
-    weight: Array
-    sagging: Sagging
-    actuators: Mapping[str, int]
-    """Numbers of the elements that are actuators, piezo stacks and those between two nodes, by name as placed."""
-    dashpots: tuple[PoseElements, ...]
-    """Dashpots, with damping in place of stiffness."""
-    arm: Array = field(repr=False)
-    """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
+class MovingModel(Laid):
+    """A mechanism as frames and what lies between them, with what these answer with in any state."""
 
     @staticmethod
     def of(design: Design) -> MovingModel:
         """The model of a design. Raises OptionError for what cannot turn yet."""
-        return MovingModel(design, *laid_out(design))
+        return MovingModel(**vars(laid_out(design)))
 
     @property
     def n_dof(self) -> int:
