@@ -311,3 +311,17 @@ def test_pictures_show_the_pose_and_what_moves_from_there(damped: fx.Mechanism) 
     assert moved.largest_motion() == pytest.approx(1.0, rel=0.05)
     u[:] = 0
     assert fx.view.draw_mode(full, u + 1e-3, title="a mode").axes
+
+
+def test_numbers_that_are_none_are_refused_by_poses_and_strokes(damped: fx.Mechanism) -> None:
+    with pytest.raises(fx.OptionError, match="finite number"):
+        fx.at(damped, {"carriage.y": True})
+    with pytest.raises(fx.OptionError, match="a number"):
+        fx.stroke(damped, move={"carriage.y": True})
+    for ask in (
+        lambda: fx.assemble(fx.at(damped, {"carriage.ry": 4.0})),
+        lambda: fx.stroke(damped, move={"carriage.ry": 4.0}),
+    ):
+        with pytest.raises(fx.OptionError, match=r"a component of a rotation vector, up to 3\.1 rad"):
+            ask()
+    assert list(fx.stroke(damped, move={"carriage.y": 1e-3}, nodes="end", n=1).poses[0].displacement) == ["end"]

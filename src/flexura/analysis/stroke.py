@@ -268,7 +268,7 @@ def stroke(
     if not isinstance(refine, int | np.integer) or refine < 1:
         raise OptionError(f"members are cut into a whole number of times their elements, at least 1, not {refine!r}")
     full = at_rest(model, parameters, int(refine))
-    if branch not in (-1, 0, 1):
+    if isinstance(branch, bool) or branch not in (-1, 0, 1):
         raise OptionError(f"branch is 1 or -1, to either side, or 0 to go straight on, not {branch!r}")
     given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})
     motion = None if given.changes else full.plan.motion.motion
@@ -277,13 +277,14 @@ def stroke(
         nodes = nodes if nodes is not None or not motion.nodes else motion.nodes
     steps = steps if steps is not None else motion.steps if motion is not None else STEPS
     n = n if n is not None else motion.modes if motion is not None else MODES
-    if not isinstance(n, int | np.integer) or n < 1:
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     if order not in ("full", "low"):
         raise OptionError(f"order is full or low, not {order!r}")
     moving = MovingModel.of(full.design)
     planned = course(moving, given, steps)
     drives = planned.drives
+    nodes = [nodes] if isinstance(nodes, str) else nodes
     asked = [d.name.rsplit(".", 1)[0] for d in drives] if nodes is None else list(nodes)
     asked = list(dict.fromkeys(asked))
     numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))

@@ -22,9 +22,6 @@ AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
 
 FORCES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
-HALF_TURN = 3.1
-"""Largest component, rad, of a rotation vector that is prescribed; it ends at half a turn."""
-
 FromTo = ArrayLike
 """A constant, or the first and the last value of what changes over a stroke."""
 
@@ -148,12 +145,7 @@ class _Courses:
         drives = tuple(_drive(self.model, name) for name in self.given.move)
         targets = [_range(name, own, ()) for name, own in self.given.move.items()]
         for drive, (low, high) in zip(drives, targets, strict=True):
-            if drive.component >= 3 and max(abs(low), abs(high)) > HALF_TURN:
-                raise OptionError(
-                    f"{drive.name} is a component of a rotation vector, up to {HALF_TURN} rad, not"
-                    f" {self.given.move[drive.name]!r}: beyond it, a displacement of what turns may be moved, or a"
-                    " moment put on"
-                )
+            drive.refuse_half_turn(float(low), float(high))
             self.units[drive.name] = "rad" if drive.component >= 3 else "m"
         gravity = self._gravity()
         self._wrenches()
@@ -251,7 +243,7 @@ def _pair(given: FromTo, shape: tuple[int, ...]) -> bool:
 def _range(name: str, given: FromTo, shape: tuple[int, ...]) -> tuple[Any, Any]:
     """The first and the last value. Raises OptionError for what is neither finite numbers nor two of them."""
     try:
-        values = np.asarray(given, dtype=float)
+        values = np.asarray(np.nan if np.asarray(given).dtype == bool else given, dtype=float)
     except (TypeError, ValueError):
         values = np.array(np.nan)
     if values.shape not in (shape, (2, *shape)) or not np.isfinite(values).all():

@@ -27,7 +27,7 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
     actuators = Layout(mechanism).actuators()
     found: dict[str, dict[str, float]] = {}
     for name, value in move.items():
-        if isinstance(value, str) or np.ndim(value) != 0 or not np.isfinite(value):
+        if isinstance(value, str | bool) or np.ndim(value) != 0 or not np.isfinite(value):
             raise OptionError(f"{name} is at a finite number in SI, not {value!r}")
         driven = matching(name, actuators)
         node, _, axis = name.rpartition(".")

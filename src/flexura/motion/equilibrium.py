@@ -20,6 +20,9 @@ from flexura.motion.se3 import LARGEST, Logarithm
 
 Array = NDArray[np.float64]
 
+HALF_TURN = 3.1
+"""Largest component, rad, of a rotation vector that is prescribed; it ends at half a turn."""
+
 DENSE = 150
 """Equations up to which dense algebra is quicker."""
 
@@ -43,6 +46,15 @@ class Drive(NamedTuple):
     node: int
     root: int
     component: int
+
+    def refuse_half_turn(self, *targets: float) -> None:
+        """Raise OptionError for targets of a rotation that are no components of a rotation vector."""
+        far = [own for own in targets if self.component >= 3 and abs(own) > HALF_TURN]
+        if far:
+            raise OptionError(
+                f"{self.name} is a component of a rotation vector, up to {HALF_TURN} rad, not {far[0]:g} rad: beyond"
+                " it, a displacement of what turns may be moved, or a moment put on"
+            )
 
 
 class Equilibrium(NamedTuple):

@@ -164,6 +164,7 @@ def posed(design: Design) -> PosedDesign:
         for name, number, (_, _, axis) in zip(moved, numbers, names, strict=True)
     ]
     for drive in drives:
+        drive.refuse_half_turn(moved[drive.name])
         if model.dof[drive.root, drive.component] < 0:
             raise OptionError(f"at: {drive.name} cannot move: it is held by the ground")
     equations = Equations(model, drives)
