@@ -250,7 +250,7 @@ class Arc:
     def _missing(self, frames: Frames) -> Array:
         """Forces (n,) that the loads of the whole way add in a state."""
         ends, model = (self.first.loads, self.last.loads), self.equations.model
-        low, high = (loads.external(model, frames)[0] for loads in ends)
+        low, high = (loads.forces(model, frames) for loads in ends)
         if any(loads.actuators for loads in ends) or (ends[0].gravity != ends[1].gravity).any():
             low, high = (own - model.forces(frames, loads.gravity, loads.actuators).force
                          for own, loads in zip((low, high), ends, strict=True))  # fmt: skip

@@ -159,7 +159,7 @@ class Equations:
     def ground_reaction(self, state: Equilibrium) -> Array:
         """Force and moment (6,) about the global origin that the ground exerts, N and N m (theory eq. G19)."""
         frames = state.frames
-        exerted = state.tangent.forces.force - state.loads.external(self.model, frames)[0]
+        exerted = state.tangent.forces.force - state.loads.forces(self.model, frames)
         for drive, force in zip(self.drives, state.drive, strict=True):
             exerted[drive.root] -= force * self._drive(frames, drive)[1]
         exerted[self._free] = 0.0

@@ -131,7 +131,7 @@ class Integrator:
         rates = Rates(velocity, acceleration, self.damping.beta)
         held = model.kinetics(state.frames, rates, loads.gravity, loads.actuators)
         if loads.dead or loads.follower:
-            return equations.free(loads.external(model, state.frames)[0] - held.force)
+            return equations.free(loads.forces(model, state.frames) - held.force)
         return equations.free(-held.force)
 
     def _renew(self, frames: Frames, loads: Loads) -> None:

@@ -47,21 +47,33 @@ class Loads:
         """Whether anything is loaded."""
         return bool(self.dead or self.follower or self.actuators or self.gravity.any())
 
+    def forces(self, model: MovingModel, frames: Frames) -> Array:
+        """Dead and follower loads (n + 1, 6) on the frames."""
+        found = np.zeros(model.dof.shape)
+        for node, wrench in self.dead.items():
+            found[model.root[node]] += _at_root(model, frames, node, wrench[:3], wrench[3:])
+        for node, wrench in self.follower.items():
+            force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
+            found[model.root[node]] += _at_root(model, frames, node, force[:, 0], moment[:, 0])
+        return found
+
     def external(self, model: MovingModel, frames: Frames) -> tuple[Array, Array]:
         """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""
-        external, slope = np.zeros(model.dof.shape), np.zeros((*model.dof.shape, 6))
+        slope = np.zeros((*model.dof.shape, 6))
         for node, wrench in self.dead.items():
-            root, now = model.root[node], frames.R[model.root[node]] @ model.arm[node]
-            external[root] += np.append(wrench[:3], wrench[3:] + np.cross(now, wrench[:3]))
-            slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(now)
-        for node, wrench in self.follower.items():
             root = model.root[node]
-            R, now = frames.R[root], frames.R[root] @ model.arm[node]
-            force = R @ wrench[:3]
-            own = np.append(force, R @ wrench[3:] + np.cross(now, force))
-            external[root] += own
-            slope[root] += turned(own[None])[0]
-        return external, slope
+            slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(frames.R[root] @ model.arm[node])
+        for node, wrench in self.follower.items():
+            force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
+            own = _at_root(model, frames, node, force[:, 0], moment[:, 0])
+            slope[model.root[node]] += turned(own[None])[0]
+        return self.forces(model, frames), slope
+
+
+def _at_root(model: MovingModel, frames: Frames, node: int, force: Array, moment: Array) -> Array:
+    """A force and a moment (3,) at a node as they act (6,) on the frame that it follows."""
+    arm = frames.R[model.root[node]] @ model.arm[node]
+    return np.append(force, moment + skew(arm) @ force)
 
 
 def described_loads(design: Design) -> Loads:

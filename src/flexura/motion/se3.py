@@ -43,12 +43,16 @@ def ad(e: Array) -> Array:
     return out
 
 
+def _sinc(angle: Array) -> Array:
+    """Sines of angles over these."""
+    return np.divide(np.sin(angle), angle, out=np.ones_like(angle), where=angle > 0)
+
+
 def rotation(w: Array) -> Array:
     """Return the rotations exp(skew w) (..., 3, 3) of rotation vectors (..., 3), rad (Rodrigues)."""
     square = np.einsum("...i,...i->...", w, w)
     half = np.sqrt(square) / 2
-    sinc = np.sinc(half / np.pi)
-    W = skew(w)
+    sinc, W = _sinc(half), skew(w)
     return np.eye(3) + (sinc * np.cos(half))[..., None, None] * W + (sinc * sinc / 2)[..., None, None] * (W @ W)
 
 
@@ -57,10 +61,10 @@ def exponential(e: Array) -> tuple[Array, Array]:
     w = e[..., 3:]
     square = np.einsum("...i,...i->...", w, w)
     half = np.sqrt(square) / 2
-    half_sinc, W = np.sinc(half / np.pi), skew(w)
+    half_sinc, W = _sinc(half), skew(w)
     # (angle - sin angle)/angle^3 as a series where it would be lost in round-off
     with np.errstate(divide="ignore", invalid="ignore"):
-        direct = (1 - np.sinc(2 * half / np.pi)) / square
+        direct = (1 - _sinc(2 * half)) / square
     third = np.where(square < 1e-3, 1 / 6 - square / 120 + square**2 / 5040 - square**3 / 362880, direct)
     V = np.eye(3) + (half_sinc * half_sinc / 2)[..., None, None] * W + third[..., None, None] * (W @ W)
     return rotation(w), (V @ e[..., :3, None])[..., 0]
