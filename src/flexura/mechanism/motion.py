@@ -17,7 +17,7 @@ def _ends(raw: Any) -> Any:
     return raw if isinstance(raw, list | tuple) else (raw,)
 
 
-_ONE_OR_TWO = (Field(min_length=1, max_length=2), BeforeValidator(_ends, json_schema_input_type=Any))
+_ONE_OR_TWO = (Field(min_length=1, max_length=2), BeforeValidator(_ends))
 
 LengthRange = Annotated[tuple[Length, ...], *_ONE_OR_TWO]
 AngleRange = Annotated[tuple[Angle, ...], *_ONE_OR_TWO]

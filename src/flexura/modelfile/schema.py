@@ -37,6 +37,8 @@ def schema() -> dict[str, Any]:
     for key in ("rotate", "pattern"):
         _also(parts["Instance"]["properties"], key, parts["Instance"]["properties"][key]["items"])
     _also(result["properties"], "gravity", _AXIS)
+    for key, own in parts["Moved"]["properties"].items():
+        _also(parts["Moved"]["properties"], key, next(a for a in own["anyOf"] if a.get("type") == "array")["items"])
     superelement = parts["Superelement"]["properties"]
     superelement["units"] = {
         "type": "object",
