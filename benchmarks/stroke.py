@@ -121,7 +121,7 @@ def frequencies(equations: Equations, case: Case, held: bool) -> None:
         pose = Pose(equations, state)
         pose.modes(MODES)
         if held:
-            pose.modes(MODES, held=True)
+            pose.held_values(MODES)
 
 
 def measure(case: Case) -> None:

@@ -78,9 +78,9 @@ def test_a_frequency_that_is_left_out_is_told(monkeypatch):
 
     modes = Pose.modes
 
-    def without_the_first(self, n, held=False):
-        found = modes(self, n + 1, held)
-        return found if held else type(found)(found.values[1:], found.vectors[:, 1:])
+    def without_the_first(self, n):
+        found = modes(self, n + 1)
+        return type(found)(found.values[1:], found.vectors[:, 1:])
 
     monkeypatch.setattr(Pose, "modes", without_the_first)
     found = fx.stroke(fx.load(GUIDE), move={"carriage.x": 0.004}, n=2)

@@ -174,5 +174,5 @@ def _off(own: Pose, exact: Pose, n: int) -> float:
 
 def _frequencies(pose: Pose, n: int, held: bool) -> Array:
     """The n lowest natural frequencies (n,), rad/s, negative ones of a state that is not stable."""
-    values = pose.modes(n, held).values
+    values = pose.held_values(n) if held else pose.modes(n).values
     return np.sign(values) * np.sqrt(np.abs(values))

@@ -128,7 +128,7 @@ def measured(equations: Equations, state: Equilibrium, at: Varied, asked: Asked)
     checkpoint()
     pose = Pose(equations, state)
     names = [drive.name for drive in equations.drives]
-    free, held = pose.modes(asked.modes), pose.modes(asked.modes, held=True)
+    free, held = pose.modes(asked.modes), pose.held_values(asked.modes)
     lower, upper, proven = counted_intervals(pose.K, pose.M, free.values, free.vectors)
     support = _support(pose, asked)
     compliance, compliance_held, stiffness, stiffness_held = _tables(pose, asked)
@@ -140,7 +140,7 @@ def measured(equations: Equations, state: Equilibrium, at: Varied, asked: Asked)
         reaction=dict(zip(names, state.drive.tolist(), strict=True)),
         drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
         frequency_hz=_hertz(free.values),
-        frequency_hz_held=_hertz(held.values),
+        frequency_hz_held=_hertz(held),
         frequency_interval_hz=tuple(zip(_hertz(lower), _hertz(upper), strict=True)),
         proven=proven,
         tracked=tuple(range(len(free.values))),

@@ -137,15 +137,18 @@ class ShiftInvert:
         return count_below(K, M, below[0]) - int((values < below[0]).sum())
 
 
-def next_to(K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | None = None) -> Eigenpairs:
+def next_to(
+    K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | None = None, shapes: bool = True
+) -> Eigenpairs:
     """The `count` pairs of K and M (n, n) next to a shift below all of them, none of them missing.
 
-    `factor` of K - shift M where there is one already. Raises SolverError when K - shift M is singular or the search
+    `factor` of K - shift M where there is one already. Without `shapes` small problems are solved for values alone,
+    and have no vectors. Raises SolverError when K - shift M is singular or the search
     does not converge.
     """
     n = K.shape[0]
     if n <= DENSE_LIMIT or count > n // 3:
-        return _dense(toarray(K), toarray(M), count, shift)
+        return _dense(toarray(K), toarray(M), count, shift, shapes)
     K, M = sp.csc_matrix(K), sp.csc_matrix(M)
     factor = factor or SuperLU(K - shift * M if shift else K)
     d = factor.scale
@@ -155,7 +158,7 @@ def next_to(K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | Non
     return Eigenpairs(found.values[:count], d[:, None] * found.vectors[:, :count])
 
 
-def _dense(K: Array, M: Array, count: int, shift: float) -> Eigenpairs:
+def _dense(K: Array, M: Array, count: int, shift: float, shapes: bool = True) -> Eigenpairs:
     """eigh(M, K') after diagonal scaling, K' = K - shift M positive definite: for widely spread spectra the low end
     comes out far more accurately than from eigh(K, M) (Parlett 1980, sec. 15.2; theory eq. 54)."""
     S = K - shift * M if shift else K
@@ -163,6 +166,9 @@ def _dense(K: Array, M: Array, count: int, shift: float) -> Eigenpairs:
     d = unit_scale(S)
     Md, Sd = scaled(M, d), scaled(S, d)
     try:
+        if not shapes:
+            mu = np.asarray(la.eigh(Md, Sd, eigvals_only=True), dtype=float)[n - count :]
+            return Eigenpairs(_inverted(mu[::-1]) + shift, np.empty((n, 0)))
         try:
             mu, y = la.eigh(Md, Sd, subset_by_index=[n - count, n - 1])
         except la.LinAlgError:  # LAPACK's inverse iteration may fail on clusters, divide and conquer does not
@@ -170,10 +176,13 @@ def _dense(K: Array, M: Array, count: int, shift: float) -> Eigenpairs:
     except la.LinAlgError:
         raise SolverError("the stiffness matrix is not positive definite: something can move freely") from None
     mu, y = mu[::-1], y[:, ::-1]
-    with np.errstate(divide="ignore"):
-        values = np.where(mu > 0, 1 / np.where(mu > 0, mu, 1.0), np.inf) + shift
     vectors = d[:, None] * y / np.sqrt(np.where(mu > 0, mu, 1.0))
-    return Eigenpairs(values, vectors)
+    return Eigenpairs(_inverted(mu) + shift, vectors)
+
+
+def _inverted(mu: Array) -> Array:
+    """One over values, infinite where they are not positive."""
+    return np.where(mu > 0, 1 / np.where(mu > 0, mu, 1.0), np.inf)
 
 
 def toarray(A: Matrix) -> Array:

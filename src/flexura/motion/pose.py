@@ -106,12 +106,15 @@ class Pose:
     def _held_factor(self) -> Factor:
         return factorise(self._held[0])
 
-    def modes(self, n: int, held: bool = False) -> Eigenpairs:
-        """The n lowest eigenpairs, none missed: values, (rad/s)^2, negative where the state is not stable, and vectors
-        (n_dof, n), orthonormal by M."""
-        K, M = self.matrices(held)
-        pairs = lowest_of_any(K, M, min(n, K.shape[0]))
-        return Eigenpairs(pairs.values, self.holding.motions(pairs.vectors)) if held else pairs
+    def modes(self, n: int) -> Eigenpairs:
+        """The n lowest eigenpairs with the drives free, none missed: values, (rad/s)^2, negative where the state is not
+        stable, and vectors (n_dof, n), orthonormal by M."""
+        return lowest_of_any(self.K, self.M, min(n, self.K.shape[0]))
+
+    def held_values(self, n: int) -> Array:
+        """The n lowest eigenvalues with the drives held, (rad/s)^2, none missed."""
+        K, M = self._held
+        return lowest_of_any(K, M, min(n, K.shape[0]), shapes=False).values
 
     def rows(self, node: int) -> Array:
         """Displacements (6, n) of a node from the free displacements."""
@@ -165,16 +168,16 @@ class Pose:
         return np.append(moved, rotation_vector(frames.R[root]))
 
 
-def lowest_of_any(K: Matrix, M: Matrix, n: int) -> Eigenpairs:
-    """The n lowest eigenpairs of K x = lambda M x, M positive semidefinite, K of any inertia.
+def lowest_of_any(K: Matrix, M: Matrix, n: int, shapes: bool = True) -> Eigenpairs:
+    """The n lowest eigenpairs of K x = lambda M x, M positive semidefinite, K of any inertia; as `next_to`.
 
     Raises SolverError when there is no shift that makes K definite.
     """
     if is_definite(K):
-        return next_to(K, M, n, 0.0)
+        return next_to(K, M, n, 0.0, shapes=shapes)
     shift = 1e-6 * float(K.diagonal().max()) / max(float(M.diagonal().max()), 1e-300)
     for _ in range(SHIFTS):
         if is_definite(K + shift * M):
-            return next_to(K, M, n, -shift)
+            return next_to(K, M, n, -shift, shapes=shapes)
         shift *= 2
     raise SolverError("something without mass is not stable")
