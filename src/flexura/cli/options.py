@@ -102,7 +102,7 @@ def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) 
     mechanism = load(file)
     parameters = settings_of(mechanism, settings)
     if pose:
-        mechanism = at(mechanism, pose_of(mechanism, pose))
+        mechanism = at(mechanism, prescribed_of(mechanism, pose))
     if has_solid_members(mechanism):
         from flexura.solid.fem import with_solid_parts
 
@@ -174,7 +174,7 @@ _FREQUENCY = ("a positive frequency", "Hz")
 _KINDS = {"s": "a time", "m": "a length"}
 
 
-def pose_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
+def prescribed_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
     """Displacements and commands of actuators by name, SI. Raises OptionError for text that is none, and for what is
     named twice."""
     from flexura.mechanism import Layout, command_of, matching

@@ -110,7 +110,7 @@ def edge_strains(model: MovingModel, frames: Frames) -> dict[str, float]:
 
 def _bends(group: Group) -> TypeGuard[PoseElements]:
     """Whether these are beams."""
-    return isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6
+    return isinstance(group, PoseElements) and group.are_beams
 
 
 def _angles(group: PoseElements, frames: Frames) -> Array:

@@ -188,6 +188,11 @@ class PoseElements:
         B = self.rows(frames)
         return np.swapaxes(B, 1, 2) @ self.strain.material(self.deformation(frames)) @ B
 
+    @property
+    def are_beams(self) -> bool:
+        """Whether anything moves inside them."""
+        return self.strain.curvature.shape[-1] > 6
+
     def turns(self, frames: Frames) -> Array:
         """Rotations (e,), rad, between their ends."""
         return np.linalg.norm(self.ends(frames).relative().e[:, 3:], axis=1)

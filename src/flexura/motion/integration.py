@@ -18,7 +18,6 @@ from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
 from flexura.motion.loads import Loads
 from flexura.motion.se3 import LARGEST
-from flexura.structure import Scatter
 
 Array = NDArray[np.float64]
 
@@ -143,7 +142,5 @@ class Integrator:
         if self.damping.beta:
             S = S + self.damping.beta * by_v * model.material(frames, loads.actuators)
         if model.dashpots:
-            places = [model.dof[own.node].reshape(len(own.node), -1) for own in model.dashpots]
-            pattern, C = Scatter(places, model.n_dof), [own.material(frames) for own in model.dashpots]
-            S = S + by_v * (pattern.dense(C) if isinstance(S, np.ndarray) else pattern.sparse(C))
+            S = S + by_v * model.viscous(frames)
         self._factor = factorise(S)

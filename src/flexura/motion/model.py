@@ -115,10 +115,23 @@ class MovingModel(Laid):
 
     def mass(self, frames: Frames) -> Matrix:
         """M (n, n) of the free displacements in a state, symmetric."""
+        return self.matrix([*(e.masses(frames) for e in self.elements), self._no_sagging, self.carried_inertia(frames)])
+
+    def carried_inertia(self, frames: Frames) -> Array:
+        """The mass (n + 1, 6, 6) that frames carry, in global axes."""
         R = np.zeros((len(frames.R), 6, 6))
         R[:, :3, :3] = R[:, 3:, 3:] = frames.R
-        inertia = R @ self.inertia @ np.swapaxes(R, -1, -2)
-        return self.matrix([*(e.masses(frames) for e in self.elements), self._no_sagging, inertia])
+        return R @ self.inertia @ np.swapaxes(R, -1, -2)
+
+    def viscous(self, frames: Frames) -> Matrix:
+        """C (n, n), N s/m, N s, N m s, of the dashpots in a state, full or sparse as `matrix`."""
+        C = [own.material(frames) for own in self.dashpots]
+        return self._viscous.dense(C) if self.n_dof <= DENSE_LIMIT else self._viscous.sparse(C)
+
+    @cached_property
+    def _viscous(self) -> Scatter:
+        """Where the damping of dashpots goes."""
+        return Scatter([self.dof[own.node].reshape(len(own.node), -1) for own in self.dashpots], self.n_dof)
 
     def kinetics(
         self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS

@@ -68,9 +68,7 @@ class PosedDesign:
         model, frames = self.model, self.pose.state.frames
         rigid = rigid_arm(frames.x) * frames.placed[:, None, None]
         found = np.zeros((model.n_dof + 1, 6))
-        inertia = frames.R[:, None] @ model.inertia.reshape(-1, 2, 3, 6)
-        inertia = (inertia.reshape(-1, 6, 2, 3) @ np.swapaxes(frames.R, -1, -2)[:, None]).reshape(-1, 6, 6)
-        np.add.at(found, model.dof, inertia @ rigid)
+        np.add.at(found, model.dof, model.carried_inertia(frames) @ rigid)
         for group in model.elements:
             M = group.masses(frames)
             force = M @ rigid[group.node].reshape(*M.shape[:2], 6)
@@ -88,11 +86,8 @@ class PosedDesign:
             loss[:, None, None] * group.material(frames)
             for group, loss in zip(self._elements, model.loss_factors(default), strict=True)
         ]
-        places = [model.dof[group.node].reshape(len(group.node), -1) for group in (*model.elements, *model.dashpots)]
-        count = len(model.elements)
-        C = [group.material(frames) for group in model.dashpots]
-        n = model.n_dof
-        return Scatter(places[count:], n).sparse(C), Scatter(places[:count], n).sparse(H)
+        places = [model.dof[group.node].reshape(len(group.node), -1) for group in model.elements]
+        return sp.csc_matrix(model.viscous(frames)), Scatter(places, model.n_dof).sparse(H)
 
     @cached_property
     def rotations(self) -> Array:
@@ -139,7 +134,7 @@ class PosedDesign:
         moved = np.concatenate([displacements, np.zeros((1, *displacements.shape[1:]))])
         for group, names in zip(self._elements, self.model.names, strict=True):
             u = moved[group.node].reshape(len(group.node), 6 * group.node.shape[1], moved.shape[-1])
-            if isinstance(group, PoseElements) and group.strain.curvature.shape[-1] > 6:
+            if isinstance(group, PoseElements) and group.are_beams:
                 d = group.rows(frames) @ u
                 parts = d * (group.strain.material(group.deformation(frames)) @ d) / 2
                 yield names, parts, parts.sum(axis=1)
@@ -152,7 +147,7 @@ def posed(design: Design) -> PosedDesign:
     gravity that are described.
 
     Raises OptionError for what cannot turn, and SolverError where the way ends before, with the pose that it reached,
-    and where the pose is not stable with the drives held.
+    and where the pose is not stable with the drives free under the forces that hold it.
     """
     plan = design.plan
     moved = plan.pose.moved(design.values)
