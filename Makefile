@@ -2,7 +2,8 @@
 #   make demo      the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
 #   make test      the test suite but for its slow sweeps
 #   make test-all  the whole test suite
-#   make lint      ruff, pyright, import rules
+#   make lint      ruff, pyright, import rules, and that the pages' script is that of its source
+#   make viewer    the pages' script, of its TypeScript
 #   make bench     speed and memory, in one run
 #   make release-check   sdist and wheel, tried with core dependencies alone and with the least versions
 PYTHON ?= python3
@@ -11,9 +12,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo packages compiler test test-all fuzz lint format bench verification pictures release-check clean help
+.PHONY: demo packages compiler test test-all fuzz lint format viewer bench verification pictures release-check clean help
 help:
-	@sed -n '2,8s/^# *//p' Makefile
+	@sed -n '2,9s/^# *//p' Makefile
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -32,15 +33,16 @@ demo: $(STAMP)
 	$(BIN)/flexura stroke examples/rpr/rpr.yaml --move platform.rx=-2deg:2deg --steps 9 -n 4 --plot out/rpr
 	$(BIN)/flexura virtual-test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
 
-# for solid models: CalculiX (GPL, run as a program of its own), and the libraries that gmsh (GPL, imported) is linked to
-PACKAGES := calculix-ccx libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1
+# for solid models: CalculiX (GPL, run as a program of its own), and the libraries that gmsh (GPL, imported) is linked to;
+# chromium for tests of pages
+PACKAGES := chromium calculix-ccx libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1
 packages: $(STAMP)
 	@echo "Optional: gmsh (GPL 2 or later, imported), CalculiX (GPL 2, a program of its own); see docs/releasing.md#licences-of-what-is-optional"
-	@command -v ccx >/dev/null && $(BIN)/python -c 'import gmsh' 2>/dev/null && exit 0; \
+	@command -v ccx >/dev/null && command -v chromium >/dev/null && $(BIN)/python -c 'import gmsh' 2>/dev/null && exit 0; \
 	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 	  (apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(PACKAGES)) >/dev/null 2>&1 && exit 0; \
 	fi; \
-	echo "Tests of CalculiX and of solids by gmsh are skipped. On Debian: apt-get install $(PACKAGES)"
+	echo "Tests of CalculiX, of solids by gmsh and of pages in a browser are skipped where these are missing. On Debian: apt-get install $(PACKAGES)"
 
 # files of tests are shared between processes: a BLAS thread, a process and its fixtures for each
 RUN_TESTS = OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PROCESSES) --dist loadfile --durations=15
@@ -52,6 +54,8 @@ test-all: compiler
 	$(RUN_TESTS) -m '' $(ARGS)
 
 compiler: packages
+	@$(BIN)/python tools/viewer.py --packages >/dev/null 2>&1 || \
+	  echo "The packages of the pages' script cannot be had (npm ci): tests that need them are skipped."
 	@command -v cc >/dev/null || command -v gcc >/dev/null || \
 	  { echo "FMUs need a C compiler. On Debian: apt-get install gcc libc6-dev"; exit 1; }
 
@@ -64,10 +68,14 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+	$(BIN)/python tools/viewer.py --check
 
 format: $(STAMP)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+viewer: $(STAMP)
+	$(BIN)/python tools/viewer.py
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/speed.py

@@ -1,0 +1,9 @@
+// Starts what the page asks for: <body data-page="viewer">, and so on.
+
+/** What starts a kind of page, by the `data-page` of its body. */
+const starts: Record<string, () => void | Promise<void>> = {};
+
+const page = typeof document === "undefined" ? undefined : document.body?.dataset.page;
+if (page !== undefined) {
+  void starts[page]?.();
+}
