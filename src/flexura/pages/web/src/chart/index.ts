@@ -1,0 +1,2 @@
+export { mountChart } from "./chart";
+export type { Axis, Chart, ChartData, Curve, Mark, Panel, Values } from "./data";
