@@ -11,18 +11,13 @@ from matplotlib.colors import rgb_to_hsv
 from flexura.errors import OptionError
 from flexura.mechanism import Box, Link, Mechanism, Rectangle, RigidBody
 from flexura.structure import assemble
-from flexura.view import Kind, draw_mechanism, draw_mode, draw_sheet, raster, solids
+from flexura.view import Kind, draw_mechanism, draw_mode, draw_sheet, solids
 from flexura.view.axes import frame, length_unit
 from flexura.view.camera import Camera
+from flexura.view.figures import new_figure
 from flexura.view.palette import COLOURS, NAMES
-from flexura.view.pictures import new_figure
 from flexura.view.viewpoint import good_camera, visible_flexures
 from helpers.pictures import AL, assert_no_overlap, guide
-
-
-@pytest.fixture(autouse=True)
-def _quick(monkeypatch):
-    monkeypatch.setattr(raster, "OVERSAMPLING", 1)
 
 
 @pytest.fixture(scope="module")

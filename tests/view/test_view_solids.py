@@ -38,7 +38,7 @@ from flexura.structure import assemble
 from flexura.view import Kind, solids
 from flexura.view.discrete_elements import body_mesh, equivalent_box
 from flexura.view.meshes import box, cylinder, normals, sphere
-from flexura.view.pictures import MODE_SIZE, MOST_TURN, mode_scale
+from flexura.view.painting import MODE_SIZE, MOST_TURN, mode_scale
 from flexura.view.solids import FACE_BUDGET
 
 AL = "Al-7075-T6"

@@ -6,13 +6,8 @@ import pytest
 
 from flexura.analysis import modes
 from flexura.errors import Exceeded
-from flexura.view import raster, save_modes
+from flexura.view import save_modes
 from helpers.pictures import assert_no_overlap, guide
-
-
-@pytest.fixture(autouse=True)
-def _quick(monkeypatch):
-    monkeypatch.setattr(raster, "OVERSAMPLING", 1)
 
 
 def texts_of(result, folder, monkeypatch):

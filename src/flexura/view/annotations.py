@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from flexura.view.camera import Camera
+from flexura.view.figures import DPI
 from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, INK, NAMES, WARNING, displacement_colours
 from flexura.view.scene import Kind, Solids
@@ -22,10 +23,11 @@ Box = tuple[float, float, float, float]
 
 
 def pixel_axes(figure: Figure, zorder: float) -> Axes:
-    """Invisible axes over the whole figure, in pixels from its lower left corner."""
+    """Invisible axes over the whole figure, in pixels of 150 dpi from its lower left corner, however fine it is."""
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=zorder)
     axes.set_axis_off()
-    axes.set(xlim=(0, figure.bbox.width), ylim=(0, figure.bbox.height))
+    width, height = DPI * figure.get_size_inches()
+    axes.set(xlim=(0, width), ylim=(0, height))
     return axes
 
 

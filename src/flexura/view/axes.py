@@ -11,7 +11,9 @@ from matplotlib.figure import Figure
 
 from flexura.view.annotations import Box, pixel_axes
 from flexura.view.camera import Camera, View
+from flexura.view.figures import DPI
 from flexura.view.meshes import Array
+from flexura.view.painting import view_of
 from flexura.view.palette import INK
 
 _CLOSEST = 46.0
@@ -32,9 +34,7 @@ def frame(figure: Figure, camera: Camera, bounds: tuple[Array, Array], area: Box
     longest = float((high - low).max())
     low, high = low - 0.03 * longest, high + 0.03 * longest
     symbol, factor = length_unit(longest)
-    size = np.array([figure.bbox.width, figure.bbox.height])
-    corner, extent = np.array(area[:2]) * size, np.array(area[2:]) * size
-    view = View.fitting(camera, _corners(low, high), corner, corner + extent)
+    view = view_of(figure, camera, _corners(low, high), area)
     axes = pixel_axes(figure, zorder=1)
     ticks = [_ticks(view, k, low[k], high[k], factor) for k in range(3)]
     _draw_panes(axes, view, low, high, ticks)
@@ -97,7 +97,7 @@ class _Text(NamedTuple):
 
     def half(self) -> Array:
         """Half of its width and height, pixels, by rule of thumb."""
-        return np.array([0.62 * len(self.text) + 0.2, 1.25]) * self.size * 150 / 72 / 2
+        return np.array([0.62 * len(self.text) + 0.2, 1.25]) * self.size * DPI / 72 / 2
 
 
 def _draw_axis(

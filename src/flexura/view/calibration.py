@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.testing.updating import Calibration
 from flexura.view.annotations import foot
+from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
 from flexura.view.palette import INK
 
@@ -20,7 +21,7 @@ BEFORE, AFTER = "#c9ced6", "#1f5fa8"
 def draw_calibration(result: Calibration) -> Figure:
     """Prior and posterior intervals of the parameters in prior standard deviations, and errors of the frequencies."""
     count = len(result.parameters)
-    figure = Figure(figsize=(8.4, 1.4 + 0.3 * max(count, 6)), layout="constrained")
+    figure = new_chart((8.4, 1.4 + 0.3 * max(count, 6)))
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     own, deviation = result.z, np.sqrt(np.minimum(np.diagonal(result.covariance), 1e6))
     y = np.arange(count)[::-1]

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.view.meshes import Array, Index, normals
-from flexura.view.raster import Triangles, of_faces, of_lines
+from flexura.view.raster import Lines, Triangles, of_faces
 
 _SHARP = np.cos(np.deg2rad(40))
+_LIFT = 3.0
+"""Outlines are so many times their width nearer than the edges that they follow, so that surfaces do not bury them."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +64,11 @@ def painted(
     outline: float,
     ambient: float,
     ink: float = 0.45,
-    fill: bool = True,
-) -> Triangles:
+) -> tuple[Triangles, Lines]:
     """Visible faces of closed surfaces, shaded, and their outlines.
 
-    points: (v, 3), m; faces: (f, 4); colours: (f, 4, 3), RGB at the corners; outline: width of outlines, pixels, 0
-    for none; ambient: brightness of faces that get no light; ink: that of outlines. Without `fill`, outlines only.
+    points: (v, 3), m; faces: (f, 4); colours: (f, 4, 3), RGB at the corners; outline: width of outlines, pixels;
+    ambient: brightness of faces that get no light; ink: that of outlines.
     """
     area = normals(points, faces)
     length = np.linalg.norm(area, axis=1)
@@ -75,13 +76,12 @@ def painted(
     front = unit @ view.camera.axes[2] > 1e-9
     shade = (ambient + (1 - ambient) * _lit(unit, view.camera))[:, None, None]
     image = view.pixels(points)
-    parts = [of_faces(image[faces[front]], (colours * shade)[front])] if fill else []
-    if outline:
-        ends, pair, sharp = outlines(faces, unit, front)
-        seen = np.where(front[pair[:, 0]], pair[:, 0], pair[:, 1])
-        width = np.where(sharp, outline, 1.2 * outline)
-        parts.append(of_lines(image[ends], ink * colours[seen].mean(axis=1), width, lift=3 * outline))
-    return Triangles.joined(parts)
+    triangles = of_faces(image[faces[front]], (colours * shade)[front])
+    ends, pair, sharp = outlines(faces, unit, front)
+    seen = np.where(front[pair[:, 0]], pair[:, 0], pair[:, 1])
+    edges = image[ends]
+    edges[..., 2] += _LIFT * outline
+    return triangles, Lines(edges, ink * colours[seen].mean(axis=1), outline * np.where(sharp, 1.0, 1.2))
 
 
 def outlines(faces: Index, unit: Array, front: NDArray[np.bool_]) -> tuple[Index, Index, NDArray[np.bool_]]:

@@ -19,10 +19,11 @@ from flexura.view.annotations import Box, colour_bar, foot, heading, legend, pix
 from flexura.view.axes import frame
 from flexura.view.camera import Camera, View
 from flexura.view.curves import COLOURS, FAINT
+from flexura.view.figures import new_chart, new_figure
 from flexura.view.files import save_figures
+from flexura.view.painting import MODE_SIZE, mode_painting, mode_scale, mode_view, paint, rest_painting
 from flexura.view.palette import INK
-from flexura.view.pictures import MODE_SIZE, mode_scale, mode_triangles, mode_view, new_figure, paint, rest_triangles
-from flexura.view.raster import Triangles
+from flexura.view.raster import Painting
 from flexura.view.solids import solids
 from flexura.view.viewpoint import good_camera
 
@@ -64,7 +65,7 @@ def draw_correlation(result: Correlation) -> Figure:
 
     Returns a matplotlib Figure.
     """
-    figure = Figure(figsize=(11.0, 9.0), dpi=150, layout="constrained", facecolor="white")
+    figure = new_chart((11.0, 9.0))
     panels = figure.subplots(2, 2)
     test = [f"{k + 1}  {hz:.4g} Hz" for k, hz in enumerate(result.test_hz)]
     model = [f"{k + 1}\n{hz:.4g}" for k, hz in enumerate(result.model_hz)]
@@ -142,8 +143,8 @@ def draw_shape_pair(result: Correlation, test: int, *, camera: Camera | None = N
     figure = new_figure((12.0, 5.6))
     factor = min(mode_scale(p) for p in parts if p.largest_motion() > 0)
     views = [mode_view(figure, p, camera, factor, area) for p, area in zip(parts, AREAS, strict=True)]
-    painted = [mode_triangles(p, view, factor) for p, view in zip(parts, views, strict=True)]
-    paint(figure, *(Triangles.joined(list(part)) for part in zip(*painted, strict=True)))
+    painted = [mode_painting(p, view, factor) for p, view in zip(parts, views, strict=True)]
+    paint(figure, Painting.joined(painted))
     _readings(figure, result, test - 1, factor, views[0])
     space = "" if len(pair.model_space) == 1 else f", {pair.space_mac:.3f} within modes {_listed(pair.model_space)}"
     damping = f"damping {100 * pair.damping_ratio:.2g} %"
@@ -220,7 +221,7 @@ def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
     chosen = _largest(overlay)
     columns = min(3, len(chosen))
     rows = -(-len(chosen) // columns)
-    figure = Figure(figsize=(1.0 + 3.6 * columns, 0.9 + 2.0 * rows), dpi=150, layout="constrained", facecolor="white")
+    figure = new_chart((1.0 + 3.6 * columns, 0.9 + 2.0 * rows))
     panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
     measured, hz = overlay.measured, overlay.measured.frequency_hz
     for axes, (i, j) in zip(panels.flat, chosen, strict=False):
@@ -259,7 +260,7 @@ def draw_sensors(placement: SensorPlacement) -> Figure:
     camera = good_camera(parts)
     figure = new_figure((12.0, 6.0))
     view = frame(figure, camera, parts.bounds(), (0.04, 0.16, 0.58, 0.72))
-    paint(figure, *rest_triangles(parts, view, clear_bodies=True))
+    paint(figure, rest_painting(parts, view, clear_bodies=True))
     own = np.isfinite(placement.positions).all(axis=1)
     reach = MODE_SIZE * parts.size()
     numbers = tuple(str(k + 1) for k in np.flatnonzero(own))

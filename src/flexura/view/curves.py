@@ -13,6 +13,7 @@ from flexura.analysis import FrequencyResponse, TimeResponse
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.view.annotations import foot
+from flexura.view.figures import new_chart
 from flexura.view.palette import INK
 
 COLOURS = ("#1f5fa8", "#d9541e", "#2c8a4b", "#7a4aa0", "#b8860b", "#0f8b8d", "#a23b57", "#5b6770")
@@ -41,10 +42,6 @@ def _pairs(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None) -
     return every[:MOST_CURVES]
 
 
-def _figure(width: float, height: float) -> Figure:
-    return Figure(figsize=(width, height), layout="constrained")
-
-
 def _style(axes) -> None:  # type: ignore[no-untyped-def]
     axes.grid(True, which="both", color="#e8ebef", linewidth=0.6)
     axes.tick_params(labelsize=8, colors=INK)
@@ -60,7 +57,7 @@ def draw_bode(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None
     are not there.
     """
     chosen = _pairs(result, pairs)
-    figure = _figure(7.2, 5.4)
+    figure = new_chart((7.2, 5.4))
     size, angle = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     for k, (output, input_) in enumerate(chosen):
         H = result.of(output, input_)
@@ -95,7 +92,7 @@ def _phase(H: NDArray[np.complex128]) -> NDArray[np.float64]:
 def draw_nyquist(result: FrequencyResponse, pairs: Sequence[tuple[str, str]] | None = None) -> Figure:
     """Imaginary over real part of some (output, input) pairs. Raises OptionError for names that are not there."""
     chosen = _pairs(result, pairs)
-    figure = _figure(5.4, 5.4)
+    figure = new_chart((5.4, 5.4))
     axes = figure.subplots()
     for k, (output, input_) in enumerate(chosen):
         H = result.of(output, input_)
@@ -122,7 +119,7 @@ def draw_response_matrix(result: FrequencyResponse) -> Figure:
     p, m = len(result.outputs), len(result.inputs)
     if max(p, m) > MOST_PANELS:
         raise OptionError(f"a matrix has at most {MOST_PANELS} inputs and outputs; name some of the {p} x {m}")
-    figure = _figure(1.2 + 1.55 * m, 0.9 + 1.25 * p)
+    figure = new_chart((1.2 + 1.55 * m, 0.9 + 1.25 * p))
     panels = figure.subplots(p, m, sharex=True, squeeze=False)
     magnitude = np.abs(result.response)
     for i in range(p):
@@ -165,7 +162,7 @@ def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Fig
     for name in names:
         result.of(name)
     units = list(dict.fromkeys(unit[name] for name in names))
-    figure = _figure(7.2, 1.6 + 1.9 * len(units))
+    figure = new_chart((7.2, 1.6 + 1.9 * len(units)))
     panels = figure.subplots(1 + len(units), 1, sharex=True, squeeze=False)[:, 0]
     for k, (channel, u) in enumerate(zip(result.inputs, result.signals, strict=True)):
         panels[0].plot(result.time, u, color=COLOURS[k % len(COLOURS)], linewidth=1.0, label=str(channel))

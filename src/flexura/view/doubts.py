@@ -15,10 +15,12 @@ from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
 from flexura.view.annotations import heading, legend
 from flexura.view.axes import frame
 from flexura.view.camera import View
+from flexura.view.figures import new_figure
 from flexura.view.files import save_figures
 from flexura.view.meshes import Array
+from flexura.view.painting import add_dots, camera_for, paint, rest_painting
 from flexura.view.palette import COLOURS, INK
-from flexura.view.pictures import SIZE, add_dots, camera_for, new_figure, paint, rest_triangles
+from flexura.view.pictures import SIZE
 from flexura.view.scene import Kind
 from flexura.view.solids import solids
 
@@ -53,7 +55,7 @@ def draw_doubts(
     subtitle = f"{count} doubt{'s' if count != 1 else ''}" if count else "no doubts"
     top = heading(figure, report.name, subtitle, told)
     view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, min(0.725, top - 0.195)))
-    axes, depth = paint(figure, *rest_triangles(parts, view, bool(labels)))
+    axes, depth = paint(figure, rest_painting(parts, view, bool(labels)))
     add_dots(axes, parts, view, depth)
     _write(axes, view, parts.points, labels)
     legend(figure, parts)

@@ -16,7 +16,7 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.structure import FullOrderModel
-from flexura.view.pictures import DPI, draw_mechanism, draw_mode, draw_sheet
+from flexura.view.pictures import draw_mechanism, draw_mode, draw_sheet
 from flexura.view.solids import node_motions, solids
 from flexura.view.viewpoint import good_camera
 
@@ -134,5 +134,5 @@ def _folder(folder: Path) -> Path:
 
 def _png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI)
+    figure.savefig(buffer, format="png", dpi=figure.dpi)
     return buffer.getvalue()

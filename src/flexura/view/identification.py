@@ -16,6 +16,7 @@ from flexura.testing.identification import Data, frfs_of, mode_indicators, modes
 from flexura.testing.measurement import IdentifiedModes, Poles, ResponseMatrix, response_matrices
 from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS, FAINT
+from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
 from flexura.view.palette import INK
 
@@ -55,7 +56,7 @@ def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | No
     that the modes are not from.
     """
     poles = _one_diagram(result)
-    figure = _figure(8.6, 5.2)
+    figure = new_chart((8.6, 5.2))
     axes = figure.subplots()
     if data is not None:
         matrix = data if isinstance(data, ResponseMatrix) else _matrix_of(result, data, bool(result.setup))
@@ -104,7 +105,7 @@ def draw_synthesis(
     chosen = _pairs(matrix, pairs)
     columns = min(3, len(chosen))
     rows = -(-len(chosen) // columns)
-    figure = _figure(1.0 + 2.9 * columns, 0.8 + 1.9 * rows)
+    figure = new_chart((1.0 + 2.9 * columns, 0.8 + 1.9 * rows))
     panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
     for panel in panels.flat[len(chosen) :]:
         panel.set_visible(False)
@@ -162,10 +163,6 @@ def _title(result: IdentifiedModes) -> str:
     n = len(result.poles)
     where = f", {result.setup}" if result.setup and result.setup != result.name else ""
     return f"{result.name}{where}: {n} mode{'s' * (n != 1)}, synthesis error {100 * result.synthesis_error:.2g} %"
-
-
-def _figure(width: float, height: float) -> Figure:
-    return Figure(figsize=(width, height), layout="constrained")
 
 
 def _style(axes: Axes) -> None:

@@ -16,10 +16,11 @@ from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.view.annotations import colour_scale, line_height, remark_lines, triad
 from flexura.view.camera import Camera, View
+from flexura.view.figures import DPI, new_figure
 from flexura.view.meshes import Array
+from flexura.view.painting import HIDDEN, camera_for, over_ghost, paint, rest_colours
 from flexura.view.palette import INK, WARNING, stress_colours
-from flexura.view.pictures import DPI, HIDDEN, camera_for, new_figure, over_ghost, paint, rest_colours
-from flexura.view.raster import Triangles
+from flexura.view.raster import Painting
 from flexura.view.scene import Solids
 from flexura.view.solids import moved_solids
 from flexura.view.viewpoint import visible_flexures
@@ -63,12 +64,11 @@ def draw_poses(
     figure, panels = _laid_out(result, [result.poses[k] for k in numbers], scenes, camera, outline)
     largest = max(float(np.nanmax(parts.values, initial=0.0)) for parts in scenes)
     clear = visible_flexures(scenes[0], camera) < HIDDEN
-    painting: list[tuple[Triangles, Triangles]] = []
+    painting: list[Painting] = []
     views = [_view(panel, camera, outline) for panel in panels]
     for panel, view in zip(panels, views, strict=True):
-        painting.append(_triangles(panel.parts, view, largest, clear))
-    solid, glass = (Triangles.joined(list(part)) for part in zip(*painting, strict=True))
-    axes, _ = paint(figure, solid, glass)
+        painting.append(_painting(panel.parts, view, largest, clear))
+    axes, _ = paint(figure, Painting.joined(painting))
     _scale_bar(axes, views[0], panels[0])
     height = figure.get_figheight()
     triad(figure, camera, (0.925, 0.02, 0.06, 0.06 * WIDTH / height))
@@ -170,7 +170,7 @@ def _view(panel: _Panel, camera: Camera, outline: Array) -> View:
     return View.fitting(camera, outline, np.array([left, bottom]), np.array([left + width, bottom + height]))
 
 
-def _triangles(parts: Solids, view: View, largest: float, clear: bool) -> tuple[Triangles, Triangles]:
+def _painting(parts: Solids, view: View, largest: float, clear: bool) -> Painting:
     """A pose in front of the ghost, coloured by stress where it is known."""
     faces, lines = rest_colours(parts)
     colours = stress_colours(np.nan_to_num(parts.values) / (largest or 1.0))

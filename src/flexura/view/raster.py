@@ -1,20 +1,24 @@
-"""A depth buffer in NumPy: triangles to an image in which nearer surfaces hide farther ones, pixel by pixel.
+"""A depth buffer in NumPy: triangles and lines to an image in which nearer ones hide farther ones, pixel by pixel.
 
-matplotlib sorts whole polygons by depth, which tears surfaces that meet or run into each other, as hinges do.
+Shapes are cut into rows of samples, all at once; a sample has one integer that is the larger, the nearer the surface,
+and says whose it is, so that the largest wins. Lines are smooth, and so are surfaces whose outlines are drawn.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexura.view.meshes import Array, Index
 
-OVERSAMPLING = 2
-"""Samples per pixel in each direction."""
-_CHUNK = 1_000_000
-_PIECE = 16.0
+_CHUNK = 2_000_000
+_TOUCH = 1e-9
+"""Samples so near to an edge, relative to a pixel, are inside."""
+_ONE_LINE = 3.0
+"""Lines no farther behind each other, pixels, are parts of one line."""
 
 
 class Triangles(NamedTuple):
@@ -26,12 +30,44 @@ class Triangles(NamedTuple):
     corners: Array
     colours: Array
 
+
+class Lines(NamedTuple):
+    """Straight lines in a picture: ends (l, 2, 3), pixels, colours (l, 3), RGB, and widths (l,), pixels.
+
+    They have round ends and face the viewer.
+    """
+
+    ends: Array
+    colours: Array
+    width: Array
+
+
+class Painting(NamedTuple):
+    """What an image is made of; `glass` lets what is behind it show through."""
+
+    solid: Triangles
+    lines: Lines
+    glass: Triangles
+
     @staticmethod
-    def joined(parts: list[Triangles]) -> Triangles:
-        """All triangles of several sets."""
-        if not parts:
-            return Triangles(np.empty((0, 3, 3)), np.empty((0, 3, 3)))
-        return Triangles(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    def of(solid: Iterable[Triangles] = (), lines: Iterable[Lines] = (), glass: Iterable[Triangles] = ()) -> Painting:
+        """All triangles and lines of several sets."""
+        nothing = Triangles(np.empty((0, 3, 3)), np.empty((0, 3, 3)))
+        one, two = (Triangles(*map(np.concatenate, zip(nothing, *sets, strict=True))) for sets in (solid, glass))
+        empty = Lines(np.empty((0, 2, 3)), np.empty((0, 3)), np.empty(0))
+        return Painting(one, Lines(*map(np.concatenate, zip(empty, *lines, strict=True))), two)
+
+    def enlarged(self, factor: float) -> Painting:
+        """The same, so many times as large."""
+        solid, glass = (Triangles(factor * own.corners, own.colours) for own in (self.solid, self.glass))
+        lines = self.lines
+        return Painting(solid, Lines(factor * lines.ends, lines.colours, factor * lines.width), glass)
+
+    @staticmethod
+    def joined(paintings: Iterable[Painting]) -> Painting:
+        """Several paintings in one."""
+        every = list(paintings)
+        return Painting.of((p.solid for p in every), (p.lines for p in every), (p.glass for p in every))
 
 
 def of_faces(corners: Array, colours: Array) -> Triangles:
@@ -40,127 +76,192 @@ def of_faces(corners: Array, colours: Array) -> Triangles:
     return Triangles(corners[:, halves].reshape(-1, 3, 3), colours[:, halves].reshape(-1, 3, 3))
 
 
-def of_lines(ends: Array, colours: Array, width: Array, lift: float = 0.0) -> Triangles:
-    """Triangles of lines with ends (l, 2, 3), pixels, colours (l, 3) and widths (l,), pixels, facing the viewer.
+def render(
+    painting: Painting, width: int, height: int, *, opacity: float = 0.55
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """Image (height, width, 4), RGBA with the lowest row first, and depth (height, width), pixels, of what is opaque.
 
-    `lift` moves them towards the viewer, pixels, so that lines on a surface are not buried in it. Long lines are cut
-    up, because the work on a triangle goes with the area of its bounding box.
+    The background is transparent and infinitely far (-inf).
     """
-    line, first, last = _cuts(np.linalg.norm(ends[:, 1, :2] - ends[:, 0, :2], axis=1))
-    span = ends[line, 1] - ends[line, 0]
-    ends = np.stack([ends[line, 0] + first[:, None] * span, ends[line, 0] + last[:, None] * span], axis=1)
-    length = np.linalg.norm(span[:, :2], axis=1, keepdims=True)
-    along = np.where(length > 1e-9, span[:, :2] / np.maximum(length, 1e-9), [1.0, 0.0]) * width[line, None] / 2
+    image = np.zeros((height * width, 4), dtype=np.float32)
+    surface = np.full(height * width, -np.inf, dtype=np.float32)
+    pixel, rgb, z = _nearest(painting.solid, width, height)
+    image[pixel, :3], image[pixel, 3], surface[pixel] = rgb, 1.0, z
+    strokes = _strokes(painting.lines, width, height, surface)
+    pixel, rgb, z = _nearest(painting.glass, width, height)
+    seen = z > surface[pixel]
+    pixel, rgb, z = pixel[seen], rgb[seen], z[seen]
+    if len(pixel):
+        pane = surface.copy()
+        pane[pixel] = z
+        behind = strokes.z < pane[strokes.pixel]
+        _laid(image, strokes.of(behind))
+        strokes = strokes.of(~behind)
+        image[pixel] *= np.float32(1 - opacity)
+        image[pixel, :3] += np.float32(opacity) * rgb
+        image[pixel, 3] += np.float32(opacity)
+    _laid(image, strokes)
+    return _bytes(image).reshape(height, width, 4), surface.reshape(height, width)
+
+
+def _bytes(image: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """RGBA (n, 4) from premultiplied colours (n, 4); white where nothing is."""
+    found = np.full(image.shape, [255, 255, 255, 0], dtype=np.uint8)
+    covered = np.flatnonzero(image[:, 3])
+    own = 255 * image[covered]
+    own[:, :3] /= image[covered, 3:]
+    found[covered] = (own + 0.5).clip(0, 255)
+    return found
+
+
+class _Rows(NamedTuple):
+    """Rows of samples of convex shapes: whose they are (r,), their y (r,), first x (r,) and number (r,)."""
+
+    owner: Index
+    y: Index
+    x: Index
+    count: Index
+
+
+def _rows(corners: Array, sides: Array, w: int, h: int) -> _Rows:
+    """Samples of convex shapes with corners (t, k, 2) whose inside is where the sides (t, k, 3), a x + b y + c, are
+    at least 0."""
+    y = corners[..., 1]
+    low = np.ceil(y.min(axis=1) - 0.5).clip(0, h).astype(np.intp)
+    high = np.floor(y.max(axis=1) - 0.5).clip(-1, h - 1).astype(np.intp)
+    rows = np.maximum(high - low + 1, 0)
+    owner = np.repeat(np.arange(len(rows)), rows)
+    at = np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows - low, rows)
+    first, last = np.full(len(owner), -1.0), np.full(len(owner), w + 1.0)
+    for a, b, c in np.moveaxis(sides, (1, 2), (0, 1)):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            edge = (-c / a)[owner] - (b / a)[owner] * (at + 0.5)
+        rises, falls = (a > 0)[owner], (a < 0)[owner]
+        np.maximum(first, edge, out=first, where=rises)
+        np.minimum(last, edge, out=last, where=falls)
+        level = ~(rises | falls)
+        last[level & (b[owner] * (at + 0.5) + c[owner] < -_TOUCH)] = -1.0
+    x = np.ceil(first - 0.5 - _TOUCH).clip(0, w).astype(np.intp)
+    count = np.floor(last - 0.5 + _TOUCH).clip(-1, w - 1).astype(np.intp) - x + 1
+    kept = np.flatnonzero(count > 0)
+    return _Rows(owner[kept], at[kept], x[kept], count[kept])
+
+
+def _samples(rows: _Rows) -> Iterator[tuple[Index, Index]]:
+    """The row (k,) and the x (k,) of all samples, in pieces."""
+    bounds = np.flatnonzero(np.diff(np.cumsum(rows.count) // _CHUNK)) + 1
+    for piece in np.split(np.arange(len(rows.count)), bounds):
+        count = rows.count[piece]
+        row = np.repeat(piece, count)
+        yield row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count - rows.x[piece], count)
+
+
+def _nearest(triangles: Triangles, w: int, h: int) -> tuple[Index, NDArray[np.float32], NDArray[np.float32]]:
+    """Pixels (k,) that a triangle covers, the colour (k, 3) of the nearest one there, and its depth (k,)."""
+    corners = triangles.corners
+    area, sides = _sides(corners[..., :2])
+    kept = np.flatnonzero(np.abs(area) > 1e-9)
+    if not len(kept):
+        return np.empty(0, dtype=np.intp), np.empty((0, 3), dtype=np.float32), np.empty(0, dtype=np.float32)
+    corners, sides, area = corners[kept], sides[kept], area[kept]
+    z = corners[..., 2]
+    least = float(z.min())
+    bits = len(kept).bit_length()
+    step = 2.0 ** (61 - bits) / max(float(z.max()) - least, 1e-9)
+    # a value at the corners, times the side opposite each, over the area, is linear over the triangle
+    plane = np.einsum("tk,tkc->tc", (z - least) / area[:, None], sides)
+    rows = _rows(corners[..., :2], sides * np.sign(area)[:, None, None], w, h)
+    begin = plane[rows.owner, 1] * (rows.y + 0.5) + plane[rows.owner, 2] + 0.5 * plane[rows.owner, 0]
+    slope = plane[rows.owner, 0]
+    best = np.full(h * w, -1, dtype=np.int64)
+    lowest = rows.y * w
+    for row, x in _samples(rows):
+        depth = (begin[row] + slope[row] * x) * step
+        key = (depth.clip(0, 2.0 ** (62 - bits)).astype(np.int64) << bits) | rows.owner[row]
+        np.maximum.at(best, lowest[row] + x, key)
+    pixel = np.flatnonzero(best >= 0)
+    found = best[pixel]
+    owner = found & ((1 << bits) - 1)
+    colour = np.einsum("tkr,tkc->trc", triangles.colours[kept] / area[:, None, None], sides).astype(np.float32)
+    own = colour[owner]
+    y, x = np.divmod(pixel, w)
+    rgb = own[..., 0] * (x + np.float32(0.5))[:, None] + own[..., 1] * (y + np.float32(0.5))[:, None] + own[..., 2]
+    return pixel, rgb.clip(0.0, 1.0).astype(np.float32), ((found >> bits) / step + least).astype(np.float32)
+
+
+def _sides(corners: Array) -> tuple[Array, Array]:
+    """Twice the signed area (t,) of triangles, and the lines (t, 3, 3), a x + b y + c, opposite their corners, each as
+    large at its corner as that."""
+    p, q = corners[:, [1, 2, 0]], corners[:, [2, 0, 1]]
+    a, b = (p - q)[..., 1], (q - p)[..., 0]
+    sides = np.stack([a, b, p[..., 0] * q[..., 1] - p[..., 1] * q[..., 0]], axis=-1)
+    return sides[..., 2].sum(axis=1), sides
+
+
+class _Strokes(NamedTuple):
+    """Samples of lines: where they are (k,), depth (k,), how much of a sample is covered (k,), and colour (k, 3)."""
+
+    pixel: Index
+    z: Array
+    cover: NDArray[np.float32]
+    colour: NDArray[np.float32]
+
+    def of(self, which: Index | NDArray[np.bool_]) -> _Strokes:
+        """Some of them."""
+        return _Strokes(self.pixel[which], self.z[which], self.cover[which], self.colour[which])
+
+
+def _strokes(lines: Lines, w: int, h: int, surface: NDArray[np.float32]) -> _Strokes:
+    """Samples of lines that are not behind the surface (h * w,)."""
+    ends, half = lines.ends, lines.width / 2
+    span = ends[:, 1, :2] - ends[:, 0, :2]
+    length = np.linalg.norm(span, axis=1, keepdims=True)
+    along = np.where(length > 1e-9, span / np.maximum(length, 1e-9), [1.0, 0.0])
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
-    corners = ends[:, [0, 1, 1, 0]].copy()
-    corners[:, :, 2] += lift
-    corners[:, [0, 3], :2] -= along[:, None]
-    corners[:, [1, 2], :2] += along[:, None]
-    corners[:, :2, :2] -= across[:, None]
-    corners[:, 2:, :2] += across[:, None]
-    return of_faces(corners, np.repeat(colours[line, None], 4, axis=1))
+    reach = (half + 0.5)[:, None]
+    low, high = ends[:, 0, :2] - reach * along, ends[:, 1, :2] + reach * along
+    corners = np.stack([low - reach * across, high - reach * across, high + reach * across, low + reach * across], 1)
+    sides = np.empty((len(ends), 4, 3))
+    for k, way in enumerate((across, -along, -across, along)):
+        sides[:, k, :2], sides[:, k, 2] = way, -np.einsum("ij,ij->i", way, corners[:, k])
+    rows = _rows(corners, sides, w, h)
+    found = []
+    for row, x in _samples(rows):
+        line = rows.owner[row]
+        apart = np.stack([x + 0.5, rows.y[row] + 0.5], axis=-1) - ends[line, 0, :2]
+        on = np.einsum("ij,ij->i", apart, along[line])
+        off = np.einsum("ij,ij->i", apart, across[line])
+        beyond = on - on.clip(0.0, length[line, 0])
+        cover = (half[line] + 0.5 - np.hypot(off, beyond)).clip(0.0, np.minimum(2 * half[line], 1.0))
+        share = ((on - beyond) / np.maximum(length[line, 0], 1e-9)).clip(0.0, 1.0)
+        z = ends[line, 0, 2] + share * (ends[line, 1, 2] - ends[line, 0, 2])
+        pixel = rows.y[row] * w + x
+        kept = (cover > 0) & (z >= surface[pixel])
+        line = line[kept]
+        found.append((pixel[kept], z[kept], cover[kept].astype(np.float32), lines.colours[line].astype(np.float32)))
+    return _Strokes(*map(np.concatenate, zip(*found, strict=True)))
 
 
-def _cuts(length: Array) -> tuple[Index, Array, Array]:
-    """Pieces of lines of given lengths (l,), pixels: the line of each, and where it begins and ends, 0 to 1."""
-    count = np.maximum(np.ceil(length / _PIECE), 1).astype(np.intp)
-    line = np.repeat(np.arange(len(length)), count)
-    k = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
-    return line, k / count[line], (k + 1) / count[line]
+def _laid(image: NDArray[np.float32], strokes: _Strokes) -> None:
+    """Lay samples of lines over an image (n, 4), premultiplied RGBA, the farthest first.
 
-
-def render(solid: Triangles, glass: Triangles, width: int, height: int, opacity: float = 0.55) -> tuple[Array, Array]:
-    """Image (height, width, 4), RGBA with the lowest row first, and depth (height, width), pixels.
-
-    `glass` lets what is behind it show through. The background is transparent and infinitely far (-inf).
+    Where lines of one depth overlap, as at the corners of a path, they cover as much as the one that covers most.
     """
-    n = OVERSAMPLING
-    w, h = width * n, height * n
-    colour, alpha = np.ones((h * w, 3)), np.zeros(h * w)
-    depth = np.full(h * w, -np.inf)
-    found = _nearest(solid, w, h, depth)
-    alpha[found[0]], colour[found[0]] = 1.0, found[1]
-    surface = depth.copy()
-    pixel, rgb = _nearest(glass, w, h, depth)
-    total = opacity + alpha[pixel] * (1 - opacity)
-    behind = (alpha[pixel] * (1 - opacity) / total)[:, None]
-    colour[pixel] = rgb * (1 - behind) + colour[pixel] * behind
-    alpha[pixel] = total
-    colour *= alpha[:, None]
-    opaque = _averaged(alpha[:, None], w, h)
-    image = np.concatenate([_averaged(colour, w, h) / np.where(opaque > 0, opaque, 1.0), opaque], axis=-1)
-    image[image[..., 3] == 0.0] = (1.0, 1.0, 1.0, 0.0)
-    return image.clip(0.0, 1.0), surface.reshape(height, n, width, n)[:, 0, :, 0]
-
-
-def _averaged(samples: Array, w: int, h: int) -> Array:
-    """Means (height, width, c) over the samples (h * w, c) of each pixel."""
-    n, grid = OVERSAMPLING, samples.reshape(h, w, -1)
-    total = np.zeros((h // n, w // n, grid.shape[2]))
-    for i in range(n):
-        for j in range(n):
-            total += grid[i::n, j::n]
-    return total / n**2
-
-
-def _nearest(triangles: Triangles, w: int, h: int, depth: Array) -> tuple[Index, Array]:
-    """Samples (k,) at which one of the triangles is the nearest surface, and its colours (k, 3) there.
-
-    depth: (h * w,), raised to that of the triangles.
-    """
-    corners = triangles.corners * [OVERSAMPLING, OVERSAMPLING, 1.0]
-    corners[:, :, 2] += 1e-6 * np.arange(len(corners))[:, None]  # settles which of two coincident faces is seen
-    low = np.ceil(corners[..., :2].min(axis=1) - 0.5).clip(0, None).astype(np.intp)
-    high = np.floor(corners[..., :2].max(axis=1) - 0.5).clip(None, [w - 1, h - 1]).astype(np.intp)
-    box = np.maximum(high - low + 1, 0)
-    samples = box[:, 0] * box[:, 1]
-    kept = np.flatnonzero(samples)
-    g = _gradients(corners)
-    owner = np.full(h * w, -1, dtype=np.intp)
-    bounds = np.flatnonzero(np.diff(np.cumsum(samples[kept]) // _CHUNK)) + 1
-    for chunk in np.split(kept, bounds):
-        x, y, t = _boxes(low[chunk], box[chunk], chunk)
-        one, two, three = _weights(g, t, x, y)
-        inside = np.flatnonzero((one >= -1e-9) & (two >= -1e-9) & (three >= -1e-9))
-        t, pixel = t[inside], y[inside] * w + x[inside]
-        z = corners[:, :, 2]
-        depths = one[inside] * z[t, 0] + two[inside] * z[t, 1] + three[inside] * z[t, 2]
-        np.maximum.at(depth, pixel, depths)
-        first = depths >= depth[pixel]
-        owner[pixel[first]] = t[first]
-    pixel = np.flatnonzero(owner >= 0)
-    t = owner[pixel]
-    weights = _weights(g, t, pixel % w, pixel // w)
-    return pixel, sum((weight[:, None] * triangles.colours[t, k] for k, weight in enumerate(weights)), np.zeros(3))
-
-
-def _boxes(low: Index, box: Index, number: Index) -> tuple[Index, Index, Index]:
-    """All samples x, y (k,) of boxes with lowest samples `low` (t, 2) and sizes `box` (t, 2), and whose they are."""
-    rows = np.repeat(np.arange(len(box)), box[:, 1])
-    y = low[rows, 1] + np.arange(len(rows)) - np.repeat(np.cumsum(box[:, 1]) - box[:, 1], box[:, 1])
-    width = box[rows, 0]
-    start = low[rows, 0] - (np.cumsum(width) - width)
-    x = np.arange(width.sum()) + np.repeat(start, width)
-    return x, np.repeat(y, width), np.repeat(number[rows], width)
-
-
-def _gradients(corners: Array) -> Array:
-    """Barycentric coordinates of two corners as g (t, 2, 3): g[0] x + g[1] y + g[2]; -1 in triangles without area."""
-    a, b, c = (corners[:, i, :2] for i in range(3))
-    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    flat = np.abs(area) < 1e-12
-    inverse = 1 / np.where(flat, 1.0, area)
-    g = np.empty((len(corners), 2, 3))
-    for i, (p, q) in enumerate(((b, c), (c, a))):
-        g[:, i, 0], g[:, i, 1] = (p - q)[:, 1] * inverse, (q - p)[:, 0] * inverse
-        g[:, i, 2] = -(q[:, 0] * g[:, i, 0] + q[:, 1] * g[:, i, 1])
-    g[flat] = [0.0, 0.0, -1.0]
-    return g
-
-
-def _weights(g: Array, t: Index, x: Index, y: Index) -> tuple[Array, Array, Array]:
-    """Barycentric coordinates, each (k,), of the middle of samples x, y (k,) in triangles t (k,)."""
-    px, py = x + 0.5, y + 0.5
-    one = g[t, 0, 0] * px + g[t, 0, 1] * py + g[t, 0, 2]
-    two = g[t, 1, 0] * px + g[t, 1, 1] * py + g[t, 1, 2]
-    return one, two, 1 - one - two
+    if not len(strokes.pixel):
+        return
+    order = np.lexsort((strokes.z, strokes.pixel))
+    pixel, z, cover, colour = strokes.of(order)
+    starts = np.flatnonzero(np.diff(pixel, prepend=-1))
+    count = np.diff(starts, append=len(pixel))
+    covered, depth = np.zeros(len(starts), dtype=np.float32), np.full(len(starts), -np.inf)
+    for layer in range(int(count.max())):
+        own = np.flatnonzero(count > layer)
+        k = starts[own] + layer
+        before = np.where(z[k] - depth[own] < _ONE_LINE, covered[own], np.float32(0.0))
+        more = np.maximum(cover[k], before)
+        alpha = ((more - before) / np.maximum(1 - before, np.float32(1e-6)))[:, None].clip(0.0, 1.0)
+        covered[own], depth[own] = more, z[k]
+        at = pixel[k]
+        image[at] *= 1 - alpha
+        image[at, :3] += alpha * colour[k]
+        image[at, 3] += alpha[:, 0]

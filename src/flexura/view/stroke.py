@@ -14,8 +14,9 @@ from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS
+from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
-from flexura.view.identification import _figure, _style
+from flexura.view.identification import _style
 from flexura.view.palette import INK
 from flexura.view.poses import draw_poses
 
@@ -48,7 +49,7 @@ def draw_stroke(result: Stroke) -> Figure:
     first = next(iter(result.poses[0].varied))
     unit, factor = SHOWN.get(result.units[first], (result.units[first], 1.0))
     x = factor * np.array([pose.varied[first] for pose in result.poses])
-    figure = _figure(9.0, 8.0)
+    figure = new_chart((9.0, 8.0))
     panels = figure.subplots(2, 2)
     _forces(panels[0, 0], result, x)
     _frequencies(panels[0, 1], result, x)

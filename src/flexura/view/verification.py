@@ -12,10 +12,11 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.solid.verification import ShapePairs, Verification, VerificationRow
 from flexura.view.annotations import Box, colour_bar, heading, remark_lines, triad
+from flexura.view.figures import new_figure
 from flexura.view.files import save_figures
+from flexura.view.painting import camera_for, mode_painting, mode_scale, mode_view, paint
 from flexura.view.palette import INK
-from flexura.view.pictures import camera_for, mode_scale, mode_triangles, mode_view, new_figure, paint
-from flexura.view.raster import Triangles
+from flexura.view.raster import Painting
 from flexura.view.solids import meshed_solids, solids
 from flexura.view.viewpoint import good_camera
 
@@ -69,8 +70,8 @@ def draw_mode_pair(
     painted = []
     for parts, area in moved:
         factor = mode_scale(parts)
-        painted.append(mode_triangles(parts, mode_view(figure, parts, camera, factor, area), factor))
-    paint(figure, *(Triangles.joined(list(part)) for part in zip(*painted, strict=True)))
+        painted.append(mode_painting(parts, mode_view(figure, parts, camera, factor, area), factor))
+    paint(figure, Painting.joined(painted))
     heading(
         figure, f"mode {number} of the solid: {result.frequency_hz[k]:.5g} Hz{_known(result, k)}", _subtitle(row, k)
     )

@@ -9,7 +9,7 @@ import numpy as np
 from flexura.errors import OptionError
 from flexura.view.camera import Camera, View
 from flexura.view.meshes import Array, normals
-from flexura.view.raster import Triangles, of_faces, render
+from flexura.view.raster import Painting, of_faces, render
 from flexura.view.scene import Kind, Solids
 
 _GOOD = 0.8
@@ -65,8 +65,7 @@ def visible_flexures(parts: Solids, camera: Camera) -> float:
     white, black = (
         of_faces(image[f], np.full((*f.shape, 3), shade)) for f, shade in zip(front, (1.0, 0.0), strict=True)
     )
-    nothing = Triangles.joined([])
-    alone, _ = render(white, nothing, width, height)
-    among, _ = render(Triangles.joined([white, black]), nothing, width, height)
+    alone, _ = render(Painting.of([white]), width, height)
+    among, _ = render(Painting.of([white, black]), width, height)
     total = float(alone[..., 3].sum())
-    return float((among[..., 0] * among[..., 3]).sum()) / total if total > 0 else 1.0
+    return float((among[..., 0] / 255.0 * among[..., 3]).sum()) / total if total > 0 else 1.0

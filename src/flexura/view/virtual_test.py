@@ -15,8 +15,9 @@ from flexura.testing.updating import MeasuredFrequencies
 from flexura.testing.virtual import VirtualTest
 from flexura.view.annotations import foot
 from flexura.view.curves import COLOURS
+from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
-from flexura.view.identification import _figure, _style, save_identification
+from flexura.view.identification import _style, save_identification
 from flexura.view.palette import INK
 
 
@@ -44,7 +45,7 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
     frfs = result.measurement.frfs
     if not frfs:
         raise OptionError("; ".join(result.notes) or "the test has no frequency responses")
-    figure = _figure(9.0, 6.4)
+    figure = new_chart((9.0, 6.4))
     magnitude, coherence, shift = figure.subplots(3, 1, height_ratios=(3, 1, 1.4))
     for k, frf in enumerate(frfs):
         size = np.abs(frf.response).max(axis=0)
