@@ -2,30 +2,77 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from html import escape
-from itertools import islice
-from math import isfinite, isnan
+from math import isfinite
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from flexura.errors import Exceeded, LimitError
+from flexura.errors import Exceeded, LimitError, foremost
 from flexura.extras import need
-from flexura.records import SHORT, Record, in_words
+from flexura.records import Record
+from flexura.tables import Facts, Table, counted, html_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 R = TypeVar("R", bound="Result")
 
-ROWS, COLUMNS, WARNINGS = 12, 8, 5
-"""Rows, columns and warnings that a notebook shows of a result."""
+WARNINGS, NOTES = 5, 5
+"""Warnings and notes that a notebook shows of a result."""
+
+MOST_OF_A_KIND = 3
+"""Of these, so many of one kind."""
+
+_BAR = "border-left:3px solid;padding-left:0.6em"
+"""Marks a warning in the colour of the text, whatever that is."""
 
 
-class Result(Record):
+class Displayed:
+    """What a notebook shows at the end of a cell: a heading, a few facts and short tables, warnings and notes."""
+
+    def _repr_html_(self) -> str:
+        parts = filter(None, map(html_of, self._view()))
+        return "\n".join([self._heading(), *parts, *self._remarks()])
+
+    def _heading(self) -> str:
+        named, said = str(getattr(self, "name", "")), self._title()
+        text = type(self).__name__ + (f": {named}" if named else "")
+        return f"<p><strong>{escape(text)}</strong>{f' ({escape(said)})' if said else ''}</p>"
+
+    def _title(self) -> str:
+        """What stands beside the name, in a few words."""
+        return ""
+
+    def _view(self) -> Iterator[Facts | Table]:
+        """The parts below the heading."""
+        raise NotImplementedError
+
+    def _remarks(self) -> Iterator[str]:
+        """Warnings and notes, as HTML."""
+        yield from ()
+
+
+def _warned(what: str, texts: Sequence[str]) -> Iterator[str]:
+    """What must not be overlooked, the first few of it."""
+    for text in texts[:WARNINGS]:
+        yield f'<p style="{_BAR}"><strong>{what}:</strong> {escape(text)}</p>'
+    if len(texts) > WARNINGS:
+        yield f"<p>and {len(texts) - WARNINGS} more {what}s</p>"
+
+
+def _folded(notes: Sequence[str]) -> Iterator[str]:
+    """Notes that unfold."""
+    if notes:
+        told = "".join(f"<p>{escape(note)}</p>" for note in notes[:NOTES])
+        more = f"<p>and {len(notes) - NOTES} more notes</p>" if len(notes) > NOTES else ""
+        yield f"<details><summary>{counted(len(notes), 'note')}</summary>{told}{more}</details>"
+
+
+class Result(Record, Displayed):
     """What a verb returns: `warnings` say where it stops holding, `notes` how it was found and what to beware of."""
 
     warnings: tuple[Exceeded, ...] = ()
@@ -33,6 +80,9 @@ class Result(Record):
 
     _told: ClassVar[tuple[str, ...]] = ()
     """Attributes that `to_dict` gives, by default the fields of the dataclass."""
+
+    _warns_of: ClassVar[str] = "warning"
+    """What a warning of it is called."""
 
     def raise_warnings(self: R) -> R:
         """The result itself. Raises LimitError when it has warnings."""
@@ -48,31 +98,20 @@ class Result(Record):
         """What `to_dict` gives beside notes and warnings."""
         return {name: getattr(self, name) for name in self._told or _names(self)}
 
-    def _repr_html_(self) -> str:
-        return "\n".join([*self._heading(), _html_table([], self._facts()), *self._remarks()])
+    def _remarks(self) -> Iterator[str]:
+        yield from _warned(self._warns_of, self._warned())
+        yield from _folded(self.notes)
 
-    def _heading(self) -> list[str]:
-        named = getattr(self, "name", "")
-        text = type(self).__name__ + (f": {named}" if isinstance(named, str) and named else "")
-        return [f"<p><strong>{escape(text)}</strong></p>"]
-
-    def _facts(self) -> list[list[str]]:
-        """What one line shows, a row for each value."""
-        names = (name for name in self._shown or _names(self) if name not in ("name", "notes", "warnings"))
-        shown = ((name, getattr(self, name)) for name in names)
-        told = ([name, _cell(own) if isinstance(own, str) else in_words(own)] for name, own in shown)
-        return [row for row in told if row[1]]
-
-    def _remarks(self) -> list[str]:
-        """Warnings and notes as paragraphs, the first few of each."""
-        told = [("warning", self.warnings), ("note", self.notes)]
-        lines = [f"{what}: {text}" for what, texts in told for text in texts[:WARNINGS]]
-        lines += [f"and {len(texts) - WARNINGS} more {what}s" for what, texts in told if len(texts) > WARNINGS]
-        return [f"<p>{escape(line)}</p>" for line in lines]
+    def _warned(self) -> list[str]:
+        """Warnings in words, those of each kind that are furthest beyond their limit first."""
+        return foremost(self.warnings, MOST_OF_A_KIND)
 
 
 class Tabular(Result):
     """A result that is a table."""
+
+    _listed: ClassVar[tuple[str, ...]] = ()
+    """Columns that a notebook shows, by default all."""
 
     def _columns(self) -> Mapping[str, Any]:
         """The columns by name, each with its unit in brackets unless it is a plain number."""
@@ -86,14 +125,9 @@ class Tabular(Result):
         """A pandas DataFrame; columns have their SI units in brackets. Raises OptionError without pandas."""
         return need("pandas", "pandas").DataFrame(self.to_columns())
 
-    def _repr_html_(self) -> str:
-        columns = dict(self._columns())
-        shown = list(islice(columns, COLUMNS))
-        count = len(next(iter(columns.values()), ()))
-        rows = [[_cell(columns[name][k]) for name in shown] for k in range(min(count, ROWS))]
-        left = [(count - len(rows), "rows"), (len(columns) - len(shown), "columns")]
-        more = [f"<p>and {n} more {what}</p>" for n, what in left if n > 0]
-        return "\n".join([*self._heading(), _html_table(shown, rows), *more, *self._remarks()])
+    def _view(self) -> Iterator[Facts | Table]:
+        columns = self._columns()
+        yield Table({name: columns[name] for name in self._listed or columns})
 
 
 def plain(value: Any) -> Any:
@@ -159,19 +193,3 @@ def _finite_or_none(value: Any) -> Any:
 
 def _names(value: Any) -> list[str]:
     return [own.name for own in fields(value) if own.repr]
-
-
-def _cell(value: Any) -> str:
-    """A value of a table in few characters; empty where there is none."""
-    if isinstance(value, str):
-        return value if len(value) <= SHORT else f"{value[: SHORT - 3]}..."
-    if isinstance(value, float):
-        return "" if isnan(value) else f"{value:.6g}"
-    return "" if value is None else str(value)
-
-
-def _html_table(headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table of text, escaped."""
-    head = "".join(f"<th>{escape(text)}</th>" for text in headings)
-    body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows)
-    return "<table>" + (f"<thead><tr>{head}</tr></thead>" if head else "") + f"<tbody>{body}</tbody></table>"

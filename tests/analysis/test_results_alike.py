@@ -5,6 +5,7 @@ import json
 import re
 import sys
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,11 +15,25 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
-from flexura.errors import LimitError, OptionError
+from flexura.errors import LimitError, OptionError, foremost
 from flexura.mechanism import Mechanism
-from flexura.results import COLUMNS, ROWS, Result, Tabular, plain
-from helpers.every_result import GUIDE_TEXT, HZ, NAME, NODE, RESULTS, STAGE_TEXT, frequency_response, virtual_test
+from flexura.results import Result, Tabular, plain
+from flexura.tables import COLUMNS, ROWS
+from helpers.every_result import (
+    GUIDE,
+    GUIDE_TEXT,
+    HZ,
+    NAME,
+    NODE,
+    RESULTS,
+    STAGE_TEXT,
+    frequency_response,
+    guide,
+    virtual_test,
+)
 from helpers.public_names import public_names
+
+EXAMPLES = GUIDE.parents[1]
 
 DIMENSIONLESS = {
     *("relative error", "relative", "mac", "space mac", "likeness", "damping ratio", "loss factor", "confidence"),
@@ -27,6 +42,13 @@ DIMENSIONLESS = {
     *("stress margin", "stress position", "buckling factor"),
 }
 """Columns of floats that are plain numbers."""
+
+UNITLESS = {
+    *("mode", "order", "copies", "members", "elements", "nodes", "test mode", "model mode", "missed", "design"),
+    *("factor to yield", "to yield", "to buckle", "mac", "likeness", "MAC", "MAC of close modes", "confidence", "MPC"),
+    *("median coherence",),
+}
+"""Headings of plain numbers in notebooks."""
 
 # what verbs return that are no results: files, pictures, text, descriptions and bare arrays
 OTHERS = r"Array|sp\.cs._matrix|Figure|str|None|(list\[)?Path\]?|Mechanism|Expression|dict\[str, Any\]|Iterator\[None\]"
@@ -85,41 +107,163 @@ def test_tables_are_frames_with_units(result) -> None:
 
 
 class Page(HTMLParser):
-    """The tags of a page, which have to close, and the cells."""
+    """The tags of a page, which have to close, its tables of cells, and all text."""
 
-    def __init__(self) -> None:
+    def __init__(self, html: str) -> None:
         super().__init__()
         self.tags: list[str] = []
         self.seen: set[str] = set()
+        self.styles: set[str] = set()
+        self.tables: list[list[list[str]]] = []
         self.text = ""
+        self.feed(html)
+        self.close()
+        assert not self.tags
 
     def handle_starttag(self, tag, attrs) -> None:
         self.tags.append(tag)
         self.seen.add(tag)
+        assert {name for name, _ in attrs} <= {"style"}
+        self.styles |= {value for _, value in attrs}
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
+        elif tag in ("td", "th"):
+            self.tables[-1][-1].append("")
 
     def handle_endtag(self, tag) -> None:
         assert self.tags.pop() == tag
 
     def handle_data(self, data) -> None:
         self.text += data
+        if self.tags and self.tags[-1] in ("td", "th"):
+            self.tables[-1][-1][-1] += data
 
 
-def test_html_is_short_and_escaped(result) -> None:
-    html = result._repr_html_()
-    page = Page()
-    page.feed(html)
-    page.close()
-    assert not page.tags and page.seen <= {"p", "strong", "table", "thead", "tbody", "tr", "th", "td"}
-    assert html.count("<td>") <= ROWS * COLUMNS and len(html) < 5000
-    assert type(result).__name__ in page.text
-    if getattr(result, "name", None) == NAME:
+OTHERS_SHOWN = {
+    "Mechanism": guide,
+    "Plan": lambda: fx.Plan(guide()),
+    "mechanism of many parameters": lambda: fx.load(EXAMPLES / "rpr" / "rpr.yaml"),
+    "modes of many parts": lambda: fx.modes(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), n=10),
+    "check with doubts": lambda: fx.check(fx.load(EXAMPLES / "rpr" / "rpr.yaml")),
+    "responses of actuators": lambda: fx.frequency_response(fx.load(EXAMPLES / "rpr" / "rpr_piezo.yaml"), band=(1, 60)),
+    "statics of actuators": lambda: fx.statics(fx.load(EXAMPLES / "rpr" / "rpr_piezo.yaml"), actuators={"*": 1e-6}),
+    "many designs": lambda: fx.natural_frequencies(guide(), {"thickness": np.linspace(4e-4, 6e-4, 200)}, n=9),
+}
+"""What else stands at the end of a cell, and larger ones."""
+
+
+@pytest.fixture(scope="module", params=[*RESULTS, *OTHERS_SHOWN])
+def shown(request) -> Any:
+    return (RESULTS | OTHERS_SHOWN)[request.param]()
+
+
+def test_html_is_short_and_escaped(shown) -> None:
+    html = shown._repr_html_()
+    page = Page(html)
+    allowed = {"p", "strong", "table", "thead", "tbody", "tr", "th", "td", "details", "summary"}
+    assert page.seen <= allowed and len(html) < 8000
+    assert all(len(table) <= ROWS + 1 and max(map(len, table)) <= COLUMNS for table in page.tables)
+    assert 1 <= len(page.tables) <= 4 and sum(len(row) for table in page.tables for row in table) <= 2 * ROWS * COLUMNS
+    assert max(len(cell) for table in page.tables for row in table for cell in row) <= 240
+    assert type(shown).__name__ in page.text and "script" not in page.seen
+    if getattr(shown, "name", None) == NAME:
         assert NAME in page.text
-    assert all(warning.text in page.text for warning in result.warnings[:5])
+
+
+def test_one_line_is_one_line(shown) -> None:
+    assert "\n" not in repr(shown) and len(repr(shown)) < 200
+    assert type(shown).__name__ in repr(shown)
+
+
+def test_html_has_no_colour_of_its_own(shown) -> None:
+    """Pages are dark or light: what is marked has the colour of the text."""
+    styles = ";".join(Page(shown._repr_html_()).styles)
+    assert not re.search(r"color|background|#|rgb|hsl|white|black", styles)
+
+
+def test_html_has_rounded_numbers_with_units(shown) -> None:
+    """Five digits at most, and columns of SI numbers have a heading with their unit or cells that each have it."""
+    for table in Page(shown._repr_html_()).tables:
+        for cell in (cell for row in table for cell in row):
+            for digits in re.findall(r"(?<![\w.])(\d+\.\d+)(?:e[+-]?\d+)?(?!\w)", cell):
+                assert len(digits.replace(".", "").lstrip("0")) <= 5, cell
+        if len(table) > 1 and len(table[0]) == len(table[1]) > 2:
+            for heading, *column in zip(*table, strict=True):
+                bare = [cell for cell in column if re.fullmatch(r"-?\d+(\.\d+)?(e[+-]?\d+)?", cell)]
+                assert not bare or heading.endswith("]") or heading in UNITLESS, (heading, bare)
+
+
+def test_html_shows_warnings_and_notes(shown) -> None:
+    page = Page(shown._repr_html_())
+    warnings = getattr(shown, "warnings", ())
+    said = foremost(warnings, 3) if not isinstance(shown, fx.CheckReport) else [str(own) for own in warnings]
+    assert all(text in page.text for text in said[:5])
+    assert all(note in page.text for note in getattr(shown, "notes", ())[:5])
+    assert ("border-left" in ";".join(page.styles)) == bool(said)
 
 
 def test_html_says_what_it_leaves_out() -> None:
-    html = frequency_response(np.linspace(1.0, 50.0, 30))._repr_html_()
-    assert f"and {30 - ROWS} more rows" in html and "and 1 more columns" in html
+    designs = Page(OTHERS_SHOWN["many designs"]()._repr_html_())
+    assert f"and {200 - ROWS} more designs" in designs.text
+    doubts = fx.check(fx.load(EXAMPLES / "rpr" / "rpr.yaml")).doubts
+    assert f"and {len(doubts) - 5} more doubts" in Page(OTHERS_SHOWN["check with doubts"]()._repr_html_()).text
+
+
+def cells(result: Any, heading: str) -> list[str]:
+    """The cells of a result below a heading."""
+    for table in Page(result._repr_html_()).tables:
+        if heading in table[0]:
+            return [row[table[0].index(heading)] for row in table[1:]]
+    raise AssertionError(f"no column {heading}")
+
+
+def test_html_of_modes_has_proven_frequencies_and_what_moves() -> None:
+    found = RESULTS["Modes"]()
+    assert cells(found, "frequency [Hz]") == [mode.frequency_text for mode in found.modes]
+    assert all(text.startswith("within") for text in cells(found, "proven"))
+    assert cells(found, "what moves")[0].startswith("carriage moves along x")
+    poor = fx.modes(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), n=10)
+    assert "8 modes MISSING below" in Page(poor._repr_html_()).text and "not proven" in cells(poor, "flag")
+
+
+def test_html_of_statics_has_micrometres_and_what_yields_first() -> None:
+    """A guide of two leaves, L = 60 mm, 20 x 0.5 mm, E = 210 GPa: k = 24 E I / L^3 to a per cent."""
+    found = RESULTS["Statics"]()
+    leaf = fx.load(GUIDE).parameters
+    t, length = float(leaf["thickness"].value), float(leaf["length"].value)
+    assert cells(found, "node")[0] == NODE and "leaf1.blade" in cells(found, "member")
+    u = float(cells(found, "tx [µm]")[0])
+    assert u == pytest.approx(1e6 * found.displacement(NODE)[0], rel=1e-4) and 0 < t < length
+    assert float(cells(found, "ty [µm]")[0]) == 0
+    assert float(cells(found, "factor to yield")[0]) == pytest.approx(found.stresses().factor_to_yield, rel=1e-4)
+
+
+def test_html_of_responses_names_resonances_by_what_moves() -> None:
+    found = fx.frequency_response(guide(), inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], band=(10, 900), damping=0.01)
+    assert len(found.resonance_motions) == len(found.resonances_hz) == 3
+    assert found.resonance_motions == tuple(m.motion.summary for m in fx.modes(guide(), n=3).modes)
+    assert cells(found, "what moves")[0].startswith("carriage moves along x")
+    assert float(cells(found, "peak at [Hz]")[0]) == pytest.approx(found.resonances_hz[0], rel=1e-3)
+    poles = fx.frequency_response(RESULTS["StateSpace"](), frequency_hz=HZ)
+    assert poles.resonance_motions == ()
+
+
+def test_html_of_strokes_has_the_first_the_middle_and_the_last_pose() -> None:
+    found = fx.stroke(guide(), move={f"{NODE}.tx": (0.0, 4e-3)}, steps=5, n=2)
+    assert cells(found, "pose") == ["1 of 5", "3 of 5", "5 of 5"]
+    assert cells(found, f"{NODE}.tx") == ["0 m", "2 mm", "4 mm"]
+    assert cells(found, "f1 [Hz]")[1] == f"{found.poses[2].frequency_hz[0]:.5g}"
+
+
+def test_html_of_a_mechanism_has_its_parameters_with_units_and_bounds() -> None:
+    own = fx.load(EXAMPLES / "rpr" / "rpr.yaml")
+    assert "platform" in Page(own._repr_html_()).text
+    k = cells(own, "parameter").index("r_web")
+    assert [cells(own, heading)[k] for heading in ("value", "least", "most")] == ["1 mm", "100 µm", "2 mm"]
+    assert cells(own, "source")[k].startswith("assumed")
+    assert f"and {len(own.parameters) - ROWS} more parameters" in Page(own._repr_html_()).text
 
 
 def test_frames_hold_the_numbers_of_the_results() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +27,7 @@ from flexura.reduction import low_order
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble, full_order, plan_of, solids_of
 from flexura.systems import Ports, damping_law
+from flexura.tables import Facts, Table, counted, number, quantity
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,10 @@ class SubstructureSummary:
     interior_dofs: int
     interface: tuple[str, ...]
     mass: float
+
+
+MOST_NAMED = 4
+"""Of each kind, in a notebook."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,10 +90,41 @@ class CheckReport(Result):
     clashes: tuple[Clash, ...] = ()
     """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a doubt as well."""
 
+    _warns_of = "doubt"
+
     @property
     def warnings(self) -> tuple[Doubt, ...]:
         """The doubts."""
         return self.doubts
+
+    def _warned(self) -> list[str]:
+        return [str(doubt) for doubt in self.doubts]
+
+    def _title(self) -> str:
+        return counted(len(self.doubts), "doubt")
+
+    def _view(self) -> Iterator[Facts | Table]:
+        centre = ", ".join(number(1e3 * round(c, 9)) for c in self.mass.centre)
+        yield Facts(
+            {
+                "mass": f"{quantity(self.mass.mass, 'kg')}, centre of mass ({centre}) mm",
+                "full order": self.full_order,
+                "low order": self.low_order,
+                "held": _first(f"{n} ({' '.join(dofs)})" if len(dofs) < 6 else n for n, dofs in self.held.items()),
+                "rigid bodies": _first(f"{name} {quantity(own, 'kg')}" for name, own in self.rigid_bodies.items()),
+                "lowest frequency": _lowest(self.lowest_hz, self.rigid_body_modes),
+                "corrected": _first(self.corrections),
+                "actuators": _first(f"{name} ({text})" for name, text in self.actuators.items()),
+                "sensors": _first(f"{name} ({text})" for name, text in self.sensors.items()),
+                "damping": self.damping,
+                "loads": _first(self.loads),
+                "preloaded": "stiffness is about the state under loads and gravity" if self.is_preloaded else "",
+            }
+        )
+        own = self.substructures
+        counts = {name: [getattr(s, name) for s in own] for name in ("copies", "members", "elements", "nodes")}
+        columns = {"substructure": [s.name for s in own], **counts, "mass each [kg]": [s.mass for s in own]}
+        yield Table(columns, "substructures")
 
 
 @verb
@@ -238,3 +274,21 @@ def _overlapping(full: FullOrderModel) -> list[Doubt]:
             text = f"at the same place as {names[b]}, but not joined to it"
             doubts.append(Doubt("overlap", names[a], text))
     return doubts
+
+
+def _first(names: Iterable[str]) -> str:
+    """The first few of some names, and how many more there are."""
+    own = list(names)
+    more = f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else ""
+    return ", ".join(own[:MOST_NAMED]) + more
+
+
+def _lowest(interval: tuple[float, float] | None, rigid: int | None) -> str:
+    """What is proven about the lowest frequency."""
+    motions = f"{counted(rigid, 'rigid-body mode')}; " if rigid else ""
+    if interval is None:
+        return motions.removesuffix("; ")
+    lower, upper = (f"{hz:.5g}" for hz in interval)
+    if interval[0] <= 0:
+        return f"{motions}below {interval[1]:.2g} Hz, not told from zero"
+    return f"{motions}{upper} Hz, proven" if lower == upper else f"{motions}{lower} to {upper} Hz, proven"

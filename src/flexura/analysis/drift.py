@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
 from flexura.results import Result
 from flexura.structure import FullOrderModel
+from flexura.tables import Facts, Table, in_mm, quantity
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -37,6 +38,22 @@ class ScrewAxis(Result):
     direction: Vector
     point: Vector
     pitch: float
+
+    @property
+    def _along(self) -> str:
+        return " ".join(f"{x:+.4f}" for x in self.direction)
+
+    def _view(self) -> Iterator[Facts | Table]:
+        if self.is_translation:
+            yield Facts({"translation along": self._along})
+        else:
+            yield Facts(
+                {
+                    "direction": self._along,
+                    "through": f"({in_mm(self.point)}) mm",
+                    "pitch": quantity(self.pitch, "m/rad", 4),
+                }
+            )
 
     @property
     def is_translation(self) -> bool:
@@ -59,6 +76,18 @@ class Drift(Result):
 
     _shown = ("distance", "tilt")
     _told = ("rest", "displaced", "twists", "shift", "distance", "tilt")
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Facts({"distance": quantity(self.distance, "m", 4), "tilt": quantity(self.tilt, "rad", 4)})
+        both = (self.rest, self.displaced)
+        yield Table(
+            {
+                "": ("at rest", "displaced"),
+                "direction": [a._along for a in both],
+                "through [mm]": [in_mm(a.point) for a in both],
+                "pitch": [quantity(a.pitch, "m/rad") for a in both],
+            }
+        )
 
     @property
     def shift(self) -> Vector:

@@ -17,6 +17,7 @@ from flexura.linalg import is_definite
 from flexura.records import Record
 from flexura.results import Result, plain
 from flexura.structure import FullOrderModel
+from flexura.tables import Facts, Table, counted, in_mm, number, quantity
 
 Array = NDArray[np.float64]
 
@@ -92,6 +93,20 @@ class ComplianceSpectrum(Result):
     count: int
     is_outstanding: bool
     is_clear: bool
+
+    def _title(self) -> str:
+        return counted(self.count, "freedom") if self.is_clear else "no clear cut between freedoms and constraints"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Table({"": range(1, 7), "compliance [m/N]": self.compliance}, "compliances")
+        gap = f"{number(self.gap, 4)} after the {self.count}."
+        yield Facts(
+            {
+                "largest gap": gap,
+                "rotations counted at": quantity(self.length, "m", 4),
+                "centre [mm]": in_mm(self.centre),
+            }
+        )
 
     def _data(self) -> dict[str, Any]:
         own = {name: value for name, value in vars(self).items() if name != "length"}

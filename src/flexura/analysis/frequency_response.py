@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal, get_args
 
@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.motion import motions
 from flexura.analysis.response_meshes import response_meshes
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
@@ -39,6 +40,7 @@ from flexura.systems import (
     truncation_limits,
     unit_of_response,
 )
+from flexura.tables import Facts, Table, percent, quantity
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -64,6 +66,9 @@ ROUND_OFF = 1e-15
 SEEN = 1e-4
 """Part of a response from which its round-off is said."""
 
+NOTHING = 1e-9
+"""Responses below so much of the largest ones of their input and output are round-off."""
+
 SHARPEST = 1e-5
 """Damping ratio with which the grid is refined around undamped resonances."""
 
@@ -74,7 +79,8 @@ class FrequencyResponse(Tabular):
 
     `resonances_hz` (k,) are the natural frequencies in the range and `ratios` (k,) their damping ratios; `notes` say
     which model was used. `warnings` are what is `known`, and what the model of the system `unproven` is not proven to
-    contain up to the highest frequency, which is worked out when they are first asked for.
+    contain up to the highest frequency, which is worked out when they are first asked for. `modes` are those of the
+    resonances, None where there are only poles.
     """
 
     _shown = ("name", "frequency_hz", "inputs", "outputs", "order")
@@ -90,6 +96,7 @@ class FrequencyResponse(Tabular):
     notes: tuple[str, ...] = ()
     known: tuple[Exceeded, ...] = ()
     unproven: SecondOrder | None = None
+    modes: ModalSystem | None = field(default=None, repr=False)
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
@@ -113,6 +120,41 @@ class FrequencyResponse(Tabular):
         known = ({c.name: c for c in channels} for channels in (self.outputs, self.inputs))
         out, into = (own[name] for own, name in zip(known, (output, input), strict=True))
         return unit_of_response(out, into)
+
+    @cached_property
+    def resonance_motions(self) -> tuple[str, ...]:
+        """What moves at each of the resonances (k,), in words; none where only poles are known of the model. Worked out
+        when first asked for."""
+        if self.modes is None:
+            return ()
+        nearest = [int(np.abs(self.modes.frequency_hz - hz).argmin()) for hz in self.resonances_hz]
+        q, model = self.modes.shapes[:, nearest], self.modes.system.model
+        u = q if isinstance(model, FullOrderModel) else model.recover(q)
+        full = self.modes.system.full_order
+        return tuple(motion.summary for motion in motions(full, full.node_displacements(u)))
+
+    def _title(self) -> str:
+        hz = self.frequency_hz
+        return f"order {self.order}, {len(hz)} frequencies from {hz[0]:.5g} to {hz[-1]:.5g} Hz"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        H, hz = np.abs(self.response), self.frequency_hz
+        pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
+        scale = np.sqrt(H.max(axis=(0, 2), initial=0.0)[:, None] * H.max(axis=(0, 1), initial=0.0))
+        shown = [(i, j) for i, j in pairs if H[:, i, j].max() > NOTHING * scale[i, j]]
+        units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in shown]
+        own = [H[:, i, j] for i, j in shown]
+        columns = {
+            "output": [self.outputs[i].name for i, _ in shown],
+            "input": [self.inputs[j].name for _, j in shown],
+            f"at {hz[0]:.5g} Hz": [quantity(float(h[0]), unit) for h, unit in zip(own, units, strict=True)],
+            "peak": [quantity(float(h.max()), unit) for h, unit in zip(own, units, strict=True)],
+            "peak at [Hz]": [float(hz[h.argmax()]) for h in own],
+        }
+        yield Table(columns, "pairs")
+        found = {"resonance [Hz]": self.resonances_hz, "damping": [percent(float(z)) for z in self.ratios]}
+        moving = {"what moves": self.resonance_motions} if self.resonance_motions else {}
+        yield Table({**found, **moving}, "resonances")
 
     def _data(self) -> dict[str, Any]:
         return {
@@ -210,7 +252,7 @@ def frequency_response(
     if isinstance(model, ModalSystem):
         known += truncation_limits(modes, wanted[-1])
     ends = (modes.inputs, modes.outputs, *resonances, modes.order)
-    return FrequencyResponse(modes.system.name, hz, H, *ends, notes, known, _unproven(model, modes.system, how))
+    return FrequencyResponse(modes.system.name, hz, H, *ends, notes, known, _unproven(model, modes.system, how), modes)
 
 
 def _listed(names: Sequence[str] | None) -> list[str] | None:
@@ -389,7 +431,7 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
     _refuse_infinite(H, hz)
     notes = (f"solved directly at every frequency, order {built.order}", *state_of(built.model.design))
     ends = (built.inputs, built.outputs, *resonances, built.order)
-    return FrequencyResponse(built.name, hz, H, *ends, notes, (*_known(modes, hz), *_lost_digits(built)))
+    return FrequencyResponse(built.name, hz, H, *ends, notes, (*_known(modes, hz), *_lost_digits(built)), modes=modes)
 
 
 def _lost_digits(built: System) -> tuple[Exceeded, ...]:
@@ -413,4 +455,4 @@ def _exact(built: System, wanted: Array, band: tuple[float, float] | None, point
     n = len(exact.kept)
     notes = (f"exact dynamic stiffness over {n} kept DOFs; resonances are those of the finite elements",)
     ends = (built.inputs, built.outputs, *resonances, n)
-    return FrequencyResponse(built.name, hz, H, *ends, notes, _known(modes, hz))
+    return FrequencyResponse(built.name, hz, H, *ends, notes, _known(modes, hz), modes=modes)

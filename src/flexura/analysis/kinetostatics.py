@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -34,6 +34,7 @@ from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems import Channel, Ports
+from flexura.tables import Facts, Table, in_mm, percent, quantity
 
 Array = NDArray[np.float64]
 
@@ -115,6 +116,44 @@ class Kinetostatics(Result):
             raise OptionError("corners are worked out for at most 16 actuators")
         corners = np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box))
         return corners @ self.coupling.T
+
+    def _title(self) -> str:
+        return (
+            f"{self.platform} has {self.kind}"
+            if self.is_clear
+            else f"{self.platform} has no freedoms that are clear cut"
+        )
+
+    def _view(self) -> Iterator[Facts | Table]:
+        free = self.freedoms
+        columns = {
+            "freedom": ["rotation" if f.kind == "R" else "translation" for f in free],
+            "axis": [" ".join(f"{x:+.4f}" for x in f.axis.direction) for f in free],
+            "through [mm]": ["" if f.kind == "T" else in_mm(f.axis.point) for f in free],
+            "owned": [percent(f.share, 4) for f in free],
+            "reaches ±": [quantity(f.stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
+            "yields at": [quantity(f.yield_stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
+        }
+        yield Table(columns, "freedoms")
+        turning = ("N/m",) * 3 + ("N*m/rad",) * 3
+        locked = [1 / c if c > 0 else np.inf for c in np.diag(self.compliance_locked)]
+        stiffness = {
+            "coordinate": DOF_NAMES,
+            "stiffness": [quantity(float(k), unit) for k, unit in zip(self.stiffness, turning, strict=True)],
+        }
+        if self.inputs:
+            spans = [
+                [quantity(float(x), unit) for x in own]
+                for own, unit in zip(self.workspace, 3 * ["m"] + 3 * ["rad"], strict=True)
+            ]
+            stiffness["actuators locked"] = [quantity(float(k), unit) for k, unit in zip(locked, turning, strict=True)]
+            stiffness["workspace"] = [f"{low} to {high}" for low, high in spans]
+        yield Table(stiffness, "coordinates")
+        pushes = [
+            quantity(float(k), "N*m/rad" if c.quantity == "moment" else "N/m")
+            for c, k in zip(self.inputs, self.input_stiffness, strict=True)
+        ]
+        yield Table({"actuator": [c.name for c in self.inputs], "pushes against": pushes}, "actuators")
 
     def _data(self) -> dict[str, Any]:
         return {

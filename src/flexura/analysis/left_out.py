@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +16,7 @@ from flexura.reduction import stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.systems import FAINT, WORTH, Channel, ModalSystem, input_loads, rounded_up
+from flexura.tables import Facts, Table, percent
 
 Array = NDArray[np.float64]
 
@@ -93,6 +95,11 @@ class LeftOut(Result):
         text = f"{self.text}: take a shorter step or keep more modes, or apply the signal less abruptly"
         return (Exceeded("tolerance", name, self.share, WORTH, "1", text),)
 
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Facts({"at most": self.text})
+        shares = [percent(float(share)) for share in self.shares]
+        yield Table({"output": [c.name for c in self.outputs], "left out, at most": shares}, "outputs")
+
     def _data(self) -> dict[str, Any]:
         outputs = {str(c): pair for c, *pair in zip(self.outputs, self.bound, self.shares, strict=True)}
         return {"above_hz": self.above_hz, "bound_and_share": outputs, "text": self.text}
@@ -125,7 +132,7 @@ def left_out(
 
 
 def _patterns(signals: Array) -> tuple[Array, Array]:
-    """Rows (g, N) that those of signals (m, N) are multiples of, and the factors (m, g): inputs that are driven alike
+    """Table (g, N) that those of signals (m, N) are multiples of, and the factors (m, g): inputs that are driven alike
     act as one, in which symmetric ones cancel."""
     found: list[Array] = []
     turn = np.zeros((len(signals), len(signals)))

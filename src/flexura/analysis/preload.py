@@ -21,8 +21,13 @@ from flexura.reduction import Certificate, certificate, chained, lowest_pairs
 from flexura.results import Tabular, plain
 from flexura.structure import Drive, FullOrderModel, Plan, Pushes, prestress, solve_definite, unloaded
 from flexura.systems import InputPort, Ports
+from flexura.tables import Facts, Table, number
 
 Array = NDArray[np.float64]
+
+
+MOST_MEMBERS = 6
+"""Members that carry most, in a notebook."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,6 +71,24 @@ class Preload(Tabular):
             "unloaded": self.natural_frequencies(n, 0.0),
         }
         return {**plain(own), **super().to_dict()}
+
+    def _title(self) -> str:
+        return f"{self.model.plan.name} under dead loads"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        factors = self.buckling_factors(1)
+        buckles = (
+            f"at {number(float(factors[0]))} times these loads" if len(factors) else "under no load of this direction"
+        )
+        yield Facts({"buckles": buckles})
+        forces = sorted(self.axial_force.items(), key=lambda own: -max(map(abs, own[1])))[:MOST_MEMBERS]
+        least, largest = ([own[k] for _, own in forces] for k in (0, 1))
+        columns = {
+            "member": [name for name, _ in forces],
+            "least axial force [N]": least,
+            "largest axial force [N]": largest,
+        }
+        yield Table(columns, "members", count=len(self.axial_force))
 
     def _columns(self) -> dict[str, Any]:
         """Axial forces of the members, tension positive."""

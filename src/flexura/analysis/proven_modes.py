@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -13,9 +14,10 @@ from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion
 from flexura.errors import Exceeded
 from flexura.records import Record
-from flexura.reduction import HERTZ, TOLERANCE, Certificate
+from flexura.reduction import HERTZ, TOLERANCE, Certificate, proven_text
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
+from flexura.tables import Facts, Table, quantity
 
 Array = NDArray[np.float64]
 
@@ -55,6 +57,11 @@ class Mode(Record):
             return f"{self.frequency_hz:.5g}"
         upper = self.interval_hz[1]
         return "unknown" if upper is None else f"below {upper:.2g}"
+
+    @property
+    def proven_text(self) -> str:
+        """How far the frequency can be from that of the full order, in words."""
+        return proven_text(self.frequency_hz, self.interval_hz, self.is_indexed, self.is_rigid)
 
     @property
     def flag(self) -> str:
@@ -144,6 +151,23 @@ class Modes(Tabular):
             "mac": [m.mac for m in self.modes],
             "what moves": [m.motion.summary for m in self.modes],
         }
+
+    def _title(self) -> str:
+        full = self.evidence.low_residual is None
+        return f"full order {self.order}" if full else f"order {self.order}, full order {self.full_order}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        rows: dict[str, list[Any]] = {
+            "mode": [m.number for m in self.modes],
+            "frequency [Hz]": [m.frequency_text for m in self.modes],
+            "proven": [m.proven_text for m in self.modes],
+            "what moves": [m.motion.summary for m in self.modes],
+        }
+        if any(flags := [m.flag for m in self.modes]):
+            rows["flag"] = flags
+        yield Table(rows, "modes")
+        mass = self.evidence.model_mass.mass
+        yield Facts({"mass": quantity(mass, "kg"), "completeness": self.certificate.text})
 
 
 def certified_mode(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -16,6 +16,7 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import read_text
 from flexura.results import Tabular
+from flexura.tables import Facts, Table, quantity
 
 Array = NDArray[np.float64]
 Signal = Callable[[Array], Array]
@@ -110,6 +111,14 @@ class SignalFile(Tabular):
     dt: float
     time: Array
     signals: dict[str, Array]
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Facts(
+            {"samples": len(self.time), "step": quantity(self.dt, "s"), "duration": quantity(float(self.time[-1]), "s")}
+        )
+        rows = list(self.signals.values())
+        extremes = {"least [SI]": [y.min() for y in rows], "largest [SI]": [y.max() for y in rows]}
+        yield Table({"signal": list(self.signals), **extremes, "last [SI]": [y[-1] for y in rows]}, "signals")
 
     def _data(self) -> dict[str, Any]:
         return {"dt_s": self.dt, "time_s": self.time, "signals": self.signals}

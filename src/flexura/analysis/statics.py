@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -23,8 +23,16 @@ from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, dead_load
 from flexura.systems import InputPort, Ports, matched
+from flexura.tables import Facts, Table, quantity
 
 Array = NDArray[np.float64]
+
+
+MOST_NODES = 6
+"""Nodes that a notebook shows: those that carry loads and bodies first, then those that move most."""
+
+MOST_MEMBERS = 3
+"""Members that yield first, in a notebook."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +130,29 @@ class Statics(Tabular):
             ],
             "factor_to_yield": stresses.factor_to_yield,
         }
+
+    def _title(self) -> str:
+        return f"{self.model.plan.name}, linear"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        table, named = self._columns(), {*self.loads, *self.model.plan.body_names}
+        moved = np.abs([table[name] for name in list(table)[1:4]]).max(axis=0)
+        first = sorted(range(len(moved)), key=lambda k: (table["node"][k] not in named, -moved[k]))[:MOST_NODES]
+        yield Table({name: [own[k] for k in first] for name, own in table.items()}, "nodes", count=len(moved))
+        units = {out.channel.name: out.channel.unit for out in Ports(self.model.design).outputs(list(self.readings))}
+        readings = [quantity(value, units[name]) for name, value in self.readings.items()]
+        yield Table({"sensor": list(self.readings), "reading": readings}, "sensors")
+        turns = [a.unit == "N*m" for a in self.actuators]
+        columns = {
+            "actuator": [a.name for a in self.actuators],
+            "command": [quantity(a.command, a.unit) for a in self.actuators],
+            "moves": [
+                quantity(a.elongation, "rad" if turn else "m") for a, turn in zip(self.actuators, turns, strict=True)
+            ],
+            "force": [quantity(a.force, "N*m" if turn else "N") for a, turn in zip(self.actuators, turns, strict=True)],
+        }
+        yield Table(columns, "actuators")
+        yield self.stresses().most_loaded(MOST_MEMBERS)
 
     def _columns(self) -> dict[str, Any]:
         """Displacements of all nodes."""

@@ -20,6 +20,7 @@ from flexura.linalg import leading, ranked
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Part, SectionGroup
+from flexura.tables import ROWS, Facts, Table, number
 
 Array = NDArray[np.float64]
 
@@ -83,6 +84,30 @@ class Stresses(Tabular):
         """The least factor of all members that have one."""
         factors = [f for member in self.members if (f := member.factor_to_yield) is not None]
         return min(factors, default=None)
+
+    def _title(self) -> str:
+        factor = self.factor_to_yield
+        return "" if factor is None else f"least factor to yield {number(factor, 4)}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield self.most_loaded()
+
+    def most_loaded(self, most: int = ROWS) -> Table:
+        """A row for each of the members with the largest stress, the first to yield first."""
+
+        def margin(member: MemberStress) -> float:
+            return np.inf if member.factor_to_yield is None else member.factor_to_yield
+
+        own = sorted(self.members, key=margin)[:most]
+        columns = {
+            "member": [m.name for m in own],
+            "von Mises [Pa]": [m.von_mises for m in own],
+            "without notch factor [Pa]": [m.nominal for m in own],
+            "yield stress [Pa]": [m.yield_stress for m in own],
+            "factor to yield": [m.factor_to_yield for m in own],
+            "at": [f"{m.position:.2f} of its length" for m in own],
+        }
+        return Table(columns, "members", count=len(self.members))
 
     def _columns(self) -> dict[str, Any]:
         """The largest stress in every member, with its forces there in the member's axes."""

@@ -43,6 +43,7 @@ from flexura.motion import (
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
+from flexura.tables import Facts, Table, counted, quantity
 
 Array = NDArray[np.float64]
 
@@ -61,6 +62,10 @@ OF_LOW_ORDER = (
 )
 
 UNSTABLE = "is not stable: whatever holds it would have to hold it against its own springing away"
+
+
+MOST_SHOWN = 2
+"""Displacements, loads and frequencies of each pose that a notebook shows."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -212,6 +217,24 @@ class Stroke(Tabular):
         """Natural frequencies (poses, n), the drives free, each column tracked by shape from the first pose on."""
         rows = [[pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked] for pose in self.poses]
         return np.array(rows).reshape(len(rows), -1)
+
+    def _title(self) -> str:
+        return f"{counted(len(self.poses), 'pose')}, large displacements"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        chosen = {k: self.poses[k] for k in sorted({0, len(self.poses) // 2, len(self.poses) - 1}) if self.poses}
+        rows: dict[str, list[Any]] = {"pose": [f"{k + 1} of {len(self.poses)}" for k in chosen]}
+        for name, unit in list(self.units.items())[:MOST_SHOWN]:
+            rows[name] = [quantity(pose.varied.get(name), unit, 4) for pose in chosen.values()]
+        for name in list(self.poses[0].reaction if self.poses else ())[:MOST_SHOWN]:
+            force = "N*m" if self.units.get(name) == "rad" else "N"
+            rows[f"force {name}"] = [quantity(pose.reaction[name], force, 4) for pose in chosen.values()]
+        for k in range(min((len(pose.frequency_hz) for pose in chosen.values()), default=0))[:MOST_SHOWN]:
+            rows[f"f{k + 1} [Hz]"] = [pose.frequency_hz[k] for pose in chosen.values()]
+        rows["to yield"] = [pose.stress_margin for pose in chosen.values()]
+        rows["to buckle"] = [pose.buckling_factor for pose in chosen.values()]
+        rows["proven"] = [pose.proven for pose in chosen.values()]
+        yield Table(rows, "poses")
 
     def _columns(self) -> dict[str, Any]:
         return stroke_columns(self.poses, self.units)

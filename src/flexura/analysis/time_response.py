@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, get_args
@@ -26,6 +26,7 @@ from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, plan_of
 from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
+from flexura.tables import ROUND_OFF, Facts, Table, quantity
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]
@@ -114,6 +115,17 @@ class TimeResponse(Tabular):
         assert self.modes is not None
         return member_stresses(self.modes.system.full_order, u)
 
+    def _title(self) -> str:
+        return f"{len(self.time)} samples up to {quantity(float(self.time[-1]), 's')}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Table(
+            {"input": [c.name for c in self.inputs], **_extremes(self.inputs, self.signals, self.time)}, "inputs"
+        )
+        yield Table(
+            {"output": [c.name for c in self.outputs], **_extremes(self.outputs, self.response, self.time)}, "outputs"
+        )
+
     def _data(self) -> dict[str, Any]:
         return {
             "name": self.name,
@@ -126,6 +138,21 @@ class TimeResponse(Tabular):
     def _columns(self) -> dict[str, Any]:
         ends = zip((*self.inputs, *self.outputs), (*self.signals, *self.response), strict=True)
         return {"time [s]": self.time, **{str(c): own for c, own in ends}}
+
+
+def _extremes(channels: Sequence[Channel], signals: Array, time: Array) -> dict[str, list[str]]:
+    """Least, largest and last value of signals (c, N), each with its unit, and the times of the first two."""
+    units = [c.unit for c in channels]
+    found: dict[str, list[str]] = {}
+    for name, at in (("least", signals.argmin(axis=1)), ("largest", signals.argmax(axis=1))):
+        own = [quantity(_clean(y, k), unit) for y, k, unit in zip(signals, at, units, strict=True)]
+        found[name] = [f"{text} at {quantity(float(time[k]), 's')}" for text, k in zip(own, at, strict=True)]
+    return {**found, "last": [quantity(_clean(y, -1), unit) for y, unit in zip(signals, units, strict=True)]}
+
+
+def _clean(signal: Array, at: int) -> float:
+    """A value of a signal (N,), zero where it is round-off beside the largest."""
+    return float(signal[at]) if abs(signal[at]) > ROUND_OFF * np.abs(signal).max() else 0.0
 
 
 @verb

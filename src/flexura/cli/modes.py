@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -32,9 +31,6 @@ from flexura.errors import OptionError
 
 if TYPE_CHECKING:
     from flexura.analysis import Evidence, Mode, Modes
-
-RESOLVED = 1e-6
-"""Relative differences below this are lost in the round-off of the full-order solution."""
 
 
 class ModelOrder(StrEnum):
@@ -152,7 +148,7 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         if beside:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
             row += [_difference(mode)]
-        row += [_proven(mode.frequency_hz, mode.interval_hz, mode.is_indexed, mode.is_rigid)]
+        row += [mode.proven_text]
         if meshed:
             row += ["" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %"]
         table.add_row(*row, mode.motion.summary)
@@ -169,23 +165,11 @@ def _difference(mode: Mode) -> str:
     """Relative difference of the pair, with its MAC where the two shapes differ visibly."""
     if mode.relative_error is None or mode.mac is None:
         return ""
+    from flexura.reduction import RESOLVED
+
     if abs(mode.relative_error) < RESOLVED:
         return f"below {100 * RESOLVED:g} %"
     return f"{100 * mode.relative_error:+.2g} %" + (f" (MAC {mode.mac:.2f})" if mode.mac < 0.98 else "")
-
-
-def _proven(hz: float, interval: tuple[float | None, float | None], is_indexed: bool, is_rigid: bool) -> str:
-    """How far from a full-order frequency of the same number a frequency can be; else the interval that has some."""
-    lower, upper = interval
-    if not is_indexed:
-        return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
-    if is_rigid:
-        return "rigid motion"
-    if lower is None or upper is None or not hz:
-        return ""
-    error = 100 * max(upper / hz - 1, 1 - lower / hz, RESOLVED)
-    digit = 10.0 ** (math.floor(math.log10(error)) - 1)
-    return f"within {math.ceil(error / digit) * digit:.2g} %"
 
 
 def _print_evidence(console: Console, evidence: Evidence) -> None:
@@ -229,6 +213,7 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
 def print_buckling(data: dict[str, Any]) -> None:
     """Print frequencies with and without load, buckling factors, and the members that carry most."""
     from flexura.linalg import ranked
+    from flexura.reduction import proven_text
 
     console = console_of_width()
     table = Table(box=None, pad_edge=False, header_style="bold")
@@ -240,7 +225,7 @@ def print_buckling(data: dict[str, Any]) -> None:
         cells = []
         for own in states:
             hz, lower, upper = own["frequency_hz"][k], own["lower_hz"][k], own["upper_hz"][k]
-            cells += [f"{hz:.5g}", _proven(hz, (lower, upper), own["is_indexed"][k], upper == 0)]
+            cells += [f"{hz:.5g}", proven_text(hz, (lower, upper), own["is_indexed"][k], upper == 0)]
         table.add_row(str(k + 1), *cells)
     console.print(table)
     factors = ", ".join(f"{f:.5g}" for f in data["buckling_factors"]) or "none: no load of this direction buckles it"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -21,6 +22,8 @@ from flexura.mechanism.pose import Prescribed
 from flexura.mechanism.quantity import Angle
 from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
+from flexura.results import Displayed
+from flexura.tables import Facts, Table, quantity
 
 P = TypeVar("P", bound="Substructure")
 
@@ -127,7 +130,7 @@ class Support(Part):
         return tuple(dof not in (self.free or ()) for dof in DOF_NAMES)
 
 
-class Mechanism(Substructure):
+class Mechanism(Substructure, Displayed):
     """The whole description: parameters, materials and sections, substructures, what is assembled and what is held."""
 
     name: Title = "mechanism"
@@ -157,6 +160,29 @@ class Mechanism(Substructure):
     """The stroke of the mechanism."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{len(own)} {kind}" for kind, own in self._counts().items() if own)
+        return f"Mechanism({self.name!r}, {counts})" if counts else f"Mechanism({self.name!r})"
+
+    __str__ = __repr__
+
+    def _counts(self) -> dict[str, dict[str, Any]]:
+        """What is described, by kind."""
+        kinds = ("parameters", "substructures", "instances", "flexures", "links", "springs", "bodies", "actuators")
+        return {kind: getattr(self, kind) for kind in (*kinds, "sensors", "ground", "loads", "at")}
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Facts({kind: ", ".join(own) for kind, own in self._counts().items() if kind != "parameters"})
+        own = self.parameters
+
+        def told(name: str) -> list[str]:
+            """A value or a bound of every parameter; expressions as they are."""
+            values = ((getattr(p, name), p.unit) for p in own.values())
+            return [quantity(x, unit) if isinstance(x, float) else "" if x is None else str(x) for x, unit in values]
+
+        columns = {"parameter": list(own), "value": told("value"), "least": told("minimum"), "most": told("maximum")}
+        yield Table({**columns, "source": [p.source for p in own.values()]}, "parameters")
 
     def material(self, name: str) -> Material:
         """The material of that name: an own one, another name for a catalogue one, or one of the catalogue.

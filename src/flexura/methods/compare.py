@@ -23,6 +23,7 @@ from flexura.modal import in_order
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Plan, assemble, one_design, plan_of
+from flexura.tables import Facts, Table, percent
 
 REPEATS = 5
 """Methods are timed by the best of so many runs, as long as all runs together take less than `PATIENCE`, s."""
@@ -62,6 +63,10 @@ class ComparisonRow(Record):
     failure: str = ""
 
 
+MOST_SHOWN = 3
+"""Frequencies that a notebook shows."""
+
+
 @dataclass(frozen=True, repr=False)
 class Comparison(Tabular):
     """Methods side by side: `n` modes of a mechanism, with errors against the `reference` method, which is empty when
@@ -74,6 +79,20 @@ class Comparison(Tabular):
     reference: str
     parameters: dict[str, float]
     rows: tuple[ComparisonRow, ...]
+
+    def _title(self) -> str:
+        return f"against {self.reference}" if self.reference else ""
+
+    def _view(self) -> Iterator[Facts | Table]:
+        rows = self.rows
+        columns: dict[str, Any] = {"method": [r.method for r in rows], "order": [r.order for r in rows]}
+        for k in range(min(self.n, MOST_SHOWN)):
+            own = [dict(zip(r.counterpart, r.frequency_hz, strict=True)).get(k + 1) for r in rows]
+            columns[f"f{k + 1} [Hz]"] = own
+        columns["worst error"] = [percent(r.worst_error) for r in rows]
+        columns["missed"] = [", ".join(map(str, r.missed)) for r in rows]
+        columns["said"] = [r.failure or r.note for r in rows]
+        yield Table(columns, "methods")
 
     def _columns(self) -> dict[str, Any]:
         """A row for each frequency of each method."""

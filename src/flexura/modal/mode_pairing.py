@@ -77,6 +77,9 @@ class ModePairing(Tabular):
     test_spaces: tuple[Index, ...]
     model_spaces: tuple[Index, ...]
 
+    def _title(self) -> str:
+        return f"{np.count_nonzero(self.partner >= 0)} of {len(self.partner)} test modes have a counterpart"
+
     def _columns(self) -> dict[str, Any]:
         """Pairs, both numbered from 1."""
         test = np.flatnonzero(self.partner >= 0)

@@ -25,6 +25,8 @@ from flexura.reduction.flexibility import Flexibility as Flexibility
 from flexura.reduction.flexibility import flexibility as flexibility
 from flexura.reduction.flexibility import stored_flexibility as stored_flexibility
 from flexura.reduction.interface import interface_reduction as interface_reduction
+from flexura.reduction.intervals import RESOLVED as RESOLVED
+from flexura.reduction.intervals import proven_text as proven_text
 from flexura.reduction.low_order import TOLERANCE as TOLERANCE
 from flexura.reduction.low_order import Reduction as Reduction
 from flexura.reduction.low_order import reduce as reduce

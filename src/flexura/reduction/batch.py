@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from flexura.reduction.chained import chained
 from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
 from flexura.results import Tabular
 from flexura.structure import Design, Plan, assemble, plan_of
+from flexura.tables import Facts, Table, counted, percent
 
 Array = NDArray[np.float64]
 """Called with how many designs are done, and of how many."""
@@ -39,6 +41,9 @@ SLOW = 0.4
 """Modes of chains are kept until none that is left out lies below the highest squared frequency asked for over this."""
 
 ROUNDS = 40
+
+MOST_SHOWN = 3
+"""Parameters, and frequencies, of each design that a notebook shows."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,6 +90,18 @@ class NaturalFrequencies(Tabular):
 
     def _data(self) -> dict[str, Any]:
         return {"name": self.plan.name, **super()._data(), "parameters": self.parameters, "missed": self.missed}
+
+    def _title(self) -> str:
+        return f"{counted(len(np.atleast_2d(self.frequency_hz)), 'design')} of {self.plan.name}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        hz, bound = np.atleast_2d(self.frequency_hz), np.atleast_2d(self.error_bound)
+        units = {name: parameter.unit or "SI" for name, parameter in self.plan.mechanism.parameters.items()}
+        given = {f"{name} [{units[name]}]": np.ravel(own) for name, own in self.parameters.items()}
+        varied = {name: own for name, own in given.items() if len(own) == len(hz) > 1}
+        columns = {"design": range(len(hz)), **dict(islice(varied.items(), MOST_SHOWN))}
+        columns |= {f"f{k + 1} [Hz]": hz[:, k] for k in range(min(hz.shape[1], MOST_SHOWN))}
+        yield Table({**columns, "proven within": [percent(own) for own in bound.max(axis=1)]}, "designs")
 
     def _columns(self) -> dict[str, Any]:
         """A row for each frequency of each design."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.results import Tabular
+from flexura.tables import Facts, Table, counted
 
 Array = NDArray[np.float64]
 
 HERTZ = 2 * np.pi
+
+RESOLVED = 1e-6
+"""Relative differences below this are lost in the round-off of the full-order solution."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -53,8 +59,29 @@ class Certificate(Tabular):
             off = np.maximum(self.upper_hz - self.frequency_hz, self.frequency_hz - self.lower_hz) / self.lower_hz
         return np.where(self.upper_hz == self.lower_hz, 0.0, np.where(self.lower_hz > 0, off, np.inf))
 
+    @property
+    def text(self) -> str:
+        """Whether anything is missing, in words."""
+        if not self.is_counted:
+            return f"round-off hides whether a mode below {self.below_hz:.5g} Hz is missing"
+        if not self.missing:
+            return f"no mode is missing below {self.below_hz:.5g} Hz"
+        return f"{counted(self.missing, 'mode')} MISSING below {self.below_hz:.5g} Hz"
+
     def _data(self) -> dict[str, Any]:
         return {**super()._data(), "missing": self.missing, "is_complete": self.is_complete}
+
+    def _title(self) -> str:
+        return self.text
+
+    def _view(self) -> Iterator[Facts | Table]:
+        found = (self.frequency_hz.tolist(), self.lower_hz, self.upper_hz, self.is_indexed)
+        proofs = [
+            proven_text(hz, (float(lower), float(upper) if np.isfinite(upper) else None), bool(indexed), upper == 0)
+            for hz, lower, upper, indexed in zip(*found, strict=True)
+        ]
+        columns = {"mode": range(1, len(proofs) + 1), "frequency [Hz]": self.frequency_hz, "proven": proofs}
+        yield Table(columns, "frequencies")
 
     def _columns(self) -> dict[str, Any]:
         return {
@@ -63,3 +90,17 @@ class Certificate(Tabular):
             "upper [Hz]": self.upper_hz,
             "is indexed": self.is_indexed,
         }
+
+
+def proven_text(hz: float, interval: tuple[float | None, float | None], is_indexed: bool, is_rigid: bool) -> str:
+    """How far from a full-order frequency of the same number a frequency can be; else the interval that has some."""
+    lower, upper = interval
+    if not is_indexed:
+        return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
+    if is_rigid:
+        return "rigid motion"
+    if lower is None or upper is None or not hz:
+        return ""
+    error = 100 * max(upper / hz - 1, 1 - lower / hz, RESOLVED)
+    digit = 10.0 ** (math.floor(math.log10(error)) - 1)
+    return f"within {math.ceil(error / digit) * digit:.2g} %"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -22,6 +22,7 @@ from flexura.reduction.intervals import Certificate
 from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import Design, OfDesign, Plan, described_prestress, solve_definite, stiffness_and_mass
+from flexura.tables import Facts, Table
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -175,6 +176,9 @@ def state_of(design: Design) -> tuple[str, ...]:
     return (STATE,) if design.plan.is_loaded else ()
 
 
+MOST_NAMED = 4
+"""Coordinates and nodes that a notebook names."""
+
 DENSE_ORDER = 1500
 """Up to this order the low-order K and M are dense arrays, beyond it sparse."""
 
@@ -211,6 +215,16 @@ class LowOrderModel(OfDesign, Result):
     def order(self) -> int:
         """Number of coordinates."""
         return self.K.shape[0]
+
+    def _view(self) -> Iterator[Facts | Table]:
+        names = self.coordinate_names
+        coordinates = ", ".join(names[:MOST_NAMED]) + (", ..." if len(names) > MOST_NAMED else "")
+        proven = "" if self.certificate is None else self.certificate.text
+        static = ", ".join(self.static_nodes[:MOST_NAMED]) + (", ..." if len(self.static_nodes) > MOST_NAMED else "")
+        order = f"{self.order} of {self.plan.topology.n_dof}"
+        yield Facts({"order": order, "coordinates": coordinates, "static response exact at": static, "proven": proven})
+        if self.certificate is not None:
+            yield from self.certificate._view()
 
     @property
     def coordinate_names(self) -> list[str]:
@@ -342,12 +356,7 @@ def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> t
     topology = plan.topology
     chosen = plan.layout.interface(TOP) if names is None else names
     if names is None and not chosen:
-        chosen = [
-            ".".join((*path, key))
-            for name, part in plan.parts.items()
-            for path in topology.copies[name].paths
-            for key in part.bodies
-        ] or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
+        chosen = plan.body_names or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
     kept = set(np.unravel_index(assembler.physical, topology.dof.shape)[0].tolist())
     found = []
     for name, root in zip(chosen, topology.root[topology.numbers(chosen)], strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from flexura.reduction.model import LowOrderModel
 from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
+from flexura.tables import Facts, Table
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -32,6 +33,10 @@ ROUND_OFF = 1e-12
 """Strain energy of a rigid motion below this part of the sum of its terms' sizes is round-off."""
 
 
+MOST_NAMED = 6
+"""Nodes that a notebook names."""
+
+
 @dataclass(frozen=True, repr=False)
 class NestedModel(Result):
     """A low-order model in the coordinates of a superelement: displacements of nodes, then amplitudes.
@@ -43,6 +48,12 @@ class NestedModel(Result):
     names: Mapping[str, str]
 
     _told = ("names", "amplitudes", "model")
+
+    def _view(self) -> Iterator[Facts | Table]:
+        nodes = ", ".join(list(self.names)[:MOST_NAMED])
+        yield Facts(
+            {"nodes": nodes, "amplitudes": self.amplitudes, "reduced from order": self.model.plan.topology.n_dof}
+        )
 
     @property
     def amplitudes(self) -> int:

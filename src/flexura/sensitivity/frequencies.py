@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -25,6 +25,7 @@ from flexura.sensitivity.variation import (
     unbounded,
 )
 from flexura.structure import Plan, one_design
+from flexura.tables import Facts, Table, percent
 
 Array = NDArray[np.float64]
 
@@ -63,6 +64,13 @@ class Sensitivities(Tabular):
         """(p/f) df/dp (n, P): per cent of frequency per per cent of parameter."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.derivative * self.values / self.frequency_hz[:, None]
+
+    def _view(self) -> Iterator[Facts | Table]:
+        modes = {
+            f"mode {k + 1}, {hz:.5g} Hz": [percent(x / 100, 4) for x in self.relative[k]]
+            for k, hz in enumerate(self.frequency_hz)
+        }
+        yield Table({"per % of": self.free, "is [SI]": self.values, **modes}, "parameters")
 
     def _columns(self) -> dict[str, Any]:
         """A row for each parameter and frequency."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,6 +20,7 @@ from flexura.sensitivity.frequencies import family_of, free_names
 from flexura.sensitivity.points import Reading, displacement_rows
 from flexura.sensitivity.variation import Change, Matrices, ModelOrder, changes_of, unbounded
 from flexura.structure import FullOrderModel, Plan, one_design
+from flexura.tables import Facts, Table, percent
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -34,6 +35,16 @@ class ResponseSensitivities(Result):
     frequency_hz: Array
     response: Complex
     derivative: Complex
+
+    def _view(self) -> Iterator[Facts | Table]:
+        hz = self.frequency_hz
+        yield Facts(
+            {"band": f"{hz.min():.5g} to {hz.max():.5g} Hz", "responses": "{} x {}".format(*self.response.shape[1:])}
+        )
+        size = np.abs(self.response).max()
+        largest = np.abs(self.values[:, None, None, None] * self.derivative).max(axis=(1, 2, 3))
+        change = [percent(float(x / size) / 100) for x in largest]
+        yield Table({"parameter": self.free, "is [SI]": self.values, "largest change per %": change}, "parameters")
 
 
 @verb

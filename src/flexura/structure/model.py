@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,6 +16,7 @@ from flexura.results import Result
 from flexura.structure.assembler import full_order
 from flexura.structure.design import Design, OfDesign
 from flexura.structure.part import PartMatrices
+from flexura.tables import Facts, Table
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,12 @@ class FullOrderModel(OfDesign, Result):
     def dof_names(self) -> list[str]:
         """Names of the DOFs in order, e.g. `platform.rz`."""
         return self.plan.topology.dof_names()
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = self.plan
+        members = sum(len(part.members) * len(own.topology.copies[name].paths) for name, part in own.parts.items())
+        counts = {"order": self.order, "nodes": own.topology.n_nodes, "members": members}
+        yield Facts({**counts, "rigid bodies": len(own.body_names) or ""})
 
     @property
     def matrices(self) -> dict[str, PartMatrices]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,6 +30,7 @@ from flexura.mechanism import (
 )
 from flexura.records import Kept, Latest, Record
 from flexura.registry import registered
+from flexura.results import Displayed
 from flexura.structure.ends import settle_ends
 from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
@@ -37,6 +38,7 @@ from flexura.structure.part import Part, PartGeometry
 from flexura.structure.pose import DescribedMotion, DescribedPose
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index, ValueTable
+from flexura.tables import Facts, Table
 
 Array = NDArray[np.float64]
 
@@ -130,7 +132,7 @@ def _refuse_solid_members(layout: Layout) -> None:
         raise ModelError(found)
 
 
-class Plan(Record):
+class Plan(Record, Displayed):
     """A mechanism laid out once: prototypes, instances, numbering; evaluated by pure functions of values.
 
     Raises ModelError with every problem of the description.
@@ -171,6 +173,22 @@ class Plan(Record):
     def name(self) -> str:
         """Name of the mechanism."""
         return self.mechanism.name
+
+    def _view(self) -> Iterator[Facts | Table]:
+        copies = self.topology.copies
+        members = sum(len(part.members) * len(copies[name].paths) for name, part in self.parts.items())
+        counts = {"nodes": self.topology.n_nodes, "free DOFs": self.topology.n_dof, "members": members}
+        yield Facts({**counts, "rigid bodies": len(self.body_names), "parameters": ", ".join(self.parameter_values())})
+
+    @property
+    def body_names(self) -> list[str]:
+        """Rigid bodies of all instances, by the names of their nodes."""
+        return [
+            ".".join((*path, key))
+            for name, part in self.parts.items()
+            for path in self.topology.copies[name].paths
+            for key in part.bodies
+        ]
 
     @property
     def is_loaded(self) -> bool:

@@ -27,6 +27,9 @@ UNITS = {
 }
 """SI unit of every quantity that a channel may be."""
 
+MOST_NAMED = 4
+"""Channels that a notebook names."""
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -103,3 +106,13 @@ def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[
     if unknown:
         raise OptionError(f"there is no channel {unknown[0]!r}; known: {', '.join(known) or 'none'}")
     return [known.index(name) for name in wanted]
+
+
+def ends_of(inputs: Sequence[Channel], outputs: Sequence[Channel]) -> dict[str, str]:
+    """Inputs and outputs of a model by name and unit, the first few of each."""
+
+    def told(channels: Sequence[Channel]) -> str:
+        more = f" and {len(channels) - MOST_NAMED} more" if len(channels) > MOST_NAMED else ""
+        return ", ".join(map(str, channels[:MOST_NAMED])) + more
+
+    return {"inputs": told(inputs), "outputs": told(outputs)}

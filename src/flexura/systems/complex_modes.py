@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import SolverError
 from flexura.results import Tabular
+from flexura.tables import Facts, Table, percent
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -36,6 +38,11 @@ class ComplexModes(Tabular):
         """Damping ratios (2r,): -Re(pole)/|pole|; 1 for real poles."""
         size = np.abs(self.poles)
         return -self.poles.real / np.where(size > 0, size, np.inf)
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = np.flatnonzero(self.poles.imag >= 0)
+        damping = [percent(float(z)) for z in self.ratios[own]]
+        yield Table({"frequency [Hz]": self.frequency_hz[own], "damping": damping}, "poles")
 
     def _columns(self) -> dict[str, Any]:
         poles = {"pole, real [rad/s]": self.poles.real, "pole, imaginary [rad/s]": self.poles.imag}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.results import Tabular
-from flexura.systems.channel import Channel, positions
+from flexura.systems.channel import Channel, ends_of, positions
 from flexura.systems.complex_modes import ComplexModes, complex_modes
 from flexura.systems.remainder import Remainder, remainder_of, stiffening
 from flexura.systems.second_order import SecondOrder
+from flexura.tables import Facts, Table, percent
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -91,11 +92,24 @@ class ModalSystem(Tabular):
                 found |= _couples(A, scale)
         return found
 
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.system.name
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Facts(ends_of(self.inputs, self.outputs))
+        damping = [percent(float(z)) for z in self.total_ratios]
+        rows = {"mode": range(1, self.order + 1), "frequency [Hz]": self.frequency_hz, "damping at resonance": damping}
+        yield Table(rows, "modes")
+        if np.isfinite(self.next_omega):
+            yield Facts({"left out, but for static gain": f"modes from {self.next_omega / (2 * np.pi):.5g} Hz on"})
+
     def _data(self) -> dict[str, Any]:
         """Everything but the shapes."""
         names = ("damping", "loss", "B", "C", "derivative", "D", "residual")
         return {
-            "name": self.system.name,
+            "name": self.name,
             "inputs": self.inputs,
             "outputs": self.outputs,
             "frequency_hz": self.frequency_hz,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.results import Result
 from flexura.systems.channel import Channel
+from flexura.tables import Facts, Table, percent
 
 if TYPE_CHECKING:
     pass
@@ -99,6 +101,17 @@ class Neglected(Result):
         at = np.ix_(range(len(self.frequency_hz)), outputs, inputs)
         ends = tuple(self.inputs[k] for k in inputs), tuple(self.outputs[k] for k in outputs)
         return replace(self, bound=self.bound[at], scale=self.scale[at[1:]][0], inputs=ends[0], outputs=ends[1])
+
+    def _view(self) -> Iterator[Facts | Table]:
+        low, high = self.band
+        yield Facts(
+            {
+                "band": f"{low:.5g} to {high:.5g} Hz",
+                "at most": percent(self.share),
+                "of": self.worst,
+                "holds up to": f"{self.holds_up_to:.5g} Hz",
+            }
+        )
 
     def _data(self) -> dict[str, Any]:
         return {"band_hz": self.band, "shares": self.shares, "holds_up_to_hz": self.holds_up_to, "text": self.text}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -15,9 +15,10 @@ from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
 from flexura.reduction import WELL, Flexibility, LowOrderModel, chained, flexibility, stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel, full_order_model
-from flexura.systems.channel import Channel, positions
+from flexura.systems.channel import Channel, ends_of, positions
 from flexura.systems.damping import DampingLaw
 from flexura.systems.ports import InputPort, OutputPort
+from flexura.tables import Facts, Table
 
 Array = NDArray[np.float64]
 Model = FullOrderModel | LowOrderModel
@@ -86,6 +87,9 @@ class SecondOrder(Result):
     def name(self) -> str:
         """Name of the mechanism."""
         return self.model.plan.mechanism.name
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Facts({"order": self.order, **ends_of(self.inputs, self.outputs), "damped": self.is_damped})
 
     @cached_property
     def is_damped(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import Exceeded, OptionError
 from flexura.results import Result
-from flexura.systems.channel import Channel, positions
+from flexura.systems.channel import Channel, ends_of, positions
 from flexura.systems.neglected import Neglected
+from flexura.tables import Facts, Table, number, quantity
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -49,6 +50,18 @@ class StateSpace(Result):
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[Exceeded, ...] = ()
     neglected: Neglected | None = None
+
+    def _view(self) -> Iterator[Facts | Table]:
+        poles = self.poles()
+        slow = poles[np.argsort(np.abs(poles))]
+        facts: dict[str, Any] = {"order": self.order, **ends_of(self.inputs, self.outputs)}
+        if self.dt is None:
+            hz = np.abs(slow) / (2 * np.pi)
+            facts |= {"poles": f"{number(float(hz[0]))} to {number(float(hz[-1]))} Hz" if len(hz) else ""}
+            facts |= {"stable": bool((poles.real <= 0).all()), "dead time": quantity(self.delay or None, "s")}
+        else:
+            facts |= {"step": quantity(self.dt, "s"), "stable": bool((np.abs(poles) <= 1).all())}
+        yield Facts(facts)
 
     def _data(self) -> dict[str, Any]:
         names = ("name", "inputs", "outputs", "state_names", "A", "B", "C", "D", "neglected")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from flexura.results import Result
 from flexura.solid.fem import KINDS, Face, balanced, constraint_modes, face_ties
 from flexura.solid.interchange.stored import MatrixEvidence, StoredMatrices
 from flexura.solid.mesh import SolidMesh
+from flexura.tables import Facts, Table, in_mm, quantity
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -45,6 +46,12 @@ class ImportedPart(Result):
     order: int
 
     _shown = ("places", "order", "evidence")
+
+    def _view(self) -> Iterator[Facts | Table]:
+        mass = float(np.max(self.evidence.mass))
+        facts = {"mass": quantity(mass, "kg"), "order": self.order, "amplitudes": self.superelement.amplitudes}
+        yield Facts({**facts, "rigid motions strain it": f"{np.max(self.evidence.strain):.1g}"})
+        yield Table({"node": list(self.places), "at [mm]": [in_mm(x) for x in self.places.values()]}, "nodes")
 
     def _data(self) -> dict[str, Any]:
         own = self.superelement
@@ -124,7 +131,7 @@ def imported(
 
 
 def _rows(stored: StoredMatrices, name: str, given: str | Sequence[int]) -> Index:
-    """Rows of the matrices that belong to the face of a node."""
+    """Table of the matrices that belong to the face of a node."""
     if isinstance(given, str):
         of_case = {key.upper(): own for key, own in stored.sets.items()}
         if given.upper() not in of_case:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.results import Result
 from flexura.solid.mesh import rigid_motions
+from flexura.tables import Facts, Table, quantity
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -55,6 +57,10 @@ class MatrixEvidence:
     asymmetry: float
 
 
+MOST_NAMED = 6
+"""Sets that a notebook names."""
+
+
 @dataclass(frozen=True, repr=False)
 class StoredMatrices(Result):
     """K and M (n, n), SI, of a solid, from another program.
@@ -75,6 +81,12 @@ class StoredMatrices(Result):
     cells: Mapping[str, Index] = field(default_factory=dict)
     density_mass: float | None = None
     asymmetry: float = 0.0
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = {"rows": self.K.shape[0], "nodes": len(self.labels), "sets": ", ".join(islice(self.sets, MOST_NAMED))}
+        yield Facts(
+            {**own, "density times volume": quantity(self.density_mass, "kg"), "asymmetry": f"{self.asymmetry:.1g}"}
+        )
 
     def __post_init__(self) -> None:
         n = len(self.node)

@@ -22,6 +22,7 @@ from flexura.solid.interchange import calculix_matrices, need_program
 from flexura.solid.mesh import SolidMesh
 from flexura.solid.verification.beam_models import BeamModel, Described, beam_models
 from flexura.structure import FullOrderModel, one_design
+from flexura.tables import Facts, Table, percent, quantity
 
 Array = NDArray[np.float64]
 Solver = Literal["flexura", "calculix"]
@@ -102,6 +103,10 @@ class ShapePairs:
     solid: SolidModes
 
 
+MOST_SHOWN = 5
+"""Models that a notebook shows."""
+
+
 @dataclass(frozen=True, repr=False)
 class Verification(Tabular):
     """Beam models against the solid of the same mechanism.
@@ -136,6 +141,24 @@ class Verification(Tabular):
     def _data(self) -> dict[str, Any]:
         """Everything but the shapes."""
         return {**super()._data(), "mass_error": self.mass_error}
+
+    def _view(self) -> Iterator[Facts | Table]:
+        solid = {
+            "mode": range(1, len(self.frequency_hz) + 1),
+            "solid [Hz]": self.frequency_hz,
+            "known to": [percent(own) or "unknown" for own in self.uncertainty],
+        }
+        for row in [row for row in self.rows if not row.failure][:MOST_SHOWN]:
+            solid[row.model] = [percent(error) or "no counterpart" for error in row.error]
+        yield Table(solid, "modes")
+        failed = {row.model: row.failure for row in self.rows if row.failure}
+        yield Facts(
+            {
+                "mass of the beams": quantity(self.beam_mass, "kg"),
+                "against the solids": percent(self.mass_error),
+                **failed,
+            }
+        )
 
     def _columns(self) -> dict[str, Any]:
         """A row for each mode of the solid and each model."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
+from flexura.tables import Facts, Table, percent
 from flexura.testing.correlation.expansion import Expansion
 from flexura.testing.correlation.overlay import FRFOverlay
 from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel
@@ -38,6 +40,10 @@ class ModePair:
     test_space: tuple[int, ...]
     model_space: tuple[int, ...]
     expansion_error: float
+
+
+MOST_LISTED = 12
+"""Modes without a counterpart that a notebook lists."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -123,6 +129,27 @@ class Correlation(Tabular):
             "reduced_mass": self.reduced_mass,
             "frac": [{"setup": o.measured.setup, "frac": o.frac} for o in self.frfs],
         }
+
+    def _title(self) -> str:
+        return f"against {self.test_name}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = self.pairs
+        columns = {
+            "test mode": [p.test for p in own],
+            "test [Hz]": [p.test_hz for p in own],
+            "model mode": [p.model for p in own],
+            "model [Hz]": [p.model_hz for p in own],
+            "error": [percent(p.error) for p in own],
+            "damping": [percent(p.damping_ratio) for p in own],
+            "MAC": [f"{p.mac:.3f}" for p in own],
+            "MAC of close modes": [f"{p.space_mac:.3f}" for p in own],
+        }
+        yield Table(columns, "pairs")
+        alone = {"test": self.unpaired_test, "model": self.unpaired_model}
+        yield Facts(
+            {f"modes of the {of} alone": ", ".join(map(str, numbers[:MOST_LISTED])) for of, numbers in alone.items()}
+        )
 
     def _columns(self) -> dict[str, Any]:
         """A row for each pair of modes."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.results import Tabular
+from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement.channels import MeasuredChannel
 
 Array = NDArray[np.float64]
@@ -123,6 +125,22 @@ class IdentifiedModes(Tabular):
         """
         s = 2j * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
         return responses(s, self.poles, self.shapes, self.participation, self.lower, self.upper)
+
+    def _title(self) -> str:
+        return f"fits responses within {percent(self.synthesis_error)}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = self.evidence
+        columns = {
+            "mode": range(1, len(self.poles) + 1),
+            "frequency [Hz]": self.frequency_hz,
+            "±": [percent(e.frequency_spread) for e in own],
+            "damping": [percent(float(z)) for z in self.damping_ratio],
+            "± of it": [percent(e.damping_spread) for e in own],
+            "confidence": [f"{x:.2f}" for x in self.confidence],
+            "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in own],
+        }
+        yield Table(columns, "modes")
 
     def _data(self) -> dict[str, Any]:
         """Everything but diagrams."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.results import Result, Tabular
-from flexura.systems import response_columns
+from flexura.systems import response_columns, unit_of_response
+from flexura.tables import Facts, Table, quantity
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes
 
@@ -31,6 +33,24 @@ class Recording(Tabular):
     inputs: tuple[int, ...] = (0,)
     setup: str = ""
     name: str = ""
+
+    def _view(self) -> Iterator[Facts | Table]:
+        length = self.samples.shape[1] / self.sample_rate
+        yield Facts(
+            {"duration": quantity(length, "s"), "sample rate": f"{self.sample_rate:.5g} Hz", "setup": self.setup}
+        )
+        columns = {
+            "channel": [c.name for c in self.channels],
+            "": ["input" if k in self.inputs else "output" for k in range(len(self.channels))],
+            "largest": [
+                quantity(float(np.abs(x).max()), c.unit, 4) for c, x in zip(self.channels, self.samples, strict=True)
+            ],
+            "rms": [
+                quantity(float(np.sqrt(np.mean(x**2))), c.unit, 4)
+                for c, x in zip(self.channels, self.samples, strict=True)
+            ],
+        }
+        yield Table(columns, "channels")
 
     def _data(self) -> dict[str, Any]:
         own = {name: value for name, value in super()._data().items() if name != "sample_rate"}
@@ -59,6 +79,24 @@ class MeasuredFRF(Tabular):
     decay: float = 0.0
     setup: str = ""
     notes: tuple[str, ...] = ()
+
+    def _title(self) -> str:
+        return f"{len(self.frequency_hz)} lines from {self.frequency_hz[0]:.5g} to {self.frequency_hz[-1]:.5g} Hz"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        facts = {"setup": self.setup, "estimator": self.estimator, "records": self.averages}
+        yield Facts({**facts, "exponential window [1/s]": self.decay or None})
+        pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
+        ends = [(self.outputs[i], self.inputs[j], np.abs(self.response[:, i, j])) for i, j in pairs]
+        columns: dict[str, Any] = {
+            "output": [out.name for out, _, _ in ends],
+            "input": [into.name for _, into, _ in ends],
+            "peak": [quantity(float(H.max()), unit_of_response(out, into), 4) for out, into, H in ends],
+            "peak at [Hz]": [float(self.frequency_hz[H.argmax()]) for _, _, H in ends],
+        }
+        if self.coherence is not None:
+            columns["median coherence"] = [f"{_median(self.coherence[:, i, j]):.3f}" for i, j in pairs]
+        yield Table(columns, "pairs")
 
     def _data(self) -> dict[str, Any]:
         numbers = {"frequency_hz": self.frequency_hz, "real": self.response.real, "imaginary": self.response.imag}
@@ -97,6 +135,20 @@ class Measurement(Result):
     frfs: tuple[MeasuredFRF, ...] = ()
     notes: tuple[str, ...] = field(default=())
     modes: IdentifiedModes | None = None
+
+    def _view(self) -> Iterator[Facts | Table]:
+        setups = dict.fromkeys(own.setup for own in (*self.recordings, *self.frfs))
+        counts = {"records": len(self.recordings), "frequency responses": len(self.frfs), "setups": ", ".join(setups)}
+        yield Facts({**counts, "modes in the file": "" if self.modes is None else len(self.modes.poles)})
+        own = [frf._summary() for frf in self.frfs]
+        columns = {
+            "responses of": [s["setup"] or str(k + 1) for k, s in enumerate(own)],
+            "inputs": [", ".join(s["inputs"]) for s in own],
+            "outputs": [", ".join(s["outputs"]) for s in own],
+            "band": [f"{s['from_hz']:.5g} to {s['to_hz']:.5g} Hz" for s in own],
+            "median coherence": ["" if s["median_coherence"] is None else f"{s['median_coherence']:.3f}" for s in own],
+        }
+        yield Table(columns, "sets of responses")
 
     def _data(self) -> dict[str, Any]:
         """Everything but samples and responses, which their own `to_dict` gives."""

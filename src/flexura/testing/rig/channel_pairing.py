@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, parame
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.systems import DERIVATIVE, Ports
+from flexura.tables import Facts, Table
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
@@ -78,6 +79,15 @@ class ChannelPairing(Tabular):
     positions: Array
     directions: Array
     notes: tuple[str, ...] = ()
+
+    def _title(self) -> str:
+        return f"{len(self.matched)} of {len(self.matched) + len(self.unmatched)} channels found in the model"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield from super()._view()
+        lost = self.unmatched
+        columns = {"channel without a counterpart": [u.channel.name for u in lost], "why": [u.reason for u in lost]}
+        yield Table({**columns, "nearest": [u.nearest for u in lost]}, "channels")
 
     def _columns(self) -> dict[str, Any]:
         """The matched channels."""

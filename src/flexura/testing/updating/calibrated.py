@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -12,6 +13,7 @@ from flexura.deadline import Listener
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
 from flexura.results import Tabular
+from flexura.tables import Facts, Table, ends, percent, quantity
 from flexura.testing.updating.misfit import Misfit
 from flexura.testing.updating.posterior import LEAST_REDUCTION, Direction, Sample, draw
 from flexura.testing.updating.residuals import CalibrationProblem
@@ -154,6 +156,32 @@ class Calibration(Tabular):
             "converged": self.converged,
             "misfits": self.misfits,
         }
+
+    def _title(self) -> str:
+        return "" if self.converged else "not converged"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = self.parameters
+        bounds = ["at its bound" if p.at_bound else ends(p.interval, p.unit) for p in own]
+        columns = {
+            "parameter": [p.name for p in own],
+            "was": [quantity(p.start, p.unit) for p in own],
+            "is": [quantity(p.value, p.unit) for p in own],
+            "95 % interval": bounds,
+            "data tell": [percent(p.variance_reduction) for p in own],
+        }
+        yield Table(columns, "parameters")
+        modes = self.modes
+        frequencies = {
+            "mode": [m.number for m in modes],
+            "measured [Hz]": [m.measured_hz for m in modes],
+            "before": [percent(m.start_error) for m in modes],
+            "after": [percent(m.error) for m in modes],
+        }
+        yield Table(frequencies, "modes")
+        yield Facts(
+            {"chi-square": f"{self.chi_square:.4g} of {self.residuals} data, before {self.start_chi_square:.4g}"}
+        )
 
     def _columns(self) -> dict[str, Any]:
         """A row for each parameter, in the unit of its own."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from flexura.errors import ModelError, OptionError
 from flexura.files import read_text
 from flexura.modelfile import parse_any
 from flexura.results import Tabular
+from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement import MeasuredChannel
 
 Array = NDArray[np.float64]
@@ -48,6 +49,10 @@ class MeasuredFrequencies(Tabular):
     def __post_init__(self) -> None:
         if not len(self.number):
             object.__setattr__(self, "number", np.arange(1, len(self.frequency_hz) + 1))
+
+    def _view(self) -> Iterator[Facts | Table]:
+        known = [percent(float(s)) for s in self.sigma]
+        yield Table({"mode": self.number, "measured [Hz]": self.frequency_hz, "standard deviation": known}, "modes")
 
     def _columns(self) -> dict[str, Any]:
         own = {"frequency [Hz]": self.frequency_hz, "relative standard deviation": self.sigma}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexura.deadline import Listener
 from flexura.linalg import ranked, turned
 from flexura.results import Tabular
+from flexura.tables import Facts, Table
 from flexura.testing.updating.markov_chain import Cost, effective_draws, metropolis, split_r_hat
 
 Array = NDArray[np.float64]
@@ -109,6 +110,12 @@ class Sample(Tabular):
             "means": dict(zip(self.names, self.mean, strict=True)),
             "intervals": dict(zip(self.names, self.interval, strict=True)),
         }
+
+    def _view(self) -> Iterator[Facts | Table]:
+        settled = "" if self.is_settled else "not settled: chains do not tell the same yet"
+        worth = f"worth {self.effective:.0f} independent draws, R-hat {self.r_hat:.3f}"
+        yield Facts({"draws": worth, "intervals": settled})
+        yield from super()._view()
 
     def _columns(self) -> dict[str, Any]:
         """A row for each parameter."""

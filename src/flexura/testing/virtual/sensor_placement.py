@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
@@ -19,6 +19,7 @@ from flexura.reduction import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems import Ports
+from flexura.tables import Facts, Table, counted, in_mm, percent
 from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig import TURNS, pair_channels
@@ -94,6 +95,16 @@ class SensorPlacement(Tabular):
             "candidates": len(self.candidates),
             "exchanges": self.exchanges,
         }
+
+    def _title(self) -> str:
+        return f"{len(self.sensors)} of {len(self.candidates)} candidates for {counted(len(self.frequency_hz), 'mode')}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        at = [in_mm(x) for x in self.positions]
+        share = [percent(float(x)) for x in self.independence]
+        yield Table({"sensor": self.sensors, "at [mm]": at, "modes are lost without it": share}, "sensors")
+        found = {"information": percent(self.information), "condition number": f"{self.condition:.4g}"}
+        yield Facts({**found, "largest MAC of two modes": f"{self.worst_mac:.3g}"})
 
     def _columns(self) -> dict[str, Any]:
         """The sensors, the most important one first."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from flexura.modal import assignment, best_pairs, mac, pair_modes, space_mac
 from flexura.results import Tabular
 from flexura.structure import Plan
 from flexura.systems import ModalSystem
+from flexura.tables import Facts, Table, percent
 from flexura.testing.identification import identify
 from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
 from flexura.testing.rig import ModalTestRig, TrueModes
@@ -106,6 +107,25 @@ class VirtualTest(Tabular):
             "false_hz": self.false_hz,
             "identified": self.identified,
         }
+
+    def _title(self) -> str:
+        return (
+            f"{len(self.measurement.recordings)} records, {self.band[0]:.5g} to {self.band[1]:.5g} Hz, seed {self.seed}"
+        )
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = self.modes
+        columns = {
+            "mode": [m.number for m in own],
+            "mass-loaded [Hz]": [m.mass_loaded_hz for m in own],
+            "identified [Hz]": [m.identified_hz for m in own],
+            "error": [percent(m.error) for m in own],
+            "damping": [percent(m.damping_ratio) for m in own],
+            "identified damping": [percent(m.identified_damping) for m in own],
+            "MAC": [None if m.mac is None else f"{m.mac:.3f}" for m in own],
+        }
+        yield Table(columns, "modes")
+        yield Facts({"found where there is no mode": ", ".join(f"{hz:.5g} Hz" for hz in self.false_hz)})
 
     def _columns(self) -> dict[str, Any]:
         """What was found of each mode, beside the truth."""
@@ -244,7 +264,7 @@ def compared(
     found: IdentifiedModes | None,
     band: tuple[float, float],
 ) -> tuple[tuple[FoundMode, ...], tuple[float, ...]]:
-    """Rows of all modes that lie in the band with sensors on, and frequencies identified where there is none."""
+    """Table of all modes that lie in the band with sensors on, and frequencies identified where there is none."""
     tracked = np.stack([_tracked(bare, own) for own in mass_loaded])
     kept = np.flatnonzero((tracked >= 0).all(axis=0))
     hz, ratios = (
