@@ -1,7 +1,10 @@
 // Starts what the page asks for: <body data-page="viewer">, and so on.
+import { pageData, upgradeFigures } from "./figures";
 
 /** What starts a kind of page, by the `data-page` of its body. */
-const starts: Record<string, () => void | Promise<void>> = {};
+const starts: Record<string, () => unknown> = {
+  viewer: () => upgradeFigures(pageData()),
+};
 
 const page = typeof document === "undefined" ? undefined : document.body?.dataset.page;
 if (page !== undefined) {

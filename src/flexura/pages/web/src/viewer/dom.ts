@@ -1,0 +1,55 @@
+type Child = Node | string | null | undefined | false;
+type Attributes = Record<string, string | number | boolean | null | ((event: never) => void)>;
+
+/** An element with attributes (functions: listeners; false and null: left out) and children; text is never markup. */
+export function h<K extends keyof HTMLElementTagNameMap>(tag: K, attributes: Attributes = {}, ...children: Child[]): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (typeof value === "function") element.addEventListener(name, value as EventListener);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value !== null) element.setAttribute(name, String(value));
+  }
+  element.append(...children.filter((child): child is Node | string => child !== null && child !== undefined && child !== false));
+  return element;
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** A drawing of 24 x 24 in lines, by paths. */
+export function icon(...paths: string[]): SVGSVGElement {
+  const svg = document.createElementNS(SVG, "svg");
+  svg.setAttribute("viewBox", "0 0 24 24");
+  svg.setAttribute("aria-hidden", "true");
+  for (const d of paths) {
+    const path = document.createElementNS(SVG, "path");
+    path.setAttribute("d", d);
+    svg.append(path);
+  }
+  return svg;
+}
+
+let counted = 0;
+
+/** A name for an element that no other element of the page has. */
+export function unique(stem: string): string {
+  counted += 1;
+  return `fx-${stem}-${counted}`;
+}
+
+const PREFIXES: [number, string][] = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
+
+/** A number of three digits with a prefixed unit: 0.0123, "m" gives "12.3 mm". */
+export function quantity(value: number, unit: string): string {
+  if (!Number.isFinite(value)) return "unknown";
+  if (!/^(m|Pa|N|J|s|Hz)$/.test(unit) || value === 0) return `${digits(value)}${unit ? ` ${unit}` : ""}`;
+  const [factor, prefix] = PREFIXES.find(([own]) => Math.abs(value) >= own * 0.9995) ?? PREFIXES[PREFIXES.length - 1];
+  return `${digits(value / factor)} ${prefix}${unit}`;
+}
+
+/** A number of three digits. */
+export function digits(value: number): string {
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replace("e+", "e");
+  return String(Number(value.toPrecision(3)));
+}

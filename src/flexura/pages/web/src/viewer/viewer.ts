@@ -1,0 +1,448 @@
+import type { DataTexture } from "three";
+import type { Motion, Quantity, SceneData } from "../scene";
+import { h } from "./dom";
+import { Drawing } from "./drawing";
+import { glb } from "./glb";
+import { type Keyed, press } from "./keys";
+import { Labels } from "./labels";
+import { Frame, Model } from "./model";
+import { ColourBar, Tip, Title, barTicks, helpPanel, valueText } from "./overlays";
+import { Panel } from "./panel";
+import { PlayBar, scaleText } from "./playbar";
+import { Player } from "./player";
+import { download, fileName, pictureOf } from "./save";
+import { Stage } from "./stage";
+import { KINDS, type State, firstState, motionsOf, sequenceOf } from "./state";
+import { Still } from "./still";
+import { isDark, theme, watchTheme } from "./theme";
+import { Toolbar } from "./toolbar";
+import { Triad } from "./triad";
+
+export interface Options {
+  autoplay?: boolean; // plays from the start, unless the reader prefers less motion; true unless said
+  motion?: string; // shown first
+  binary?: ArrayBuffer; // message that the buffers of the scene are in
+}
+
+/** New places and displacements, m, of the vertices of the scene shown, and texts of its motions. */
+export interface Move {
+  points?: ArrayLike<number>;
+  displacements?: Record<string, ArrayLike<number>>;
+  motions?: (Partial<Motion> & { id: string })[];
+}
+
+export interface Viewer {
+  readonly scene: SceneData;
+  update(scene: SceneData, binary?: ArrayBuffer): Promise<void>;
+  move(change: Move): Promise<void>;
+  show(id: string | null): void;
+  select(part: string | null): void;
+  dispose(): void;
+}
+
+const SEE_THROUGH = 0.28;
+const THROUGH_GROUPS = new Set(["bodies", "links", "ground"]);
+
+/** A scene in 3-D with its controls. */
+export class LiveViewer implements Viewer, Keyed {
+  readonly root: HTMLElement;
+  readonly stage: Stage;
+  readonly state: State;
+  private readonly drawing: Drawing;
+  private readonly player = new Player();
+  private readonly picture = h("div", { class: "fx-picture" });
+  private readonly labels = new Labels();
+  private readonly triad = new Triad();
+  private readonly tip = new Tip();
+  private readonly bar = new ColourBar();
+  private readonly title = new Title();
+  private readonly said = h("div", { class: "fx-said", role: "status", "aria-live": "polite" });
+  private readonly help: HTMLDialogElement;
+  private readonly panel: Panel;
+  private readonly playbar: PlayBar;
+  private readonly toolbar: Toolbar;
+  private readonly stopTheme: () => void;
+  private readonly still: Still;
+  private tables: DataTexture[] = [];
+  private values: [string, string][] = [];
+  private pointer: { x: number; y: number } | null = null;
+  private loading = 0;
+
+  /** Throws where there is no WebGL 2. */
+  constructor(
+    private readonly host: HTMLElement,
+    private model: Model,
+    options: Options,
+  ) {
+    this.state = firstState(model.scene);
+    if (options.motion !== undefined) this.state.shown = options.motion;
+    this.root = h("div", { class: "fx-viewer", role: "group", "aria-label": `3-D view of ${model.scene.name}` });
+    this.host.append(this.root);
+    try {
+      this.stage = new Stage(this.picture);
+    } catch (error) {
+      this.root.remove();
+      throw error;
+    }
+    this.drawing = new Drawing(this.stage, model);
+    this.panel = new Panel(this, () => this.values);
+    this.playbar = new PlayBar(this, this.player, () => this.changed());
+    this.toolbar = new Toolbar(this);
+    this.help = helpPanel(() => this.toggleHelp());
+    this.still = new Still(model.scene, "The browser took its 3-D graphics away; the picture moves again when they are back.");
+    this.still.element.hidden = true;
+    this.picture.append(this.labels.host, this.triad.canvas, this.title.element, this.bar.element, this.toolbar.element, this.tip.element, this.still.element);
+    this.root.append(this.picture, this.playbar.element, this.panel.element, this.said, this.help);
+    this.stopTheme = watchTheme(() => this.repaint());
+    this.listen();
+    this.repaint();
+    this.player.playing = options.autoplay !== false && !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.stage.look("iso");
+    this.dress();
+    this.show(this.state.shown);
+  }
+
+  get scene(): SceneData {
+    return this.model.scene;
+  }
+
+  async update(scene: SceneData, binary?: ArrayBuffer): Promise<void> {
+    const fresh = Frame.of(scene);
+    const { size } = this.model.frame;
+    const same = fresh.size < 4 * size && size < 4 * fresh.size;
+    const selected = this.scene.parts[this.state.selected]?.name;
+    this.model = await Model.of(scene, binary, same ? this.model.frame : fresh);
+    this.drawing.replace(this.model);
+    this.still.update(scene);
+    this.state.selected = scene.parts.findIndex((part) => part.name === selected);
+    if (!same) this.stage.fit();
+    if (motionsOf(scene, this.state.shown).length === 0) this.state.shown = firstState(scene).shown;
+    this.dress();
+    await this.load();
+  }
+
+  async move(change: Move): Promise<void> {
+    for (const own of change.motions ?? []) {
+      const motion = this.model.motions.get(own.id);
+      if (motion) Object.assign(motion, own);
+    }
+    this.model.move(change.points, change.displacements ?? {});
+    this.drawing.replace(this.model);
+    this.drawing.fields.clear();
+    await this.load();
+  }
+
+  show(id: string | null): void {
+    this.state.shown = id;
+    const motions = motionsOf(this.scene, id);
+    const sequence = sequenceOf(this.scene, id);
+    this.player.start(sequence ? "sequence" : (motions[0]?.nature ?? "displacement"), motions.length);
+    if (!motions.some((own) => own.colours.some((colour) => colour.key === this.state.colour))) this.state.colour = KINDS;
+    void this.load().then(() => this.say(this.sentence()));
+  }
+
+  select(part: string | null): void {
+    this.set({ selected: this.scene.parts.findIndex((own) => own.name === part) });
+  }
+
+  set(change: Partial<State>): void {
+    Object.assign(this.state, change);
+    if (change.seeThrough !== undefined || change.hidden !== undefined) this.dress();
+    if (change.parallel !== undefined) this.stage.project(change.parallel);
+    if (change.selected !== undefined) void this.tellSelected();
+    if (change.colour !== undefined || change.marks !== undefined) void this.load().then(() => this.say(this.sentence()));
+    else this.changed();
+  }
+
+  toggleKind(key: string): void {
+    const hidden = new Set(this.state.hidden);
+    if (!hidden.delete(key)) hidden.add(key);
+    this.set({ hidden });
+    this.say(`${this.model.kinds.get(key)?.label ?? key} ${hidden.has(key) ? "hidden" : "shown"}`);
+  }
+
+  look(view: string): void {
+    this.stage.look(view);
+    this.say(`seen from: ${view}`);
+  }
+
+  fit(): void {
+    this.stage.fit();
+  }
+
+  toggle(): void {
+    this.player.toggle();
+    this.changed();
+    this.say(this.sentence());
+  }
+
+  step(by: 1 | -1): void {
+    this.player.step(by);
+    this.changed();
+  }
+
+  loop(): void {
+    this.player.loop = !this.player.loop;
+    this.changed();
+  }
+
+  nextMotion(by: number): void {
+    this.panel.motions.next(by);
+  }
+
+  nextPart(by: number): void {
+    const count = this.scene.parts.length;
+    if (count > 0) this.set({ selected: (Math.max(this.state.selected, by > 0 ? -1 : 0) + by + count) % count });
+  }
+
+  nextColour(): void {
+    const keys = [KINDS, ...(motionsOf(this.scene, this.state.shown)[0]?.colours.map((own) => own.key) ?? [])];
+    this.set({ colour: keys[(keys.indexOf(this.state.colour) + 1) % keys.length] });
+  }
+
+  toggleFull(): void {
+    if (document.fullscreenElement) void document.exitFullscreen();
+    else void this.root.requestFullscreen?.();
+  }
+
+  toggleHelp(): void {
+    if (this.help.open) this.help.close();
+    else this.help.showModal();
+  }
+
+  togglePanel(): void {
+    this.root.classList.toggle("fx-open");
+  }
+
+  savePicture(): void {
+    const { stage } = this;
+    this.prepareFrame(performance.now());
+    stage.draw();
+    const colours = theme(isDark(this.root));
+    const quantity = this.quantity();
+    const { title, subtitle } = this.heading();
+    const out = pictureOf(stage.canvas, this.picture.clientWidth, {
+      title: this.scene.name,
+      lines: [title, subtitle, this.scale()].filter(Boolean),
+      labels: this.labels.texts,
+      bar: quantity ? { title: quantity.label, ticks: barTicks(quantity) } : null,
+      camera: stage.view,
+      background: colours.background,
+      ink: colours.ink,
+    });
+    out.toBlob((blob) => blob && download(blob, `${fileName(this.scene.name, title)}.png`), "image/png");
+  }
+
+  saveModel(): void {
+    void this.writeModel();
+  }
+
+  dispose(): void {
+    this.stopTheme();
+    this.drawing.dispose();
+    this.stage.dispose();
+    this.root.remove();
+  }
+
+  private async writeModel(): Promise<void> {
+    const motions = motionsOf(this.scene, this.state.shown);
+    const size = this.model.frame.size;
+    const shapes = await Promise.all(
+      motions.map(async (own) => {
+        const { displacement } = await this.model.field(own, null);
+        return { name: own.title, displacement: displacement.map((d) => d * size * own.factor * this.state.factor) };
+      }),
+    );
+    const parts = this.scene.parts.map((_, k) => k).filter((k) => !this.state.hidden.has(this.scene.parts[k].kind));
+    const { title } = this.heading();
+    download(glb(this.model, parts, shapes, motions, title), `${fileName(this.scene.name, title)}.glb`);
+  }
+
+  /** Quantity that colours now, with the largest value of all poses of a sequence. */
+  private quantity(): Quantity | null {
+    if (this.state.colour === KINDS) return null;
+    const own = motionsOf(this.scene, this.state.shown).map((motion) => motion.colours.find((colour) => colour.key === this.state.colour));
+    const known = own.filter((colour): colour is Quantity => colour !== undefined);
+    if (known.length === 0) return null;
+    const largest = known.map((colour) => colour.largest).filter((value): value is number => value !== null);
+    return { ...known[0], largest: largest.length ? Math.max(...largest) : null };
+  }
+
+  private heading(): { title: string; subtitle: string } {
+    const own = sequenceOf(this.scene, this.state.shown) ?? this.model.motions.get(this.state.shown ?? "");
+    return { title: own?.title ?? "at rest", subtitle: own && "subtitle" in own ? own.subtitle : "" };
+  }
+
+  private scale(): string {
+    return scaleText(motionsOf(this.scene, this.state.shown)[0], this.state.factor, this.scene.size);
+  }
+
+  private sentence(): string {
+    const { title, subtitle } = this.heading();
+    const motions = motionsOf(this.scene, this.state.shown);
+    const colours = this.quantity();
+    const warnings = [...new Set(motions.flatMap((own) => own.warnings))];
+    const said = [title, subtitle, motions[0]?.flag, this.scale(), colours && `coloured by ${colours.label}`, motions.length > 0 && (this.player.playing ? "playing" : "paused"), ...warnings];
+    return said.filter(Boolean).join(", ");
+  }
+
+  private say(text: string): void {
+    this.said.textContent = text;
+  }
+
+  /** Fetch what the state shows, then show it; what was asked for later wins. */
+  private async load(): Promise<void> {
+    const turn = ++this.loading;
+    const motions = motionsOf(this.scene, this.state.shown);
+    const common = this.quantity()?.largest ?? null;
+    const weight = (own: Motion) => {
+      const largest = own.colours.find((colour) => colour.key === this.state.colour)?.largest;
+      return common && largest ? largest / common : 1;
+    };
+    const asked = motions.length ? motions.map((own) => this.drawing.fields.of(own.id, this.state.colour, weight(own))) : [this.drawing.fields.of(null, KINDS)];
+    const tables = await Promise.all(asked);
+    if (turn !== this.loading) return;
+    this.tables = tables;
+    this.drawing.colourBy(this.quantity() !== null);
+    this.drawing.decor.show(this.model, motions[0] ?? null, this.state.marks);
+    this.labels.set(this.drawing.decor.labels);
+    await this.tellSelected();
+    this.changed();
+  }
+
+  private dress(): void {
+    const looks = this.scene.parts.map((part) => {
+      const kind = this.model.kinds.get(part.kind);
+      const colour = kind?.colour ?? "#999999";
+      const through = this.state.seeThrough && THROUGH_GROUPS.has(kind?.group ?? "");
+      return {
+        colour: [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16)) as [number, number, number],
+        opacity: Math.min(kind?.opacity ?? 1, through ? SEE_THROUGH : 1),
+        shown: !this.state.hidden.has(part.kind),
+      };
+    });
+    this.drawing.dress(looks);
+    this.drawing.select(this.state.selected);
+  }
+
+  /** Bring controls and picture in line with the state. */
+  private changed(): void {
+    const { title, subtitle } = this.heading();
+    const motions = motionsOf(this.scene, this.state.shown);
+    this.drawing.showGhost(this.state.ghost);
+    this.drawing.cut(this.state.section);
+    this.drawing.select(this.state.selected);
+    this.bar.show(this.quantity(), this.unknown());
+    this.title.show(this.scene.name, motions, title, subtitle);
+    this.playbar.update();
+    this.panel.update();
+    this.toolbar.update();
+    this.stage.ask();
+  }
+
+  private unknown(): boolean {
+    return this.quantity()?.values !== null;
+  }
+
+  private async tellSelected(): Promise<void> {
+    this.values = await this.valuesOf(this.state.selected);
+    this.changed();
+    const part = this.scene.parts[this.state.selected];
+    if (part) this.say([`selected ${part.name}`, ...[...part.facts, ...this.values].map(([name, value]) => `${name} ${value}`)].join(", "));
+  }
+
+  /** What a part reaches in the motion shown, of each quantity. */
+  private async valuesOf(number: number): Promise<[string, string][]> {
+    const part = this.scene.parts[number];
+    const motions = motionsOf(this.scene, this.state.shown);
+    const motion = motions.length > 1 ? motions[this.player.between[this.player.between[2] < 0.5 ? 0 : 1]] : motions[0];
+    if (!part || !motion) return [];
+    const own = motion.colours.map(async (colour): Promise<[string, string]> => {
+      const share = await this.model.reached(motion, colour, part);
+      return [colour.label, share === null ? "unknown" : `up to ${valueText(colour, share)}`];
+    });
+    return Promise.all(own);
+  }
+
+  private prepareFrame(now: number): boolean {
+    const more = this.player.tick(now);
+    const motions = motionsOf(this.scene, this.state.shown);
+    const [first, second, share] = this.tables.length > 1 ? this.player.between : [0, 0, 0];
+    if (this.tables.length) this.drawing.field(this.tables[first], this.tables[second]);
+    this.drawing.move(motions.length ? motions[0].factor * this.state.factor * this.player.amount : 0, share);
+    this.playbar.follow();
+    if (!more && this.wasPlaying) this.playbar.update();
+    this.wasPlaying = more;
+    return more;
+  }
+  private wasPlaying = false;
+
+  private repaint(): void {
+    const dark = isDark(this.root);
+    this.root.dataset.theme = dark ? "dark" : "light";
+    this.drawing.paint(theme(dark));
+  }
+
+  private listen(): void {
+    const { stage } = this;
+    stage.canvas.setAttribute("role", "img");
+    stage.canvas.setAttribute("aria-label", `${this.scene.name} in 3-D; press ? for keys`);
+    stage.onFrame = (now) => {
+      this.point();
+      return this.prepareFrame(now);
+    };
+    stage.onDraw = () => this.drawing.prepare();
+    stage.onDrawn = () => {
+      this.triad.draw(stage.view);
+      this.labels.place(stage.view, this.picture.clientWidth, this.picture.clientHeight);
+    };
+    stage.onContext = (lost) => {
+      this.still.element.hidden = !lost;
+      this.say(lost ? "The 3-D graphics are gone: a still picture is shown." : this.sentence());
+    };
+    this.root.addEventListener("keydown", (event) => {
+      if (press(this, event)) event.preventDefault();
+    });
+    listenToPointer(stage.canvas, (at) => this.pointAt(at), (at) => this.set({ selected: this.drawing.picker.at(at.x, at.y) }));
+  }
+
+  private pointAt(at: { x: number; y: number } | null): void {
+    this.pointer = at;
+    if (at === null) this.tip.hide();
+    if (at === null) this.drawing.hover(-1);
+    this.stage.ask();
+  }
+
+  private point(): void {
+    const at = this.pointer;
+    if (!at) return;
+    this.pointer = null;
+    const number = this.drawing.picker.at(at.x, at.y);
+    this.drawing.hover(number);
+    const part = this.scene.parts[number];
+    if (!part) return this.tip.hide();
+    void this.valuesOf(number).then((values) => {
+      const kind = this.model.kinds.get(part.kind)?.label ?? part.kind;
+      this.tip.show(part.name, kind, [...part.facts, ...values], at.x, at.y, this.picture.clientWidth, this.picture.clientHeight);
+    });
+  }
+}
+
+/** Say where the pointer rests (null: elsewhere, or turning the view), and where it clicked. */
+function listenToPointer(canvas: HTMLCanvasElement, rests: (at: { x: number; y: number } | null) => void, clicked: (at: { x: number; y: number }) => void): void {
+  let down: { x: number; y: number } | null = null;
+  const place = (event: PointerEvent) => {
+    const box = canvas.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  };
+  canvas.addEventListener("pointermove", (event) => rests(event.buttons === 0 ? place(event) : null));
+  canvas.addEventListener("pointerleave", () => rests(null));
+  canvas.addEventListener("pointerdown", (event) => {
+    down = event.button === 0 ? place(event) : null;
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    const up = place(event);
+    if (down && Math.hypot(up.x - down.x, up.y - down.y) < 5) clicked(up);
+    down = null;
+  });
+}
