@@ -66,6 +66,7 @@ export interface Motion {
   axes: Axis[];
   arrows: Arrow[];
   facts: Fact[];
+  by_part?: { label: string; values: string[] }[]; // a number of each part, as text; empty where there is none
   warnings: string[];
 }
 

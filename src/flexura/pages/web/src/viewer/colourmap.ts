@@ -22,7 +22,7 @@ function rgbOfOklch(l: number, c: number, h: number): Triple {
 function stop(share: number): Triple {
   const l = 0.3 + 0.65 * share;
   const h = 280 - 175 * share;
-  const c = 0.105 + 0.055 * Math.sin(Math.PI * share) + 0.03 * share;
+  const c = 0.11 - 0.03 * Math.sin(Math.PI * share) + 0.03 * share;
   return rgbOfOklch(l, c, h);
 }
 

@@ -110,7 +110,7 @@ function primitivesOf(model: Model, part: Part, shapes: Shape[], chunk: Chunk, m
   const renumbered = new Map(own.map((v, k) => [v, k]));
   const { frame } = model;
   const gathered = (value: (v: number, i: number) => number) => Float32Array.from({ length: 3 * own.length }, (_, k) => value(own[Math.floor(k / 3)], k % 3));
-  const attributes = { POSITION: chunk.places(gathered((v, i) => model.points[3 * v + i] * frame.size)) };
+  const attributes = { POSITION: chunk.places(gathered((v, i) => model.points[3 * v + i] * frame.size + frame.middle[i])) };
   const targets = shapes.map((shape) => ({ POSITION: chunk.places(gathered((v, i) => shape.displacement[3 * v + i])) }));
   const cells: [Uint32Array, [number, number] | undefined, number, number][] = [
     [model.triangles, part.triangles, 3, 4],

@@ -45,7 +45,7 @@ function arrows(stage: Stage, event: KeyboardEvent): boolean {
 
 function letters(viewer: Keyed): Record<string, () => void> {
   const { state, stage } = viewer;
-  const cut = (axis: 0 | 1 | 2) => () => viewer.set({ section: state.section?.axis === axis ? null : { axis, share: 0.5, flipped: false } });
+  const cut = (axis: 0 | 1 | 2) => () => viewer.cut(state.section?.axis === axis ? null : axis);
   return {
     ",": () => viewer.step(-1),
     ".": () => viewer.step(1),

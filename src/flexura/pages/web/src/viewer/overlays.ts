@@ -18,15 +18,19 @@ export class ColourBar {
   show(own: Quantity | null, unknown: boolean): void {
     this.element.hidden = own === null;
     if (!own) return;
-    this.title.textContent = own.label;
+    this.title.textContent = barTitle(own);
     this.ticks.replaceChildren(...barTicks(own).map((text) => h("span", {}, text)));
     this.unknown.hidden = !unknown;
   }
 }
 
+export function barTitle(own: Quantity): string {
+  return own.largest === null ? `${own.label}, of largest` : own.label;
+}
+
 /** Texts along a colour bar, the largest first. */
 export function barTicks(own: Quantity): string[] {
-  return [1, 0.75, 0.5, 0.25, 0].map((share) => valueText(own, share));
+  return [1, 0.75, 0.5, 0.25, 0].map((share) => (own.largest === null ? `${100 * share} %` : valueText(own, share)));
 }
 
 /** A share of the largest value of a quantity in its unit; of the largest where that is not known. */

@@ -131,6 +131,6 @@ class SectionControls {
 
   private choose(): void {
     const axis = Number(this.axis.value);
-    this.commands.set({ section: axis < 0 ? null : { axis: axis as 0 | 1 | 2, share: this.commands.state.section?.share ?? 0.5, flipped: this.commands.state.section?.flipped ?? false } });
+    this.commands.cut(axis < 0 ? null : (axis as 0 | 1 | 2));
   }
 }

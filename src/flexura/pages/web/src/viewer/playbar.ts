@@ -33,7 +33,7 @@ export class PlayBar {
     this.place = h("input", { type: "range", min: 0, max: 1, step: 0.001, "aria-label": "place within the motion", input: () => slide(Number(this.place.value)) });
     const scale = () => commands.set({ factor: 10 ** Number(this.factor.value) });
     this.factor = h("input", { type: "range", min: -2, max: 2, step: 0.01, "aria-label": "scale of the displacement", input: scale });
-    this.truth = h("button", { type: "button", class: "fx-button fx-text", title: "true scale", "aria-label": "true scale", click: () => this.trueScale() }, "1:1");
+    this.truth = h("button", { type: "button", class: "fx-button fx-text", title: "true scale", "aria-label": "1:1, true scale", click: () => this.trueScale() }, "1:1");
     const speed = h(
       "select",
       { class: "fx-select", "aria-label": "speed", change: () => { player.speed = Number(speed.value); } },

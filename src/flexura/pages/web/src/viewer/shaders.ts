@@ -184,7 +184,7 @@ void main() {
   inWorld = p.xyz + scale * field(gl_VertexID).xyz;
   own = look(part).rgb;
   gl_Position = projectionMatrix * viewMatrix * vec4(inWorld, 1.0);
-  gl_Position.z -= 2e-4 * gl_Position.w;
+  gl_Position.z -= 5e-5 * gl_Position.w;
   gl_PointSize = diameter;
 }`,
   fragment: /* glsl */ `${FRAGMENT}

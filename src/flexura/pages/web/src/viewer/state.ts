@@ -24,6 +24,7 @@ export interface Commands {
   show(id: string | null): void;
   set(change: Partial<State>): void;
   toggleKind(key: string): void;
+  cut(axis: 0 | 1 | 2 | null): void;
   look(view: string): void;
   fit(): void;
   toggleFull(): void;

@@ -6,7 +6,7 @@ import { glb } from "./glb";
 import { type Keyed, press } from "./keys";
 import { Labels } from "./labels";
 import { Frame, Model } from "./model";
-import { ColourBar, Tip, Title, barTicks, helpPanel, valueText } from "./overlays";
+import { ColourBar, Tip, Title, barTicks, barTitle, helpPanel, valueText } from "./overlays";
 import { Panel } from "./panel";
 import { PlayBar, scaleText } from "./playbar";
 import { Player } from "./player";
@@ -161,6 +161,14 @@ export class LiveViewer implements Viewer, Keyed {
     this.say(`${this.model.kinds.get(key)?.label ?? key} ${hidden.has(key) ? "hidden" : "shown"}`);
   }
 
+  /** Cut across an axis, so that the side next to the reader goes. */
+  cut(axis: 0 | 1 | 2 | null): void {
+    const { view, controls } = this.stage;
+    const flipped = axis !== null && view.position.getComponent(axis) < controls.target.getComponent(axis);
+    this.set({ section: axis === null ? null : { axis, share: this.state.section?.share ?? 0.5, flipped } });
+    this.say(axis === null ? "no section" : `section across ${"xyz"[axis]}`);
+  }
+
   look(view: string): void {
     this.stage.look(view);
     this.say(`seen from: ${view}`);
@@ -225,7 +233,7 @@ export class LiveViewer implements Viewer, Keyed {
       title: this.scene.name,
       lines: [title, subtitle, this.scale()].filter(Boolean),
       labels: this.labels.texts,
-      bar: quantity ? { title: quantity.label, ticks: barTicks(quantity) } : null,
+      bar: quantity ? { title: barTitle(quantity), ticks: barTicks(quantity) } : null,
       camera: stage.view,
       background: colours.background,
       ink: colours.ink,
@@ -361,7 +369,8 @@ export class LiveViewer implements Viewer, Keyed {
       const share = await this.model.reached(motion, colour, part);
       return [colour.label, share === null ? "unknown" : `up to ${valueText(colour, share)}`];
     });
-    return Promise.all(own);
+    const told = (motion.by_part ?? []).map((one): [string, string] => [one.label, one.values[number] ?? ""]);
+    return [...told.filter(([, text]) => text !== ""), ...(await Promise.all(own))];
   }
 
   private prepareFrame(now: number): boolean {
