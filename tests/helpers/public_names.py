@@ -15,7 +15,7 @@ FOR_OTHER_ROOMS = {
         *("in_order", "in_space", "largest_motion", "mac_with_spaces", "orthogonality", "pair_by_mac", "space_mac"),
         *("track_modes", "trusted_channels"),
     },
-    "view": {"MOST_PANELS", "Kind", "Solids", "draw_sheet", "solids"},
+    "view": {"Kind", "Solids", "draw_sheet", "solids"},
 }
 """What these faces show to other rooms alone."""
 

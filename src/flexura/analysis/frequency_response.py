@@ -57,8 +57,8 @@ MARGIN = 2.0
 TOLERANCE = 1e-4
 """Relative error to which frequencies of the low-order model are proven when nothing else is said."""
 
-PEAK_POINTS = 24
-"""Points beside every resonance on each of its sides."""
+PEAK_POINTS = 32
+"""Points beside every resonance on each of its sides, equally far from each other on its circle of Nyquist."""
 
 ROUND_OFF = 1e-15
 """Relative error of a solution with a matrix whose diagonal is scaled to one, times its least pivot."""
@@ -359,15 +359,17 @@ def _of_poles(model: StateSpace, top: float) -> tuple[Array, Array]:
 
 
 def _grid(wanted: Array, band: tuple[float, float] | None, points: int, resonances: Array, ratios: Array) -> Array:
-    """The frequencies asked for, and for a band points on both sides of every resonance, from a twentieth of its
-    half-power width outwards to the spacing of the others."""
+    """The frequencies asked for, and for a band points on both sides of every resonance, equally far from each other on
+    its circle of Nyquist, and from there outwards to the spacing of the others."""
     if band is None or not len(resonances):
         return wanted
     step = np.log(wanted[-1] / wanted[0]) / (points - 1)
     found = [wanted]
     for f, zeta in zip(resonances, ratios, strict=True):
         width = max(float(zeta), SHARPEST)
-        apart = np.geomspace(0.05 * width, max(step, 4 * width), PEAK_POINTS)
+        apart = width * np.tan(np.pi / 2 * np.arange(1, PEAK_POINTS) / PEAK_POINTS)
+        if step > apart[-1]:
+            apart = np.append(apart, np.geomspace(apart[-1], step, PEAK_POINTS // 4)[1:])
         found += [f * np.exp(apart), f * np.exp(-apart)]
         if zeta > 0:
             found.append(np.array([f]))

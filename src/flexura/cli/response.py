@@ -169,12 +169,9 @@ def frequency_response_command(
         result.raise_warnings()
     written = [] if out is None else [write_frequency_table(result, out)]
     if plot is not None:
-        from flexura.view import MOST_PANELS, draw_bode, draw_nyquist, draw_response_matrix
+        from flexura.view import save_frequency_response
 
-        figures = {"bode.png": draw_bode(result), "nyquist.png": draw_nyquist(result)}
-        if max(result.response.shape[1:]) <= MOST_PANELS:
-            figures["matrix.png"] = draw_response_matrix(result)
-        written += _save(figures, plot)
+        written += save_frequency_response(result, plot)
     if as_json:
         print_result(result.to_dict(), written)
     else:

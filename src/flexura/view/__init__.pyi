@@ -5,11 +5,10 @@ from flexura.view.correlation import draw_frf_overlay as draw_frf_overlay
 from flexura.view.correlation import draw_sensors as draw_sensors
 from flexura.view.correlation import draw_shape_pair as draw_shape_pair
 from flexura.view.correlation import save_correlation as save_correlation
-from flexura.view.curves import MOST_PANELS as MOST_PANELS
 from flexura.view.curves import draw_bode as draw_bode
 from flexura.view.curves import draw_nyquist as draw_nyquist
-from flexura.view.curves import draw_response_matrix as draw_response_matrix
 from flexura.view.curves import draw_time as draw_time
+from flexura.view.curves import save_frequency_response as save_frequency_response
 from flexura.view.doubts import draw_doubts as draw_doubts
 from flexura.view.doubts import save_doubts as save_doubts
 from flexura.view.files import save_figures as save_figures
@@ -22,6 +21,7 @@ from flexura.view.pictures import draw_mechanism as draw_mechanism
 from flexura.view.pictures import draw_mode as draw_mode
 from flexura.view.pictures import draw_sheet as draw_sheet
 from flexura.view.poses import draw_poses as draw_poses
+from flexura.view.response_matrix import draw_response_matrix as draw_response_matrix
 from flexura.view.scene import Kind as Kind
 from flexura.view.scene import Solids as Solids
 from flexura.view.solids import solids as solids

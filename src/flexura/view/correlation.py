@@ -18,7 +18,7 @@ from flexura.testing.virtual import SensorPlacement
 from flexura.view.annotations import Box, colour_bar, foot, heading, legend, pixel_axes, triad
 from flexura.view.axes import frame
 from flexura.view.camera import Camera, View
-from flexura.view.curves import COLOURS, FAINT
+from flexura.view.charts import COLOURS, FAINT, legend_of
 from flexura.view.figures import new_chart, new_figure
 from flexura.view.files import save_figures
 from flexura.view.painting import MODE_SIZE, mode_painting, mode_scale, mode_view, paint, rest_painting
@@ -235,7 +235,7 @@ def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
         axes.tick_params(labelsize=7, colors=INK)
     for axes in list(panels.flat)[len(chosen) :]:
         axes.set_axis_off()
-    panels[0, 0].legend(fontsize=7, frameon=False)
+    legend_of(figure, panels[0, 0])
     figure.supxlabel("frequency, Hz", fontsize=8)
     setup = f", {measured.setup}" if measured.setup else ""
     figure.suptitle(f"{result.test_name}{setup}: damping {overlay.damping}", fontsize=10, color=INK)

@@ -15,7 +15,7 @@ from flexura.linalg import ranked
 from flexura.testing.identification import Data, frfs_of, mode_indicators, modes_of_setup
 from flexura.testing.measurement import IdentifiedModes, Poles, ResponseMatrix, response_matrices
 from flexura.view.annotations import foot
-from flexura.view.curves import COLOURS, FAINT
+from flexura.view.charts import COLOURS, FAINT, headline, legend_above, legend_of, style
 from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
 from flexura.view.palette import INK
@@ -63,16 +63,16 @@ def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | No
         _indicators(axes, matrix)
     for label, own, colour, marker in CLASSES:
         at = own(poles.stable)
-        style = {"linestyle": "", "marker": marker, "color": colour, "markersize": 4 if marker != "." else 3}
-        axes.plot(poles.frequency_hz[at], poles.order[at], label=label, markerfacecolor="none", **style)
+        dots = {"linestyle": "", "marker": marker, "color": colour, "markersize": 4 if marker != "." else 3}
+        axes.plot(poles.frequency_hz[at], poles.order[at], label=label, markerfacecolor="none", **dots)
     for hz, evidence in zip(result.frequency_hz, result.evidence, strict=True):
         axes.axvline(hz, color=COLOURS[1], linewidth=0.4 + 0.8 * evidence.confidence, zorder=1)
     axes.set_xlabel("frequency, Hz", fontsize=9)
     axes.set_ylabel("model order", fontsize=9)
     axes.set_ylim(0, poles.order.max(initial=1) * 1.12)
-    _style(axes)
-    axes.legend(fontsize=7, frameon=False, loc="upper center", ncols=3)
-    axes.set_title(_title(result), fontsize=10, color=INK, parse_math=False)
+    style(axes)
+    legend_above(axes)
+    headline(figure, _title(result))
     foot(figure, (), result.notes)
     return figure
 
@@ -118,10 +118,10 @@ def draw_synthesis(
             panel.axvline(hz, color=FAINT, linewidth=0.6, zorder=0)
         title = f"{matrix.outputs[i].name} / {matrix.inputs[j].name}"
         panel.set_title(title, fontsize=8, color=INK, parse_math=False)
-        _style(panel)
-    panels[0, 0].legend(fontsize=7, frameon=False)
+        style(panel)
+    legend_of(figure, panels[0, 0])
     figure.supxlabel("frequency, Hz", fontsize=8)
-    figure.suptitle(_title(result), fontsize=10, color=INK)
+    headline(figure, _title(result))
     foot(figure, (), result.notes)
     return figure
 
@@ -163,10 +163,3 @@ def _title(result: IdentifiedModes) -> str:
     n = len(result.poles)
     where = f", {result.setup}" if result.setup and result.setup != result.name else ""
     return f"{result.name}{where}: {n} mode{'s' * (n != 1)}, synthesis error {100 * result.synthesis_error:.2g} %"
-
-
-def _style(axes: Axes) -> None:
-    axes.grid(True, color="#e8ebef", linewidth=0.6)
-    axes.tick_params(labelsize=7, colors=INK)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)

@@ -7,21 +7,16 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
 
 from flexura.analysis import Stroke
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.view.annotations import foot
-from flexura.view.curves import COLOURS
+from flexura.view.charts import COLOURS, headline, legend_above, style, value_axis
 from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
-from flexura.view.identification import _style
 from flexura.view.palette import INK
 from flexura.view.poses import draw_poses
-
-LEAST_SPAN = 10.0
-"""Least ratio of the ends of a logarithmic axis."""
 
 DOFS = ("x", "y", "z", "about x", "about y", "about z")
 
@@ -58,8 +53,8 @@ def draw_stroke(result: Stroke) -> Figure:
     for axes in panels.ravel():
         axes.set_xlabel(f"{first}, {unit}", fontsize=8)
         axes.set_xlim(x.min(), x.max())
-        _style(axes)
-    figure.suptitle(f"{result.name}: over its stroke, {len(result.poses)} poses", fontsize=10, color=INK)
+        style(axes)
+    headline(figure, f"{result.name}: over its stroke, {len(result.poses)} poses")
     foot(figure, foremost(result.warnings, 1), result.notes)
     return figure
 
@@ -83,7 +78,7 @@ def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
     for k, (label, curve) in enumerate(curves.items()):
         axes.plot(x, curve, color=COLOURS[k % len(COLOURS)], lw=1.4, label=label)
     axes.set_ylabel("force or moment of the drive" if first.move else "displacement, mm", fontsize=8)
-    _legend(axes)
+    legend_above(axes)
 
 
 def _frequencies(axes: Axes, result: Stroke, x: np.ndarray) -> None:
@@ -96,9 +91,9 @@ def _frequencies(axes: Axes, result: Stroke, x: np.ndarray) -> None:
     for k in range(min(least, 2)):
         held = np.array([pose.frequency_hz_held[k] for pose in result.poses])
         axes.plot(x, np.where(held > 0, held, np.nan), color=INK, lw=0.9, ls="--", label="held" if k == 0 else None)
-    _logarithmic(axes)
+    value_axis(axes, _drawn(axes))
     axes.set_ylabel("natural frequency, Hz", fontsize=8)
-    _legend(axes)
+    legend_above(axes)
 
 
 def _stiffness(axes: Axes, result: Stroke, x: np.ndarray, own: slice, label: str) -> None:
@@ -106,34 +101,11 @@ def _stiffness(axes: Axes, result: Stroke, x: np.ndarray, own: slice, label: str
     for k, name in enumerate(DOFS[own]):
         if np.isfinite(stiffness[:, k]).any():
             axes.plot(x, stiffness[:, k], color=COLOURS[k], lw=1.4, label=name)
-    _logarithmic(axes)
+    value_axis(axes, _drawn(axes))
     axes.set_ylabel(label, fontsize=8)
-    _legend(axes)
+    legend_above(axes)
 
 
-def _logarithmic(axes: Axes) -> None:
-    """A logarithmic axis over a decade at least; ticks of 1, 2 and 5 have plain numbers where there are few."""
-    values = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines])
-    values = values[np.isfinite(values) & (values > 0)]
-    if not len(values):
-        return
-    low, high = float(values.min()), float(values.max())
-    stretch = max(1.0, np.sqrt(LEAST_SPAN * low / high))
-    axes.set_yscale("log")
-    axes.set_ylim(low / stretch / 1.1, high * stretch * 1.1)
-    few = high / low < 1e3
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
-    axes.yaxis.set_major_formatter(FuncFormatter(_plain))
-    axes.yaxis.set_minor_formatter(NullFormatter())
-
-
-def _plain(value: float, _: object = None) -> str:
-    """A number without an exponent, in thousands (k), millions (M) and so on where it is large."""
-    return f"{value:.4g}" if value < 1e4 else EngFormatter(places=0).format_eng(value)
-
-
-def _legend(axes: Axes) -> None:
-    """A legend above the curves, where it hides none."""
-    if not axes.lines:
-        return
-    axes.legend(fontsize=7, frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+def _drawn(axes: Axes) -> np.ndarray:
+    """Values of all curves."""
+    return np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines] or [np.empty(0)])

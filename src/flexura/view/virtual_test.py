@@ -14,10 +14,10 @@ from flexura.linalg import leading
 from flexura.testing.updating import MeasuredFrequencies
 from flexura.testing.virtual import VirtualTest
 from flexura.view.annotations import foot
-from flexura.view.curves import COLOURS
+from flexura.view.charts import COLOURS, legend_above, style
 from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
-from flexura.view.identification import _style, save_identification
+from flexura.view.identification import save_identification
 from flexura.view.palette import INK
 
 
@@ -57,7 +57,7 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
             coherence.plot(frf.frequency_hz, frf.coherence[:, i, j], color=colour, lw=0.9)
     _lines(magnitude, result, measured)
     magnitude.set_ylabel("(m/s²)/N", fontsize=8)
-    magnitude.legend(fontsize=7, frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    legend_above(magnitude)
     coherence.set_ylabel("coherence", fontsize=8)
     coherence.set_ylim(0, 1.05)
     coherence.set_xlabel("frequency, Hz", fontsize=8)
@@ -65,7 +65,7 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
         axes.set_xlim(*result.band)
     _shifts(shift, result)
     for axes in (magnitude, coherence, shift):
-        _style(axes)
+        style(axes)
     title = f"{result.name}: virtual test, {len(result.measurement.recordings)} hits"
     figure.suptitle(title, fontsize=10, color=INK)
     foot(figure, (), result.notes)
@@ -78,9 +78,9 @@ def _lines(axes: Axes, result: VirtualTest, measured: MeasuredFrequencies | None
         ("identified", [m.identified_hz for m in result.modes], "#9aa3ad", "-"),
         ("measured", [] if measured is None else measured.frequency_hz.tolist(), INK, ":"),
     )
-    for label, listed, colour, style in styles:
+    for label, listed, colour, dashes in styles:
         for n, hz in enumerate(hz for hz in listed if hz is not None):
-            axes.axvline(hz, linewidth=0.8, zorder=0, label="" if n else label, color=colour, linestyle=style)
+            axes.axvline(hz, linewidth=0.8, zorder=0, label="" if n else label, color=colour, linestyle=dashes)
 
 
 def _shifts(axes: Axes, result: VirtualTest) -> None:
