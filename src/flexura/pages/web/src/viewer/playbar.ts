@@ -61,6 +61,7 @@ export class PlayBar {
     this.play.replaceChildren(icon(this.player.playing ? PAUSE : PLAY));
     this.play.ariaLabel = this.play.title = this.player.playing ? "pause" : "play";
     this.loop.ariaPressed = String(this.player.loop);
+    this.factor.min = String(Math.min(-2, ...motions.map((own) => -Math.log10(Math.max(own.factor, 1e-12)))));
     this.factor.value = String(Math.log10(state.factor));
     this.truth.hidden = motions[0]?.nature !== "displacement";
     this.truth.ariaPressed = String(motions.length > 0 && Math.abs(motions[0].factor * state.factor - 1) < 1e-9);

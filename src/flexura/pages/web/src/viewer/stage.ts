@@ -9,7 +9,7 @@ export class Stage {
   readonly controls: OrbitControls;
   readonly pixels = new Vector2(1, 1);
   readonly scratchColour = new Color();
-  frames = 0;
+  reach = 0; // how far anything moves out of the box
   onFrame: (now: number) => boolean = () => false; // before drawing; whether another frame is due
   onDraw: () => void = () => {}; // with the camera in place
   onDrawn: () => void = () => {};
@@ -159,7 +159,6 @@ export class Stage {
     this.clipToContent();
     this.onDraw();
     this.renderer.render(this.scene, this.camera);
-    this.frames += 1;
   }
 
   dispose(): void {
@@ -189,7 +188,7 @@ export class Stage {
     this.camera.updateMatrixWorld();
     const back = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 2);
     const depths = this.corners.map((corner) => -corner.clone().sub(this.camera.position).dot(back));
-    const spread = 0.75;
+    const spread = 0.75 + this.reach;
     const [near, far] = [Math.min(...depths) - spread, Math.max(...depths) + spread];
     this.camera.near = this.parallel ? near : Math.max(near, far * 2e-3, 1e-5);
     this.camera.far = Math.max(far, this.camera.near * 1.01);

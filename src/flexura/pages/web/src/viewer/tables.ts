@@ -55,7 +55,7 @@ export class Fields {
 
   constructor(private readonly model: Model) {}
 
-  /** Table of a motion (null: at rest) coloured by the quantity of a key, its shares times `weight`. */
+  /** Table of a motion (null: at rest) coloured by the quantity of a key, its shares times `weight`; with its largest displacement. */
   of(motionId: string | null, key: string, weight = 1): Promise<DataTexture> {
     const name = JSON.stringify([motionId, key, weight]);
     const found = this.kept.get(name) ?? this.made(motionId, key, weight);
@@ -79,6 +79,9 @@ export class Fields {
   private async made(motionId: string | null, key: string, weight: number): Promise<DataTexture> {
     const motion = motionId === null ? null : (this.model.motions.get(motionId) ?? null);
     const quantity = motion?.colours.find((own) => own.key === key) ?? null;
-    return tableOfField(await this.model.field(motion, quantity), weight);
+    const field = await this.model.field(motion, quantity);
+    const texture = tableOfField(field, weight);
+    texture.userData.largest = field.largest;
+    return texture;
   }
 }

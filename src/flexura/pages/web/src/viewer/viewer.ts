@@ -67,6 +67,8 @@ export class LiveViewer implements Viewer, Keyed {
   private values: [string, string][] = [];
   private pointer: { x: number; y: number } | null = null;
   private loading = 0;
+  private reached = 0; // largest displacement of what is shown, sizes of the frame
+  private wasPlaying = false;
 
   /** Throws where there is no WebGL 2. */
   constructor(
@@ -311,6 +313,7 @@ export class LiveViewer implements Viewer, Keyed {
     const tables = await Promise.all(asked);
     if (turn !== this.loading) return;
     this.tables = tables;
+    this.reached = Math.max(...tables.map((table) => (table.userData as { largest: number }).largest));
     this.drawing.colourBy(this.quantity() !== null);
     this.drawing.decor.show(this.model, motions[0] ?? null, this.state.marks);
     this.labels.set(this.drawing.decor.labels);
@@ -378,13 +381,14 @@ export class LiveViewer implements Viewer, Keyed {
     const motions = motionsOf(this.scene, this.state.shown);
     const [first, second, share] = this.tables.length > 1 ? this.player.between : [0, 0, 0];
     if (this.tables.length) this.drawing.field(this.tables[first], this.tables[second]);
-    this.drawing.move(motions.length ? motions[0].factor * this.state.factor * this.player.amount : 0, share);
+    const scale = motions.length ? motions[0].factor * this.state.factor : 0;
+    this.drawing.move(scale * this.player.amount, share);
+    this.stage.reach = scale * this.reached;
     this.playbar.follow();
     if (!more && this.wasPlaying) this.playbar.update();
     this.wasPlaying = more;
     return more;
   }
-  private wasPlaying = false;
 
   private repaint(): void {
     const dark = isDark(this.root);
@@ -412,7 +416,10 @@ export class LiveViewer implements Viewer, Keyed {
     this.root.addEventListener("keydown", (event) => {
       if (press(this, event)) event.preventDefault();
     });
-    listenToPointer(stage.canvas, (at) => this.pointAt(at), (at) => this.set({ selected: this.drawing.picker.at(at.x, at.y) }));
+    listenToPointer(stage.canvas, (at) => this.pointAt(at), (at) => {
+      this.set({ selected: this.drawing.picker.at(at.x, at.y) });
+      this.pointAt(at);
+    });
   }
 
   private pointAt(at: { x: number; y: number } | null): void {
