@@ -51,6 +51,7 @@ SHELL = {
         {"what"},  # of the things that are exported
     ),
     "identify": ((flexura.identify, flexura.read_measurement), {"data"}),
+    "report": ((flexura.report,), set()),
     "schema": ((flexura.schema,), set()),
     "view": ((flexura.view.draw_mechanism,), set()),
 }

@@ -65,6 +65,8 @@ from flexura.modelfile import load as load
 from flexura.modelfile import loads as loads
 from flexura.modelfile import save as save
 from flexura.modelfile import schema as schema
+from flexura.pages.report import Report as Report
+from flexura.pages.report import report as report
 from flexura.reduction import Certificate as Certificate
 from flexura.reduction import LowOrderModel as LowOrderModel
 from flexura.reduction import NaturalFrequencies as NaturalFrequencies

@@ -31,6 +31,7 @@ COMMANDS = {
     " --damping 0.01 --out OUT/a.csv --plot OUT",
     "verify": f"verify {GUIDE} -n 1 --size 2 --out OUT/a.step --plot OUT",
     "virtual-test": "virtual-test examples/rpr/rpr_test.yaml --out OUT/a.uff --plot OUT",
+    "report": f"report {GUIDE} --out OUT/a.html",
     "stroke": f"stroke {GUIDE} --move carriage.x=0:2mm --steps 3 -n 2 --out OUT/a.csv --plot OUT",
     "identify": f"identify {CORPUS}measured/modes.csv --plot OUT",
     "estimate-frf": f"estimate-frf {CORPUS}measured/hit.csv --exponential 0.1 --out OUT/a.h5",

@@ -154,6 +154,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "Neglected": neglected,
     "NestedModel": lambda: fx.nested(fx.reduce(guide()), [NODE], keep=0),
     "Preload": lambda: fx.preload(guide(), gravity=GRAVITY),
+    "Report": lambda: fx.report(guide()),
     "Recording": lambda: virtual_test().measurement.recordings[0],
     "ResponseSensitivities": lambda: fx.response_sensitivities(
         guide(), free=["length"], inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], frequency_hz=HZ

@@ -80,6 +80,21 @@ class Evidence(Record):
         """True when it is proven that no full-order mode in the reported range lacks a counterpart."""
         return self.is_counted and not self.missed and not self.more_missed
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Masses, rigid motions, residuals and counts in words."""
+        found_in = "found" if self.low_residual is None else "in the low-order model"
+        residuals = (("full", self.full_residual), ("low-order", self.low_residual))
+        free = f"; {self.rigid_body_modes} rigid-body modes" if self.rigid_body_modes else ""
+        return (
+            f"mass {self.model_mass.mass:.6g} kg, as described to {self.mass_error:.1g};"
+            f" inertia to {self.inertia_error:.1g}",
+            f"rigid-body motions strain nothing: residual {self.rigid_body_residual:.1g}{free}",
+            "eigen-residuals: " + ", ".join(f"{name} {value:.1g}" for name, value in residuals if value is not None),
+            f"Sturm count below {self.sturm_below_hz:.5g} Hz: {'' if self.is_counted else 'at most '}{self.sturm_count}"
+            f" of the full order, {self.reported_below} {found_in}",
+        )
+
 
 def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
     """Masses of model and description, their differences, and the rigid-body residual, as fields of Evidence."""

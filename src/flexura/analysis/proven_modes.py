@@ -14,7 +14,7 @@ from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.motion import Motion
 from flexura.errors import Exceeded
 from flexura.records import Record
-from flexura.reduction import HERTZ, TOLERANCE, Certificate, proven_text
+from flexura.reduction import HERTZ, RESOLVED, TOLERANCE, Certificate, proven_text
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, quantity
@@ -62,6 +62,15 @@ class Mode(Record):
     def proven_text(self) -> str:
         """How far the frequency can be from that of the full order, in words."""
         return proven_text(self.frequency_hz, self.interval_hz, self.is_indexed, self.is_rigid)
+
+    @property
+    def difference_text(self) -> str:
+        """Relative difference of the pair, with its MAC where the two shapes differ visibly; empty without a pair."""
+        if self.relative_error is None or self.mac is None:
+            return ""
+        if abs(self.relative_error) < RESOLVED:
+            return f"below {100 * RESOLVED:g} %"
+        return f"{100 * self.relative_error:+.2g} %" + (f" (MAC {self.mac:.2f})" if self.mac < 0.98 else "")
 
     @property
     def flag(self) -> str:

@@ -102,6 +102,11 @@ COMMANDS = {
         "identify_command",
         "Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted.",
     ),
+    "report": _Command(
+        "report",
+        "report_command",
+        "One page about a mechanism: modes that move, freedoms, stroke, responses, stress, with all evidence.",
+    ),
     "schema": _Command(
         "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."
     ),

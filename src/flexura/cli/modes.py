@@ -30,7 +30,7 @@ from flexura.cli.tables import console_of_width, print_warnings
 from flexura.errors import OptionError
 
 if TYPE_CHECKING:
-    from flexura.analysis import Evidence, Mode, Modes
+    from flexura.analysis import Evidence, Modes
 
 
 class ModelOrder(StrEnum):
@@ -147,7 +147,7 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}"]
         if beside:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
-            row += [_difference(mode)]
+            row += [mode.difference_text]
         row += [mode.proven_text]
         if meshed:
             row += ["" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %"]
@@ -161,48 +161,22 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         console.print(f"wrote {path}", markup=False)
 
 
-def _difference(mode: Mode) -> str:
-    """Relative difference of the pair, with its MAC where the two shapes differ visibly."""
-    if mode.relative_error is None or mode.mac is None:
-        return ""
-    from flexura.reduction import RESOLVED
-
-    if abs(mode.relative_error) < RESOLVED:
-        return f"below {100 * RESOLVED:g} %"
-    return f"{100 * mode.relative_error:+.2g} %" + (f" (MAC {mode.mac:.2f})" if mode.mac < 0.98 else "")
-
-
 def _print_evidence(console: Console, evidence: Evidence) -> None:
-    e = evidence
-    found_in = "found" if e.low_residual is None else "in the low-order model"
-    lines = [
-        f"mass {e.model_mass.mass:.6g} kg, as described to {e.mass_error:.1g}; inertia to {e.inertia_error:.1g}",
-        f"rigid-body motions strain nothing: residual {e.rigid_body_residual:.1g}"
-        + (f"; {e.rigid_body_modes} rigid-body modes" if e.rigid_body_modes else ""),
-        "eigen-residuals: "
-        + ", ".join(
-            f"{name} {value:.1g}"
-            for name, value in (("full", e.full_residual), ("low-order", e.low_residual))
-            if value is not None
-        ),
-        f"Sturm count below {e.sturm_below_hz:.5g} Hz: {'' if e.is_counted else 'at most '}{e.sturm_count} of the full"
-        f" order, {e.reported_below} {found_in}",
-    ]
     console.print("evidence", style="bold")
-    for line in lines:
+    for line in evidence.lines:
         console.print("  " + line, markup=False)
-    if e.complete:
+    if evidence.complete:
         console.print("  no mode is missing in this range", style="green")
         return
-    count = len(e.missed) + e.more_missed
-    if not e.is_counted:
+    count = len(evidence.missed) + evidence.more_missed
+    if not evidence.is_counted:
         console.print("  round-off hides whether a mode is missing in this range", style="red")
         return
     modes = "mode in this range is" if count == 1 else "modes in this range are"
     console.print(f"  {count} {modes} MISSING from the low-order model:", style="red")
-    for missed in e.missed[:12]:
+    for missed in evidence.missed[:12]:
         console.print(f"    {missed.frequency_hz:.5g} Hz: {missed.summary}", markup=False)
-    rest = len(e.missed) - 12 + e.more_missed
+    rest = len(evidence.missed) - 12 + evidence.more_missed
     if rest > 0:
         console.print(f"    and {rest} more", markup=False)
     console.print(

@@ -1,0 +1,2 @@
+from flexura.pages.report.report import Report as Report
+from flexura.pages.report.report import report as report

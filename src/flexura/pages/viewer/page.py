@@ -21,14 +21,16 @@ def page(
     kind: Literal["viewer", "report", "live"],
     data: Mapping[str, Mapping[str, Any]] | None = None,
     *,
+    style: str = "",
     connect: str = "'none'",
 ) -> str:
     """The text of a whole HTML page.
 
     title: plain text. body: HTML that can be read and printed without scripts, its text escaped by whoever made it.
     kind: what the script starts. data: what figures show, such as {"viewer": {ID: scene}, "chart": {ID: chart}}, plain
-    data as JSON has it; names in it may hold anything. connect: what the page may connect to, as a Content Security
-    Policy says it; nothing otherwise. No other script runs in the page, and none is loaded from anywhere.
+    data as JSON has it; names in it may hold anything. style: more CSS, without `<`. connect: what the
+    page may connect to, as a Content Security Policy says it; nothing otherwise. No other script runs in the page, and
+    none is loaded from anywhere.
     """
     script = bundle()
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -45,7 +47,7 @@ def page(
 <meta name="generator" content="flexura">
 <title>{escape(title)}</title>
 <style>
-{_style()}</style>
+{_style()}{style}</style>
 </head>
 <body data-page="{kind}">
 {body}

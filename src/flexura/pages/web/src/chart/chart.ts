@@ -36,7 +36,7 @@ class Plot implements Chart, Moves {
   private readonly legend = new Legend((name) => this.toggle(name));
   private readonly hair = svg("path", { class: "chart-hair", d: "" });
   private readonly swept = svg("rect", { class: "chart-brush", visibility: "hidden" });
-  private readonly reset_ = button("reset", "show the whole axis", () => this.reset());
+  private readonly reset_ = button("reset", "reset: show the whole axis", () => this.reset());
   private readonly hidden = new Set<string>();
   private readonly sizes = new ResizeObserver(() => this.resized());
   private readonly listening: () => void;

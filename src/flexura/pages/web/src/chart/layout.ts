@@ -66,8 +66,8 @@ export function layout(data: ChartData, width: number, x: Span, ys: Span[], mark
 
 /** Marks with their labels, all short where this lets more of them be there. */
 function placedMarks(marks: Mark[], scale: Scale, bottom: number): Placed[] {
-  const long = inRows(marks, (mark) => mark.label, scale, bottom);
-  const short = long.every((own) => own.label) ? long : inRows(marks, (mark) => mark.short ?? mark.label, scale, bottom);
+  const long = inRows(marks, (mark) => [mark.label, mark.short ?? ""], scale, bottom);
+  const short = long.every((own) => own.label) ? long : inRows(marks, (mark) => [mark.short ?? mark.label], scale, bottom);
   return labels(short) > labels(long) ? short : long;
 }
 
@@ -76,20 +76,19 @@ function labels(placed: Placed[]): number {
 }
 
 /** Labels in rows above the plot, from the right: each in the lowest row that has room, none over a line to another. */
-function inRows(marks: Mark[], textOf: (mark: Mark) => string, scale: Scale, bottom: number): Placed[] {
+function inRows(marks: Mark[], textsOf: (mark: Mark) => string[], scale: Scale, bottom: number): Placed[] {
   const starts = new Array<number>(ROWS).fill(scale.to + RIGHT);
   const found = [...marks].reverse().map((mark): Placed => {
     const x = toPixel(scale, mark.x);
-    const text = textOf(mark);
-    const wide = textWidth(text) + 6;
-    const left = x + wide > scale.to + RIGHT ? x - wide : x;
-    const row = starts.findIndex((start, k) => left + wide <= start && starts.slice(0, k).every((below) => below >= x));
-    if (row < 0 || left < 0 || !text) {
-      return { x, label: null };
+    for (const text of textsOf(mark)) {
+      const wide = textWidth(text) + 6;
+      const row = starts.findIndex((start, k) => x + wide <= start && starts.slice(0, k).every((below) => below >= x));
+      if (text && row >= 0) {
+        starts.fill(x, 0, row + 1);
+        return { x, label: { text, left: x + 2, y: bottom - 5 - row * LINE } };
+      }
     }
-    starts.fill(x, 0, row);
-    starts[row] = left;
-    return { x, label: { text, left: left + 2, y: bottom - 5 - row * LINE } };
+    return { x, label: null };
   });
   return found.reverse();
 }

@@ -1,0 +1,84 @@
+"""Natural frequencies and mode shapes with their proofs."""
+
+from __future__ import annotations
+
+from flexura.analysis import Mode
+from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Table
+from flexura.pages.report.subject import Subject
+
+FIRST = 3
+"""Frequencies that the summary tells."""
+LARGEST = 4
+"""Shares of energy that are told of a mode."""
+
+
+def certified_modes(subject: Subject) -> Content:
+    """Frequencies with proven intervals, what moves, and which parts bend. Raises FlexuraError."""
+    found = subject.modes
+    meshed = any(mode.mesh_error is not None for mode in found.modes)
+    headings = ["mode", "Hz", "rad/s", "full Hz", "difference", "proven"] + ["meshes"] * meshed + ["what moves", "flag"]
+    rows = []
+    for mode in found.modes:
+        beside = "none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"
+        row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}", beside, mode.difference_text]
+        row.append(mode.proven_text)
+        if meshed:
+            row.append("" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %")
+        rows.append([*row, mode.motion.summary, mode.flag])
+    command = subject.commands("modes", ["-n", str(subject.n)], f"n={subject.n}")
+    lines = [("order", f"{found.order} of {found.full_order}"), ("tolerance", f"{found.tolerance:g}")]
+    lines += [("reduction", step) for step in found.steps]
+    lines += [("evidence", line) for line in found.evidence.lines]
+    lines.append(("complete", _complete(found.evidence.complete, found.evidence.is_counted)))
+    if not any(mode.flag for mode in found.modes):
+        headings, rows = headings[:-1], [row[:-1] for row in rows]
+    table = Table(
+        headings,
+        rows,
+        range(1, 4),
+        motions=[f"mode-{mode.number}" for mode in found.modes],
+        evidence=Evidence(command, lines, essential=True),
+        details=[_proof(mode) for mode in found.modes],
+    )
+    blocks: list[Block] = [
+        Paragraph(
+            f"Each frequency of the low-order model, order {found.order}, lies in an interval that is proven to hold"
+            f" one of the full-order model, order {found.full_order}."
+        ),
+        table,
+    ]
+    if found.warnings:
+        blocks.append(Bullets([str(w) for w in found.warnings], "warning"))
+    blocks += [
+        Bullets(
+            [
+                f"{missed.frequency_hz:.5g} Hz is missing from the low-order model: {missed.summary}"
+                for missed in found.evidence.missed
+            ],
+            "bad",
+        )
+    ] * bool(found.evidence.missed)
+    hz = [f"{mode.frequency_text} Hz" for mode in found.modes[:FIRST]]
+    facts = [Fact(f"lowest {len(hz)} frequencies" if len(hz) > 1 else "lowest frequency", ", ".join(hz))]
+    return Content(blocks, facts=facts, warnings=found.warnings)
+
+
+def _complete(complete: bool, counted: bool) -> str:
+    if complete:
+        return "no mode is missing in this range"
+    return "modes are missing from the low-order model" if counted else "round-off hides whether a mode is missing"
+
+
+def _proof(mode: Mode) -> list[tuple[str, str]]:
+    """What is proven of one mode, and where its energy is."""
+    lower, upper = mode.interval_hz
+    ends = [("?" if end is None else f"{end:.9g}") for end in (lower, upper)]
+    lines = [("proven", f"a full-order frequency lies from {ends[0]} to {ends[1]} Hz")]
+    if mode.is_indexed:
+        lines.append(("number", f"it is that of mode {mode.number}, by an inertia count"))
+    if mode.mac is not None:
+        lines.append(("MAC", f"{mode.mac:.6f} with the full-order mode"))
+    for word, shares in (("strain energy", mode.motion.strain_share), ("kinetic energy", mode.motion.kinetic_share)):
+        most = sorted(shares.items(), key=lambda item: -item[1])[:LARGEST]
+        lines.append((word, ", ".join(f"{name} {100 * share:.0f} %" for name, share in most if share >= 0.005)))
+    return lines

@@ -1,0 +1,154 @@
+"""A chart as SVG without scripts: what a page shows before they run, and what is printed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.pages.report.chart import Chart, Curve, Mark, Panel
+from flexura.pages.report.scale import Scale, ends, ticks
+
+Array = NDArray[np.float64]
+
+COLOURS = ("#1f5fa8", "#c8460f", "#217a3f", "#7a4aa0", "#8a6a00", "#0a7577", "#a23b57", "#5b6770")
+INK, SOFT, LINE = "#22262b", "#5a626c", "#d5d9de"
+WIDTH, RIGHT = 760, 14
+TALL, LOW = 210, 120
+"""Heights of the first panel and of others."""
+ROW, ROWS = 15, 3
+"""Height of a line of text, and rows of labels above the first panel."""
+CHARACTER = 6.2
+"""Width of a character, on average."""
+DASHES = {"line": "", "pinned": ' stroke-dasharray="6 4"', "bound": ' stroke-dasharray="1.5 3"'}
+
+
+def chart_svg(chart: Chart) -> str:
+    """The chart as one SVG element, on paper of its own, with its legend below."""
+    names = list(dict.fromkeys(curve.name for panel in chart.panels for curve in panel.curves))
+    colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
+    heights = [TALL if k == 0 else LOW for k in range(len(chart.panels))]
+    spans = [ends(_values(panel), panel.log, panel.unit) for panel in chart.panels]
+    y_ticks = [
+        ticks(*span, panel.log, height / 26, panel.unit)
+        for span, panel, height in zip(spans, chart.panels, heights, strict=True)
+    ]
+    left = max([20.0, *(CHARACTER * len(text) for own in y_ticks for _, text in own)]) + 12
+    x = Scale(float(chart.x[0]), float(chart.x[-1]), chart.log, left, WIDTH - RIGHT)
+    parts, top, boxes = [], 0.0, list[tuple[float, float]]()
+    for k, (panel, height, span, own) in enumerate(zip(chart.panels, heights, spans, y_ticks, strict=True)):
+        title_at = top + ROW - 4
+        top += ROW + 5 + (ROWS * ROW + 4 if k == 0 and chart.marks else 0)
+        y = Scale(*span, panel.log, top + height, top)
+        boxes.append((top, top + height))
+        parts += [_text(left, title_at, _titled(panel.label, panel.unit), INK), *_grid(own, y, left)]
+        parts += [_curve(curve, chart.x, x, y, colours[curve.name]) for curve in panel.curves]
+        parts.append(f'<path d="M{left:.1f},{top:.1f}V{top + height:.1f}H{WIDTH - RIGHT}" stroke="{SOFT}"/>')
+        top += height + 6
+    bottom = boxes[-1][1]
+    parts += _x_axis(chart, x, boxes, bottom)
+    parts += _marks(chart.marks, x, boxes)
+    below = bottom + 50
+    parts += _legend(colours, below)
+    height = below + ROW * -(-len(names) // 2)
+    return (
+        f'<svg class="chart-static" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:.0f}" role="img"'
+        f' aria-label="{escape(f"{chart.title}. {chart.description}")}" font-family="system-ui, sans-serif"'
+        f' font-size="11" fill="none"><rect width="{WIDTH}" height="{height:.0f}" fill="#ffffff"/>'
+        + "".join(parts)
+        + "</svg>"
+    )
+
+
+def _values(panel: Panel) -> Array:
+    own = [values for curve in panel.curves for values in (curve.values, curve.upper) if values is not None]
+    return np.concatenate([np.empty(0), *own])
+
+
+def _titled(label: str, unit: str) -> str:
+    return f"{label}, {unit}" if unit else label
+
+
+def _text(x: float, y: float, text: str, colour: str = SOFT, anchor: str = "start") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" fill="{colour}" text-anchor="{anchor}">{escape(text)}</text>'
+
+
+def _grid(own: Sequence[tuple[float, str]], y: Scale, left: float) -> list[str]:
+    at = y(np.array([value for value, _ in own]))
+    lines = "".join(f"M{left:.1f},{own_y:.1f}H{WIDTH - RIGHT}" for own_y in at)
+    texts = [_text(left - 6, own_y + 4, text, anchor="end") for own_y, (_, text) in zip(at, own, strict=True)]
+    return [f'<path d="{lines}" stroke="{LINE}" stroke-width="0.7"/>', *texts]
+
+
+def _x_axis(chart: Chart, x: Scale, boxes: Sequence[tuple[float, float]], bottom: float) -> list[str]:
+    own = ticks(x.low, x.high, x.log, (x.end - x.start) / 60, chart.unit)
+    at = x(np.array([value for value, _ in own]))
+    lines = "".join(f"M{own_x:.1f},{top:.1f}V{low:.1f}" for own_x in at for top, low in boxes)
+    texts = [_text(own_x, bottom + ROW, text, anchor="middle") for own_x, (_, text) in zip(at, own, strict=True)]
+    title = _text((x.start + x.end) / 2, bottom + 32, _titled(chart.label, chart.unit), INK, "middle")
+    return [f'<path d="{lines}" stroke="{LINE}" stroke-width="0.7"/>', *texts, title]
+
+
+def _curve(curve: Curve, values: Array, x: Scale, y: Scale, colour: str) -> str:
+    px, py = x(values), np.clip(y(curve.values), -1e4, 1e4)
+    if curve.upper is not None:
+        there = [f"{a:.1f},{b:.1f}" for a, b in zip(px, y(curve.upper), strict=True) if np.isfinite(b)]
+        low = np.where(np.isfinite(py), py, y.start)
+        back = [f"{a:.1f},{b:.1f}" for a, b, c in zip(px, low, y(curve.upper), strict=True) if np.isfinite(c)]
+        return f'<path d="M{"L".join([*there, *back[::-1]])}Z" fill="{colour}" fill-opacity="0.18"/>' if there else ""
+    good = np.isfinite(px) & np.isfinite(py)
+    steps = ["M" if not before else "L" for before in [False, *good[:-1]]]
+    points = [f"{step}{a:.1f},{b:.1f}" for step, a, b, own in zip(steps, px, py, good, strict=True) if own]
+    return f'<path d="{"".join(points)}" stroke="{colour}" stroke-width="1.5"{DASHES[curve.style]}/>'
+
+
+def _marks(marks: Sequence[Mark], x: Scale, boxes: Sequence[tuple[float, float]]) -> list[str]:
+    """Lines of marks through all panels, with labels above, short ones where these leave room for more."""
+    inside = sorted((own for own in marks if x.low <= own.x <= x.high), key=lambda own: own.x)
+    at = [float(own) for own in x(np.array([own.x for own in inside]))]
+    long = _rows([(own.label, own.short) for own in inside], at)
+    short = long if None not in long else _rows([(own.short or own.label,) for own in inside], at)
+    lines, found = "", []
+    for own_x, placed in zip(at, short if short.count(None) < long.count(None) else long, strict=True):
+        lines += "".join(f"M{own_x:.1f},{top:.1f}V{bottom:.1f}" for top, bottom in boxes)
+        if placed is not None:
+            row, text = placed
+            base = boxes[0][0] - 5 - row * ROW
+            lines += f"M{own_x:.1f},{boxes[0][0]:.1f}V{base + 2:.1f}"
+            found.append(_text(own_x + 2, base, text))
+    return [f'<path d="{lines}" stroke="{SOFT}" stroke-width="0.8" stroke-dasharray="2 3"/>', *found] if inside else []
+
+
+def _rows(texts: Sequence[Sequence[str]], at: Sequence[float]) -> list[tuple[int, str] | None]:
+    """Row and text of every label, the first of its texts that has room, from the right: none over another or over a
+    line to one; None without room."""
+    starts = [float(WIDTH)] * ROWS
+    found: list[tuple[int, str] | None] = []
+    for own, x in zip(reversed(texts), reversed(at), strict=True):
+        rooms = (
+            (row, text)
+            for text in own
+            for row in range(ROWS)
+            if text and x + CHARACTER * len(text) + 6 <= starts[row] and all(b >= x for b in starts[:row])
+        )
+        placed = next(rooms, None)
+        found.append(placed)
+        if placed is not None:
+            starts[: placed[0] + 1] = [x] * (placed[0] + 1)
+    return found[::-1]
+
+
+def _legend(colours: dict[str, str], top: float) -> list[str]:
+    """Names in two columns below the plot, each cut to its column."""
+    most = int((WIDTH / 2 - 50) / CHARACTER)
+    found = []
+    for k, (name, colour) in enumerate(colours.items()):
+        x, y = 12 + (k % 2) * WIDTH / 2, top + ROW * (k // 2)
+        shown = name if len(name) <= most else f"{name[: most - 1]}…"
+        found += [
+            f'<path d="M{x:.1f},{y - 4:.1f}h22" stroke="{colour}" stroke-width="2"/>',
+            _text(x + 28, y, shown, INK),
+        ]
+    return found

@@ -1,0 +1,121 @@
+"""A report as plain data: sections of paragraphs, tables with their evidence, and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from flexura.pages.report.chart import Chart
+
+Tone = Literal["", "soft", "warning", "bad", "good"]
+State = Literal["shown", "absent", "failed"]
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """A few sentences."""
+
+    text: str
+    tone: Tone = ""
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """Texts, one below another."""
+
+    texts: Sequence[str]
+    tone: Tone = ""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Why numbers can be believed: `lines` of a word and what it says, and the `command` that makes the numbers again.
+
+    `essential` evidence is printed unfolded.
+    """
+
+    command: str
+    lines: Sequence[tuple[str, str]] = ()
+    summary: str = "evidence and command"
+    essential: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under headings, those of the columns `numbers` set right.
+
+    `details` are what every row unfolds to, lines of a word and what it says; `evidence` is that of all its numbers.
+    `motions` are what a scene of the same section can show of every row.
+    """
+
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[int] = ()
+    caption: str = ""
+    evidence: Evidence | None = None
+    details: Sequence[Sequence[tuple[str, str]]] = ()
+    motions: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class ChartFigure:
+    """A chart, the `table` of some of its values, and their evidence."""
+
+    chart: Chart
+    table: Table
+
+
+@dataclass(frozen=True)
+class ViewerFigure:
+    """A scene in three dimensions as data, under an identifier of its own."""
+
+    id: str
+    scene: Mapping[str, Any]
+    caption: str
+
+
+@dataclass(frozen=True)
+class Folded:
+    """What is there for those who unfold it."""
+
+    summary: str
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A number that matters, as it stands in its section."""
+
+    label: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Facts, each with the identifier and the heading of the section that it is of."""
+
+    rows: Sequence[tuple[Fact, str, str]]
+
+
+Block: TypeAlias = Paragraph | Bullets | Evidence | Table | ChartFigure | ViewerFigure | Folded | Facts
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a section holds. `facts` and `warnings` are what the summary takes of it; `state` says whether it could be
+    made."""
+
+    blocks: Sequence[Block]
+    state: State = "shown"
+    facts: Sequence[Fact] = ()
+    warnings: Sequence[Any] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a report, by its identifier in the page."""
+
+    id: str
+    heading: str
+    content: Content

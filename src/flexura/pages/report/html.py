@@ -1,0 +1,158 @@
+"""A report as HTML: every text is escaped here, and nowhere else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+from flexura.pages.report.chart_svg import chart_svg
+from flexura.pages.report.document import (
+    Block,
+    Bullets,
+    ChartFigure,
+    Evidence,
+    Facts,
+    Folded,
+    Paragraph,
+    Section,
+    Table,
+    ViewerFigure,
+)
+
+LONG = 30
+"""Characters from which the text of a cell may be broken into lines."""
+
+
+def body_of(title: str, under: str, sections: Sequence[Section]) -> str:
+    """The body of the page: heading, contents and sections."""
+    links = "".join(
+        f'<li class="{own.content.state}"><a href="#{escape(own.id)}">{escape(own.heading)}</a></li>'
+        for own in sections
+    )
+    return (
+        f'<main class="report"><header><h1>{escape(title)}</h1><p class="soft">{escape(under)}</p>'
+        f'<nav aria-label="sections"><ul>{links}</ul></nav></header>'
+        + "".join(_section(own) for own in sections)
+        + "</main>"
+    )
+
+
+def data_of(sections: Iterable[Section]) -> dict[str, dict[str, Any]]:
+    """What the figures of the page show, by kind and identifier."""
+    viewers: dict[str, Mapping[str, Any]] = {}
+    charts: dict[str, Mapping[str, Any]] = {}
+    for block in _every(block for section in sections for block in section.content.blocks):
+        if isinstance(block, ViewerFigure):
+            viewers[block.id] = block.scene
+        elif isinstance(block, ChartFigure):
+            charts[block.chart.id] = block.chart.to_data()
+    return {"viewer": dict(viewers), "chart": dict(charts)}
+
+
+def _every(blocks: Iterable[Block]) -> Iterable[Block]:
+    for block in blocks:
+        yield block
+        if isinstance(block, Folded):
+            yield from _every(block.blocks)
+
+
+def _section(section: Section) -> str:
+    own, inner = escape(section.id), "".join(_block(block) for block in section.content.blocks)
+    return (
+        f'<section id="{own}" class="{section.content.state}" aria-labelledby="{own}-heading">'
+        f'<h2 id="{own}-heading">{escape(section.heading)}</h2>{inner}</section>'
+    )
+
+
+def _block(block: Block) -> str:
+    return _WRITERS[type(block)](block)
+
+
+def _paragraph(block: Paragraph) -> str:
+    return f"<p{_class(block.tone)}>{escape(block.text)}</p>"
+
+
+def _bullets(block: Bullets) -> str:
+    return f"<ul{_class(block.tone)}>" + "".join(f"<li>{escape(text)}</li>" for text in block.texts) + "</ul>"
+
+
+def _class(name: str) -> str:
+    return f' class="{name}"' if name else ""
+
+
+def _evidence(block: Evidence) -> str:
+    essential = " essential" if block.essential else ""
+    return (
+        f'<details class="evidence{essential}"><summary>{escape(block.summary)}</summary>{_lines(block.lines)}'
+        f'<pre class="command" tabindex="0">{escape(block.command)}</pre></details>'
+    )
+
+
+def _lines(lines: Iterable[tuple[str, str]]) -> str:
+    text = "".join(f"<div><dt>{escape(word)}</dt><dd>{escape(said)}</dd></div>" for word, said in lines)
+    return f"<dl>{text}</dl>" if text else ""
+
+
+def _table(block: Table) -> str:
+    numbers = set(block.numbers)
+
+    def cell(tag: str, k: int, text: str, more: str = "") -> str:
+        kind = "number" if k in numbers else "long" if tag == "td" and len(text) > LONG else ""
+        return f"<{tag}{more}{_class(kind)}>{escape(text)}</{tag}>"
+
+    head = "".join(cell("th", k, text, ' scope="col"') for k, text in enumerate(block.headings))
+    head += '<th scope="col">evidence</th>' if block.details else ""
+    rows = []
+    for k, row in enumerate(block.rows):
+        cells = "".join(cell("td", i, text) for i, text in enumerate(row))
+        if block.details:
+            cells += f"<td><details><summary>of {escape(row[0])}</summary>{_lines(block.details[k])}</details></td>"
+        shown = f' data-motion="{escape(block.motions[k])}"' if block.motions else ""
+        rows.append(f"<tr{shown}>{cells}</tr>")
+    caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
+    thead = f"<thead><tr>{head}</tr></thead>" if any(block.headings) else ""
+    table = f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(block.caption or "table")}">'
+    table += f"<table>{caption}{thead}<tbody>{''.join(rows)}</tbody></table></div>"
+    told = "" if block.evidence is None else _evidence(block.evidence)
+    return f'<div class="numbers">{table}{told}</div>' if told else table
+
+
+def _chart(block: ChartFigure) -> str:
+    own = block.chart
+    return (
+        f'<figure data-chart="{escape(own.id)}">{chart_svg(own)}<figcaption>{escape(own.title)}</figcaption></figure>'
+        f'<details class="values"><summary>values of this chart as a table</summary>{_table(block.table)}</details>'
+    )
+
+
+def _viewer(block: ViewerFigure) -> str:
+    picture = block.scene.get("picture")
+    shown = f'<img src="{escape(str(picture))}" alt="{escape(block.caption)}">' if picture else ""
+    return f'<figure data-viewer="{escape(block.id)}">{shown}<figcaption>{escape(block.caption)}</figcaption></figure>'
+
+
+def _folded(block: Folded) -> str:
+    inner = "".join(_block(own) for own in block.blocks)
+    return f"<details><summary>{escape(block.summary)}</summary>{inner}</details>"
+
+
+def _facts(block: Facts) -> str:
+    rows = "".join(
+        f"<div><dt>{escape(fact.label)}</dt><dd><strong>{escape(fact.value)}</strong>"
+        f' <a href="#{escape(own)}">{escape(heading)}</a></dd></div>'
+        for fact, own, heading in block.rows
+    )
+    return f'<dl class="facts">{rows}</dl>'
+
+
+_WRITERS: dict[type, Callable[[Any], str]] = {
+    Paragraph: _paragraph,
+    Bullets: _bullets,
+    Evidence: _evidence,
+    Table: _table,
+    ChartFigure: _chart,
+    ViewerFigure: _viewer,
+    Folded: _folded,
+    Facts: _facts,
+}

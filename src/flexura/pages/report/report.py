@@ -1,0 +1,182 @@
+"""One page that tells what is known of a mechanism, with the evidence of every number."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from flexura._version import __version__
+from flexura.arguments import verb
+from flexura.deadline import Listener, told
+from flexura.errors import Exceeded, FlexuraError, OptionError
+from flexura.files import read_bytes, write_file
+from flexura.mechanism import Mechanism
+from flexura.mechanism import at as posed
+from flexura.pages.report.certified import certified_modes
+from flexura.pages.report.commands import Commands
+from flexura.pages.report.compared import against_the_solid, tested
+from flexura.pages.report.document import Bullets, Content, Facts, Paragraph, Section
+from flexura.pages.report.freedoms import freedoms
+from flexura.pages.report.html import body_of, data_of
+from flexura.pages.report.loaded import buckling, static_response, stresses
+from flexura.pages.report.responses import frequency_responses
+from flexura.pages.report.strokes import over_the_stroke
+from flexura.pages.report.subject import Subject
+from flexura.pages.report.understood import understood
+from flexura.pages.viewer import page
+from flexura.results import Result
+from flexura.structure import one_design, plan_of
+from flexura.tables import Facts as ShownFacts
+
+MOST_WARNINGS = 4
+"""Warnings of a section that the summary repeats."""
+
+MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
+    "understood": ("What was understood", understood),
+    "modes": ("Natural modes", certified_modes),
+    "freedoms": ("Freedoms and stiffness", freedoms),
+    "statics": ("Static response to what is described", static_response),
+    "stroke": ("Stroke", over_the_stroke),
+    "responses": ("Frequency responses", frequency_responses),
+    "stress": ("Stress and margins", stresses),
+    "buckling": ("Preload and buckling", buckling),
+    "solid": ("Against the solid", against_the_solid),
+    "test": ("Test", tested),
+}
+"""Heading and maker of every section but the summary, by identifier, in their order."""
+
+
+@dataclass(frozen=True, repr=False)
+class Report(Result):
+    """A page about a mechanism: `html` is the whole file. `states` says of every section whether it is shown, absent or
+    failed, `seconds` how long it took; `warnings` are those of all sections."""
+
+    _shown = ("name", "states")
+    _told = ("name", "states")
+
+    name: str
+    html: str
+    states: dict[str, str]
+    seconds: dict[str, float] = field(compare=False)
+    warnings: tuple[Exceeded, ...] = ()
+
+    def _view(self) -> Iterator[ShownFacts]:
+        by_state = {
+            state: [own for own, said in self.states.items() if said == state]
+            for state in ("shown", "absent", "failed")
+        }
+        yield ShownFacts({state: ", ".join(own) for state, own in by_state.items()})
+
+    def write(self, path: str | PathLike[str]) -> Path:
+        """Write the page as one file, whole or not at all; returns its path. Raises OptionError where it cannot be
+        written."""
+        return write_file(Path(path), lambda scratch: scratch.write_text(self.html, encoding="utf-8"))
+
+
+@verb
+def report(
+    model: Mechanism,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    out: str | PathLike[str] | None = None,
+    file: str | PathLike[str] | None = None,
+    at: Mapping[str, float] | None = None,
+    n: int = 6,
+    solid: bool = False,
+    title: str | None = None,
+    progress: Listener | None = None,
+) -> Report:
+    """Everything that is known of a mechanism as one HTML page that needs no network.
+
+    What was understood, `n` certified modes, freedoms, statics, the described stroke, frequency responses, stress,
+    buckling and the described test, each where it applies; finite elements with `solid`, which take longer. Every
+    number unfolds to its evidence and to the command that makes it again. A section that fails says why, and the
+    others go on.
+
+    `parameters` replace default values, `at` is a pose as `flexura.at` takes it; SI. `out` is written, whole or not at
+    all, where it is given. `file` is the one that the mechanism was read from: commands name it, and the page tells its
+    hash. `progress` is told of every section. The page is the same, byte by byte, whenever the same is asked for.
+
+    Raises ModelError for a description that cannot be used at all, OptionError for impossible arguments, and where the
+    file cannot be written.
+    """
+    if isinstance(n, bool) or n < 1:
+        raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
+    subject, digest = _subject(model, one_design(parameters), file, at or {}, n, solid)
+    say = told(progress)
+    sections, seconds = list[Section](), dict[str, float]()
+    for name, (heading, make) in MAKERS.items():
+        say(heading)
+        begun = time.perf_counter()
+        sections.append(Section(name, heading, _made(make, subject)))
+        seconds[name] = time.perf_counter() - begun
+    source = "" if file is None else f"{Path(file).name}, SHA-256 {digest}; "
+    under = f"{source}made by flexura {__version__}"
+    name = subject.mechanism.name
+    whole = [Section("summary", "Summary", _summary(sections)), *sections]
+    text = page(title or name, body_of(title or name, under, whole), "report", data_of(whole), style=_style())
+    warnings = tuple(w for section in sections for w in section.content.warnings)
+    states = {section.id: section.content.state for section in sections}
+    found = Report(name, text, states, seconds, warnings)
+    if out is not None:
+        found.write(out)
+    return found
+
+
+def _subject(
+    model: Mechanism,
+    parameters: Mapping[str, float],
+    file: str | PathLike[str] | None,
+    pose: Mapping[str, float],
+    n: int,
+    solid: bool,
+) -> tuple[Subject, str]:
+    """What the report is about, and the hash of its file."""
+    if not isinstance(model, Mechanism):
+        raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
+    commands = Commands.of(model, None if file is None else Path(file), parameters, pose)
+    digest = "" if file is None else hashlib.sha256(read_bytes(Path(file))).hexdigest()
+    mechanism = posed(model, pose) if pose else model
+    plan = plan_of(mechanism, parameters)
+    plan.verify(parameters)
+    return Subject(plan.mechanism, plan, parameters, commands, n, solid), digest
+
+
+def _made(make: Callable[[Subject], Content], subject: Subject) -> Content:
+    """What a section holds, or why it could not be made."""
+    try:
+        return make(subject)
+    except FlexuraError as error:
+        return Content([Paragraph(f"{type(error).__name__}: {error}", "bad")], "failed")
+
+
+def _summary(sections: Sequence[Section]) -> Content:
+    """The numbers that matter and the warnings that matter, each with its section."""
+    rows = [(fact, own.id, own.heading) for own in sections for fact in own.content.facts]
+    blocks = [Facts(rows), *_said(sections)]
+    return Content(blocks)
+
+
+def _said(sections: Sequence[Section]) -> Iterator[Any]:
+    failed = [f"{own.heading} could not be made: see there." for own in sections if own.content.state == "failed"]
+    if failed:
+        yield Bullets(failed, "bad")
+    texts: dict[str, str] = {}
+    for own in sections:
+        said = [str(w) for w in own.content.warnings]
+        fresh = [text for text in dict.fromkeys(said) if text not in texts]
+        texts |= {text: f"{own.heading}: {text}" for text in fresh[:MOST_WARNINGS]}
+        if len(fresh) > MOST_WARNINGS:
+            texts[own.id] = f"{own.heading}: and {len(fresh) - MOST_WARNINGS} more warnings there"
+    yield Bullets(list(texts.values()), "warning") if texts else Paragraph("No warnings.", "good")
+
+
+@cache
+def _style() -> str:
+    return (Path(__file__).parent / "report.css").read_text(encoding="utf-8")

@@ -1,0 +1,174 @@
+"""What was understood of a mechanism: sizes, masses, what is held and driven, and every doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from flexura.analysis import CheckReport, check
+from flexura.expressions import Expression
+from flexura.mechanism import CATALOGUE, Layout, parameter_dimensions
+from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
+from flexura.pages.report.subject import Subject
+from flexura.units import format_quantity
+
+T = TypeVar("T")
+MOST = 10
+"""Bodies of which the masses are shown; the command prints as many."""
+
+
+def understood(subject: Subject) -> Content:
+    """Masses, materials, counts, what is held and driven, parameters, and the doubts. Raises FlexuraError."""
+    found = check(subject.plan, subject.parameters)
+    command = subject.commands("check", posed=False)
+    evidence = Evidence(command, _words(found), essential=True)
+    blocks: list[Block] = []
+    if subject.mechanism.description.strip():
+        blocks.append(Paragraph(" ".join(subject.mechanism.description.split())))
+    if subject.plan.is_posed:
+        blocks.append(
+            Paragraph("This section is about the mechanism at rest; all others are about its pose.", "warning")
+        )
+    blocks.append(replace(_overview(found), evidence=evidence))
+    blocks.append(_parts(found, command))
+    blocks += _bodies(found, command)
+    blocks += [_materials(subject), _parameters(subject)]
+    if found.doubts:
+        count = len(found.doubts)
+        blocks.append(
+            Paragraph(
+                f"{count} doubt{'s' if count > 1 else ''}: what may not be meant, or what no theory in use covers"
+            )
+        )
+        blocks.append(Bullets([str(doubt) for doubt in found.doubts], "warning"))
+    else:
+        blocks.append(Paragraph("No doubts.", "good"))
+    facts = [Fact("mass", f"{found.mass.mass:.6g} kg"), Fact("doubts", str(len(found.doubts)))]
+    return Content(blocks, facts=facts, warnings=found.doubts)
+
+
+def _words(found: CheckReport) -> list[tuple[str, str]]:
+    """What is held, corrected, driven and read."""
+    lines = [("held", f"{node} {'clamped' if len(dofs) == 6 else ' '.join(dofs)}") for node, dofs in _few(found.held)]
+    corrected = sorted({name for names in found.corrections.values() for name in names})
+    if corrected:
+        lines.append(("corrected", f"{', '.join(corrected)}: {', '.join(name for name, _ in _few(found.corrections))}"))
+    lines.append(("held", f"{len(found.held)} nodes in all"))
+    lines += [("solid part", f"{name}: {mesh}") for name, mesh in _few(found.solid_parts)]
+    lines += [("actuator", f"{name}: {text}") for name, text in _few(found.actuators)]
+    lines += [("sensor", f"{name}: {text}") for name, text in _few(found.sensors)]
+    return lines
+
+
+def _few(named: Mapping[str, T], most: int = 20) -> list[tuple[str, T]]:
+    return list(named.items())[:most]
+
+
+def _overview(found: CheckReport) -> Table:
+    x, y, z = (round(1e3 * c, 6) + 0.0 for c in found.mass.centre)
+    rows = [
+        ["mass", f"{found.mass.mass:.6g} kg"],
+        ["centre of mass", f"({x:.5g}, {y:.5g}, {z:.5g}) mm"],
+        ["degrees of freedom", f"full order {found.full_order}, low order {found.low_order} before modes are kept"],
+        ["damping", found.damping],
+        ["actuators, sensors", f"{len(found.actuators)}, {len(found.sensors)}"],
+    ]
+    if found.rigid_body_modes:
+        rows.append(["rigid-body modes", str(found.rigid_body_modes)])
+    if found.lowest_hz is not None:
+        lower, upper = found.lowest_hz
+        sharp = f"{lower:.5g}" == f"{upper:.5g}"
+        text = f"{upper:.5g} Hz" if sharp else f"between {lower:.5g} and {upper:.5g} Hz"
+        rows.append(
+            ["lowest frequency", f"{text}, proven" if lower > 0 else f"below {upper:.2g} Hz, not told from zero"]
+        )
+    rows += [[f"load on {node}", _wrench(own)] for node, own in _few(found.loads)]
+    if any(found.gravity):
+        rows.append(["gravity", f"{_vector(found.gravity)} m/s^2"])
+    if found.is_preloaded:
+        rows.append(["preloaded", "stiffness, and all that follows from it, is about the state under these loads"])
+    return Table(["what", "as understood"], rows)
+
+
+def _wrench(own: Iterable[float]) -> str:
+    wrench = list(own)
+    parts = [f"{_vector(w)} {unit}" for w, unit in ((wrench[:3], "N"), (wrench[3:], "N m")) if any(w)]
+    return ", ".join(parts) or "none"
+
+
+def _vector(components: Iterable[float]) -> str:
+    return f"({', '.join(f'{c + 0.0:.5g}' for c in components)})"
+
+
+def _parts(found: CheckReport, command: str) -> Table:
+    headings = ("substructure", "copies", "members", "elements", "nodes", "interior DOFs", "mass kg", "interface")
+    rows = []
+    for s in found.substructures:
+        numbers = (s.copies, s.members, s.elements, s.nodes, s.interior_dofs)
+        shown = ", ".join(s.interface[:4]) + (f", ... ({len(s.interface)})" if len(s.interface) > 4 else "")
+        rows.append([s.name, *map(str, numbers), f"{s.mass:.5g}", shown])
+    return Table(headings, rows, range(1, 7), "substructures", Evidence(command))
+
+
+def _bodies(found: CheckReport, command: str) -> list[Block]:
+    if not found.rigid_bodies:
+        return []
+    rows = [[name, f"{mass:.6g}"] for name, mass in list(found.rigid_bodies.items())[:MOST]]
+    blocks: list[Block] = [Table(["rigid body", "mass kg"], rows, (1,), "rigid bodies", Evidence(command))]
+    more = len(found.rigid_bodies) - MOST
+    return [*blocks, Paragraph(f"and {more} more rigid bodies; --json has all", "soft")] if more > 0 else blocks
+
+
+def _materials(subject: Subject) -> Block:
+    """The materials that are named anywhere, as they are described."""
+    mechanism, layout = subject.mechanism, Layout(subject.mechanism)
+    parts = layout.prototypes.values()
+    solids = [body.solid for part in parts for body in part.bodies.values() if body.solid is not None]
+    members = [m for part in parts for m in (*part.links.values(), *part.flexures.values())]
+    named = [name for own in (*members, *solids) if (name := getattr(own, "material", None)) in CATALOGUE]
+    used = dict.fromkeys([*mechanism.materials, *named])
+    rows = []
+    for name in used:
+        own = mechanism.material(name)
+        units = {"E": "Pa", "nu": "", "G": "Pa", "rho": "kg/m^3", "yield_stress": "Pa"}
+        rows.append([name, *(_described(getattr(own, key), unit) for key, unit in units.items()), own.source])
+    headings = ["material", "E", "Poisson's ratio", "G", "density", "yield stress", "source"]
+    return Folded("materials, as described", [Table(headings, rows)])
+
+
+def _described(value: object, unit: str) -> str:
+    """A value of a description; an expression as it is written."""
+    if isinstance(value, Expression):
+        return str(value)
+    return f"{value:.6g} {unit}".strip() if isinstance(value, float) else ""
+
+
+def _parameters(subject: Subject) -> Block:
+    """Parameters with bounds and sources; replaced ones say so."""
+    own = subject.mechanism.parameters
+    dimensions = parameter_dimensions(own)
+    values = subject.plan.parameter_values(dict(subject.parameters))
+
+    def text(value: Any, name: str) -> str:
+        dimension = dimensions[name]
+        if value is None or isinstance(value, Expression):
+            return "" if value is None else str(value)
+        number = float(f"{value:.6g}")
+        return f"{number:g}" if dimension is None else format_quantity(number, dimension)
+
+    rows = [
+        [
+            name,
+            text(values[name], name) + (" (replaced)" if name in subject.parameters else ""),
+            text(parameter.minimum, name),
+            text(parameter.maximum, name),
+            parameter.source,
+        ]
+        for name, parameter in own.items()
+    ]
+    if not rows:
+        return Paragraph("The description has no parameters.", "soft")
+    return Folded(
+        f"{len(rows)} parameters, as described", [Table(["parameter", "value", "least", "largest", "source"], rows)]
+    )
