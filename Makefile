@@ -83,6 +83,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/control_step.py
 	$(BIN)/python benchmarks/solid.py
 	$(BIN)/python benchmarks/virtual_test.py
+	$(BIN)/python benchmarks/viewer.py
 
 verification: $(STAMP)
 	$(BIN)/python -m pytest tests/literature tests/opensees -m '' --verification-page docs/verification.md

@@ -22,9 +22,10 @@ def saved(page: Page, button: str) -> tuple[str, bytes]:
     return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
 
 
-@pytest.mark.parametrize("ratio", [1, 2])
+@pytest.mark.parametrize("ratio", [1, 3])
 def test_a_picture_has_the_model_and_its_caption(show, ratio):
     page = show(device_scale_factor=ratio)
+    ratio = max(2, ratio)
     name, data = saved(page, "save as PNG")
     assert name == "two-boxes-mode-1-22.44-Hz.png"
     image = pixels(data)

@@ -5,6 +5,8 @@ import type { Motion, Part } from "../scene";
 
 const FLOAT = 5126;
 const UNSIGNED = 5125;
+const VERTICES = 34962;
+const INDICES = 34963;
 const PERIOD = 2; // s
 const KEYS = 25; // of a cycle
 
@@ -17,7 +19,8 @@ class Chunk {
 
   add(data: Float32Array<ArrayBuffer> | Uint32Array<ArrayBuffer>, type: "SCALAR" | "VEC3", more: object = {}): number {
     const each = type === "VEC3" ? 3 : 1;
-    this.views.push({ buffer: 0, byteOffset: this.length, byteLength: data.byteLength });
+    const target = type === "VEC3" ? { target: VERTICES } : data instanceof Uint32Array ? { target: INDICES } : {};
+    this.views.push({ buffer: 0, byteOffset: this.length, byteLength: data.byteLength, ...target });
     const componentType = data instanceof Float32Array ? FLOAT : UNSIGNED;
     this.accessors.push({ bufferView: this.views.length - 1, componentType, count: data.length / each, type, ...more });
     this.pieces.push(data);

@@ -1,4 +1,4 @@
-import { digits, h, icon, quantity, unique } from "./dom";
+import { digits, h, icon, unique } from "./dom";
 import type { Player } from "./player";
 import { type Commands, motionsOf, sequenceOf } from "./state";
 
@@ -24,6 +24,7 @@ export class PlayBar {
     private readonly commands: Commands,
     private readonly player: Player,
     changed: () => void,
+    private readonly scaled: () => string,
   ) {
     const button = (label: string, act: () => void, ...drawing: string[]) =>
       h("button", { type: "button", class: "fx-button", "aria-label": label, title: label, click: () => { act(); changed(); } }, icon(...drawing));
@@ -65,7 +66,7 @@ export class PlayBar {
     this.factor.value = String(Math.log10(state.factor));
     this.truth.hidden = motions[0]?.nature !== "displacement";
     this.truth.ariaPressed = String(motions.length > 0 && Math.abs(motions[0].factor * state.factor - 1) < 1e-9);
-    this.factorText.textContent = scaleText(motions[0], state.factor, scene.size);
+    this.factorText.textContent = this.scaled();
     this.factor.setAttribute("aria-valuetext", this.factorText.textContent);
     this.follow();
   }
@@ -92,10 +93,11 @@ export class PlayBar {
   }
 }
 
-/** How the displacement is scaled, in words: of modes, whose size is free, how far points are drawn away. */
-export function scaleText(motion: { factor: number; nature: string; largest: number | null } | undefined, factor: number, size: number): string {
+/** How the displacement is scaled, in words; of modes, whose size is free, how far they are drawn. `reach`: largest
+ * displacement at factor 1, in sizes of the mechanism. */
+export function scaleText(motion: { factor: number; nature: string } | undefined, factor: number, reach: number): string {
   if (!motion) return "";
   const all = motion.factor * factor;
-  if (motion.nature === "displacement") return Math.abs(all - 1) < 1e-9 ? "true scale" : `× ${digits(all)}`;
-  return motion.largest === null ? `× ${digits(factor)}` : `drawn ± ${quantity(motion.largest * all || factor * size, "m")}`;
+  if (motion.nature === "vibration") return `± ${digits(100 * all * reach)} % of size`;
+  return Math.abs(all - 1) < 1e-9 ? "true scale" : `× ${digits(all)}`;
 }

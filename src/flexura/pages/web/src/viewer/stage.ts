@@ -161,6 +161,17 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
   }
 
+  /** Draw with at least two pixels for one of CSS, and hand the canvas on. */
+  drawnFine<T>(taken: (canvas: HTMLCanvasElement) => T): T {
+    const ratio = this.renderer.getPixelRatio();
+    this.rasterise(Math.max(2, ratio));
+    this.draw();
+    const result = taken(this.canvas);
+    this.rasterise(ratio);
+    this.draw();
+    return result;
+  }
+
   dispose(): void {
     cancelAnimationFrame(this.asked);
     this.resizer.disconnect();
@@ -195,12 +206,17 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
+  private rasterise(ratio: number): void {
+    const { clientWidth: width, clientHeight: height } = this.host;
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+    this.renderer.getDrawingBufferSize(this.pixels);
+  }
+
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 3));
-    this.renderer.setSize(width, height, false);
-    this.renderer.getDrawingBufferSize(this.pixels);
+    this.rasterise(Math.min(window.devicePixelRatio || 1, 3));
     this.deep.aspect = width / height;
     this.flat.left = -this.deep.aspect;
     this.flat.right = this.deep.aspect;

@@ -41,6 +41,7 @@ export interface Viewer {
 }
 
 const SEE_THROUGH = 0.28;
+const NARROW = 760; // CSS pixels: the controls fold away
 const THROUGH_GROUPS = new Set(["bodies", "links", "ground"]);
 
 /** A scene in 3-D with its controls. */
@@ -62,6 +63,7 @@ export class LiveViewer implements Viewer, Keyed {
   private readonly playbar: PlayBar;
   private readonly toolbar: Toolbar;
   private readonly stopTheme: () => void;
+  private readonly narrowing: ResizeObserver;
   private readonly still: Still;
   private tables: DataTexture[] = [];
   private values: [string, string][] = [];
@@ -88,13 +90,15 @@ export class LiveViewer implements Viewer, Keyed {
     }
     this.drawing = new Drawing(this.stage, model);
     this.panel = new Panel(this, () => this.values);
-    this.playbar = new PlayBar(this, this.player, () => this.changed());
+    this.playbar = new PlayBar(this, this.player, () => this.changed(), () => this.scale());
     this.toolbar = new Toolbar(this);
     this.help = helpPanel(() => this.toggleHelp());
     this.still = new Still(model.scene, "The browser took its 3-D graphics away; the picture moves again when they are back.");
     this.still.element.hidden = true;
     this.picture.append(this.labels.host, this.triad.canvas, this.title.element, this.bar.element, this.toolbar.element, this.tip.element, this.still.element);
     this.root.append(this.picture, this.playbar.element, this.panel.element, this.said, this.help);
+    this.narrowing = new ResizeObserver(() => this.root.classList.toggle("fx-narrow", this.root.clientWidth < NARROW));
+    this.narrowing.observe(this.root);
     this.stopTheme = watchTheme(() => this.repaint());
     this.listen();
     this.repaint();
@@ -227,11 +231,10 @@ export class LiveViewer implements Viewer, Keyed {
   savePicture(): void {
     const { stage } = this;
     this.prepareFrame(performance.now());
-    stage.draw();
     const colours = theme(isDark(this.root));
     const quantity = this.quantity();
     const { title, subtitle } = this.heading();
-    const out = pictureOf(stage.canvas, this.picture.clientWidth, {
+    const caption = {
       title: this.scene.name,
       lines: [title, subtitle, this.scale()].filter(Boolean),
       labels: this.labels.texts,
@@ -239,7 +242,8 @@ export class LiveViewer implements Viewer, Keyed {
       camera: stage.view,
       background: colours.background,
       ink: colours.ink,
-    });
+    };
+    const out = stage.drawnFine((canvas) => pictureOf(canvas, this.picture.clientWidth, caption));
     out.toBlob((blob) => blob && download(blob, `${fileName(this.scene.name, title)}.png`), "image/png");
   }
 
@@ -249,6 +253,7 @@ export class LiveViewer implements Viewer, Keyed {
 
   dispose(): void {
     this.stopTheme();
+    this.narrowing.disconnect();
     this.drawing.dispose();
     this.stage.dispose();
     this.root.remove();
@@ -284,7 +289,7 @@ export class LiveViewer implements Viewer, Keyed {
   }
 
   private scale(): string {
-    return scaleText(motionsOf(this.scene, this.state.shown)[0], this.state.factor, this.scene.size);
+    return scaleText(motionsOf(this.scene, this.state.shown)[0], this.state.factor, this.reached);
   }
 
   private sentence(): string {
