@@ -39,7 +39,7 @@ from flexura.view import Kind, solids
 from flexura.view.discrete_elements import body_mesh, equivalent_box
 from flexura.view.meshes import box, cylinder, normals, sphere
 from flexura.view.painting import MODE_SIZE, MOST_TURN, mode_scale
-from flexura.view.solids import FACE_BUDGET
+from flexura.view.solids import PICTURE
 
 AL = "Al-7075-T6"
 L = 0.04
@@ -319,7 +319,7 @@ def test_large_mechanisms_are_drawn_with_less_detail():
     few, more, most = (solids(assemble(many(n))) for n in (3, 400, 3000))
     per_member = [np.sum(p.face_kinds == Kind.FLEXURE) / n for p, n in ((few, 3), (more, 400))]
     assert per_member[0] > per_member[1] > 0
-    assert len(more.faces) <= FACE_BUDGET
+    assert len(more.faces) <= PICTURE.faces
     assert Kind.FLEXURE not in most.face_kinds
     assert Kind.FLEXURE in most.line_kinds
 

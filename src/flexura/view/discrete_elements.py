@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +25,16 @@ from flexura.mechanism import (
 from flexura.structure import FullOrderModel, Part, inertia_tensor
 from flexura.view.meshes import Array, Mesh, box, cylinder, normals, sphere
 from flexura.view.motions import Motions
-from flexura.view.scene import Collector, Kind
+from flexura.view.scene import Collector, Kind, Look
+
+T = TypeVar("T")
 
 _STEEL = 7850.0
 _SPRING_LENGTH = 0.09
 """Drawn length of a spring that has none of its own, relative to the mechanism."""
+
+_ROUND, _BALL = 64, 24
+"""Sides of cylinders and balls."""
 
 _MOST_ARMS = 60
 """The arms of a body that carries more nodes than this would hide everything else."""
@@ -50,7 +56,7 @@ class _Copy:
 
 
 def add_discrete_elements(
-    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str] = frozenset()
+    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
 ) -> None:
     """Add the parts of a mechanism that are not members, moving with its nodes; the bodies called `doubted` are of the
     kind for these."""
@@ -58,27 +64,37 @@ def add_discrete_elements(
     values = {name: _number(value) for name, value in parameter_values(plan.mechanism, model.parameters).items()}
     size = collector.size
     bodies = sum(len(plan.topology.copies[name].paths) * len(part.bodies) for name, part in plan.parts.items())
-    cell = size / (20 if bodies <= 20 else 8)
+    cell = np.inf if look.plain else size / (20 if bodies <= 20 else 8)
     hulls: list[Mesh] = []
     for name, part in plan.parts.items():
         placed = plan.topology.copies[name]
         prototype = plan.layout.prototypes[name]
         drawn = _Drawn(
             part,
-            {key: evaluated(body, values) for key, body in prototype.bodies.items()},
-            {key: evaluated(mass, values) for key, mass in prototype.masses.items()},
-            {key: evaluated(spring, values) for key, spring in prototype.springs.items()},
-            _member_arms(part, geometry.parts[name].offsets),
+            {key: evaluated(body, values) for key, body in _chosen(prototype.bodies, look)},
+            {key: evaluated(mass, values) for key, mass in _chosen(prototype.masses, look)},
+            {key: evaluated(spring, values) for key, spring in _chosen(prototype.springs, look)},
+            _member_arms(part, geometry.parts[name].offsets, look),
             model.values,
             hulls,
+            cell,
+            look.plain,
         )
-        for number, offset, path in zip(placed.number, placed.offset, placed.paths, strict=True):
+        for k in look.chosen(len(placed.paths)):
+            number, offset, path = placed.number[k], placed.offset[k], placed.paths[k]
             names = {key: {".".join((*path, key)), f"{name}.{key}"} for key in prototype.bodies if doubted}
             drawn.doubted = {key for key, own in names.items() if own & set(doubted)}
+            drawn.prefix = "".join(f"{step}." for step in path)
             span = slice(offset, offset + part.n_nodes)
             held = np.all(plan.topology.held[plan.topology.root[span]], axis=1)
             copy = _Copy(geometry.Q[number], geometry.positions[span], motions.of(span), held)
-            drawn.add(collector, copy, geometry.t[number], size, cell)
+            drawn.add(collector, copy, geometry.t[number], size)
+
+
+def _chosen(described: Mapping[str, T], look: Look) -> list[tuple[str, T]]:
+    """What of a prototype's parts of a kind is drawn."""
+    every = list(described.items())
+    return [every[k] for k in look.chosen(len(every))]
 
 
 @dataclass
@@ -89,38 +105,71 @@ class _Drawn:
     bodies: Mapping[str, RigidBody]
     masses: Mapping[str, PointMass]
     springs: Mapping[str, Spring]
-    arms: list[tuple[int, Array]]
-    """Nodes of members and the arms, m, to where the members begin or end."""
+    arms: list[tuple[str, int, Array]]
+    """Members, their nodes and the arms, m, to where the members begin or end."""
     values: Array
     """Values of the table of the design."""
     hulls: list[Mesh]
     """Bodies drawn so far, global frame, those of all other parts included."""
+    cell: float
+    """Into what flat sides are cut, m."""
+    plain: bool
+    """Whether round things have half the corners."""
+    prefix: str = ""
+    """What the names of the copy that is drawn begin with."""
     doubted: Collection[str] = frozenset()
     """Bodies of the copy that is drawn that are in doubt."""
 
-    def add(self, collector: Collector, copy: _Copy, origin: Array, size: float, cell: float) -> None:
+    def add(self, collector: Collector, copy: _Copy, origin: Array, size: float) -> None:
         """Add the discrete elements of one copy; `origin` (3,), m, is where its frame has its origin."""
         for key, body in self.bodies.items():
-            in_doubt = key in self.doubted
-            self.hulls.append(_add_body(collector, copy, body, self.part.bodies[key][0], self.part, cell, in_doubt))
+            self.hulls.append(self._add_body(collector, copy, key, body))
         for key, mass in self.masses.items():
-            _add_mass(collector, copy, mass, self.part.points[key][0], size)
+            self._add_mass(collector, copy, key, mass, size)
         for key, spring in self.springs.items():
             at = None if spring.at is None else copy.Q @ _vector(spring.at) + origin
-            nodes = self.part.springs[key].nodes
+            nodes, name = self.part.springs[key].nodes, self.prefix + key
             if len(nodes) == 1:
-                self._add_grounded(collector, copy, spring, nodes[0], at, size)
+                self._add_grounded(collector, copy, name, spring, nodes[0], at, size)
             else:
-                _add_spring(collector, copy, spring, nodes, at, size)
-        for nodes, _, _ in self.part.superelements.values():
-            _add_star(collector, copy, [node for node in nodes if node < self.part.n_positioned])
-        for piezo in self.part.channels.piezos.values():
-            _add_stack(collector, copy, piezo.nodes, piezo.section(self.values), cell)
-        for node, arm in self.arms:
-            _add_arm(collector, copy, node, copy.x[node] + copy.Q @ arm)
+                _add_spring(collector, copy, name, spring, nodes, at, size)
+        for key, (nodes, _, _) in self.part.superelements.items():
+            _add_star(collector, copy, self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
+        for key, piezo in self.part.channels.piezos.items():
+            section = piezo.section(self.values)
+            _add_stack(collector, copy, self.prefix + key, piezo.nodes, section, self.cell)
+        for key, node, arm in self.arms:
+            _add_arm(collector, copy, self.prefix + key, node, copy.x[node] + copy.Q @ arm)
+
+    def _add_body(self, collector: Collector, copy: _Copy, key: str, body: RigidBody) -> Mesh:
+        node, name = self.part.bodies[key][0], self.prefix + key
+        mesh, kind = body_mesh(body, self.cell, _ROUND // 2 if self.plain else _ROUND)
+        kind = Kind.DOUBTED_BODY if key in self.doubted else Kind.CLAMP if copy.clamped[node] else kind
+        centre = copy.x[node]
+        points = mesh.points @ copy.Q.T + centre
+        faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces
+        placed = Mesh(points, faces)
+        collector.mesh(placed, copy.attached(node, points), kind, name)
+        if body.solid is None:
+            collector.dot(centre, copy.motions.shift[node], Kind.CENTRE, name)
+        carries = self.part.carried.get(node, [])
+        for carried in carries if len(carries) <= _MOST_ARMS else []:
+            if kind is Kind.EQUIVALENT_BODY or not _inside(placed, copy.x[carried]):
+                _add_arm(collector, copy, name, node, copy.x[carried])
+        return placed
+
+    def _add_mass(self, collector: Collector, copy: _Copy, key: str, mass: PointMass, size: float) -> None:
+        """A ball of steel of that mass, within limits that keep it visible."""
+        node, name = self.part.points[key][0], self.prefix + key
+        radius = (3 * _number(mass.mass) / (4 * np.pi * _STEEL)) ** (1 / 3)
+        ball = sphere(float(np.clip(radius, 0.012 * size, 0.04 * size)), _BALL // 2 if self.plain else _BALL)
+        at = copy.x[node] + copy.Q @ _vector(mass.offset)
+        points = ball.points + at
+        collector.mesh(Mesh(points, ball.faces), copy.attached(node, points), Kind.MASS, name)
+        _add_arm(collector, copy, name, node, at)
 
     def _add_grounded(
-        self, collector: Collector, copy: _Copy, spring: Spring, node: int, at: Array | None, size: float
+        self, collector: Collector, copy: _Copy, name: str, spring: Spring, node: int, at: Array | None, size: float
     ) -> None:
         """A spring from a node, or from the surface of the body in which it lies, outwards to ground."""
         start = copy.x[node] if at is None else at
@@ -128,15 +177,16 @@ class _Drawn:
         if (start - collector.middle) @ way < -1e-6 * size:
             way = -way
         begin = start + max((_way_out(hull, start, way) for hull in self.hulls), default=0.0) * way
-        _add_arm(collector, copy, node, begin)
+        _add_arm(collector, copy, name, node, begin)
         ends = np.stack([begin, begin + _SPRING_LENGTH * size * way])
         motion = copy.attached(node, begin[None])[0]
-        _add_zigzag(collector, ends, np.stack([motion, np.zeros(3)]), size, end_plate=True)
+        _add_zigzag(collector, name, ends, np.stack([motion, np.zeros(3)]), size, end_plate=True)
 
 
-def _member_arms(part: Part, offsets: Array) -> list[tuple[int, Array]]:
-    """Offsets (m, 2, 3), m, that are not zero, with their nodes."""
-    return [(int(part.ends[m, end]), offsets[m, end]) for m, end in np.argwhere(np.any(offsets, axis=-1))]
+def _member_arms(part: Part, offsets: Array, look: Look) -> list[tuple[str, int, Array]]:
+    """Offsets (m, 2, 3), m, that are not zero, with their members and nodes."""
+    found, keys = np.argwhere(np.any(offsets, axis=-1)), list(part.members)
+    return [(keys[m], int(part.ends[m, end]), offsets[m, end]) for m, end in found[look.chosen(len(found))]]
 
 
 def _vector(values: object) -> Array:
@@ -151,8 +201,9 @@ def _turned(rotation: Rotation | None) -> Array:
     return np.eye(3) if rotation is None else rotation_matrix(_vector(rotation.axis), _number(rotation.angle))
 
 
-def body_mesh(body: RigidBody, cell: float) -> tuple[Mesh, Kind]:
-    """A body as a mesh about its centre of mass, in the part's axes; numbers of `body` are resolved.
+def body_mesh(body: RigidBody, cell: float, sides: int = _ROUND) -> tuple[Mesh, Kind]:
+    """A body as a mesh about its centre of mass, in the part's axes; numbers of `body` are resolved. Round ones have so
+    many sides.
 
     A body given by mass and inertia becomes the solid box that has them.
     """
@@ -163,7 +214,7 @@ def body_mesh(body: RigidBody, cell: float) -> tuple[Mesh, Kind]:
         case Plate(length=a, width=b, thickness=c):
             mesh = box(_vector((a, b, c)), cell)
         case Cylinder(diameter=d, length=length, axis=axis):
-            mesh = cylinder(_number(d), _number(length), _vector(axis), cell)
+            mesh = cylinder(_number(d), _number(length), _vector(axis), cell, sides)
         case _:
             kind = Kind.EQUIVALENT_BODY
             size, axes = equivalent_box(_number(body.mass), inertia_tensor(_vector(body.inertia)))
@@ -188,25 +239,6 @@ def equivalent_box(mass: float, inertia: Array) -> tuple[Array, Array]:
     return np.sqrt(np.maximum(square, 1e-4 * largest)), axes
 
 
-def _add_body(
-    collector: Collector, copy: _Copy, body: RigidBody, node: int, part: Part, cell: float, in_doubt: bool
-) -> Mesh:
-    mesh, kind = body_mesh(body, cell)
-    kind = Kind.DOUBTED_BODY if in_doubt else Kind.CLAMP if copy.clamped[node] else kind
-    centre = copy.x[node]
-    points = mesh.points @ copy.Q.T + centre
-    faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces
-    placed = Mesh(points, faces)
-    collector.mesh(placed, copy.attached(node, points), kind)
-    if body.solid is None:
-        collector.dot(centre, copy.motions.shift[node], Kind.CENTRE)
-    carries = part.carried.get(node, [])
-    for carried in carries if len(carries) <= _MOST_ARMS else []:
-        if kind is Kind.EQUIVALENT_BODY or not _inside(placed, copy.x[carried]):
-            _add_arm(collector, copy, node, copy.x[carried])
-    return placed
-
-
 def _heights(mesh: Mesh, point: Array) -> tuple[Array, Array]:
     """Heights (f,), m, of a point above the faces of a mesh, and the unit normals (f, 3) of the faces."""
     area = normals(mesh.points, mesh.faces)
@@ -228,35 +260,25 @@ def _way_out(mesh: Mesh, point: Array, direction: Array) -> float:
     return max(0.0, float((-height[slope > 1e-6] / slope[slope > 1e-6]).min()))
 
 
-def _add_arm(collector: Collector, copy: _Copy, node: int, end: Array) -> None:
+def _add_arm(collector: Collector, copy: _Copy, name: str, node: int, end: Array) -> None:
     """A rigid arm from a node to a point."""
     if np.linalg.norm(end - copy.x[node]) > 1e-9 * (1e-3 + abs(end).max()):
         points = np.stack([copy.x[node], end])
-        collector.path(points, copy.attached(node, points), Kind.ARM)
+        collector.path(points, copy.attached(node, points), Kind.ARM, name)
 
 
-def _add_mass(collector: Collector, copy: _Copy, mass: PointMass, node: int, size: float) -> None:
-    """A ball of steel of that mass, within limits that keep it visible."""
-    radius = (3 * _number(mass.mass) / (4 * np.pi * _STEEL)) ** (1 / 3)
-    ball = sphere(float(np.clip(radius, 0.012 * size, 0.04 * size)))
-    at = copy.x[node] + copy.Q @ _vector(mass.offset)
-    points = ball.points + at
-    collector.mesh(Mesh(points, ball.faces), copy.attached(node, points), Kind.MASS)
-    _add_arm(collector, copy, node, at)
-
-
-def _add_star(collector: Collector, copy: _Copy, nodes: list[int]) -> None:
+def _add_star(collector: Collector, copy: _Copy, name: str, nodes: list[int]) -> None:
     """Lines from the middle of a superelement's nodes to each of them."""
     middle, motion = copy.x[nodes].mean(axis=0), copy.motions.shift[nodes].mean(axis=0)
     for node in nodes:
         if len(nodes) > 1:
             path, moved = np.stack([middle, copy.x[node]]), np.stack([motion, copy.motions.shift[node]])
-            collector.path(path, moved, Kind.SUPERELEMENT)
-    collector.dot(middle, motion, Kind.SUPERELEMENT)
+            collector.path(path, moved, Kind.SUPERELEMENT, name)
+    collector.dot(middle, motion, Kind.SUPERELEMENT, name)
 
 
 def _add_stack(
-    collector: Collector, copy: _Copy, nodes: list[int], section: SectionProperties | None, cell: float
+    collector: Collector, copy: _Copy, name: str, nodes: list[int], section: SectionProperties | None, cell: float
 ) -> None:
     """A piezo stack as a square prism between its nodes, a tenth of its length thick where its section is not known."""
     ends, motions = copy.x[nodes], copy.motions.shift[nodes]
@@ -269,11 +291,11 @@ def _add_stack(
     mesh = box(np.array([length, side, side]), cell)
     points = ends.mean(axis=0) + mesh.points @ np.stack([x, y, np.cross(x, y)])
     share = (mesh.points[:, :1] / length) + 0.5
-    collector.mesh(Mesh(points, mesh.faces), motions[0] + share * (motions[1] - motions[0]), Kind.PIEZO)
+    collector.mesh(Mesh(points, mesh.faces), motions[0] + share * (motions[1] - motions[0]), Kind.PIEZO, name)
 
 
 def _add_spring(
-    collector: Collector, copy: _Copy, spring: Spring, nodes: list[int], at: Array | None, size: float
+    collector: Collector, copy: _Copy, name: str, spring: Spring, nodes: list[int], at: Array | None, size: float
 ) -> None:
     """A coil between two nodes, or a short one where the spring acts when they coincide or reach there by arms."""
     length = _SPRING_LENGTH * size
@@ -281,15 +303,15 @@ def _add_spring(
     span = copy.x[b] - copy.x[a]
     distance = float(np.linalg.norm(span))
     if at is None and distance > 0.2 * length:
-        _add_zigzag(collector, copy.x[nodes], copy.motions.shift[nodes], size)
+        _add_zigzag(collector, name, copy.x[nodes], copy.motions.shift[nodes], size)
         return
     middle = copy.x[nodes].mean(axis=0) if at is None else at
     way = span / distance if distance > 0.01 * length else _stiffest(spring, copy)
     ends = middle + np.array([[-0.5], [0.5]]) * length * way
     motions = np.concatenate([copy.attached(a, ends[:1]), copy.attached(b, ends[1:])])
     for node, end in zip(nodes, ends, strict=True):
-        _add_arm(collector, copy, node, end)
-    _add_zigzag(collector, ends, motions, size)
+        _add_arm(collector, copy, name, node, end)
+    _add_zigzag(collector, name, ends, motions, size)
 
 
 def _stiffest(spring: Spring, copy: _Copy) -> Array:
@@ -305,7 +327,9 @@ def _stiffest(spring: Spring, copy: _Copy) -> Array:
     return copy.Q @ _turned(spring.rotate) @ direction
 
 
-def _add_zigzag(collector: Collector, ends: Array, motions: Array, size: float, end_plate: bool = False) -> None:
+def _add_zigzag(
+    collector: Collector, name: str, ends: Array, motions: Array, size: float, end_plate: bool = False
+) -> None:
     """A coil between two ends (2, 3), m, that move by `motions` (2, 3), with a square at the second for ground."""
     along = ends[1] - ends[0]
     length = float(np.linalg.norm(along))
@@ -325,7 +349,7 @@ def _add_zigzag(collector: Collector, ends: Array, motions: Array, size: float, 
     swing = np.concatenate([np.zeros((2, 3)), width * coil, np.zeros((2, 3))])
     path = ends[0] + s[:, None] * along + swing
     motion = motions[0] + s[:, None] * (motions[1] - motions[0])
-    collector.path(path, motion, Kind.SPRING)
+    collector.path(path, motion, Kind.SPRING, name)
     if end_plate:
         cross = 1.4 * width * np.stack([side, other, -side, -other, side])
-        collector.path(ends[1] + cross, np.zeros((5, 3)) + motions[1], Kind.SPRING)
+        collector.path(ends[1] + cross, np.zeros((5, 3)) + motions[1], Kind.SPRING, name)

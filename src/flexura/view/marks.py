@@ -10,17 +10,18 @@ from flexura.mechanism import TOP, matching
 from flexura.structure import FullOrderModel
 from flexura.view.meshes import Array, Index, Mesh, box, cone, frame_along
 from flexura.view.motions import Motions
-from flexura.view.scene import Collector, Kind
+from flexura.view.scene import Collector, Kind, Look
 
 MOST_NODES = 160
 """More nodes than this are not marked; they would hide the mechanism."""
 
 
-def add_marks(collector: Collector, model: FullOrderModel, motions: Motions) -> None:
+def add_marks(collector: Collector, model: FullOrderModel, motions: Motions, look: Look) -> None:
     """Add supports and nodes, moving with the nodes."""
-    size = collector.size
+    size, names = collector.size, model.plan.topology.node_names
     bodies = _body_nodes(model)
     supports = [(node, held) for node, held in _supported(model) if not (all(held) and node in bodies)]
+    supports = [supports[k] for k in look.chosen(len(supports))]
     for (node, held), footing in zip(supports, _footings(model, [n for n, _ in supports]), strict=True):
         if all(held):
             section = np.clip(1.3 * footing.section, 0.05 * size, 0.5 * size)
@@ -31,11 +32,11 @@ def add_marks(collector: Collector, model: FullOrderModel, motions: Motions) -> 
             mark = cone(0.022 * size, 0.036 * size, footing.frame[0])
             points, kind, faces = mark.points, Kind.PARTLY_HELD, mark.faces
         points = points + model.geometry.positions[node]
-        collector.mesh(Mesh(points, faces), np.broadcast_to(motions.shift[node], points.shape), kind)
+        collector.mesh(Mesh(points, faces), np.broadcast_to(motions.shift[node], points.shape), kind, names[node])
     nodes = shared_nodes(model)
     if len(nodes) <= MOST_NODES:
         for node in nodes:
-            collector.dot(model.geometry.positions[node], motions.shift[node], Kind.NODE)
+            collector.dot(model.geometry.positions[node], motions.shift[node], Kind.NODE, names[node])
 
 
 def _supported(model: FullOrderModel) -> list[tuple[int, tuple[bool, ...]]]:

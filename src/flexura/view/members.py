@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,10 @@ class Detail:
     sides: int
     across: int = 1
     lines: bool = False
+
+    def plain(self) -> Detail:
+        """The same with flat sides whole, so that how many faces there are does not depend on sizes."""
+        return replace(self, across=1)
 
     def segments(self, group: SectionGroup, elements: int) -> int:
         """Segments along a member of the group."""
@@ -93,9 +97,15 @@ class Placing(NamedTuple):
 
 
 def member_surfaces(
-    part: Part, values: Array, geometry: PartGeometry, T: Array, placing: Placing, detail: Detail
+    part: Part,
+    values: Array,
+    geometry: PartGeometry,
+    T: Array,
+    placing: Placing,
+    detail: Detail,
+    chosen: NDArray[np.bool_],
 ) -> Iterator[Surfaces]:
-    """Surfaces of all members of a part, group by group.
+    """Surfaces of the `chosen` (m,) members of a part, group by group.
 
     values: (s,) values of the table; geometry and T (e, 12, 12) in the part's frame.
     """
@@ -106,11 +116,12 @@ def member_surfaces(
     is_flexure = np.array([hasattr(member, "profile") for member in part.members.values()])
     start = geometry.positions[part.ends[:, 0]] + geometry.offsets[:, 0]
     for group, n, _ in part.table.groups:
-        at = group.index
-        L = geometry.length[at]
+        drawn = chosen[group.index]
+        at, L = group.index, geometry.length[group.index]
         fractions = station_fractions(group, detail.segments(group, n))
         section = group.properties(values, nu[at], L, fractions)
         rings = _rings(group, section, L, fractions, detail)
+        rings, at, L = rings._replace(across=rings.across[drawn]), at[drawn], L[drawn]
         local = np.zeros((*rings.across.shape[:-1], 3))
         local[..., 1:] = rings.across
         R = geometry.R[at] @ np.swapaxes(placing.Q, -1, -2)[:, None]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,25 +33,61 @@ class Kind(IntEnum):
     DOUBTED_BODY = 14
 
 
+class Look(NamedTuple):
+    """How finely a mechanism is drawn.
+
+    Members are drawn in less detail, in the end as lines, to stay near `faces`. With `most`, of more parts of a kind
+    than these only so many are drawn, evenly chosen. `plain` leaves flat sides whole and gives round ones half the
+    corners: enough where the picture is shaded by something else than us.
+    """
+
+    faces: int = 20_000
+    most: int | None = None
+    plain: bool = False
+
+    def chosen(self, count: int, share: float = 1.0) -> Index:
+        """Which of `count` things are drawn, at most a share of `most`, and one at least."""
+        kept = count if self.most is None else min(count, max(1, int(share * self.most)))
+        return np.arange(count) if kept == count else (np.arange(kept) * count / kept).astype(np.intp)
+
+
+class Grid(NamedTuple):
+    """Points of members of one group: from point `first` on, (c, m, p) of the `copies` (c,) and `members` (m,) of a
+    `prototype`, by number; along: (p,), where on the member, as a fraction of its length."""
+
+    prototype: str
+    copies: Index
+    members: Index
+    along: Array
+    first: int
+
+
 @dataclass(frozen=True)
 class Solids:
     """Everything there is to draw.
 
     points: (v, 3), m, undeformed, global frame; motions: (v, 3), what the displacements given move them by;
-    faces: (f, 4), lines: (l, 2) and dots: (d,) index the points; the kinds go with them. rotation: largest rotation of
-    any node in the displacements given. values: (v,), what colours the points, NaN where nothing does.
+    faces: (f, 4), lines: (l, 2) and dots: (d,) index the points. The kinds go with them, and the parts, which index
+    `names`, such as `arm[1].leaf`. rotation: largest rotation of any node in the displacements given. values: (v,),
+    what colours the points, NaN where nothing does. grids: which points are of which members. notes: what is left out.
     """
 
     points: Array
     motions: Array
     faces: Index
     face_kinds: Index
+    face_parts: Index
     lines: Index
     line_kinds: Index
+    line_parts: Index
     dots: Index
     dot_kinds: Index
+    dot_parts: Index
+    names: tuple[str, ...]
     rotation: float
     values: Array
+    grids: tuple[Grid, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def kinds(self) -> set[Kind]:
@@ -72,62 +110,78 @@ class Solids:
         return float(np.sqrt((self.motions**2).sum(axis=1).max(initial=0.0)))
 
 
+class _Runs(NamedTuple):
+    """Cells one after another, of several parts in equal numbers: the parts (k,), their kinds (k,), cells of each."""
+
+    parts: Index
+    kinds: Index
+    each: int
+
+
 @dataclass
 class Collector:
-    """Gathers meshes, lines and dots into one set of points."""
+    """Gathers meshes, lines and dots, each of a part with a name, into one set of points."""
 
+    notes: list[str] = field(default_factory=list)
     _points: list[Array] = field(default_factory=list)
     _motions: list[Array] = field(default_factory=list)
-    _values: list[Array] = field(default_factory=list)
     _cells: dict[str, list[Index]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
-    _kinds: dict[str, list[Index]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
+    _runs: dict[str, list[_Runs]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
+    _names: dict[str, int] = field(default_factory=dict)
+    _grids: list[Grid] = field(default_factory=list)
     _count: int = 0
     _low: Array = field(default_factory=lambda: np.full(3, np.inf))
     _high: Array = field(default_factory=lambda: np.full(3, -np.inf))
 
-    def mesh(self, mesh: Mesh, motions: Array, kind: Kind) -> None:
+    def mesh(self, mesh: Mesh, motions: Array, kind: Kind, name: str) -> None:
         """Add a mesh whose points move by `motions` (v, 3)."""
-        self._add("faces", mesh.points, motions, mesh.faces, np.full(len(mesh.faces), kind))
+        self._add("faces", mesh.points, motions, mesh.faces, self._run(kind, name, len(mesh.faces)))
 
-    def path(self, points: Array, motions: Array, kind: Kind) -> None:
+    def path(self, points: Array, motions: Array, kind: Kind, name: str) -> None:
         """Add a line through points (p, 3)."""
         k = np.arange(len(points) - 1)
-        self._add("lines", points, motions, np.stack([k, k + 1], axis=-1), np.full(len(k), kind))
+        self._add("lines", points, motions, np.stack([k, k + 1], axis=-1), self._run(kind, name, len(k)))
 
-    def dot(self, point: Array, motion: Array, kind: Kind) -> None:
+    def dot(self, point: Array, motion: Array, kind: Kind, name: str) -> None:
         """Add a dot."""
-        self._add("dots", point[None], motion[None], np.zeros(1, dtype=np.intp), np.full(1, kind))
+        self._add("dots", point[None], motion[None], np.zeros(1, dtype=np.intp), self._run(kind, name, 1))
 
     def grid(
         self,
+        grid: Grid,
         points: Array,
         motions: Array,
         cells: Index,
         kinds: Index,
         mirrored: NDArray[np.bool_],
-        values: Array | None = None,
+        names: Sequence[str],
     ) -> None:
         """Add equal meshes: points, motions (c, m, p, 3), faces (f, 4) or lines (l, 2) over the p points.
 
-        `kinds` (c, m) goes by member; `mirrored` (c,) turns faces the other way round; `values` (c, m, p) colour.
+        `kinds` (c, m) and `names`, c times m, go by member; `mirrored` (c,) turns faces the other way round. Where the
+        points are in the end is set in `grid`.
         """
         c, m, p, _ = points.shape
         first = p * np.arange(c * m).reshape(c, m, 1, 1)
         numbered = first + cells
         numbered[mirrored] = numbered[mirrored][..., ::-1]
-        kind = np.broadcast_to(kinds[:, :, None], (c, m, len(cells))).ravel()
         shape = "faces" if cells.shape[1] == 4 else "lines"
+        runs = _Runs(np.array([self._number(name) for name in names], dtype=np.intp), kinds.ravel(), len(cells))
         cells = numbered.reshape(-1, cells.shape[1])
-        self._add(shape, points.reshape(-1, 3), motions.reshape(-1, 3), cells, kind, values)
+        self._grids.append(grid._replace(first=self._count))
+        self._add(shape, points.reshape(-1, 3), motions.reshape(-1, 3), cells, runs)
 
-    def _add(
-        self, shape: str, points: Array, motions: Array, cells: Index, kinds: Index, values: Array | None = None
-    ) -> None:
+    def _number(self, name: str) -> int:
+        return self._names.setdefault(name, len(self._names))
+
+    def _run(self, kind: Kind, name: str, count: int) -> _Runs:
+        return _Runs(np.array([self._number(name)]), np.array([kind]), count)
+
+    def _add(self, shape: str, points: Array, motions: Array, cells: Index, runs: _Runs) -> None:
         self._points.append(points)
         self._motions.append(motions)
-        self._values.append(np.full(len(points), np.nan) if values is None else values.ravel())
         self._cells[shape].append(cells + self._count)
-        self._kinds[shape].append(kinds)
+        self._runs[shape].append(runs)
         self._count += len(points)
         self.include(points)
 
@@ -150,19 +204,26 @@ class Collector:
     def solids(self, rotation: float) -> Solids:
         """What was gathered, with the largest rotation of any node."""
 
-        def joined(arrays: list[Index], *shape: int) -> Index:
-            return np.concatenate([np.empty((0, *shape), dtype=np.intp), *arrays]).astype(np.intp)
+        def joined(shape: str, *width: int) -> tuple[Index, Index, Index]:
+            """Cells, their kinds and their parts."""
+            cells = np.concatenate([np.empty((0, *width), dtype=np.intp), *self._cells[shape]]).astype(np.intp)
+            runs = self._runs[shape]
+            each = np.repeat([own.each for own in runs], [len(own.parts) for own in runs]).astype(np.intp)
+            kinds, parts = (
+                np.repeat(np.concatenate([np.empty(0, dtype=np.intp), *own]), each)
+                for own in ([own.kinds for own in runs], [own.parts for own in runs])
+            )
+            return cells, kinds, parts
 
-        cells, kinds = self._cells, self._kinds
         return Solids(
             np.concatenate([np.empty((0, 3)), *self._points]),
             np.concatenate([np.empty((0, 3)), *self._motions]),
-            joined(cells["faces"], 4),
-            joined(kinds["faces"]),
-            joined(cells["lines"], 2),
-            joined(kinds["lines"]),
-            joined(cells["dots"]),
-            joined(kinds["dots"]),
+            *joined("faces", 4),
+            *joined("lines", 2),
+            *joined("dots"),
+            tuple(self._names),
             rotation,
-            np.concatenate([np.empty(0), *self._values]),
+            np.full(self._count, np.nan),
+            tuple(self._grids),
+            tuple(self.notes),
         )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis import StressProfile
 from flexura.errors import OptionError
@@ -15,72 +16,76 @@ from flexura.solid.mesh import SurfaceShape
 from flexura.structure import FullOrderModel
 from flexura.view.discrete_elements import add_discrete_elements
 from flexura.view.marks import add_marks
-from flexura.view.members import LEVELS, Detail, Placing, Surfaces, member_surfaces
-from flexura.view.meshes import Array, Mesh
+from flexura.view.members import LEVELS, Detail, Placing, member_surfaces
+from flexura.view.meshes import Array, Index, Mesh
 from flexura.view.motions import Motions
-from flexura.view.scene import Collector, Kind, Solids
+from flexura.view.scene import Collector, Grid, Kind, Look, Solids
 
 SMALL = 1e-5
 """Displacements over the size of a mechanism that are small."""
 
-FACE_BUDGET = 20_000
-"""Members are drawn in less detail, in the end as lines, to stay below this many faces."""
+PICTURE = Look()
 
 
 def solids(
-    model: FullOrderModel, displacements: ArrayLike | None = None, doubted: Collection[str] = frozenset()
+    model: FullOrderModel,
+    displacements: ArrayLike | None = None,
+    doubted: Collection[str] = frozenset(),
+    look: Look = PICTURE,
 ) -> Solids:
     """The solids of a mechanism, moving with its nodes.
 
     displacements: (n_nodes, 6), m and rad, global frame, as `FullOrderModel.node_displacements` gives them for one
     vector; none for a mechanism that stands still, at rest or at the pose that is described. doubted: names of members
     and bodies in doubt, such as `leaf1.blade`, or `leaf.blade` for all copies. Motions are linear in the displacements.
-    Members carry their real sections; the number of faces stays near FACE_BUDGET, and members of very large mechanisms
-    become lines. Raises OptionError when the displacements are not finite or have another shape, or when the model
-    holds a stack of designs.
+    Members carry their real sections; the number of faces stays near that of `look`, and members of very large
+    mechanisms become lines. Raises OptionError when the displacements are not finite or have another shape, or when the
+    model holds a stack of designs.
     """
     u = node_motions(model, displacements)
     turned = float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0)))
     if (posed := pose_of(model)) is not None:
-        return replace(_moving_on(model, posed.pose.state.frames, u), rotation=turned)
-    return _collected(model, Motions.small(u), doubted).solids(turned)
+        return replace(_moving_on(model, posed.pose.state.frames, u, doubted, look), rotation=turned)
+    return _collected(model, Motions.small(u), doubted, look).solids(turned)
 
 
-def moved_solids(model: FullOrderModel, frames: Frames, profiles: Mapping[str, Sequence[StressProfile]]) -> Solids:
+def moved_solids(
+    model: FullOrderModel,
+    frames: Frames,
+    profiles: Mapping[str, Sequence[StressProfile]],
+    doubted: Collection[str] = frozenset(),
+    look: Look = PICTURE,
+) -> Solids:
     """The solids of a mechanism whose nodes have moved and turned as far as their frames have.
 
     `motions` lead from rest to there; `values` are stresses, Pa, by `profiles` of all prototypes, of the first state.
     Raises OptionError when the model holds a stack of designs.
     """
     node_motions(model, None)
-    return _collected(model, Motions.finite(model, frames), frozenset(), profiles).solids(0.0)
+    parts = _collected(model, Motions.finite(model, frames), doubted, look).solids(0.0)
+    return replace(parts, values=stresses_along(parts, profiles))
 
 
-def _moving_on(model: FullOrderModel, frames: Frames, u: Array) -> Solids:
+def _moving_on(model: FullOrderModel, frames: Frames, u: Array, doubted: Collection[str], look: Look) -> Solids:
     """The solids where frames have moved, with small motions from there: the derivative by displacements u (n, 6)."""
-    here = moved_solids(model, frames, {})
+    here = moved_solids(model, frames, {}, doubted, look)
     points = here.points + here.motions
     largest = float(np.abs(u * [1, 1, 1, *[here.size()] * 3]).max(initial=0.0))
     motions = np.zeros(points.shape)
     if largest:
         step = SMALL * here.size() / largest
         moved = np.concatenate([u, np.zeros((1, 6))])
-        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}) for sign in (1, -1))
+        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}, doubted, look) for sign in (1, -1))
         motions = (ahead.motions - behind.motions) / (2 * step)
     return replace(here, points=points, motions=motions)
 
 
-def _collected(
-    model: FullOrderModel,
-    motions: Motions,
-    doubted: Collection[str],
-    profiles: Mapping[str, Sequence[StressProfile]] | None = None,
-) -> Collector:
+def _collected(model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look) -> Collector:
     collector = Collector()
-    _add_members(collector, model, motions, doubted, profiles or {})
+    _add_members(collector, model, motions, doubted, look)
     collector.include(model.geometry.positions)
-    add_discrete_elements(collector, model, motions, doubted)
-    add_marks(collector, model, motions)
+    add_discrete_elements(collector, model, motions, doubted, look)
+    add_marks(collector, model, motions, look)
     return collector
 
 
@@ -91,11 +96,13 @@ def meshed_solids(
     u = node_motions(model, displacements)
     collector = Collector()
     for surface in surfaces:
-        collector.mesh(Mesh(surface.points, surface.facets), surface.displacement[:, :, mode], Kind.FLEXURE)
+        collector.mesh(
+            Mesh(surface.points, surface.facets), surface.displacement[:, :, mode], Kind.FLEXURE, surface.name
+        )
     collector.include(model.geometry.positions)
     motions = Motions.small(u)
-    add_discrete_elements(collector, model, motions)
-    add_marks(collector, model, motions)
+    add_discrete_elements(collector, model, motions, frozenset(), PICTURE)
+    add_marks(collector, model, motions, PICTURE)
     return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
 
 
@@ -114,58 +121,100 @@ def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Arra
     return np.where(model.plan.topology.has_position[:, None], u, 0.0)
 
 
-def _detail(model: FullOrderModel) -> Detail:
+class _Drawn(NamedTuple):
+    """Which copies (c,) of a part are drawn, by position, and which members (m,) of them."""
+
+    copies: Index
+    members: NDArray[np.bool_]
+
+
+def _drawn(model: FullOrderModel, look: Look) -> dict[str, _Drawn]:
+    """What of the members is drawn: first fewer copies of every prototype, then fewer members of what has one copy."""
+    counts = {
+        name: (len(model.plan.topology.copies[name].paths), len(part.members))
+        for name, part in model.plan.parts.items()
+    }
+    total = sum(c * m for c, m in counts.values())
+    found = {}
+    for name, (c, m) in counts.items():
+        copies = look.chosen(c, c / max(total, 1))
+        share = c / len(copies) if len(copies) else 1.0
+        members = np.zeros(m, dtype=bool)
+        members[look.chosen(m, share * m / max(total, 1))] = True
+        found[name] = _Drawn(copies, members)
+    return found
+
+
+def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> Detail:
     """The finest level of detail that keeps to the budget of faces."""
-    plan = model.plan
     for level in LEVELS[:-1]:
         total = sum(
-            len(plan.topology.copies[name].paths) * len(group.index) * level.faces(group, elements)
-            for name, part in plan.parts.items()
+            len(drawn[name].copies) * int(drawn[name].members[group.index].sum()) * level.faces(group, elements)
+            for name, part in model.plan.parts.items()
             for group, elements, _ in part.table.groups
         )
-        if total <= FACE_BUDGET:
-            return level
+        if total <= look.faces:
+            return level.plain() if look.plain else level
     return LEVELS[-1]
 
 
 def _add_members(
-    collector: Collector,
-    model: FullOrderModel,
-    motions: Motions,
-    doubted: Collection[str],
-    profiles: Mapping[str, Sequence[StressProfile]],
+    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
 ) -> None:
-    geometry, detail = model.geometry, _detail(model)
+    geometry, drawn = model.geometry, _drawn(model, look)
+    detail = _detail(model, drawn, look)
     for name, part in model.plan.parts.items():
-        placed = model.plan.topology.copies[name]
-        nodes = np.array(placed.offset)[:, None] + np.arange(part.n_nodes)
-        placing = Placing(geometry.Q[placed.number], geometry.t[placed.number], motions.of(nodes))
+        placed, chosen = model.plan.topology.copies[name], drawn[name]
+        nodes = np.array(placed.offset)[chosen.copies, None] + np.arange(part.n_nodes)
+        number = np.array(placed.number)[chosen.copies]
+        placing = Placing(geometry.Q[number], geometry.t[number], motions.of(nodes))
         mirrored = np.linalg.det(placing.Q) < 0
         own, T, keys = geometry.parts[name], geometry.T[name], list(part.members)
-        for surface in member_surfaces(part, model.values, own, T, placing, detail):
+        prefixes = ["".join(f"{step}." for step in placed.paths[c]) for c in chosen.copies]
+        for surface in member_surfaces(part, model.values, own, T, placing, detail, chosen.members):
             kinds = np.where(surface.is_flexure, Kind.FLEXURE, Kind.LINK).astype(np.intp)
-            kinds = np.tile(kinds, (len(placed.paths), 1))
+            kinds = np.tile(kinds, (len(prefixes), 1))
+            names = [prefix + keys[k] for prefix in prefixes for k in surface.members]
             if doubted:
-                own_names = [(keys[k], f"{name}.{keys[k]}") for k in surface.members]
-                for c, path in enumerate(placed.paths):
-                    kinds[c, [{".".join((*path, key)), label} & set(doubted) != set() for key, label in own_names]] = (
-                        Kind.DOUBTED
-                    )
-            stress = _stresses(surface, profiles.get(name, ()))
-            collector.grid(surface.points, surface.motions, surface.faces, kinds, mirrored, stress)
+                labels = [f"{name}.{keys[k]}" for k in surface.members] * len(prefixes)
+                in_doubt = [{*pair} & set(doubted) != set() for pair in zip(names, labels, strict=True)]
+                kinds[np.reshape(in_doubt, kinds.shape)] = Kind.DOUBTED
+            grid = Grid(name, chosen.copies, surface.members, surface.along, 0)
+            collector.grid(grid, surface.points, surface.motions, surface.faces, kinds, mirrored, names)
+    _say(collector, drawn, detail, model)
 
 
-def _stresses(surface: Surfaces, profiles: Sequence[StressProfile]) -> Array | None:
-    """Stresses (c, m, p), Pa, at the points of members, the largest from there halfway to the next; None where they are
-    not known."""
-    for profile in profiles:
-        if np.array_equal(profile.members, surface.members):
-            stations, number = np.unique(surface.along, return_inverse=True)
-            middles = (stations[1:] + stations[:-1]) / 2
-            found = np.empty((*profile.von_mises.shape[:2], len(stations)))
-            for m, x in enumerate(profile.fractions):
-                for c, own in enumerate(profile.von_mises[:, m, :, 0]):
-                    found[c, m] = np.interp(stations, x, own)
-                    np.maximum.at(found[c, m], np.searchsorted(middles, x), own)
-            return found[..., number]
-    return None
+def _say(collector: Collector, drawn: Mapping[str, _Drawn], detail: Detail, model: FullOrderModel) -> None:
+    """Note which members are not drawn as they are."""
+    topology = model.plan.topology
+    total = sum(len(topology.copies[name].paths) * len(own.members) for name, own in drawn.items())
+    shown = sum(len(own.copies) * int(own.members.sum()) for own in drawn.values())
+    if shown < total:
+        collector.notes.append(f"{shown} of {total} members are drawn")
+    if detail.lines and total:
+        collector.notes.append("members are drawn as lines: there are too many to be drawn as solids")
+
+
+def stresses_along(parts: Solids, profiles: Mapping[str, Sequence[StressProfile]]) -> Array:
+    """Stresses (v,), Pa, at the points of members, the largest from there halfway to the next, by `profiles` of all
+    prototypes, of the first state; NaN where they are not known."""
+    values = np.full(len(parts.points), np.nan)
+    for grid in parts.grids:
+        for profile in profiles.get(grid.prototype, ()):
+            if set(grid.members) <= set(profile.members):
+                own = _stresses(grid, profile)
+                values[grid.first : grid.first + own.size] = own.ravel()
+    return values
+
+
+def _stresses(grid: Grid, profile: StressProfile) -> Array:
+    """Stresses (c, m, p), Pa, at the points of members."""
+    stations, number = np.unique(grid.along, return_inverse=True)
+    middles = (stations[1:] + stations[:-1]) / 2
+    found = np.empty((len(grid.copies), len(grid.members), len(stations)))
+    for k, m in enumerate(np.searchsorted(profile.members, grid.members)):
+        x = profile.fractions[m]
+        for c, own in enumerate(profile.von_mises[grid.copies, m, :, 0]):
+            found[c, k] = np.interp(stations, x, own)
+            np.maximum.at(found[c, k], np.searchsorted(middles, x), own)
+    return found[..., number]
