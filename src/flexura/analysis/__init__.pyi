@@ -9,6 +9,8 @@ from flexura.analysis.drift import Drift as Drift
 from flexura.analysis.drift import ScrewAxis as ScrewAxis
 from flexura.analysis.drift import drift as drift
 from flexura.analysis.drift import screw_axis as screw_axis
+from flexura.analysis.energy import element_strains as element_strains
+from flexura.analysis.energy import energies as energies
 from flexura.analysis.evidence import Evidence as Evidence
 from flexura.analysis.evidence import MissedMode as MissedMode
 from flexura.analysis.freedoms import ComplianceSpectrum as ComplianceSpectrum
@@ -29,6 +31,7 @@ from flexura.analysis.signals import read_signals as read_signals
 from flexura.analysis.statics import ActuatorState as ActuatorState
 from flexura.analysis.statics import Statics as Statics
 from flexura.analysis.statics import compliance as compliance
+from flexura.analysis.statics import response_to as response_to
 from flexura.analysis.statics import statics as statics
 from flexura.analysis.stress import MemberStress as MemberStress
 from flexura.analysis.stress import Stresses as Stresses

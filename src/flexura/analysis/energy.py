@@ -73,6 +73,18 @@ def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnerg
             yield PartEnergy(".".join(path) or "mechanism", name, kinetic, by_name)
 
 
+def element_strains(model: FullOrderModel, displacements: Array, name: str, copies: Sequence[int]) -> Array:
+    """Strain energies (copies, e, k), J, of the elements of some copies, by number, of a prototype at rest, for
+    displacements (n_nodes, 6, k) of all nodes, global frame, m and rad (theory eq. 60)."""
+    part, matrices, wanted = model.plan.parts[name], model.matrices[name], set(copies)
+    found = [
+        _elements(part, matrices, u)[0].sum(axis=0)
+        for c, (_, u) in enumerate(placed_motions(model, displacements, name))
+        if c in wanted
+    ]
+    return np.stack(found)
+
+
 def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Array]:
     """Strain (kinds, e, k) and kinetic energy (e, k) of the elements for node displacements u (n, 6, k)."""
     ends = u[part.connectivity].reshape(len(part.connectivity), 12, u.shape[-1])

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.internal_forces import end_forces
 from flexura.analysis.limits import States, command_limits, force_limits, motion_limits, stress_limits
 from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.pose_limits import pose_limits
 from flexura.analysis.preload import preload
-from flexura.analysis.stress import Stresses, member_stresses
+from flexura.analysis.stress import Stresses, StressProfile, member_stresses, stress_profiles
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES, Mechanism
@@ -74,6 +75,16 @@ class Statics(Tabular):
     def stresses(self) -> Stresses:
         """The largest stress in every link and flexure."""
         return member_stresses(self.model, self.displacement_vector, gravity=self._weight)
+
+    def stress_profiles(self) -> dict[str, tuple[StressProfile, ...]]:
+        """Stresses along the members of every prototype."""
+        states, weight = self.displacement_vector[:, None], np.array(self.gravity) if any(self.gravity) else None
+
+        def forces(name: str) -> tuple[Array, Array]:
+            return end_forces(self.model, name, states, weight)
+
+        names = [name for name in self.model.matrices if self.model.plan.parts[name].members]
+        return {name: tuple(stress_profiles(self.model, name, forces)) for name in names}
 
     @property
     def _weight(self) -> tuple[float, float, float] | None:

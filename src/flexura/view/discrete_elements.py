@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from flexura.mechanism import (
     rotation_matrix,
 )
 from flexura.structure import FullOrderModel, Part, inertia_tensor
-from flexura.view.meshes import Array, Mesh, box, cylinder, normals, sphere
+from flexura.view.meshes import Array, Index, Mesh, box, cylinder, normals, sphere
 from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind, Look
 
@@ -97,6 +97,15 @@ def _chosen(described: Mapping[str, T], look: Look) -> list[tuple[str, T]]:
     return [every[k] for k in look.chosen(len(every))]
 
 
+class _MemberArms(NamedTuple):
+    """Rigid arms of members: the keys of these, the nodes (k,) that arms begin at, and the arms (k, 3), m, to where the
+    members begin or end."""
+
+    keys: list[str]
+    nodes: Index
+    arms: Array
+
+
 @dataclass
 class _Drawn:
     """The discrete elements of a part with all numbers resolved."""
@@ -105,8 +114,7 @@ class _Drawn:
     bodies: Mapping[str, RigidBody]
     masses: Mapping[str, PointMass]
     springs: Mapping[str, Spring]
-    arms: list[tuple[str, int, Array]]
-    """Members, their nodes and the arms, m, to where the members begin or end."""
+    arms: _MemberArms
     values: Array
     """Values of the table of the design."""
     hulls: list[Mesh]
@@ -138,8 +146,17 @@ class _Drawn:
         for key, piezo in self.part.channels.piezos.items():
             section = piezo.section(self.values)
             _add_stack(collector, copy, self.prefix + key, piezo.nodes, section, self.cell)
-        for key, node, arm in self.arms:
-            _add_arm(collector, copy, self.prefix + key, node, copy.x[node] + copy.Q @ arm)
+        self._add_member_arms(collector, copy)
+
+    def _add_member_arms(self, collector: Collector, copy: _Copy) -> None:
+        start = copy.x[self.arms.nodes]
+        arms = self.arms.arms @ copy.Q.T
+        drawn = np.linalg.norm(arms, axis=1) > 1e-9 * (1e-3 + np.abs(start + arms).max(axis=1))
+        if drawn.any():
+            own = copy.motions.of(self.arms.nodes[drawn])
+            ends = np.stack([start, start + arms], axis=1)[drawn]
+            moved = np.stack([own.shift, own.carried(arms[drawn])], axis=1)
+            collector.segments(ends, moved, Kind.ARM, [self.prefix + self.arms.keys[k] for k in np.flatnonzero(drawn)])
 
     def _add_body(self, collector: Collector, copy: _Copy, key: str, body: RigidBody) -> Mesh:
         node, name = self.part.bodies[key][0], self.prefix + key
@@ -183,10 +200,11 @@ class _Drawn:
         _add_zigzag(collector, name, ends, np.stack([motion, np.zeros(3)]), size, end_plate=True)
 
 
-def _member_arms(part: Part, offsets: Array, look: Look) -> list[tuple[str, int, Array]]:
-    """Offsets (m, 2, 3), m, that are not zero, with their members and nodes."""
+def _member_arms(part: Part, offsets: Array, look: Look) -> _MemberArms:
+    """Offsets (m, 2, 3), m, that are not zero."""
     found, keys = np.argwhere(np.any(offsets, axis=-1)), list(part.members)
-    return [(keys[m], int(part.ends[m, end]), offsets[m, end]) for m, end in found[look.chosen(len(found))]]
+    m, end = found[look.chosen(len(found))].T
+    return _MemberArms([keys[k] for k in m], part.ends[m, end], offsets[m, end])
 
 
 def _vector(values: object) -> Array:

@@ -5,6 +5,7 @@ Seen from outside, the corners of a face run anticlockwise; a triangle repeats a
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,13 @@ def square(ny: int = 1, nz: int = 1) -> Array:
 def box(size: Array, cell: float) -> Mesh:
     """Box about the origin with edges `size` (3,), m, along the axes, cut into faces of about `cell`, m."""
     counts = np.clip(np.ceil(size / cell), 1, 14).astype(int)
+    lattice, faces = _lattice(tuple(counts.tolist()))
+    return Mesh((lattice / counts - 0.5) * size, faces)
+
+
+@lru_cache(maxsize=256)
+def _lattice(counts: tuple[int, ...]) -> tuple[Array, Index]:
+    """Points of the surface of a box by their numbers along the axes, and its faces."""
     corners: list[Array] = []
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -61,7 +69,7 @@ def box(size: Array, cell: float) -> Mesh:
                 quad[:, k, u], quad[:, k, v] = a + da, b + db
             corners.append(quad)
     lattice, number = np.unique(np.concatenate(corners).reshape(-1, 3), axis=0, return_inverse=True)
-    return Mesh((lattice / counts - 0.5) * size, number.reshape(-1, 4).astype(np.intp))
+    return lattice, number.reshape(-1, 4).astype(np.intp)
 
 
 def cylinder(diameter: float, length: float, axis: Array, cell: float, sides: int = 64) -> Mesh:

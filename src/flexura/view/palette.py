@@ -25,6 +25,8 @@ COLOURS: dict[Kind, tuple[float, float, float]] = {
     Kind.PIEZO: (0.35, 0.75, 0.78),
     Kind.DOUBTED: (0.84, 0.05, 0.15),
     Kind.DOUBTED_BODY: (0.93, 0.45, 0.50),
+    Kind.ACTUATOR: (0.75, 0.10, 0.45),
+    Kind.SENSOR: (0.13, 0.30, 0.75),
 }
 """Colour of each kind of part, RGB."""
 NAMES: dict[Kind, str] = {
@@ -43,6 +45,8 @@ NAMES: dict[Kind, str] = {
     Kind.PIEZO: "piezo stack",
     Kind.DOUBTED: "member in doubt",
     Kind.DOUBTED_BODY: "rigid body in doubt",
+    Kind.ACTUATOR: "actuator",
+    Kind.SENSOR: "sensor",
 }
 WIDTHS = {Kind.ARM: 0.8, Kind.SPRING: 1.2, Kind.SUPERELEMENT: 1.1, Kind.FLEXURE: 1.6, Kind.LINK: 1.0, Kind.DOUBTED: 1.6}
 INK = "#22262b"

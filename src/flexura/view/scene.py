@@ -31,6 +31,8 @@ class Kind(IntEnum):
     PIEZO = 12
     DOUBTED = 13
     DOUBTED_BODY = 14
+    ACTUATOR = 15
+    SENSOR = 16
 
 
 class Look(NamedTuple):
@@ -38,12 +40,13 @@ class Look(NamedTuple):
 
     Members are drawn in less detail, in the end as lines, to stay near `faces`. With `most`, of more parts of a kind
     than these only so many are drawn, evenly chosen. `plain` leaves flat sides whole and gives round ones half the
-    corners: enough where the picture is shaded by something else than us.
+    corners: enough where the picture is shaded by something else than us. `channels` are actuators and sensors.
     """
 
     faces: int = 20_000
     most: int | None = None
     plain: bool = False
+    channels: bool = False
 
     def chosen(self, count: int, share: float = 1.0) -> Index:
         """Which of `count` things are drawn, at most a share of `most`, and one at least."""
@@ -141,6 +144,13 @@ class Collector:
         """Add a line through points (p, 3)."""
         k = np.arange(len(points) - 1)
         self._add("lines", points, motions, np.stack([k, k + 1], axis=-1), self._run(kind, name, len(k)))
+
+    def segments(self, ends: Array, motions: Array, kind: Kind, names: Sequence[str]) -> None:
+        """Add a straight line of each name, with ends (k, 2, 3)."""
+        numbers = np.array([self._number(name) for name in names], dtype=np.intp)
+        cells = np.arange(2 * len(ends)).reshape(-1, 2)
+        runs = _Runs(numbers, np.full(len(ends), kind), 1)
+        self._add("lines", ends.reshape(-1, 3), motions.reshape(-1, 3), cells, runs)
 
     def dot(self, point: Array, motion: Array, kind: Kind, name: str) -> None:
         """Add a dot."""

@@ -14,6 +14,7 @@ from flexura.errors import OptionError
 from flexura.motion import Frames, pose_of
 from flexura.solid.mesh import SurfaceShape
 from flexura.structure import FullOrderModel
+from flexura.view.channels import add_channels
 from flexura.view.discrete_elements import add_discrete_elements
 from flexura.view.marks import add_marks
 from flexura.view.members import LEVELS, Detail, Placing, member_surfaces
@@ -86,6 +87,8 @@ def _collected(model: FullOrderModel, motions: Motions, doubted: Collection[str]
     collector.include(model.geometry.positions)
     add_discrete_elements(collector, model, motions, doubted, look)
     add_marks(collector, model, motions, look)
+    if look.channels:
+        add_channels(collector, model, motions, look)
     return collector
 
 

@@ -1,3 +1,12 @@
+from flexura.pages.viewer.buffers import Buffer as Buffer
+from flexura.pages.viewer.buffers import to_json as to_json
+from flexura.pages.viewer.buffers import to_message as to_message
+from flexura.pages.viewer.geometry import Drawing as Drawing
+from flexura.pages.viewer.geometry import quick as quick
 from flexura.pages.viewer.page import bundle as bundle
 from flexura.pages.viewer.page import json_text as json_text
 from flexura.pages.viewer.page import page as page
+from flexura.pages.viewer.scene import Scene as Scene
+from flexura.pages.viewer.scenes import Shown as Shown
+from flexura.pages.viewer.scenes import scene_and_drawing as scene_and_drawing
+from flexura.pages.viewer.scenes import scene_of as scene_of

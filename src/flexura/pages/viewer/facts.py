@@ -1,0 +1,197 @@
+"""What there is to know of every part: kind, sizes, material, mass, stiffness."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from flexura.mechanism import (
+    DOF_NAMES,
+    Box,
+    Cylinder,
+    Flexure,
+    ForceSensor,
+    Link,
+    PiezoStack,
+    Plate,
+    Rectangle,
+    Tube,
+    evaluated,
+    parameter_values,
+)
+from flexura.pages.viewer.scene import Fact
+from flexura.pages.viewer.units import digits, shown
+from flexura.structure import FullOrderModel, Part
+from flexura.view import Kind
+
+PROFILES = {"leaf": "leaf flexure", "notch": "notch flexure", "two_axis": "two-axis notch", "round": "round notch"}
+
+
+class Facts:
+    """Facts of the parts of one design by name and kind."""
+
+    def __init__(self, model: FullOrderModel) -> None:
+        self.model, self.plan = model, model.plan
+        numbers = parameter_values(self.plan.mechanism, model.parameters).items()
+        self.values: dict[str, float] = {name: float(np.asarray(value)) for name, value in numbers}
+        self._found: dict[tuple[str, str, Kind], tuple[Fact, ...]] = {}
+
+    def of(self, name: str, kind: Kind) -> tuple[Fact, ...]:
+        """Facts of a part."""
+        if kind in (Kind.NODE, Kind.CLAMP, Kind.PARTLY_HELD, Kind.ARM):
+            return self._of_place(name, kind)
+        path, _, key = name.rpartition(".")
+        prototype = self._prototypes[path]
+        if (prototype, key, kind) not in self._found:
+            self._found[prototype, key, kind] = tuple(self._own(prototype, key, kind))
+        return self._found[prototype, key, kind]
+
+    @cached_property
+    def _prototypes(self) -> dict[str, str]:
+        copies = self.plan.topology.copies.items()
+        return {".".join(path): name for name, own in copies for path in own.paths}
+
+    @cached_property
+    def _nodes(self) -> dict[str, int]:
+        return {name: k for k, name in enumerate(self.plan.topology.node_names)}
+
+    def _of_place(self, name: str, kind: Kind) -> tuple[Fact, ...]:
+        """Of a node, of what holds it, or of a rigid arm, which has the name of what it belongs to."""
+        node = self._nodes.get(name)
+        if kind is Kind.ARM:
+            return (("kind", "rigid arm, without mass"),)
+        found: list[Fact] = [("kind", "node" if kind is Kind.NODE else "ground")]
+        if node is not None:
+            if kind is not Kind.NODE:
+                held = self.plan.topology.held[self.plan.topology.root[node]]
+                dofs = " ".join(dof for dof, own in zip(DOF_NAMES, held, strict=True) if own)
+                found.append(("held", "in all directions" if held.all() else dofs))
+            at = 1e3 * self.model.geometry.positions[node]
+            found.append(("at", f"{', '.join(digits(x + 0.0) for x in at)} mm"))
+        return tuple(found)
+
+    def _own(self, prototype: str, key: str, kind: Kind) -> list[Fact]:
+        part, described = self.plan.parts[prototype], self.plan.layout.prototypes[prototype]
+        if key in part.members:
+            return self._member(part, key)
+        if key in part.bodies:
+            return self._body(part, key, evaluated(described.bodies[key], self.values))
+        if key in part.points:
+            mass = evaluated(described.masses[key], self.values)
+            return [("kind", "point mass"), ("mass", shown(_number(mass.mass), "kg")), ("at", mass.node)]
+        if key in part.springs:
+            return self._spring(part, key)
+        if key in part.superelements:
+            nodes = [part.node_names[k] for k in part.superelements[key][0] if k < part.n_positioned]
+            return [("kind", "superelement, linear inside"), ("nodes", _listed(nodes))]
+        if kind is Kind.SENSOR:
+            return self._sensor(described.sensors[key])
+        return self._actuator(evaluated(described.actuators[key], self.values))
+
+    def _member(self, part: Part, key: str) -> list[Fact]:
+        member: Flexure | Link = part.members[key]
+        k = list(part.members).index(key)
+        if isinstance(member, Flexure):
+            profile = evaluated(member.profile, self.values)
+            contours = [
+                getattr(profile, name) for name in ("contour", "y_contour", "z_contour") if hasattr(profile, name)
+            ]
+            shapes = ", ".join(dict.fromkeys(own.shape.replace("_", " ") for own in contours))
+            found = [("kind", PROFILES[profile.type] + (f", {shapes}" if shapes else "")), *_sizes(profile)]
+            for own in contours:
+                found += _sizes(own)
+        else:
+            own = self.plan.mechanism.sections[member.section] if isinstance(member.section, str) else member.section
+            section = evaluated(own, self.values)
+            found = [("kind", f"link, {section.shape}"), *_sizes(section)]
+        found.append(("length", shown(float(self.model.geometry.parts[part.name].length[k]), "m")))
+        found.append(("material", member.material))
+        if part.name in self.model.matrices:
+            elements = slice(part.first[k], part.first[k] + part.counts[k])
+            M = self.model.matrices[part.name].elements.M[elements]
+            found.append(("mass", shown(float((M[:, 0, 0] + 2 * M[:, 0, 6] + M[:, 6, 6]).sum()), "kg")))
+        found.append(("between", " and ".join(member.nodes)))
+        return found
+
+    def _body(self, part: Part, key: str, body: Any) -> list[Fact]:
+        mass, inertia = part.bodies[key][1].mass_and_inertia(self.model.values)
+        found: list[Fact] = [("kind", "rigid body")]
+        match body.solid:
+            case Box(size=size):
+                found.append(("box", _product(size)))
+            case Plate(length=a, width=b, thickness=c):
+                found.append(("plate", _product((a, b, c))))
+            case Cylinder(diameter=d, length=length):
+                found.append(("cylinder", f"diameter {shown(_number(d), 'm')}, length {shown(_number(length), 'm')}"))
+            case _:
+                found.append(("drawn as", "the box of this mass and inertia"))
+        if body.solid is not None:
+            found.append(("material", body.solid.material))
+        moments = np.linalg.eigvalsh(np.asarray(inertia, dtype=float)) * 1e9
+        found.append(("mass", shown(float(mass), "kg")))
+        found.append(("principal inertias", f"{', '.join(digits(own) for own in moments)} g mm²"))
+        return found
+
+    def _spring(self, part: Part, key: str) -> list[Fact]:
+        spring = evaluated(self.plan.layout.prototypes[part.name].springs[key], self.values)
+        found: list[Fact] = [("kind", "spring")]
+        if spring.stiffness is not None:
+            for name in DOF_NAMES:
+                k = _number(getattr(spring.stiffness, name))
+                if k:
+                    found.append((f"stiffness {name}", shown(k, "N/m") if name[0] == "t" else f"{digits(k)} N m/rad"))
+        else:
+            found.append(("stiffness", "a 6 x 6 matrix"))
+        found.append(("between", " and ".join([*spring.nodes, "ground"][:2])))
+        return found
+
+    def _actuator(self, actuator: Any) -> list[Fact]:
+        found: list[Fact] = [("kind", f"actuator: {actuator.type.replace('_', ' ')}")]
+        if isinstance(actuator, PiezoStack):
+            found = [("kind", "piezo stack"), ("stiffness", shown(_number(actuator.stiffness), "N/m"))]
+            units = {"free_stroke": "m", "blocked_force": "N", "gain": "m/V", "mass": "kg"}
+        else:
+            units = {"limit": "N m" if actuator.type == "moment" else "N"}
+        for name, unit in units.items():
+            if value := getattr(actuator, name, None):
+                found.append((name.replace("_", " "), shown(_number(value), unit)))
+        if nodes := getattr(actuator, "nodes", ()):
+            found.append(("at" if len(nodes) == 1 else "between", " and ".join(nodes)))
+        return found
+
+    def _sensor(self, sensor: Any) -> list[Fact]:
+        where = (
+            ("of", sensor.actuator) if isinstance(sensor, ForceSensor) else ("at", " against ".join(sensor.nodes[::-1]))
+        )
+        return [("kind", f"sensor: {sensor.type.replace('_', ' ')}"), where]
+
+
+def _sizes(described: Any) -> list[Fact]:
+    """Sizes of a section, a profile or a contour."""
+    if isinstance(described, Rectangle) or getattr(described, "type", "") == "leaf":
+        return [("section", _product((described.thickness, described.width)))]
+    if isinstance(described, Tube):
+        return [("section", f"outer {shown(_number(described.outer_diameter), 'm')}, inner "
+                            f"{shown(_number(described.inner_diameter), 'm')}")]  # fmt: skip
+    found: list[Fact] = []
+    for name in type(described).model_fields:
+        value = getattr(described, name)
+        if isinstance(value, float) and (value or name != "shift"):
+            unit = {"angle": "rad", "A": "m²", "Iy": "m⁴", "Iz": "m⁴", "J": "m⁴", "ky": "", "kz": ""}.get(name, "m")
+            found.append((name.replace("_", " "), shown(value, unit)))
+    return found
+
+
+def _product(sizes: Any) -> str:
+    """Sizes of a box, mm."""
+    return f"{' x '.join(digits(1e3 * _number(size)) for size in sizes)} mm"
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+
+
+def _number(value: object) -> float:
+    return float(np.asarray(value, dtype=float))

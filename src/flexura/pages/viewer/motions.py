@@ -1,0 +1,189 @@
+"""Motions of a scene: from modes, statics, poses of a stroke, freedoms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis import ActuatorState, Mode, Modes, Preload, ScrewAxis, Statics
+from flexura.pages.viewer.buffers import Buffer
+from flexura.pages.viewer.fields import (
+    DISPLACEMENT,
+    HEAVY,
+    LEAST,
+    MEMBERS,
+    Energy,
+    by_part,
+    percent,
+    stress_by_part,
+    stress_colouring,
+)
+from flexura.pages.viewer.geometry import Drawing
+from flexura.pages.viewer.scene import Arrow, Axis, Fact, ShownMotion, Triple
+from flexura.pages.viewer.units import digits, shown
+from flexura.systems import Ports
+from flexura.view import Solids, mode_scale, stresses_along
+
+Array = NDArray[np.float64]
+
+
+def mode_motions(drawing: Drawing, result: Modes) -> Iterator[ShownMotion]:
+    """Every mode, with what is proven of its frequency and where its strain energy is."""
+    energy = Energy(drawing, result.shapes)
+    common = [str(own) for own in result.warnings if not own.place]
+    for k, mode in enumerate(result.modes):
+        u = result.shapes[:, :, k]
+        own = [str(w) for w in result.warnings if w.place == f"mode {mode.number}"]
+        moved = drawing.moved(u)
+        kinetic = {body.body: body.kinetic_share for body in (*mode.motion.bodies, *mode.motion.masses)}
+        told = {name: percent(share) for name, share in kinetic.items() if share >= LEAST}
+        coloured = energy.colouring(k)
+        yield ShownMotion(
+            id=f"mode-{mode.number}",
+            group="modes",
+            title=f"mode {mode.number}: {frequency(mode)}",
+            displacement=Buffer.field(moved.motions),
+            nature="vibration",
+            factor=mode_scale(moved),
+            largest=None,
+            subtitle=mode.motion.summary,
+            flag=mode.flag,
+            colours=(DISPLACEMENT, *([coloured] if coloured else [])),
+            facts=tuple(mode_facts(mode)),
+            by_part=(energy.by_part(k), by_part(drawing, "kinetic energy", HEAVY, told)),
+            warnings=(*own, *common),
+        )
+
+
+def frequency(mode: Mode) -> str:
+    """The frequency of a mode in words, as far as it is proven."""
+    if mode.is_rigid:
+        return "0 Hz, rigid motion"
+    text = mode.frequency_text
+    return "frequency unknown" if text == "unknown" else f"{text} Hz"
+
+
+def mode_facts(mode: Mode) -> list[Fact]:
+    """What is proven of a mode, and what it is like at full order."""
+    lower, upper = mode.interval_hz
+    found: list[Fact] = [("frequency", frequency(mode) + (f" ({mode.flag})" if mode.flag else ""))]
+    if lower is not None and upper is not None and not mode.is_rigid:
+        found.append(("proven to be", f"from {lower:.7g} to {upper:.7g} Hz"))
+    if mode.full_frequency_hz is not None:
+        found.append(("full order", f"{mode.full_frequency_hz:.7g} Hz"))
+    if mode.mac is not None:
+        found.append(("MAC with it", f"{mode.mac:.6f}"))
+    found += [(f"strain energy of {name}", percent(share)) for name, share in list(mode.motion.deformation.items())[:4]]
+    return found
+
+
+def static_motions(drawing: Drawing, result: Statics) -> Iterator[ShownMotion]:
+    """The response to loads and commands, true to scale at a factor of one."""
+    u = drawing.model.node_displacements(result.displacement_vector[:, None])
+    moved, stresses = drawing.moved(u[:, :, 0]), result.stresses()
+    values = stresses_along(drawing.solids, result.stress_profiles())
+    largest = moved.largest_motion()
+    driven = [own for own in result.actuators if own.command]
+    units = {out.channel.name: out.channel.unit for out in Ports(drawing.model.design).outputs()}
+    facts: list[Fact] = [("largest displacement", shown(largest, "m"))]
+    facts += [(f"{own.name}: command", f"{digits(own.command)} {own.unit}") for own in driven]
+    facts += [(own.name, _state(own)) for own in driven]
+    facts += [(name, shown(value, units[name])) for name, value in result.readings.items()]
+    margin = stresses.factor_to_yield
+    if margin is not None and np.isfinite(margin):
+        facts.append(("something yields at", f"{digits(margin)} times these loads"))
+    energy = Energy(drawing, u)
+    loads = [f"{name}: {digits(own.command)} {own.unit}" for name, own in ((o.name, o) for o in driven)]
+    colours = (DISPLACEMENT, stress_colouring(values), energy.colouring(0))
+    yield ShownMotion(
+        id="statics",
+        group="statics",
+        title="statics: " + (", ".join([*loads, *result.loads][:3]) or "loads and gravity"),
+        displacement=Buffer.field(moved.motions),
+        nature="displacement",
+        factor=visible_factor(moved),
+        largest=largest,
+        colours=tuple(own for own in colours if own is not None),
+        arrows=tuple(load_arrows(drawing, result)),
+        facts=tuple(facts),
+        by_part=(*stress_by_part(drawing, stresses), energy.by_part(0)),
+        warnings=tuple(str(own) for own in result.warnings) + tuple(result.notes),
+    )
+
+
+def _state(own: ActuatorState) -> str:
+    """What an actuator does."""
+    if own.unit == "N*m":
+        return f"turns by {shown(own.elongation, 'rad')}, moment {shown(own.force, 'N m')}"
+    return f"elongation {shown(own.elongation, 'm')}, force {shown(own.force, 'N')}"
+
+
+def load_arrows(drawing: Drawing, result: Statics) -> Iterator[Arrow]:
+    """Forces and moments on nodes, and gravity."""
+    model = drawing.model
+    wrenches = dict(result.loads)
+    for node, wrench in model.plan.loads.wrenches(model.values).items():
+        wrenches[node] = wrenches.get(node, 0.0) + wrench
+    for node, wrench in wrenches.items():
+        at = triple(model.positions[model.plan.topology.numbers([node])[0]])
+        for own, unit in ((wrench[:3], "N"), (wrench[3:], "N m")):
+            if np.any(own):
+                yield Arrow(at, unit_vector(own), f"{node}: {shown(float(np.linalg.norm(own)), unit)}")
+    if any(result.gravity):
+        g = np.array(result.gravity)
+        low, high = drawing.solids.bounds()
+        label = f"gravity {digits(float(np.linalg.norm(g)))} m/s²"
+        yield Arrow(triple(np.array([*((low + high) / 2)[:2], high[2]])), unit_vector(g), label)
+
+
+def preload_motions(drawing: Drawing, result: Preload) -> Iterator[ShownMotion]:
+    """The linear state under dead loads."""
+    u = drawing.model.node_displacements(result.displacement_vector[:, None])[:, :, 0]
+    moved = drawing.moved(u)
+    factor = result.buckling_factor
+    told = f"buckles at {digits(factor)} times these loads" if np.isfinite(factor) else "does not buckle"
+    forces = {
+        name: shown(least if abs(least) > abs(most) else most, "N")
+        for name, (least, most) in result.axial_force.items()
+    }
+    yield ShownMotion(
+        id="preload",
+        group="preload",
+        title="preload",
+        displacement=Buffer.field(moved.motions),
+        nature="displacement",
+        factor=visible_factor(moved),
+        largest=moved.largest_motion(),
+        subtitle=told,
+        colours=(DISPLACEMENT,),
+        facts=(("buckling", told), ("largest displacement", shown(moved.largest_motion(), "m"))),
+        by_part=(by_part(drawing, "axial force", MEMBERS, forces),),
+        warnings=tuple(str(own) for own in result.warnings),
+    )
+
+
+def visible_factor(moved: Solids) -> float:
+    """A round factor of at least one at which a small displacement is seen."""
+    wanted = mode_scale(moved)
+    if wanted <= 1:
+        return 1.0
+    decade = 10.0 ** np.floor(np.log10(wanted))
+    return float(max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= wanted))
+
+
+def shown_axis(axis: ScrewAxis, label: str) -> Axis:
+    """A screw axis as pages have it."""
+    pitch = None if axis.is_translation else axis.pitch
+    return Axis(triple(axis.point), triple(axis.direction), pitch, label)
+
+
+def unit_vector(vector: Array) -> Triple:
+    length = float(np.linalg.norm(vector))
+    return triple(vector / length if length else vector)
+
+
+def triple(vector: Sequence[float] | Array) -> Triple:
+    x, y, z = (float(own) + 0.0 for own in vector)
+    return x, y, z

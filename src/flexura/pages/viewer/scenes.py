@@ -1,0 +1,195 @@
+"""The scene of a mechanism, with the motions of results of it."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flexura.analysis import CheckReport, Drift, Kinetostatics, Modes, Preload, Statics, Stroke
+from flexura.errors import OptionError
+from flexura.mechanism import Mechanism
+from flexura.pages.viewer.buffers import Buffer
+from flexura.pages.viewer.doubts import doubt_marks, doubted_parts
+from flexura.pages.viewer.facts import Facts
+from flexura.pages.viewer.freedoms import drift_motions, freedom_motions
+from flexura.pages.viewer.geometry import Cells, Drawing
+from flexura.pages.viewer.motions import mode_motions, preload_motions, static_motions, triple
+from flexura.pages.viewer.scene import PlacedMark, Poses, Range, Scene, ShownKind, ShownMotion, ShownPart
+from flexura.pages.viewer.stroke_poses import stroke_poses
+from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions
+from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.testing.correlation import Correlation
+from flexura.testing.virtual import SensorPlacement
+from flexura.view import COLOURS, NAMES, Kind, draw_mechanism
+
+Shown = (
+    Mechanism | Plan | FullOrderModel | Modes | Statics | Stroke | Preload | Kinetostatics | Drift | CheckReport
+    | Correlation | SensorPlacement
+)  # fmt: skip
+"""What has a place in a scene."""
+
+WITH_MODEL = (Modes, Statics, Stroke, Preload, Correlation, SensorPlacement)
+WITHOUT = (Kinetostatics, Drift, CheckReport)
+
+GROUPS: dict[Kind, str] = {
+    Kind.FLEXURE: "flexures",
+    Kind.LINK: "links",
+    Kind.BODY: "bodies",
+    Kind.EQUIVALENT_BODY: "bodies",
+    Kind.SPRING: "springs",
+    Kind.MASS: "bodies",
+    Kind.SUPERELEMENT: "superelements",
+    Kind.CLAMP: "ground",
+    Kind.PARTLY_HELD: "ground",
+    Kind.ARM: "rigid arms",
+    Kind.NODE: "nodes",
+    Kind.CENTRE: "nodes",
+    Kind.PIEZO: "actuators",
+    Kind.DOUBTED: "in doubt",
+    Kind.DOUBTED_BODY: "in doubt",
+    Kind.ACTUATOR: "actuators",
+    Kind.SENSOR: "sensors",
+}
+"""Groups of the legend."""
+
+CLEAR = {Kind.EQUIVALENT_BODY: 0.45, Kind.DOUBTED_BODY: 0.45}
+"""Opacity of what lets see through it."""
+
+PICTURE_DPI = 72
+
+
+def scene_of(*shown: Shown, picture: bool = False) -> Scene:
+    """The scene of a mechanism and of results of it, all of one design.
+
+    shown: a mechanism, a plan or a full-order model, and results of it, in the order in which they are to be shown;
+    results that hold their model may stand alone. `picture` adds one for where nothing can be drawn in three
+    dimensions. Of mechanisms that are too large for a page parts are left out, or members drawn as lines; `notes` say
+    so. Raises OptionError for what has no place in a scene, results without a model, and results of several designs;
+    ModelError as `assemble`.
+    """
+    return scene_and_drawing(*shown, picture=picture)[0]
+
+
+def scene_and_drawing(*shown: Shown, picture: bool = False) -> tuple[Scene, Drawing]:
+    """The same, with the drawing that other designs of the mechanism may be put in the place of (`quick`)."""
+    model = _model_of(shown)
+    doubted = {name for own in shown if isinstance(own, CheckReport) for name in doubted_parts(own, model)}
+    drawing = Drawing.of(model, doubted)
+    parts = drawing.solids
+    if not len(parts.points):
+        raise OptionError("there is nothing to show: the mechanism has no nodes")
+    found = _Found()
+    for own in shown:
+        found.add(drawing, own)
+    low, high = parts.bounds()
+    scene = Scene(
+        name=model.name,
+        size=parts.size(),
+        bounds=(triple(low), triple(high)),
+        kinds=tuple(_kind(kind) for kind in sorted(parts.kinds)),
+        parts=_parts(drawing),
+        points=Buffer.floats(parts.points),
+        triangles=Buffer.numbers(drawing.triangles.cells),
+        lines=Buffer.numbers(drawing.lines.cells),
+        dots=Buffer.numbers(drawing.dots.cells),
+        motions=tuple(found.motions),
+        sequences=tuple(found.sequences),
+        marks=tuple(found.marks),
+        picture=_picture(model) if picture else None,
+        notes=(*parts.notes, *found.notes),
+    )
+    return scene, drawing
+
+
+@dataclass
+class _Found:
+    """What results add to a scene."""
+
+    motions: list[ShownMotion] = field(default_factory=list)
+    sequences: list[Poses] = field(default_factory=list)
+    marks: list[PlacedMark] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, drawing: Drawing, own: Shown) -> None:
+        match own:
+            case Modes():
+                self.motions += mode_motions(drawing, own)
+            case Statics():
+                self.motions += static_motions(drawing, own)
+            case Stroke():
+                motions, sequences, notes = stroke_poses(drawing, own)
+                self.motions += motions
+                self.sequences += sequences
+                self.notes += notes
+            case Preload():
+                self.motions += preload_motions(drawing, own)
+            case Kinetostatics():
+                self.motions += freedom_motions(drawing, own)
+                self.notes += [] if own.freedoms else own.notes
+            case Drift():
+                self.motions += drift_motions(drawing, own)
+            case CheckReport():
+                marks, notes = doubt_marks(drawing, own)
+                self.marks += marks
+                self.notes += notes
+            case Correlation():
+                self.motions += paired_motions(drawing, own)
+            case SensorPlacement():
+                self.motions += sensor_motions(drawing, own)
+
+
+def _model_of(shown: Sequence[Shown]) -> FullOrderModel:
+    """The one model of all. Raises OptionError."""
+    models: list[FullOrderModel] = []
+    for own in shown:
+        if isinstance(own, Mechanism | Plan | FullOrderModel):
+            models.append(assemble(own))
+        elif isinstance(own, WITH_MODEL):
+            models.append(own.model)
+        elif not isinstance(own, WITHOUT):
+            raise OptionError(
+                f"{type(own).__name__} has no place in a scene; what has: a mechanism, its full-order model, modes,"
+                " statics, a stroke, preload, kinetostatics, drift, a check, a correlation, a placement of sensors"
+            )
+    if not models:
+        told = " and ".join(type(own).__name__ for own in shown) or "nothing"
+        raise OptionError(f"{told} holds no mechanism: show the mechanism with it, as in show(mechanism, result)")
+    first = models[0]
+    for other in models[1:]:
+        same = other.plan.topology.n_nodes == first.plan.topology.n_nodes and other.plan.is_posed == first.plan.is_posed
+        if not same or not np.array_equal(other.positions, first.positions):
+            raise OptionError(
+                f"what is shown together is of one design: {first.name} and {other.name} differ in their nodes, their"
+                " parameters or their pose"
+            )
+    return first
+
+
+def _parts(drawing: Drawing) -> tuple[ShownPart, ...]:
+    facts, names = Facts(drawing.model), drawing.solids.names
+    ranges = zip(*(_ranges(own) for own in (drawing.triangles, drawing.lines, drawing.dots)), strict=True)
+    return tuple(
+        ShownPart(names[name], Kind(kind).name.lower(), facts.of(names[name], Kind(kind)), *own)
+        for (name, kind), own in zip(drawing.parts.tolist(), ranges, strict=True)
+    )
+
+
+def _ranges(cells: Cells) -> list[Range]:
+    starts = np.cumsum(cells.counts) - cells.counts
+    return [*zip(starts.tolist(), cells.counts.tolist(), strict=True)]
+
+
+def _kind(kind: Kind) -> ShownKind:
+    colour = "#" + "".join(f"{round(255 * share):02x}" for share in COLOURS[kind])
+    return ShownKind(kind.name.lower(), NAMES[kind], colour, CLEAR.get(kind, 1.0), GROUPS[kind])
+
+
+def _picture(model: FullOrderModel) -> str:
+    """A picture of the mechanism as data URI."""
+    buffer = io.BytesIO()
+    draw_mechanism(model).savefig(buffer, format="png", dpi=PICTURE_DPI)
+    return f"data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}"

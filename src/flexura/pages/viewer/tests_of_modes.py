@@ -1,0 +1,77 @@
+"""Shapes of a test beside those of the model, and where its sensors are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from flexura.pages.viewer.buffers import Buffer
+from flexura.pages.viewer.fields import DISPLACEMENT
+from flexura.pages.viewer.geometry import Drawing
+from flexura.pages.viewer.motions import triple
+from flexura.pages.viewer.scene import Arrow, Fact, ShownMotion
+from flexura.pages.viewer.units import digits
+from flexura.testing.correlation import Correlation
+from flexura.testing.virtual import SensorPlacement
+from flexura.view import mode_scale
+
+
+def paired_motions(drawing: Drawing, result: Correlation) -> Iterator[ShownMotion]:
+    """Every test mode, expanded to the mechanism, followed by its counterpart, both of the same size."""
+    for k, pair in enumerate(result.pairs):
+        shapes = result.expanded[:, :, pair.test - 1], result.counterparts[:, :, k]
+        moved = [drawing.moved(np.real(u)) for u in shapes]
+        factor = min((mode_scale(own) for own in moved if own.largest_motion() > 0), default=0.0)
+        facts: tuple[Fact, ...] = (
+            ("test", f"{digits(pair.test_hz)} Hz, damping {100 * pair.damping_ratio:.3g} %"),
+            ("model", f"{digits(pair.model_hz)} Hz, {100 * pair.error:+.2g} %"),
+            ("MAC", f"{pair.mac:.3f}"),
+            ("not represented by the model's shapes", f"{100 * pair.expansion_error:.3g} %"),
+        )
+        titles = (
+            f"test mode {pair.test}: {digits(pair.test_hz)} Hz",
+            f"model mode {pair.model}: {digits(pair.model_hz)} Hz",
+        )
+        for what, title, own in zip(("test", "model"), titles, moved, strict=True):
+            yield ShownMotion(
+                id=f"{what}-{pair.test}",
+                group="test and model",
+                title=title,
+                displacement=Buffer.field(own.motions),
+                nature="vibration",
+                factor=factor,
+                largest=None,
+                subtitle=f"MAC of the pair {pair.mac:.3f}",
+                colours=(DISPLACEMENT,),
+                facts=facts,
+                warnings=tuple(result.notes),
+            )
+
+
+def sensor_motions(drawing: Drawing, result: SensorPlacement) -> Iterator[ShownMotion]:
+    """Chosen sensors as arrows, by importance; nothing moves."""
+    own = zip(result.sensors, result.positions, result.directions, result.turns, result.independence, strict=True)
+    arrows = [
+        Arrow(triple(at), triple(way), f"{k}: {name}{' (rotation)' if turn else ''}, independence {share:.2f}")
+        for k, (name, at, way, turn, share) in enumerate(own, start=1)
+        if np.isfinite(at).all()
+    ]
+    between = len(result.sensors) - len(arrows)
+    notes = [f"{between} sensors between two nodes have no single place"] if between else []
+    yield ShownMotion(
+        id="sensors",
+        group="sensors",
+        title=f"{len(result.sensors)} of {len(result.candidates)} candidates for sensors",
+        displacement=Buffer.field(np.zeros_like(drawing.solids.points)),
+        nature="displacement",
+        factor=1.0,
+        largest=0.0,
+        subtitle=f"largest MAC of two modes {result.worst_mac:.2f}, condition {result.condition:.3g}",
+        colours=(DISPLACEMENT,),
+        arrows=tuple(arrows),
+        facts=tuple(
+            (name, f"independence {share:.2f}") for name, share in zip(result.sensors, result.independence, strict=True)
+        ),
+        warnings=(*result.notes, *notes),
+    )
