@@ -67,6 +67,8 @@ from flexura.modelfile import save as save
 from flexura.modelfile import schema as schema
 from flexura.pages.report import Report as Report
 from flexura.pages.report import report as report
+from flexura.pages.viewer import View as View
+from flexura.pages.viewer import show as show
 from flexura.reduction import Certificate as Certificate
 from flexura.reduction import LowOrderModel as LowOrderModel
 from flexura.reduction import NaturalFrequencies as NaturalFrequencies

@@ -15,7 +15,10 @@ FOR_OTHER_ROOMS = {
         *("in_order", "in_space", "largest_motion", "mac_with_spaces", "orthogonality", "pair_by_mac", "space_mac"),
         *("track_modes", "trusted_channels"),
     },
-    "view": {"Kind", "Solids", "draw_sheet", "solids"},
+    "view": {
+        *("COLOURS", "NAMES", "Grid", "Kind", "Look", "Solids", "draw_sheet", "mode_scale"),
+        *("moved_solids", "solids", "stresses_along"),
+    },
 }
 """What these faces show to other rooms alone."""
 

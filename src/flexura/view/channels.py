@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack
-from flexura.structure import FullOrderModel
-from flexura.structure.topology import Copies
+from flexura.structure import Copies, FullOrderModel
 from flexura.view.meshes import Array, Mesh, cone, frame_along, sphere
 from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind, Look

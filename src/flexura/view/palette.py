@@ -25,7 +25,7 @@ COLOURS: dict[Kind, tuple[float, float, float]] = {
     Kind.PIEZO: (0.35, 0.75, 0.78),
     Kind.DOUBTED: (0.84, 0.05, 0.15),
     Kind.DOUBTED_BODY: (0.93, 0.45, 0.50),
-    Kind.ACTUATOR: (0.75, 0.10, 0.45),
+    Kind.ACTUATOR: (0.60, 0.05, 0.25),
     Kind.SENSOR: (0.13, 0.30, 0.75),
 }
 """Colour of each kind of part, RGB."""

@@ -10,3 +10,6 @@ from flexura.pages.viewer.scene import Scene as Scene
 from flexura.pages.viewer.scenes import Shown as Shown
 from flexura.pages.viewer.scenes import scene_and_drawing as scene_and_drawing
 from flexura.pages.viewer.scenes import scene_of as scene_of
+from flexura.pages.viewer.show import View as View
+from flexura.pages.viewer.show import figure as figure
+from flexura.pages.viewer.show import show as show

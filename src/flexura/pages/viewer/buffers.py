@@ -20,8 +20,6 @@ STEPS = 32_767
 UNKNOWN = 255
 """What stands for a share that is not known; those that are known go from 0 to 254."""
 
-TYPES = {"f32": "<f4", "u32": "<u4", "i16": "<i2", "u8": "u1"}
-
 
 @dataclass(frozen=True, eq=False)
 class Buffer:

@@ -157,7 +157,7 @@ def _model_of(shown: Sequence[Shown]) -> FullOrderModel:
             )
     if not models:
         told = " and ".join(type(own).__name__ for own in shown) or "nothing"
-        raise OptionError(f"{told} holds no mechanism: show the mechanism with it, as in show(mechanism, result)")
+        raise OptionError(f"{told} holds no mechanism: show the mechanism with it, as in show(mechanism, [result])")
     first = models[0]
     for other in models[1:]:
         same = other.plan.topology.n_nodes == first.plan.topology.n_nodes and other.plan.is_posed == first.plan.is_posed
