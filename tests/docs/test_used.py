@@ -8,7 +8,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "flexura"
-CALLED_BY_OTHERS = {"_repr_html_", "to_frame", "model_config", "model_validate_json", "resolve_command", "severity"}
+CALLED_BY_OTHERS = {
+    "_repr_html_",
+    "_repr_png_",
+    "to_frame",
+    "model_config",
+    "model_validate_json",
+    "resolve_command",
+    "severity",
+    "to_message",
+}
 """By notebooks, pydantic, typer, and the script of pages."""
 REGISTERED = {"model_validator"}
 """Decorators under which a function is known to others than by its name."""
