@@ -46,6 +46,13 @@ export function quantity(value: number, unit: string): string {
   return `${digits(value / factor)} ${prefix}${unit}`;
 }
 
+/** A place in a mechanism of a size, m, told to a thousandth of the size. */
+export function placeText(at: number, size: number): string {
+  const [factor, unit] = size >= 10 ? [1, "m"] : size >= 1e-3 ? [1e-3, "mm"] : size >= 1e-6 ? [1e-6, "µm"] : [1e-9, "nm"];
+  const decimals = Math.min(Math.max(-Math.floor(Math.log10((size || 1) / factor / 100)) - 1, 0), 6);
+  return `${(at / factor).toFixed(decimals)} ${unit}`;
+}
+
 /** A number of three digits. */
 export function digits(value: number): string {
   if (value === 0) return "0";

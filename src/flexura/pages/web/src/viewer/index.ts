@@ -52,8 +52,8 @@ export function adoptStyles(element: Element): void {
 export async function mountViewer(host: HTMLElement, scene: SceneData, options: Options = {}): Promise<Viewer> {
   adoptStyles(host);
   if (!h("canvas").getContext("webgl2")) return new StillViewer(host, scene, "This browser has no WebGL 2, so that nothing moves: this is a still picture.");
-  const model = await Model.of(scene, options.binary);
   try {
+    const model = await Model.of(scene, options.binary);
     const viewer = new LiveViewer(host, model, options);
     host.classList.add("fx-host");
     return viewer;

@@ -1,4 +1,4 @@
-import { h, icon, unique } from "./dom";
+import { h, icon, placeText, unique } from "./dom";
 import { MotionList, factList } from "./motions";
 import { type Commands, KINDS, motionsOf } from "./state";
 import { VIEWS } from "./views";
@@ -125,7 +125,7 @@ class SectionControls {
     if (!section) return;
     this.share.value = String(section.share);
     const at = bounds[0][section.axis] + section.share * (bounds[1][section.axis] - bounds[0][section.axis]);
-    this.text.textContent = `${"xyz"[section.axis]} = ${Number((1000 * at).toPrecision(3))} mm`;
+    this.text.textContent = `${"xyz"[section.axis]} = ${placeText(at, this.commands.scene.size)}`;
     this.share.setAttribute("aria-valuetext", this.text.textContent);
   }
 
