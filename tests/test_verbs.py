@@ -27,8 +27,9 @@ OTHER_WORDS = {
 }
 """Words for which there is another one."""
 
-PLAIN = {"help", "as_json", "strict", "set", "at", "plot", "out"}
-"""Options of many commands that say where a result goes, at which parameters, or at which pose (`flexura.at`)."""
+PLAIN = {"help", "as_json", "strict", "set", "at", "plot", "out", "animate", "magnify", "scale", "names", "dpi"}
+"""Options of many commands that say where a result goes and how it is drawn (`flexura.view.save_modes`), at which
+parameters, or at which pose (`flexura.at`)."""
 
 SHELL = {
     "modes": ((flexura.modes,), set()),

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from flexura.cli.commands import CommandReader
 from flexura.cli.options import (
+    Animate,
     At,
     Commands,
     File,
@@ -73,10 +74,17 @@ def modes_command(
     strict: Strict = False,
     as_json: Json = False,
     plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write pictures of the modes here.")] = None,
+    animate: Animate = None,
+    magnify: Annotated[
+        float | None, typer.Option(metavar="FACTOR", help="Draw displacements so many times as large as is usual.")
+    ] = None,
+    dpi: Annotated[int | None, typer.Option(min=50, max=1200, help="Dots per inch of pictures: 150.")] = None,
 ) -> None:
     """Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
     from flexura.analysis import modes
 
+    if plot is None and any(value is not None for value in (animate, magnify, dpi)):
+        raise OptionError("--animate, --magnify and --dpi belong to --plot DIR")
     mechanism, parameters = read(file, set, at)
     below, limit = limit_of("--keep-below", keep_below), limit_of("--up-to", up_to)
     how = {"keep": keep, "keep_below": below, "tolerance": tolerance, "up_to": limit}
@@ -90,7 +98,8 @@ def modes_command(
     if plot is not None:
         from flexura.view import save_modes
 
-        pictures = save_modes(result, plot)
+        how = {"magnify": magnify, "dpi": dpi, "animate": None if animate is None else animate.value}
+        pictures = save_modes(result, plot, **{name: value for name, value in how.items() if value is not None})
     if as_json:
         print_result(result.to_dict(), pictures)
     else:

@@ -49,6 +49,19 @@ class RepeatedResponses(StrEnum):
 Channels = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
 ]
+
+
+class AnimationFormat(StrEnum):
+    """How animations are written."""
+
+    gif = "gif"
+    webp = "webp"
+    mp4 = "mp4"
+
+
+Animate = Annotated[
+    AnimationFormat | None, typer.Option(help="Write animations, too, where --plot says; mp4 needs ffmpeg.")
+]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]
 Repeated = Annotated[
     RepeatedResponses | None,

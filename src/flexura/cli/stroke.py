@@ -13,6 +13,7 @@ import typer
 from flexura.cli.commands import CommandReader
 from flexura.cli.modes import ModelOrder
 from flexura.cli.options import (
+    Animate,
     File,
     Gravity,
     Json,
@@ -84,6 +85,7 @@ def stroke_command(
     order: Annotated[ModelOrder, typer.Option(help="All elements, or superelements that turn.")] = ModelOrder.full,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of poses: .csv or .parquet.")] = None,
     plot: Plot = None,
+    animate: Animate = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -93,6 +95,8 @@ def stroke_command(
     from flexura.cli.stroke_tables import print_stroke
     from flexura.cli.tables import write_table
 
+    if animate is not None and plot is None:
+        raise OptionError("--animate belongs to --plot DIR")
     moves = moves_of(move or [])
     mechanism, parameters = read(file, set)
     reader = CommandReader(mechanism, parameters)
@@ -118,7 +122,7 @@ def stroke_command(
     if plot is not None:
         from flexura.view import save_stroke
 
-        written += save_stroke(result, plot)
+        written += save_stroke(result, plot, animate=None if animate is None else animate.value)
     if as_json:
         print_result(result.to_dict(), written)
     else:

@@ -1,3 +1,7 @@
+from flexura.view.animation import Animation as Animation
+from flexura.view.animation import animate_mode as animate_mode
+from flexura.view.animation import animate_stroke as animate_stroke
+from flexura.view.animation import save_animation as save_animation
 from flexura.view.calibration import draw_calibration as draw_calibration
 from flexura.view.calibration import save_calibration as save_calibration
 from flexura.view.correlation import draw_correlation as draw_correlation

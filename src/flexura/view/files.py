@@ -6,6 +6,7 @@ import io
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,11 +14,16 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis import Mode, Modes
 from flexura.arguments import verb
+from flexura.deadline import stage
 from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.structure import FullOrderModel
+from flexura.view.animation import Format, animate_mode, encoded, writable
+from flexura.view.figures import DPI
+from flexura.view.meshes import Array
+from flexura.view.painting import mode_scale
 from flexura.view.pictures import draw_mechanism, draw_mode, draw_sheet
-from flexura.view.solids import node_motions, solids
+from flexura.view.solids import solids
 from flexura.view.viewpoint import good_camera
 
 
@@ -32,15 +38,18 @@ def save_pictures(
     flags: Sequence[str] = (),
     warnings: Sequence[Sequence[object]] = (),
     common: Sequence[object] = (),
+    magnify: float = 1.0,
+    dpi: float = DPI,
 ) -> list[Path]:
     """Write `mechanism.png`, `mode_01.png` and so on, and `modes.png` with the first six modes on one sheet.
 
-    shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles:
-    k each; or None and no titles for the mechanism alone. `warnings` of each mode and those `common` to all stand in
-    its picture; `flags`, which say the same of each in a few words, and `common` on the sheet. The folder is made when
-    it is missing. All pictures are drawn before any is written, and every file appears complete or not at all; files of
-    the same names are replaced. Returns the paths in the order above; there is no sheet without modes. Raises
-    OptionError when the folder cannot be written to, or when shapes, titles and the rest do not fit together.
+    shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles: k
+    each; or None and no titles for the mechanism alone. `warnings` of each mode and those `common` to all stand in its
+    picture; `flags`, which say the same of each in a few words, and `common` on the sheet. Displacements are drawn
+    `magnify` times as large as is usual, with `dpi` dots per inch. The folder is made when it is missing. All pictures
+    are drawn before any is written, and every file appears complete or not at all; files of the same names are
+    replaced. Returns the paths in the order above; there is no sheet without modes. Raises OptionError when the folder
+    cannot be written to, or when shapes, titles and the rest do not fit together.
     """
     nodes = model.plan.topology.n_nodes
     u = np.empty((nodes, 6, 0)) if shapes is None else np.asarray(shapes, dtype=float)
@@ -51,40 +60,85 @@ def save_pictures(
             f" each where there are any; found {u.shape}, {len(titles)} titles, {len(subtitles)} subtitles,"
             f" {len(flags)} flags and {len(warnings)} lists of warnings"
         )
-    rest = solids(model, np.zeros((nodes, 6)))
-    for k in range(u.shape[2]):
-        node_motions(model, u[:, :, k])
-    target = _folder(Path(folder))
-    camera = good_camera(rest)
-    elev, azim = camera.elev, camera.azim
-    pictures = {"mechanism.png": _png(draw_mechanism(model, elev=elev, azim=azim))}
+    positive(magnify)
+    target = make_folder(Path(folder))
+    return write_files(_pictures(model, u, titles, subtitles, flags, warnings, common, magnify, dpi), target)
+
+
+def _pictures(
+    model: FullOrderModel,
+    u: Array,
+    titles: Sequence[str],
+    subtitles: Sequence[str],
+    flags: Sequence[str],
+    warnings: Sequence[Sequence[object]],
+    common: Sequence[object],
+    magnify: float,
+    dpi: float,
+) -> dict[str, bytes]:
+    """The pictures of `save_pictures` by name."""
+    camera = good_camera(solids(model))
+    view: dict[str, Any] = {"elev": camera.elev, "azim": camera.azim, "dpi": dpi}
+    pictures = {"mechanism.png": _png(draw_mechanism(model, **view))}
     for k, (title, subtitle, own) in enumerate(zip(titles, subtitles, warnings, strict=True)):
-        said = [*own, *common]
-        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, warnings=said, elev=elev, azim=azim)
+        stage(f"drawing mode {k + 1} of {len(titles)}")
+        how = view | {"scale": magnify * mode_scale(solids(model, u[:, :, k]))}
+        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, warnings=[*own, *common], **how)
         pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
     if titles:
-        sheet = draw_sheet(model, u, titles, subtitles, flags=flags, warnings=common, elev=elev, azim=azim)
+        sheet = draw_sheet(model, u, titles, subtitles, flags=flags, warnings=common, magnify=magnify, **view)
         pictures["modes.png"] = _png(sheet)
-    return write_files(pictures, target)
+    return pictures
 
 
 @verb
-def save_modes(result: Modes, folder: Path | str) -> list[Path]:
-    """Write the pictures of `save_pictures` for modes: every frequency as it is proven, and all warnings.
+def save_modes(
+    result: Modes, folder: Path | str, *, animate: Format | None = None, magnify: float = 1.0, dpi: float = DPI
+) -> list[Path]:
+    """Write the pictures of `save_pictures` for modes: every frequency as it is proven, and all warnings; and with
+    `animate`, `gif`, `webp` or `mp4`, each mode in motion, such as `mode_01.gif`.
 
-    Raises OptionError when the folder cannot be written to.
+    `magnify` and `dpi` as in `save_pictures`. Raises OptionError when the folder cannot be written to, and as
+    `save_animation` does.
     """
+    form = None if animate is None else writable(animate)
+    positive(magnify)
+    target = make_folder(Path(folder))
     own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
-    return save_pictures(
+    titles = [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes]
+    subtitles = [mode.motion.summary for mode in result.modes]
+    warnings = [[w for w in result.warnings if w.place == place] for place in own]
+    films: dict[str, bytes] = {}
+    if form is not None:
+        camera = good_camera(solids(result.model))
+        for k, title in enumerate(titles):
+            stage(f"drawing mode {k + 1} of {len(titles)} in motion")
+            u, said = result.shapes[:, :, k], [*warnings[k], *common]
+            how: dict[str, Any] = {
+                "scale": magnify * mode_scale(solids(result.model, u)),
+                "elev": camera.elev,
+                "azim": camera.azim,
+            }
+            film = animate_mode(result.model, u, title=title, subtitle=subtitles[k], warnings=said, **how)
+            films[f"mode_{k + 1:02d}.{form}"] = encoded(film, form)
+    pictures = _pictures(
         result.model,
-        folder,
-        shapes=result.shapes,
-        titles=[f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes],
-        subtitles=[mode.motion.summary for mode in result.modes],
-        flags=[mode.flag for mode in result.modes],
-        warnings=[[w for w in result.warnings if w.place == place] for place in own],
-        common=common,
+        result.shapes,
+        titles,
+        subtitles,
+        [mode.flag for mode in result.modes],
+        warnings,
+        common,
+        magnify,
+        dpi,
     )
+    return write_files(pictures | films, target)
+
+
+def positive(magnify: float) -> None:
+    """Raises OptionError for what displacements cannot be magnified by."""
+    if not (isinstance(magnify, int | float | np.number) and np.isfinite(magnify) and magnify > 0):
+        raise OptionError(f"`magnify` is a positive number, not {magnify!r}")
 
 
 def _frequency(mode: Mode) -> str:
@@ -104,8 +158,12 @@ def save_figures(figures: Mapping[str, Figure], folder: Path | str) -> list[Path
     """
     if any(not hasattr(figure, "savefig") for figure in figures.values()):
         raise OptionError("save_figures: `figures` holds figures of Matplotlib by file name")
-    contents = {name: _png(figure) for name, figure in figures.items()}
-    return write_files(contents, _folder(Path(folder)))
+    return write_files(figure_files(figures), make_folder(Path(folder)))
+
+
+def figure_files(figures: Mapping[str, Figure]) -> dict[str, bytes]:
+    """Contents of figures as files, by name."""
+    return {name: _png(figure) for name, figure in figures.items()}
 
 
 def write_files(contents: dict[str, bytes], folder: Path) -> list[Path]:
@@ -119,7 +177,7 @@ def write_files(contents: dict[str, bytes], folder: Path) -> list[Path]:
     return [folder / name for name in contents]
 
 
-def _folder(folder: Path) -> Path:
+def make_folder(folder: Path) -> Path:
     """The folder, made when it is missing."""
     if folder.exists() and not folder.is_dir():
         raise OptionError(f"pictures go to a folder, but {folder} is a file")

@@ -12,13 +12,14 @@ from flexura.arguments import verb
 from flexura.structure import FullOrderModel
 from flexura.view.annotations import colour_bar, heading, legend, line_height, remark_lines, triad
 from flexura.view.axes import frame
-from flexura.view.figures import new_figure
+from flexura.view.figures import DPI, new_figure
 from flexura.view.meshes import Array
 from flexura.view.painting import (
     HIDDEN,
     add_dots,
     camera_for,
     mode_painting,
+    mode_scale,
     mode_view,
     paint,
     rest_painting,
@@ -35,19 +36,25 @@ SIZE = (8.0, 6.0)
 
 @verb
 def draw_mechanism(
-    model: FullOrderModel, *, title: str | None = None, elev: float | None = None, azim: float | None = None
+    model: FullOrderModel,
+    *,
+    title: str | None = None,
+    elev: float | None = None,
+    azim: float | None = None,
+    dpi: float = DPI,
 ) -> Figure:
     """Draw the mechanism, undeformed or at the pose that is described: flexures, links, bodies and supports by colour,
     axes with their unit, a legend.
 
-    title: the mechanism's name when left out; elev, azim: direction of view, degrees, chosen to suit the mechanism
-    when left out. Rigid bodies are see-through when they would hide the flexures. Returns a matplotlib Figure of
-    1200 x 900 pixels on an Agg canvas; pyplot is not involved. Faces turned away are left out, so the view is fixed.
-    Raises OptionError for a model that holds a stack of designs or nothing that could be drawn.
+    title: the mechanism's name when left out; elev, azim: direction of view, degrees, chosen to suit the mechanism when
+    left out; dpi: dots per inch, 300 for print. Rigid bodies are see-through when they would hide the flexures. Returns
+    a matplotlib Figure of 1200 x 900 pixels at 150 dpi on an Agg canvas; pyplot is not involved. Faces turned away are
+    left out, so the view is fixed. Raises OptionError for a model that holds a stack of designs or nothing that could
+    be drawn.
     """
     parts = solids(model)
     camera = camera_for(parts, elev, azim)
-    figure = new_figure(SIZE)
+    figure = new_figure(SIZE, dpi)
     view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, 0.725))
     axes, depth = paint(figure, rest_painting(parts, view, visible_flexures(parts, camera) < HIDDEN))
     add_dots(axes, parts, view, depth)
@@ -67,19 +74,20 @@ def draw_mode(
     scale: float | None = None,
     elev: float | None = None,
     azim: float | None = None,
+    dpi: float = DPI,
 ) -> Figure:
     """Draw a mode shape, coloured by displacement, over a ghost of the mechanism at rest.
 
     displacements: (n_nodes, 6), m and rad in any common scale, global frame (`FullOrderModel.node_displacements`).
     scale: factor on the displacements; when left out the largest becomes 12 % of the mechanism's longest side, or
     the largest rotation 0.45 rad.
-    title, subtitle and warnings stand above the picture; elev, azim as in `draw_mechanism`. Rotations are drawn to
+    title, subtitle and warnings stand above the picture; elev, azim, dpi as in `draw_mechanism`. Rotations are drawn to
     first order. Returns a matplotlib Figure of 1200 x 900 pixels. Raises OptionError for displacements that are not
     finite or of another shape.
     """
     parts = solids(model, displacements)
     camera = camera_for(parts, elev, azim)
-    figure = new_figure(SIZE)
+    figure = new_figure(SIZE, dpi)
     factor = scale_of(parts, scale)
     top = min(heading(figure, title, subtitle, warnings) - 0.01, 0.84)
     view = mode_view(figure, parts, camera, factor, (0.035, 0.05, 0.82, top - 0.05))
@@ -99,16 +107,19 @@ def draw_sheet(
     warnings: Sequence[object] = (),
     elev: float | None = None,
     azim: float | None = None,
+    magnify: float = 1.0,
+    dpi: float = DPI,
 ) -> Figure:
     """Draw up to six modes on one sheet, three in a row.
 
     shapes: (n_nodes, 6, k), titles and subtitles: k each, and flags, which say in few words what is wrong with a mode;
-    warnings, of the whole, stand along the lower edge. Returns a matplotlib Figure of 1800 x 1200 pixels, or
-    1800 x 660 for one row. Raises OptionError as `draw_mode` does.
+    warnings, of the whole, stand along the lower edge. Displacements are drawn `magnify` times as large as is usual.
+    Returns a matplotlib Figure of 1800 x 1200 pixels, or 1800 x 660 for one row. Raises OptionError as `draw_mode`
+    does.
     """
     count = min(shapes.shape[2], 6)
     rows = 2 if count > 3 else 1
-    figure = new_figure((12.0, 8.0 if rows == 2 else 4.4))
+    figure = new_figure((12.0, 8.0 if rows == 2 else 4.4), dpi)
     camera = None
     said = remark_lines(warnings, "warning", 0.9 * figure.get_figwidth(), 8.5)
     foot = len(said) * line_height(figure, 8.5) + (0.02 if said else 0.0)
@@ -118,7 +129,7 @@ def draw_sheet(
         parts = solids(model, shapes[:, :, k])
         camera = camera or camera_for(parts, elev, azim)
         left, bottom = 0.015 + 0.308 * (k % 3), 1 - (k // 3 + 1) * cell
-        scale = scale_of(parts, None)
+        scale = magnify * mode_scale(parts)
         top = bottom + 0.96 * cell
         style = {"ha": "center", "va": "top", "parse_math": False}
         figure.text(left + 0.15, top, titles[k], size=12, weight="bold", color=INK, **style)

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from flexura.analysis import Stroke, StrokePose
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
-from flexura.view.annotations import colour_scale, line_height, remark_lines, triad
+from flexura.view.annotations import Box, colour_scale, line_height, remark_lines, triad
 from flexura.view.camera import Camera, View
 from flexura.view.figures import DPI, new_figure
 from flexura.view.meshes import Array
@@ -57,7 +57,8 @@ def draw_poses(
     included; links and flexures whose stress is not known, and all else, have the colours of their kind. elev, azim as
     in `draw_mechanism`. Returns a Figure. Raises OptionError for poses that are not there.
     """
-    numbers = _numbers(result, poses)
+    count = len(result.poses)
+    numbers = numbered(result, sorted({0, (count - 1) // 2, count - 1}) if poses is None else poses, MOST_POSES)
     scenes = [moved_solids(result.model, result.frames[k], result.stress_profiles(k)) for k in numbers]
     camera = camera_for(scenes[0], elev, azim)
     outline = np.concatenate([own for parts in scenes for own in (parts.points, parts.points + parts.motions)])
@@ -67,26 +68,24 @@ def draw_poses(
     painting: list[Painting] = []
     views = [_view(panel, camera, outline) for panel in panels]
     for panel, view in zip(panels, views, strict=True):
-        painting.append(_painting(panel.parts, view, largest, clear))
+        painting.append(over_ghost(panel.parts, view, 1.0, *pose_colours(panel.parts, largest), clear))
     axes, _ = paint(figure, Painting.joined(painting))
     _scale_bar(axes, views[0], panels[0])
     height = figure.get_figheight()
     triad(figure, camera, (0.925, 0.02, 0.06, 0.06 * WIDTH / height))
     if largest > 0:
-        _stress_bar(figure, largest)
+        stress_bar(figure, largest, (0.925, 0.36, 0.010, 0.40))
     return figure
 
 
-def _numbers(result: Stroke, poses: Sequence[int] | None) -> list[int]:
-    """Which poses are drawn. Raises OptionError."""
+def numbered(result: Stroke, poses: Sequence[int], most: int) -> list[int]:
+    """Numbers of poses. Raises OptionError for those that there are not, and for more than `most`."""
     count = len(result.poses)
     if not count:
         raise OptionError("there is no pose to be drawn")
-    if poses is None:
-        return sorted({0, (count - 1) // 2, count - 1})
     numbers = list(poses)
-    if not 1 <= len(numbers) <= MOST_POSES or not all(isinstance(k, int) and 0 <= k < count for k in numbers):
-        raise OptionError(f"1 to {MOST_POSES} poses are drawn, by their numbers from 0 to {count - 1}, not {poses!r}")
+    if not 1 <= len(numbers) <= most or not all(isinstance(k, int) and 0 <= k < count for k in numbers):
+        raise OptionError(f"1 to {most} poses are drawn, by their numbers from 0 to {count - 1}, not {poses!r}")
     return numbers
 
 
@@ -118,7 +117,7 @@ def _laid_out(
         panels.append(_Panel(pose, parts, (left + 0.04 * width, bottom, 0.92 * width, height)))
         middle, upper = (left + width / 2) / WIDTH, (bottom + row) / total
         style = {"ha": "center", "va": "top", "parse_math": False}
-        title = _title(result, pose)
+        title = pose_title(result, pose)
         figure.text(middle, upper, title, size=12 if len(title) < 34 else 9.5, weight="bold", color=INK, **style)
         figure.text(
             middle, upper - 2.1 * line_height(figure, 9.5), _told(pose), size=9, color="0.35", linespacing=1.35, **style
@@ -126,7 +125,7 @@ def _laid_out(
     return figure, panels
 
 
-def _title(result: Stroke, pose: StrokePose) -> str:
+def pose_title(result: Stroke, pose: StrokePose) -> str:
     """What is prescribed at a pose, equal values of one unit together, in at most two lines."""
     names: dict[str, list[str]] = {}
     for name, value in pose.varied.items():
@@ -170,14 +169,13 @@ def _view(panel: _Panel, camera: Camera, outline: Array) -> View:
     return View.fitting(camera, outline, np.array([left, bottom]), np.array([left + width, bottom + height]))
 
 
-def _painting(parts: Solids, view: View, largest: float, clear: bool) -> Painting:
-    """A pose in front of the ghost, coloured by stress where it is known."""
+def pose_colours(parts: Solids, largest: float) -> tuple[Array, Array]:
+    """Colours of faces (f, 4, 3) and lines (l, 3): by stress where it is known, of which the largest is given."""
     faces, lines = rest_colours(parts)
     colours = stress_colours(np.nan_to_num(parts.values) / (largest or 1.0))
     faces = np.where(np.isnan(parts.values[parts.faces][..., None]), faces, colours[parts.faces])
     unknown = np.isnan(parts.values[parts.lines].sum(axis=1, keepdims=True))
-    lines = np.where(unknown, lines, colours[parts.lines].mean(axis=1))
-    return over_ghost(parts, view, 1.0, faces, lines, clear)
+    return faces, np.where(unknown, lines, colours[parts.lines].mean(axis=1))
 
 
 def _scale_bar(axes: Axes, view: View, panel: _Panel) -> None:
@@ -193,13 +191,13 @@ def _scale_bar(axes: Axes, view: View, panel: _Panel) -> None:
     axes.text(float(x.mean()), y + 6, label, size=8, ha="center", va="bottom", color=INK)
 
 
-def _stress_bar(figure: Figure, largest: float) -> None:
+def stress_bar(figure: Figure, largest: float, area: Box) -> None:
     """The scale of stress, MPa."""
     top = largest / 1e6
     ticks = [tick for tick in MaxNLocator(5).tick_values(0.0, top) if 0 <= tick <= top]
     colour_scale(
         figure,
-        (0.925, 0.36, 0.010, 0.40),
+        area,
         stress_colours(np.linspace(0, 1, 256)),
         [tick / top for tick in ticks],
         [f"{tick:g}" for tick in ticks],

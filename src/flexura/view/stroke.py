@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from flexura.analysis import Stroke
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
+from flexura.view.animation import Format, animate_stroke, encoded, writable
 from flexura.view.annotations import foot
 from flexura.view.charts import COLOURS, headline, legend_above, style, value_axis
 from flexura.view.figures import new_chart
-from flexura.view.files import save_figures
+from flexura.view.files import figure_files, make_folder, write_files
 from flexura.view.palette import INK
 from flexura.view.poses import draw_poses
 
@@ -22,14 +23,19 @@ DOFS = ("x", "y", "z", "about x", "about y", "about z")
 
 
 @verb
-def save_stroke(result: Stroke, folder: Path | str) -> list[Path]:
+def save_stroke(result: Stroke, folder: Path | str, *, animate: Format | None = None) -> list[Path]:
     """Write `stroke.png`, curves over at least two poses, and `poses.png`, the first, a middle and the last one, into a
-    folder, complete or not at all.
+    folder, complete or not at all; and with `animate`, `gif`, `webp` or `mp4`, the mechanism in motion, such as
+    `stroke.gif`.
 
-    Returns the paths, none where there is no pose. Raises OptionError when the folder cannot be written to.
+    Returns the paths, none where there is no pose. Raises OptionError when the folder cannot be written to, and as
+    `save_animation` does.
     """
+    form = None if animate is None else writable(animate)
     figures = {"stroke.png": draw_stroke(result)} if len(result.poses) > 1 else {}
-    return save_figures(figures | ({"poses.png": draw_poses(result)} if result.poses else {}), folder)
+    figures |= {"poses.png": draw_poses(result)} if result.poses else {}
+    films = {f"stroke.{form}": encoded(animate_stroke(result), form)} if form and len(result.poses) > 1 else {}
+    return write_files(figure_files(figures) | films, make_folder(Path(folder)))
 
 
 @verb
