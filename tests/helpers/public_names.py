@@ -16,8 +16,8 @@ FOR_OTHER_ROOMS = {
         *("track_modes", "trusted_channels"),
     },
     "view": {
-        *("COLOURS", "NAMES", "Grid", "Kind", "Look", "Solids", "draw_sheet", "mode_scale"),
-        *("moved_solids", "solids", "stresses_along"),
+        *("COLOURS", "HIDDEN", "NAMES", "Grid", "Kind", "Look", "Solids", "customary_camera", "draw_sheet"),
+        *("mode_scale", "moved_solids", "solids", "stresses_along", "visible_flexures"),
     },
 }
 """What these faces show to other rooms alone."""

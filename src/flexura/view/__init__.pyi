@@ -21,6 +21,7 @@ from flexura.view.files import save_pictures as save_pictures
 from flexura.view.identification import draw_stabilisation as draw_stabilisation
 from flexura.view.identification import draw_synthesis as draw_synthesis
 from flexura.view.identification import save_identification as save_identification
+from flexura.view.painting import HIDDEN as HIDDEN
 from flexura.view.painting import mode_scale as mode_scale
 from flexura.view.palette import COLOURS as COLOURS
 from flexura.view.palette import NAMES as NAMES
@@ -41,5 +42,7 @@ from flexura.view.stroke import save_stroke as save_stroke
 from flexura.view.verification import draw_mode_pair as draw_mode_pair
 from flexura.view.verification import draw_verification as draw_verification
 from flexura.view.verification import save_verification as save_verification
+from flexura.view.viewpoint import customary_camera as customary_camera
+from flexura.view.viewpoint import visible_flexures as visible_flexures
 from flexura.view.virtual_test import draw_virtual_test as draw_virtual_test
 from flexura.view.virtual_test import save_virtual_test as save_virtual_test

@@ -37,7 +37,7 @@ def freedom_motions(drawing: Drawing, result: Kinetostatics) -> Iterator[ShownMo
             axes=(shown_axis(freedom.axis, f"freedom {k + 1}"),),
             facts=tuple(_facts(result, freedom)),
             by_part=(energy.by_part(0),),
-            warnings=tuple(str(own) for own in result.warnings) + tuple(result.notes),
+            warnings=tuple(str(own) for own in result.warnings),
         )
 
 

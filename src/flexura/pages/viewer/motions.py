@@ -109,7 +109,7 @@ def static_motions(drawing: Drawing, result: Statics) -> Iterator[ShownMotion]:
         arrows=tuple(load_arrows(drawing, result)),
         facts=tuple(facts),
         by_part=(*stress_by_part(drawing, stresses), energy.by_part(0)),
-        warnings=tuple(str(own) for own in result.warnings) + tuple(result.notes),
+        warnings=tuple(str(own) for own in result.warnings),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement
-from flexura.view import COLOURS, NAMES, Kind, draw_mechanism
+from flexura.view import COLOURS, HIDDEN, NAMES, Kind, Solids, customary_camera, draw_mechanism, visible_flexures
 
 Shown = (
     Mechanism | Plan | FullOrderModel | Modes | Statics | Stroke | Preload | Kinetostatics | Drift | CheckReport
@@ -34,6 +34,7 @@ Shown = (
 
 WITH_MODEL = (Modes, Statics, Stroke, Preload, Correlation, SensorPlacement)
 WITHOUT = (Kinetostatics, Drift, CheckReport)
+WITH_NOTES = (Statics, Stroke, Kinetostatics, Correlation, SensorPlacement)
 
 GROUPS: dict[Kind, str] = {
     Kind.FLEXURE: "flexures",
@@ -58,6 +59,9 @@ GROUPS: dict[Kind, str] = {
 
 CLEAR = {Kind.EQUIVALENT_BODY: 0.45, Kind.DOUBTED_BODY: 0.45}
 """Opacity of what lets see through it."""
+
+HIDING = 0.35
+"""Opacity of rigid bodies that would hide the flexures."""
 
 PICTURE_DPI = 72
 
@@ -86,11 +90,12 @@ def scene_and_drawing(*shown: Shown, picture: bool = False) -> tuple[Scene, Draw
     for own in shown:
         found.add(drawing, own)
     low, high = parts.bounds()
+    hiding = _hides(parts)
     scene = Scene(
         name=model.name,
         size=parts.size(),
         bounds=(triple(low), triple(high)),
-        kinds=tuple(_kind(kind) for kind in sorted(parts.kinds)),
+        kinds=tuple(_kind(kind, hiding) for kind in sorted(parts.kinds)),
         parts=_parts(drawing),
         points=Buffer.floats(parts.points),
         triangles=Buffer.numbers(drawing.triangles.cells),
@@ -100,7 +105,7 @@ def scene_and_drawing(*shown: Shown, picture: bool = False) -> tuple[Scene, Draw
         sequences=tuple(found.sequences),
         marks=tuple(found.marks),
         picture=_picture(model) if picture else None,
-        notes=(*parts.notes, *found.notes),
+        notes=tuple(dict.fromkeys((*parts.notes, *found.notes))),
     )
     return scene, drawing
 
@@ -115,6 +120,8 @@ class _Found:
     notes: list[str] = field(default_factory=list)
 
     def add(self, drawing: Drawing, own: Shown) -> None:
+        if isinstance(own, WITH_NOTES):
+            self.notes += own.notes
         match own:
             case Modes():
                 self.motions += mode_motions(drawing, own)
@@ -129,7 +136,6 @@ class _Found:
                 self.motions += preload_motions(drawing, own)
             case Kinetostatics():
                 self.motions += freedom_motions(drawing, own)
-                self.notes += [] if own.freedoms else own.notes
             case Drift():
                 self.motions += drift_motions(drawing, own)
             case CheckReport():
@@ -183,9 +189,16 @@ def _ranges(cells: Cells) -> list[Range]:
     return [*zip(starts.tolist(), cells.counts.tolist(), strict=True)]
 
 
-def _kind(kind: Kind) -> ShownKind:
+def _kind(kind: Kind, hiding: bool) -> ShownKind:
     colour = "#" + "".join(f"{round(255 * share):02x}" for share in COLOURS[kind])
-    return ShownKind(kind.name.lower(), NAMES[kind], colour, CLEAR.get(kind, 1.0), GROUPS[kind])
+    opacity = HIDING if hiding and kind in (Kind.BODY, Kind.EQUIVALENT_BODY) else CLEAR.get(kind, 1.0)
+    return ShownKind(kind.name.lower(), NAMES[kind], colour, opacity, GROUPS[kind])
+
+
+def _hides(parts: Solids) -> bool:
+    """Whether rigid bodies would hide most of the flexures, those in doubt included."""
+    kinds = np.where(parts.face_kinds == Kind.DOUBTED, Kind.FLEXURE, parts.face_kinds)
+    return visible_flexures(replace(parts, face_kinds=kinds), customary_camera(*parts.bounds())) < HIDDEN
 
 
 def _picture(model: FullOrderModel) -> str:

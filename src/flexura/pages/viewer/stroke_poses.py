@@ -35,7 +35,7 @@ def stroke_poses(drawing: Drawing, result: Stroke) -> tuple[list[ShownMotion], l
     frames, doubted = result.frames, drawing.doubted
     scenes = [moved_solids(result.model, frames[k], result.stress_profiles(k), doubted, PAGE) for k in chosen]
     most = max(float(np.nanmax(parts.values, initial=0.0)) for parts in scenes)
-    said = tuple(foremost(result.warnings, 1)) + tuple(result.notes)
+    said = tuple(foremost(result.warnings, 1))
     motions = []
     for k, parts in zip(chosen, scenes, strict=True):
         pose = result.poses[k]

@@ -45,7 +45,6 @@ def paired_motions(drawing: Drawing, result: Correlation) -> Iterator[ShownMotio
                 subtitle=f"MAC of the pair {pair.mac:.3f}",
                 colours=(DISPLACEMENT,),
                 facts=facts,
-                warnings=tuple(result.notes),
             )
 
 
@@ -73,5 +72,5 @@ def sensor_motions(drawing: Drawing, result: SensorPlacement) -> Iterator[ShownM
         facts=tuple(
             (name, f"independence {share:.2f}") for name, share in zip(result.sensors, result.independence, strict=True)
         ),
-        warnings=(*result.notes, *notes),
+        warnings=tuple(notes),
     )
