@@ -25,7 +25,7 @@ CORPUS = "tests/fuzz/corpus/"
 COMMANDS = {
     "modes": f"modes {PIVOT} -n 1 --plot OUT/a --json",
     "check": f"check {GUIDE} --plot OUT/a",
-    "view": f"view {GUIDE} --plot OUT/a",
+    "view": f"view {GUIDE} --plot OUT/a --out OUT/a.html -n 1",
     "frequency-response": f"frequency-response {GUIDE} --band 10Hz,200Hz {ENDS} --out OUT/a.csv --plot OUT",
     "time-response": f"time-response {GUIDE} --dt 1ms --step carriage.tx=1N --duration 0.1s -o carriage.tx"
     " --damping 0.01 --out OUT/a.csv --plot OUT",

@@ -3,12 +3,14 @@
 import html
 import re
 
+import numpy as np
 import pytest
 
 import flexura as fx
 from flexura.pages.viewer import json_text, to_json
 from helpers.browser import PHONE, pixels
 from helpers.every_result import NAME, guide
+from helpers.shell import flexura
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +91,22 @@ def test_what_cannot_be_shown_is_said():
         fx.show("guide.yaml")
     with pytest.raises(fx.OptionError, match="holds no mechanism"):
         fx.show(fx.check(guide()))
+
+
+def test_the_shell_writes_the_same_page(tmp_path):
+    file = "examples/guide/guide.yaml"
+    out = tmp_path / "guide.html"
+    done = flexura("view", file, "--out", str(out), "-n", "2", "--set", "thickness=0.4 mm")
+    assert done.returncode == 0 and done.stdout == f"{out}\n"
+    mechanism, parameters = fx.load(file), {"thickness": 0.4e-3}
+    model = fx.assemble(mechanism, parameters)
+    assert out.read_text(encoding="utf-8") == fx.show(model, fx.modes(mechanism, parameters, n=2)).html
+    assert [own.name for own in tmp_path.iterdir()] == ["guide.html"]
+
+
+def test_a_pose_is_shown_where_it_is(tmp_path):
+    mechanism = fx.load("examples/guide/guide.yaml")
+    there = fx.show(fx.at(mechanism, {"carriage.x": 5e-3}))
+    rest = fx.show(mechanism)
+    ends = [np.array(own.scene.bounds[1])[0] for own in (rest, there)]
+    assert ends[1] - ends[0] == pytest.approx(5e-3, rel=1e-2)

@@ -110,7 +110,11 @@ COMMANDS = {
     "schema": _Command(
         "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."
     ),
-    "view": _Command("description", "view_command", "Draw the mechanism, undeformed or at a pose."),
+    "view": _Command(
+        "description",
+        "view_command",
+        "Draw the mechanism, undeformed or at a pose, or show it in three dimensions with its modes.",
+    ),
 }
 """The commands by name."""
 

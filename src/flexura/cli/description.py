@@ -49,16 +49,32 @@ def schema_command() -> None:
 
 def view_command(
     file: File,
-    plot: Annotated[Path, typer.Option("--plot", metavar="DIR", help="Write the picture here.")] = Path(),
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="DIR", help="Write a picture here; without --out where you are.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write it here in three dimensions, one HTML file.")
+    ] = None,
+    n: Annotated[int, typer.Option("-n", min=0, max=100, help="Number of modes that move in that file.")] = 6,
     at: At = None,
     set: Settings = None,
 ) -> None:
-    """Draw the mechanism, undeformed or at a pose."""
+    """Draw the mechanism, undeformed or at a pose, or show it in three dimensions with its modes."""
     from flexura.structure import assemble
-    from flexura.view import save_pictures
 
     mechanism, parameters = read(file, set, at)
-    for path in save_pictures(assemble(mechanism, parameters), plot):
+    model = assemble(mechanism, parameters)
+    written: list[Path] = []
+    if out is not None:
+        from flexura.analysis import modes
+        from flexura.pages.viewer import show
+
+        written.append(show(model, [modes(mechanism, parameters, n=n)] if n else []).save(out))
+    if plot is not None or out is None:
+        from flexura.view import save_pictures
+
+        written += save_pictures(model, plot or Path())
+    for path in written:
         typer.echo(str(path))
 
 
