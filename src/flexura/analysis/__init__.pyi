@@ -26,6 +26,13 @@ from flexura.analysis.modes import Modes as Modes
 from flexura.analysis.modes import modes as modes
 from flexura.analysis.preload import Preload as Preload
 from flexura.analysis.preload import preload as preload
+from flexura.analysis.response_curves import Pair as Pair
+from flexura.analysis.response_curves import ResponseCurve as ResponseCurve
+from flexura.analysis.response_curves import ResponseGroup as ResponseGroup
+from flexura.analysis.response_curves import heard as heard
+from flexura.analysis.response_curves import phase_in_degrees as phase_in_degrees
+from flexura.analysis.response_curves import response_group as response_group
+from flexura.analysis.response_curves import response_units as response_units
 from flexura.analysis.signals import SignalFile as SignalFile
 from flexura.analysis.signals import read_signals as read_signals
 from flexura.analysis.statics import ActuatorState as ActuatorState

@@ -5,18 +5,24 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
 
-from flexura.analysis import FrequencyResponse, TimeResponse
+from flexura.analysis import (
+    FrequencyResponse,
+    Pair,
+    ResponseCurve,
+    ResponseGroup,
+    TimeResponse,
+    phase_in_degrees,
+    response_group,
+    response_units,
+)
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.systems import unit_of_response
 from flexura.view.annotations import foot, remark_lines
 from flexura.view.charts import (
     COLOURS,
@@ -32,48 +38,10 @@ from flexura.view.charts import (
 )
 from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
-from flexura.view.response_matrix import MOST_PANELS, draw_response_matrix, heard
-
-MOST_CURVES = 8
-"""Curves in one Bode or Nyquist plot."""
-
-MOST_PAIRS = 100
-"""Pairs, the largest ones, that are looked at for curves that are equal."""
-
-MATTERS = 1e-3
-"""Responses whose largest magnitude is a smaller share of the largest of their unit are left out."""
-
-SAME = 1e-3
-"""Responses that differ by a smaller share of the largest are one curve."""
+from flexura.view.response_matrix import MOST_PANELS, draw_response_matrix
 
 MOST_RESONANCES = 14
 """Resonances of which it is written what moves."""
-
-Pair = tuple[str, str]
-"""An output and an input, by name."""
-
-
-class _Curve(NamedTuple):
-    """A response, the pairs that have it, and its unit where the curves of a figure have several."""
-
-    pairs: list[Pair]
-    H: NDArray[np.complex128]
-    unit: str = ""
-
-    @property
-    def label(self) -> str:
-        """The first pair, and how many are like it."""
-        output, input_ = self.pairs[0]
-        more = len(self.pairs) - 1
-        return f"{output} / {input_}" + (f", and {more} equal" if more else "") + self.unit
-
-
-class _Group(NamedTuple):
-    """What a figure shows: responses of one unit, none where pairs of several are asked for, and what is left out."""
-
-    unit: str
-    curves: list[_Curve]
-    left_out: list[Pair]
 
 
 @verb
@@ -83,7 +51,7 @@ def save_frequency_response(result: FrequencyResponse, folder: Path | str) -> li
 
     Raises OptionError when the folder cannot be written to.
     """
-    units = _units(result)
+    units = response_units(result)
     figures: dict[str, Figure] = {}
     for k, unit in enumerate(units):
         end = f"_{k + 1:02d}" if len(units) > 1 else ""
@@ -94,48 +62,22 @@ def save_frequency_response(result: FrequencyResponse, folder: Path | str) -> li
     return save_figures(figures, folder)
 
 
-def _units(result: FrequencyResponse) -> list[str]:
-    """Units of the responses, each once."""
-    return list(dict.fromkeys(unit_of_response(o, i) for o in result.outputs for i in result.inputs))
-
-
-def _group(result: FrequencyResponse, pairs: Sequence[Pair] | None, unit: str | None) -> _Group:
+def _group(result: FrequencyResponse, pairs: Sequence[Pair] | None, unit: str | None) -> ResponseGroup:
     """The responses to draw. Raises OptionError."""
     if pairs is not None:
         if not pairs:
             raise OptionError("there is nothing to draw: no pair of output and input is given")
         own = {pair: result.unit(*pair) for pair in pairs for _ in [result.of(*pair)]}
         mixed = len(set(own.values())) > 1
-        curves = [_Curve([pair], result.of(*pair), f"  [{own[pair]}]" if mixed else "") for pair in pairs]
-        return _Group("" if mixed else own[pairs[0]], curves, [])
-    units = _units(result)
+        curves = [ResponseCurve([pair], result.of(*pair), f"  [{own[pair]}]" if mixed else "") for pair in pairs]
+        return ResponseGroup("" if mixed else own[pairs[0]], curves, [])
+    units = response_units(result)
     if unit is not None and unit not in units:
         raise OptionError(f"there is no response in {unit!r}; units are {', '.join(units)}")
-    unit = units[0] if unit is None else unit
-    size, sounds = np.abs(result.response).max(axis=0), heard(result)
-    every, peaks, wanted = list[Pair](), dict[Pair, float](), list[Pair]()
-    for (i, output), (j, input_) in itertools.product(enumerate(result.outputs), enumerate(result.inputs)):
-        if unit_of_response(output, input_) == unit:
-            pair = (output.name, input_.name)
-            every.append(pair)
-            peaks[pair] = float(size[i, j])
-            wanted += [pair] if sounds[i, j] else []
-    largest = max(peaks.values())
-    wanted = [pair for pair in wanted if peaks[pair] >= MATTERS * largest]
-    curves: list[_Curve] = []
-    for pair in sorted(wanted, key=lambda own: -round(peaks[own] / largest, 6))[:MOST_PAIRS]:
-        H = result.of(*pair)
-        alike = next((c for c in curves if np.abs(c.H - H).max() <= SAME * peaks[pair]), None)
-        if alike is not None:
-            alike.pairs.append(pair)
-        elif len(curves) < MOST_CURVES:
-            curves.append(_Curve([pair], H))
-    curves = curves or [_Curve(every[:1], result.of(*every[0]))]
-    shown = {pair for curve in curves for pair in curve.pairs}
-    return _Group(unit, curves, [pair for pair in every if pair not in shown])
+    return response_group(result, units[0] if unit is None else unit)
 
 
-def _left_out(group: _Group, width: float) -> list[str]:
+def _left_out(group: ResponseGroup, width: float) -> list[str]:
     """Which responses a figure leaves out, in words, for a width in inches."""
     if not group.left_out:
         return []
@@ -160,7 +102,7 @@ def draw_bode(result: FrequencyResponse, pairs: Sequence[Pair] | None = None, *,
     for k, curve in enumerate(group.curves):
         colour = COLOURS[k % len(COLOURS)]
         size.plot(hz, np.abs(curve.H), color=colour, linewidth=1.2, label=curve.label)
-        angle.plot(hz, _phase(curve.H), color=colour, linewidth=1.2)
+        angle.plot(hz, phase_in_degrees(curve.H), color=colour, linewidth=1.2)
     for axes in (size, angle):
         for f in result.resonances_hz:
             axes.axvline(f, color=FAINT, linewidth=0.8, zorder=0)
@@ -198,13 +140,6 @@ def _numbered(axes: Axes, result: FrequencyResponse) -> list[str]:
     ]
     rest = len(told) - MOST_RESONANCES
     return told[:MOST_RESONANCES] + ([f"and {rest} more resonances"] if rest > 0 else [])
-
-
-def _phase(H: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Phase in degrees, unwrapped, its first value within (-180, 180]."""
-    phase = np.degrees(np.unwrap(np.angle(H)))
-    shift = 360 * np.round(np.median(phase) / 360) if abs(np.median(phase)) > 360 else 0.0
-    return phase - shift
 
 
 @verb

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
-from numpy.typing import NDArray
 
-from flexura.analysis import FrequencyResponse
+from flexura.analysis import FrequencyResponse, heard
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.systems import unit_of_response
 from flexura.view.annotations import foot
 from flexura.view.charts import CENTRED, COLOURS, FAINT, frequency_axis, headline, shortened, style
 from flexura.view.figures import new_chart
@@ -18,20 +16,6 @@ from flexura.view.palette import INK
 
 MOST_PANELS = 12
 """Inputs, and outputs, in a matrix of responses."""
-
-SILENT = 1e-9
-"""Responses that stay below so much of the largest of their row and column, or of their unit, are nothing: symmetry."""
-
-
-def heard(result: FrequencyResponse) -> NDArray[np.bool_]:
-    """Which responses (p, m) are more than the round-off of others."""
-    size = np.abs(result.response).max(axis=0)
-    least = np.sqrt(size.max(axis=1)[:, None] * size.max(axis=0))
-    units = np.array([[unit_of_response(o, i) for i in result.inputs] for o in result.outputs])
-    for unit in np.unique(units):
-        own = units == unit
-        least[own] = np.maximum(least[own], size[own].max())
-    return size > SILENT * least
 
 
 @verb
