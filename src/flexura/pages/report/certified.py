@@ -60,7 +60,7 @@ def certified_modes(subject: Subject) -> Content:
     ] * bool(found.evidence.missed)
     hz = [f"{mode.frequency_text} Hz" for mode in found.modes[:FIRST]]
     facts = [Fact(f"lowest {len(hz)} frequencies" if len(hz) > 1 else "lowest frequency", ", ".join(hz))]
-    return Content(blocks, facts=facts, warnings=found.warnings)
+    return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 
 def _complete(complete: bool, counted: bool) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from flexura.pages.report.chart import Chart
+from flexura.pages.viewer import Shown
 
 Tone = Literal["", "soft", "warning", "bad", "good"]
 State = Literal["shown", "absent", "failed"]
@@ -68,10 +69,12 @@ class ChartFigure:
 
 @dataclass(frozen=True)
 class ViewerFigure:
-    """A scene in three dimensions as data, under an identifier of its own."""
+    """A scene in three dimensions as data, under an identifier of its own, and a picture, a data URI, that stands
+    where nothing moves."""
 
     id: str
     scene: Mapping[str, Any]
+    picture: str
     caption: str
 
 
@@ -104,12 +107,13 @@ Block: TypeAlias = Paragraph | Bullets | Evidence | Table | ChartFigure | Viewer
 @dataclass(frozen=True)
 class Content:
     """What a section holds. `facts` and `warnings` are what the summary takes of it; `state` says whether it could be
-    made."""
+    made; `shown` are results that scenes are made of."""
 
     blocks: Sequence[Block]
     state: State = "shown"
     facts: Sequence[Fact] = ()
     warnings: Sequence[Any] = ()
+    shown: Sequence[Shown] = ()
 
 
 @dataclass(frozen=True)

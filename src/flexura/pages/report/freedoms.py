@@ -48,7 +48,7 @@ def freedoms(subject: Subject) -> Content:
     blocks += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
     facts = [Fact(f"freedoms of {found.platform}", found.kind)]
     facts += [Fact(f"reach, {_kind(own)}", _reach(own)) for own in found.freedoms if own.stroke is not None]
-    return Content(blocks, facts=facts, warnings=found.warnings)
+    return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 
 def _kind(own: Freedom) -> str:
@@ -56,7 +56,7 @@ def _kind(own: Freedom) -> str:
 
 
 def _reach(own: Freedom) -> str:
-    return "" if own.stroke is None else f"+-{1e3 * own.stroke:.4g} {'mm' if own.kind == 'T' else 'mrad'}"
+    return "" if own.stroke is None else f"±{1e3 * own.stroke:.4g} {'mm' if own.kind == 'T' else 'mrad'}"
 
 
 def _freedoms(found: Kinetostatics, evidence: Evidence) -> Table:
@@ -77,7 +77,8 @@ def _freedoms(found: Kinetostatics, evidence: Evidence) -> Table:
         )
         limit += "" if own.yields_in_range else ", beyond linear theory"
         rows.append([_kind(own), axis, through, pitch, share, _reach(own), drift, limit])
-    return Table(headings, rows, range(1, 8), evidence=evidence)
+    motions = [f"freedom-{k + 1}" for k in range(len(rows))]
+    return Table(headings, rows, range(1, 8), evidence=evidence, motions=motions)
 
 
 def _clean(value: float) -> float:

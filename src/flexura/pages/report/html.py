@@ -91,7 +91,7 @@ def _evidence(block: Evidence) -> str:
 
 def _lines(lines: Iterable[tuple[str, str]]) -> str:
     text = "".join(f"<div><dt>{escape(word)}</dt><dd>{escape(said)}</dd></div>" for word, said in lines)
-    return f"<dl>{text}</dl>" if text else ""
+    return f'<dl class="lines">{text}</dl>' if text else ""
 
 
 def _table(block: Table) -> str:
@@ -113,7 +113,7 @@ def _table(block: Table) -> str:
     caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
     thead = f"<thead><tr>{head}</tr></thead>" if any(block.headings) else ""
     table = f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(block.caption or "table")}">'
-    table += f"<table>{caption}{thead}<tbody>{''.join(rows)}</tbody></table></div>"
+    table += f'<table class="plain">{caption}{thead}<tbody>{"".join(rows)}</tbody></table></div>'
     told = "" if block.evidence is None else _evidence(block.evidence)
     return f'<div class="numbers">{table}{told}</div>' if told else table
 
@@ -127,9 +127,10 @@ def _chart(block: ChartFigure) -> str:
 
 
 def _viewer(block: ViewerFigure) -> str:
-    picture = block.scene.get("picture")
-    shown = f'<img src="{escape(str(picture))}" alt="{escape(block.caption)}">' if picture else ""
-    return f'<figure data-viewer="{escape(block.id)}">{shown}<figcaption>{escape(block.caption)}</figcaption></figure>'
+    shown, said = escape(block.picture), escape(block.caption)
+    return (
+        f'<figure data-viewer="{escape(block.id)}"><img src="{shown}" alt="{said}"></figure><p class="soft">{said}</p>'
+    )
 
 
 def _folded(block: Folded) -> str:

@@ -38,7 +38,7 @@ def static_response(subject: Subject) -> Content:
         read = [[name, f"{value:.6g}"] for name, value in found.readings.items()]
         blocks.append(Table(["sensor", "reading, SI"], read, (1,), evidence=Evidence(evidence.command)))
     blocks += _warned(found)
-    return Content(blocks, warnings=found.warnings)
+    return Content(blocks, warnings=found.warnings, shown=(found,))
 
 
 def stresses(subject: Subject) -> Content:

@@ -22,6 +22,7 @@ from flexura.pages.report.certified import certified_modes
 from flexura.pages.report.commands import Commands
 from flexura.pages.report.compared import against_the_solid, tested
 from flexura.pages.report.document import Bullets, Content, Facts, Paragraph, Section
+from flexura.pages.report.figures import scene_content
 from flexura.pages.report.freedoms import freedoms
 from flexura.pages.report.html import body_of, data_of
 from flexura.pages.report.loaded import buckling, static_response, stresses
@@ -116,13 +117,21 @@ def report(
         begun = time.perf_counter()
         sections.append(Section(name, heading, _made(make, subject)))
         seconds[name] = time.perf_counter() - begun
+    say("In three dimensions")
+    begun = time.perf_counter()
+    scene = scene_content(subject, [own for section in sections for own in section.content.shown])
+    seconds["scene"] = time.perf_counter() - begun
     source = "" if file is None else f"{Path(file).name}, SHA-256 {digest}; "
     under = f"{source}made by flexura {__version__}"
     name = subject.mechanism.name
-    whole = [Section("summary", "Summary", _summary(sections)), *sections]
+    whole = [
+        Section("summary", "Summary", _summary(sections)),
+        Section("scene", "In three dimensions", scene),
+        *sections,
+    ]
     text = page(title or name, body_of(title or name, under, whole), "report", data_of(whole), style=_style())
     warnings = tuple(w for section in sections for w in section.content.warnings)
-    states = {section.id: section.content.state for section in sections}
+    states = {section.id: section.content.state for section in whole[1:]}
     found = Report(name, text, states, seconds, warnings)
     if out is not None:
         found.write(out)
@@ -167,14 +176,23 @@ def _said(sections: Sequence[Section]) -> Iterator[Any]:
     failed = [f"{own.heading} could not be made: see there." for own in sections if own.content.state == "failed"]
     if failed:
         yield Bullets(failed, "bad")
-    texts: dict[str, str] = {}
+    texts: list[str] = []
+    seen: set[str] = set()
     for own in sections:
-        said = [str(w) for w in own.content.warnings]
-        fresh = [text for text in dict.fromkeys(said) if text not in texts]
-        texts |= {text: f"{own.heading}: {text}" for text in fresh[:MOST_WARNINGS]}
+        fresh = [text for text in _grouped(own.content.warnings) if text not in seen]
+        seen |= set(fresh)
+        texts += [f"{own.heading}: {text}" for text in fresh[:MOST_WARNINGS]]
         if len(fresh) > MOST_WARNINGS:
-            texts[own.id] = f"{own.heading}: and {len(fresh) - MOST_WARNINGS} more warnings there"
-    yield Bullets(list(texts.values()), "warning") if texts else Paragraph("No warnings.", "good")
+            texts.append(f"{own.heading}: and {len(fresh) - MOST_WARNINGS} more warnings there")
+    yield Bullets(texts, "warning") if texts else Paragraph("No warnings.", "good")
+
+
+def _grouped(warnings: Sequence[Any]) -> list[str]:
+    """Texts of warnings, those of doubts that say the same of several places as one."""
+    places: dict[str, list[str]] = {}
+    for own in warnings:
+        places.setdefault(own.text, []).extend([] if isinstance(own, Exceeded) else [own.place])
+    return [f"{', '.join(own)}: {text}" if own else text for text, own in places.items()]
 
 
 @cache

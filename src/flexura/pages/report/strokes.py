@@ -55,7 +55,9 @@ def over_the_stroke(subject: Subject) -> Content:
     lowest = min((pose.frequency_hz[0] for pose in found.poses if pose.frequency_hz), default=None)
     if lowest is not None:
         facts.append(Fact("lowest frequency over the stroke", f"{lowest:.5g} Hz"))
-    return Content(blocks, facts=facts, warnings=found.warnings)
+    # a scene is of one pose: about another one the stroke stands in its curves alone
+    shown = () if subject.plan.is_posed else (found,)
+    return Content(blocks, facts=facts, warnings=found.warnings, shown=shown)
 
 
 def _factor(value: float | None) -> str:

@@ -10,6 +10,7 @@ from flexura.analysis import CheckReport, check
 from flexura.expressions import Expression
 from flexura.mechanism import CATALOGUE, Layout, parameter_dimensions
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
+from flexura.pages.report.figures import doubts_figure
 from flexura.pages.report.subject import Subject
 from flexura.units import format_quantity
 
@@ -41,7 +42,7 @@ def understood(subject: Subject) -> Content:
                 f"{count} doubt{'s' if count > 1 else ''}: what may not be meant, or what no theory in use covers"
             )
         )
-        blocks.append(Bullets([str(doubt) for doubt in found.doubts], "warning"))
+        blocks += [Bullets([str(doubt) for doubt in found.doubts], "warning"), *doubts_figure(subject, found)]
     else:
         blocks.append(Paragraph("No doubts.", "good"))
     facts = [Fact("mass", f"{found.mass.mass:.6g} kg"), Fact("doubts", str(len(found.doubts)))]

@@ -47,9 +47,9 @@ class Viewers {
     return this.started.get(figure);
   }
 
-  /** A button in the first cell of a row that shows its motion in the figure of the section. */
+  /** A button in the first cell of a row that shows its motion. */
   button(row: HTMLTableRowElement): void {
-    const [figure, cell] = [row.closest("section")?.querySelector<HTMLElement>("figure[data-viewer]"), row.cells[0]];
+    const [figure, cell] = [document.querySelector<HTMLElement>("figure[data-viewer]"), row.cells[0]];
     if (!figure || !cell) {
       return;
     }
