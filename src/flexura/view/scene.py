@@ -38,12 +38,14 @@ class Kind(IntEnum):
 class Look(NamedTuple):
     """How finely a mechanism is drawn.
 
-    Members are drawn in less detail, in the end as lines, to stay near `faces`. With `most`, of more parts of a kind
+    Members are drawn in less detail to stay below `faces`, and as lines where the least detail has more than
+    `most_faces`. With `most`, of more parts of a kind
     than these only so many are drawn, evenly chosen. `plain` leaves flat sides whole and gives round ones half the
     corners: enough where the picture is shaded by something else than us. `channels` are actuators and sensors.
     """
 
     faces: int = 20_000
+    most_faces: int = 20_000
     most: int | None = None
     plain: bool = False
     channels: bool = False

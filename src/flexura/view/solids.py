@@ -150,6 +150,7 @@ def _drawn(model: FullOrderModel, look: Look) -> dict[str, _Drawn]:
 
 def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> Detail:
     """The finest level of detail that keeps to the budget of faces."""
+    total = 0
     for level in LEVELS[:-1]:
         total = sum(
             len(drawn[name].copies) * int(drawn[name].members[group.index].sum()) * level.faces(group, elements)
@@ -158,7 +159,7 @@ def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> D
         )
         if total <= look.faces:
             return level.plain() if look.plain else level
-    return LEVELS[-1]
+    return LEVELS[-2] if total <= look.most_faces else LEVELS[-1]
 
 
 def _add_members(

@@ -16,8 +16,8 @@ from flexura.view import Look, Solids, solids
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-PAGE = Look(faces=8_000, most=2_000, plain=True, channels=True)
-"""How finely pages draw a mechanism: some sixteen thousand triangles at most."""
+PAGE = Look(faces=8_000, most_faces=16_000, most=1_000, plain=True, channels=True)
+"""How finely pages draw a mechanism: with some sixteen thousand triangles, and twice as many where members are many."""
 
 
 class Cells(NamedTuple):

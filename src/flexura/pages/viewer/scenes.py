@@ -63,7 +63,8 @@ CLEAR = {Kind.EQUIVALENT_BODY: 0.45, Kind.DOUBTED_BODY: 0.45}
 HIDING = 0.35
 """Opacity of rigid bodies that would hide the flexures."""
 
-PICTURE_DPI = 72
+PICTURE_DPI = 90
+"""Dots per inch of the picture."""
 
 
 def scene_of(*shown: Shown, picture: bool = False) -> Scene:
@@ -204,5 +205,5 @@ def _hides(parts: Solids) -> bool:
 def _picture(model: FullOrderModel) -> str:
     """A picture of the mechanism as data URI."""
     buffer = io.BytesIO()
-    draw_mechanism(model).savefig(buffer, format="png", dpi=PICTURE_DPI)
+    draw_mechanism(model, dpi=PICTURE_DPI).savefig(buffer, format="png")
     return f"data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}"
