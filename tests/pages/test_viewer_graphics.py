@@ -88,6 +88,7 @@ LOST = """() => [...document.querySelectorAll(".fx-picture > canvas:first-child"
   own => own.getContext("webgl2").isContextLost())"""
 
 
+@pytest.mark.slow
 def test_viewers_out_of_sight_give_their_graphics_back(browser, tmp_path):
     """Browsers keep some 16 contexts: of 20 viewers none may stay dark once it is looked at."""
     with browser.new_context(viewport=DESKTOP, reduced_motion="reduce") as context:

@@ -69,9 +69,7 @@ class Energy:
         largest = float(np.nanmax(values, initial=0.0))
         if not largest > 0 or not self.total[k] > 0:
             return None
-        return Colouring(
-            "energy", "strain energy density", "share of the largest", largest, Buffer.shares(values, largest)
-        )
+        return Colouring("energy", "strain energy density", "", None, Buffer.shares(values, largest))
 
     def by_part(self, k: int) -> ByPart:
         """Shares of the strain energy in motion k."""

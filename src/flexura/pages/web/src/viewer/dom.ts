@@ -46,6 +46,15 @@ export function quantity(value: number, unit: string): string {
   return `${digits(value / factor)} ${prefix}${unit}`;
 }
 
+/** Numbers of three digits with the prefixed unit of the first, the largest. */
+export function alike(values: number[], unit: string): string[] {
+  const [largest] = values;
+  const [number, own] = quantity(largest, unit).split(" ");
+  const factor = largest === 0 || Number(number) === 0 ? 1 : PREFIXES.find(([, prefix]) => `${prefix}${unit}` === own)?.[0];
+  if (factor === undefined) return values.map((value) => quantity(value, unit));
+  return values.map((value) => `${digits(value / factor)} ${own ?? unit}`.trim());
+}
+
 /** A place in a mechanism of a size, m, told to a thousandth of the size. */
 export function placeText(at: number, size: number): string {
   const [factor, unit] = size >= 10 ? [1, "m"] : size >= 1e-3 ? [1e-3, "mm"] : size >= 1e-6 ? [1e-6, "µm"] : [1e-9, "nm"];

@@ -67,7 +67,7 @@ export class Drawing {
     (this.uniforms.points.value as DataTexture | null)?.dispose();
     this.uniforms.points.value = tableOfPoints(model.points, model.partOf);
     const { low, high } = this.box();
-    this.stage.around(low, high);
+    this.stage.around(low, high, model.points);
   }
 
   /** Lowest and highest corner of what is drawn at rest. */
@@ -138,9 +138,9 @@ export class Drawing {
     this.outline.arrange(Uint32Array.from([...pairs.subarray(2 * starts[number], 2 * starts[number + 1]), ...this.model.lines.subarray(2 * first, 2 * (first + count))]));
   }
 
-  paint(theme: Theme): void {
+  paint(theme: Theme, through: boolean): void {
     this.stage.background(theme.background);
-    this.style.edge.value = theme.edge;
+    this.style.edge.value = through ? theme.edgeThrough : theme.edge;
     this.style.ghost.value = theme.ghost;
     this.style.dot.value = theme.edge;
     this.style.accent.value = theme.accent;

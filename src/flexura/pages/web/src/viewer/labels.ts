@@ -7,6 +7,8 @@ export interface Label {
   kind: "axis" | "arrow" | "doubt" | "warning";
 }
 
+type Box = [left: number, top: number, width: number, height: number];
+
 interface Placed extends Label {
   element: HTMLElement;
   x: number;
@@ -30,8 +32,9 @@ export class Labels {
     this.host.replaceChildren(...this.placed.map((label) => label.element));
   }
 
-  place(camera: Camera, width: number, height: number): void {
-    const taken: [number, number, number, number][] = [];
+  /** `over`: boxes that labels keep clear of, in CSS pixels of the picture. */
+  place(camera: Camera, width: number, height: number, over: Box[]): void {
+    const taken = [...over];
     for (const label of this.placed) {
       const p = label.at.clone().project(camera);
       label.shown = Math.abs(p.z) <= 1 && Math.abs(p.x) < 1.02 && Math.abs(p.y) < 1.02;
@@ -46,7 +49,7 @@ export class Labels {
     return this.placed.filter((label) => label.shown).map(({ text, x, y, kind }) => ({ text, x, y, kind }));
   }
 
-  private settle(label: Placed, x: number, y: number, width: number, taken: [number, number, number, number][]): void {
+  private settle(label: Placed, x: number, y: number, width: number, taken: Box[]): void {
     const [w, tall] = [8 + 7 * label.text.length, 22];
     label.x = Math.min(x + 8, Math.max(width - w - 4, 4));
     for (let step = 0; step < 6; step++) {

@@ -55,13 +55,15 @@ export class MotionList {
     this.inputs = [...this.element.querySelectorAll("input")];
   }
 
-  private tell(): void {
+  /** Say what is known of what is shown: of a sequence, of the nearest pose. */
+  tell(): void {
     const motions = motionsOf(this.commands.scene, this.commands.state.shown);
     const warnings = [...new Set(motions.flatMap((own) => own.warnings))];
-    const facts = motions.length === 1 ? motions[0].facts : [];
+    const own = motions[this.commands.pose];
     this.about.replaceChildren(
       ...warnings.map((text) => h("p", { class: "fx-warning" }, text)),
-      factList(facts),
+      motions.length > 1 && own ? h("div", { class: "fx-motion-more" }, own.title) : "",
+      factList(own?.facts ?? []),
     );
   }
 }

@@ -1,6 +1,6 @@
 import type { Motion, Quantity } from "../scene";
 import { gradient } from "./colourmap";
-import { h, quantity } from "./dom";
+import { alike, h, quantity } from "./dom";
 
 /** The colour bar: what the colours of a quantity mean. */
 export class ColourBar {
@@ -30,7 +30,9 @@ export function barTitle(own: Quantity): string {
 
 /** Texts along a colour bar, the largest first. */
 export function barTicks(own: Quantity): string[] {
-  return [1, 0.75, 0.5, 0.25, 0].map((share) => (own.largest === null ? `${100 * share} %` : valueText(own, share)));
+  const shares = [1, 0.75, 0.5, 0.25, 0];
+  const { largest } = own;
+  return largest === null ? shares.map((share) => `${100 * share} %`) : alike(shares.map((share) => share * largest), own.unit);
 }
 
 /** A share of the largest value of a quantity in its unit; of the largest where that is not known. */
@@ -44,7 +46,7 @@ export class Tip {
   readonly element = h("div", { class: "fx-tip", role: "status", hidden: true });
 
   show(name: string, kind: string, facts: [string, string][], x: number, y: number, width: number, height: number): void {
-    const rows = facts.slice(0, 8).map(([key, value]) => h("div", {}, h("span", {}, key), h("b", {}, value)));
+    const rows = facts.map(([key, value]) => h("div", {}, h("span", {}, key), h("b", {}, value)));
     this.element.replaceChildren(h("strong", {}, name), h("em", {}, kind), ...rows);
     this.element.hidden = false;
     const { offsetWidth, offsetHeight } = this.element;

@@ -61,6 +61,11 @@ export class Player {
     return this.nature === "vibration" ? Math.sin(turn) : this.nature === "displacement" ? 0.5 - 0.5 * Math.cos(turn) : 1;
   }
 
+  /** The pose nearest to the place. */
+  get pose(): number {
+    return Math.round(this.place * Math.max(this.poses - 1, 0));
+  }
+
   /** The two poses shown of a sequence, and how far from the first to the second. */
   get between(): [number, number, number] {
     const at = this.place * (this.poses - 1);

@@ -18,6 +18,7 @@ export class Stage {
   private readonly flat = new OrthographicCamera(-1, 1, 1, -1, 0.01, 100);
   private camera: PerspectiveCamera | OrthographicCamera = this.deep;
   private corners: Vector3[] = [];
+  private points: Float32Array = new Float32Array(0);
   private readonly resizer: ResizeObserver;
   private readonly watcher: IntersectionObserver;
   private asked = 0;
@@ -80,8 +81,9 @@ export class Stage {
     this.ask();
   }
 
-  /** The box that fits into the picture, its corners in the units of the frame. */
-  around(low: ArrayLike<number>, high: ArrayLike<number>): void {
+  /** What fits into the picture: points (n, 3), and the box around them. */
+  around(low: ArrayLike<number>, high: ArrayLike<number>, points: Float32Array): void {
+    this.points = points;
     this.corners = [];
     for (let k = 0; k < 8; k++)
       this.corners.push(new Vector3(k & 1 ? low[0] : high[0], k & 2 ? low[1] : high[1], k & 4 ? low[2] : high[2]));
@@ -95,7 +97,7 @@ export class Stage {
   fit(direction = this.camera.position.clone().sub(this.controls.target)): void {
     const target = this.controls.target.set(0, 0, 0);
     for (const corner of this.corners) target.addScaledVector(corner, 1 / this.corners.length);
-    const distance = fittingDistance(this.deep, direction, this.corners, target);
+    const distance = fittingDistance(this.deep, direction, this.points, target);
     this.deep.position.copy(target).addScaledVector(direction.clone().normalize(), distance);
     this.deep.lookAt(target);
     alike(this.flat, this.deep, target);

@@ -1,4 +1,4 @@
-import type { Motion, SceneData, Sequence } from "../scene";
+import type { Kind, Motion, Quantity, SceneData, Sequence } from "../scene";
 import type { Section } from "./drawing";
 
 export const KINDS = "kind"; // coloured by the kinds of parts
@@ -21,6 +21,7 @@ export interface State {
 export interface Commands {
   readonly scene: SceneData;
   readonly state: Readonly<State>;
+  readonly pose: number; // of those of a sequence, the nearest to what is shown
   show(id: string | null): void;
   set(change: Partial<State>): void;
   toggleKind(key: string): void;
@@ -36,6 +37,14 @@ export interface Commands {
 
 export function sequenceOf(scene: SceneData, id: string | null): Sequence | null {
   return scene.sequences.find((own) => own.id === id) ?? null;
+}
+
+const SEE_THROUGH = 0.28;
+
+/** Opacity of a kind: bodies are seen through when that is asked for, and only then. */
+export function opacityOf(kind: Kind, seeThrough: boolean): number {
+  if (kind.group !== "bodies") return kind.opacity;
+  return seeThrough ? (kind.opacity < 1 ? kind.opacity : SEE_THROUGH) : 1;
 }
 
 /** Motions that can be chosen: sequences stand for theirs. */
@@ -56,6 +65,11 @@ function rangeOf(sequence: Sequence): string {
   return `${label} ${text(values[0])} to ${text(values[values.length - 1])} ${unit}`;
 }
 
+/** The largest value that colours a motion; of displacements the motion's own. */
+export function largestOf(motion: Motion, colour: Quantity): number | null {
+  return colour.largest ?? (colour.values === null ? motion.largest : null);
+}
+
 /** The motions that a choice is made of: one, or the poses of a sequence. */
 export function motionsOf(scene: SceneData, id: string | null): Motion[] {
   const ids = sequenceOf(scene, id)?.motions ?? (id === null ? [] : [id]);
@@ -68,7 +82,7 @@ export function firstState(scene: SceneData): State {
     colour: KINDS,
     factor: 1,
     ghost: false,
-    seeThrough: false,
+    seeThrough: scene.kinds.some((kind) => kind.group === "bodies" && kind.opacity < 1),
     hidden: new Set(),
     selected: -1,
     section: null,

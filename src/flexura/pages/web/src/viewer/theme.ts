@@ -5,6 +5,7 @@ export interface Theme {
   background: string;
   ink: string;
   edge: number[];
+  edgeThrough: number[]; // where the background shines through
   ghost: number[];
   accent: number[];
   unknown: number[];
@@ -22,6 +23,7 @@ const LIGHT: Theme = {
   background: "#f4f6f8",
   ink: "#1c2126",
   edge: rgb("#14181d", 0.62),
+  edgeThrough: rgb("#14181d", 0.62),
   ghost: rgb("#5c6773", 0.55),
   accent: rgb("#e0007a", 1),
   unknown: rgb("#a6a9ad"),
@@ -34,6 +36,7 @@ const DARK: Theme = {
   background: "#15191e",
   ink: "#e6eaee",
   edge: rgb("#05070a", 0.75),
+  edgeThrough: rgb("#aeb8c4", 0.5),
   ghost: rgb("#9aa7b4", 0.5),
   accent: rgb("#ff5fb0", 1),
   unknown: rgb("#7d8186"),

@@ -1,18 +1,19 @@
 import type { DataTexture } from "three";
-import type { Motion, Quantity, SceneData } from "../scene";
+import type { Motion, SceneData } from "../scene";
 import { h } from "./dom";
 import { Drawing } from "./drawing";
-import { glb } from "./glb";
 import { type Keyed, press } from "./keys";
 import { Labels } from "./labels";
 import { Frame, Model } from "./model";
-import { ColourBar, Tip, Title, barTicks, barTitle, helpPanel, valueText } from "./overlays";
+import { ColourBar, Tip, Title, helpPanel } from "./overlays";
 import { Panel } from "./panel";
-import { PlayBar, scaleText } from "./playbar";
+import { PlayBar } from "./playbar";
 import { Player } from "./player";
-import { download, fileName, pictureOf } from "./save";
+import { listenToPointer } from "./pointer";
+import { saveModel, savePicture } from "./saving";
+import { Shown } from "./shown";
 import { Stage } from "./stage";
-import { KINDS, type State, firstState, motionsOf, sequenceOf } from "./state";
+import { KINDS, type State, firstState, opacityOf, sequenceOf } from "./state";
 import { Still } from "./still";
 import { isDark, theme, watchTheme } from "./theme";
 import { Toolbar } from "./toolbar";
@@ -40,15 +41,14 @@ export interface Viewer {
   dispose(): void;
 }
 
-const SEE_THROUGH = 0.28;
 const NARROW = 760; // CSS pixels: the controls fold away
-const THROUGH_GROUPS = new Set(["bodies", "links", "ground"]);
 
 /** A scene in 3-D with its controls. */
 export class LiveViewer implements Viewer, Keyed {
   readonly root: HTMLElement;
   readonly stage: Stage;
   readonly state: State;
+  private readonly shown: Shown;
   private readonly drawing: Drawing;
   private readonly player = new Player();
   private readonly picture = h("div", { class: "fx-picture" });
@@ -69,8 +69,8 @@ export class LiveViewer implements Viewer, Keyed {
   private values: [string, string][] = [];
   private pointer: { x: number; y: number } | null = null;
   private loading = 0;
-  private reached = 0; // largest displacement of what is shown, sizes of the frame
   private wasPlaying = false;
+  private decorated = 0; // pose that axes and arrows are of
 
   /** Throws where there is no WebGL 2. */
   constructor(
@@ -80,6 +80,7 @@ export class LiveViewer implements Viewer, Keyed {
   ) {
     this.state = firstState(model.scene);
     if (options.motion !== undefined) this.state.shown = options.motion;
+    this.shown = new Shown(model, this.state, this.player);
     this.root = h("div", { class: "fx-viewer", role: "group", "aria-label": `3-D view of ${model.scene.name}` });
     this.host.append(this.root);
     try {
@@ -90,7 +91,7 @@ export class LiveViewer implements Viewer, Keyed {
     }
     this.drawing = new Drawing(this.stage, model);
     this.panel = new Panel(this, () => this.values);
-    this.playbar = new PlayBar(this, this.player, () => this.changed(), () => this.scale());
+    this.playbar = new PlayBar(this, this.player, () => this.changed(), () => this.shown.scale);
     this.toolbar = new Toolbar(this);
     this.help = helpPanel(() => this.toggleHelp());
     this.still = new Still(model.scene, "The browser took its 3-D graphics away; the picture moves again when they are back.");
@@ -112,17 +113,21 @@ export class LiveViewer implements Viewer, Keyed {
     return this.model.scene;
   }
 
+  get pose(): number {
+    return this.shown.pose;
+  }
+
   async update(scene: SceneData, binary?: ArrayBuffer): Promise<void> {
     const fresh = Frame.of(scene);
     const { size } = this.model.frame;
     const same = fresh.size < 4 * size && size < 4 * fresh.size;
     const selected = this.scene.parts[this.state.selected]?.name;
-    this.model = await Model.of(scene, binary, same ? this.model.frame : fresh);
+    this.model = this.shown.model = await Model.of(scene, binary, same ? this.model.frame : fresh);
     this.drawing.replace(this.model);
     this.still.update(scene);
     this.state.selected = scene.parts.findIndex((part) => part.name === selected);
     if (!same) this.stage.fit();
-    if (motionsOf(scene, this.state.shown).length === 0) this.state.shown = firstState(scene).shown;
+    if (this.shown.motions.length === 0) this.state.shown = firstState(scene).shown;
     this.dress();
     await this.load();
   }
@@ -140,11 +145,11 @@ export class LiveViewer implements Viewer, Keyed {
 
   show(id: string | null): void {
     this.state.shown = id;
-    const motions = motionsOf(this.scene, id);
+    const { motions } = this.shown;
     const sequence = sequenceOf(this.scene, id);
     this.player.start(sequence ? "sequence" : (motions[0]?.nature ?? "displacement"), motions.length);
     if (!motions.some((own) => own.colours.some((colour) => colour.key === this.state.colour))) this.state.colour = KINDS;
-    void this.load().then(() => this.say(this.sentence()));
+    void this.load().then(() => this.say(this.shown.sentence));
   }
 
   select(part: string | null): void {
@@ -154,9 +159,10 @@ export class LiveViewer implements Viewer, Keyed {
   set(change: Partial<State>): void {
     Object.assign(this.state, change);
     if (change.seeThrough !== undefined || change.hidden !== undefined) this.dress();
+    if (change.seeThrough !== undefined) this.repaint();
     if (change.parallel !== undefined) this.stage.project(change.parallel);
     if (change.selected !== undefined) void this.tellSelected();
-    if (change.colour !== undefined || change.marks !== undefined) void this.load().then(() => this.say(this.sentence()));
+    if (change.colour !== undefined || change.marks !== undefined) void this.load().then(() => this.say(this.shown.sentence));
     else this.changed();
   }
 
@@ -187,7 +193,7 @@ export class LiveViewer implements Viewer, Keyed {
   toggle(): void {
     this.player.toggle();
     this.changed();
-    this.say(this.sentence());
+    this.say(this.shown.sentence);
   }
 
   step(by: 1 | -1): void {
@@ -210,7 +216,7 @@ export class LiveViewer implements Viewer, Keyed {
   }
 
   nextColour(): void {
-    const keys = [KINDS, ...(motionsOf(this.scene, this.state.shown)[0]?.colours.map((own) => own.key) ?? [])];
+    const keys = [KINDS, ...(this.shown.motions[0]?.colours.map((own) => own.key) ?? [])];
     this.set({ colour: keys[(keys.indexOf(this.state.colour) + 1) % keys.length] });
   }
 
@@ -229,26 +235,12 @@ export class LiveViewer implements Viewer, Keyed {
   }
 
   savePicture(): void {
-    const { stage } = this;
     this.prepareFrame(performance.now());
-    const colours = theme(isDark(this.root));
-    const quantity = this.quantity();
-    const { title, subtitle } = this.heading();
-    const caption = {
-      title: this.scene.name,
-      lines: [title, subtitle, this.scale()].filter(Boolean),
-      labels: this.labels.texts,
-      bar: quantity ? { title: barTitle(quantity), ticks: barTicks(quantity) } : null,
-      camera: stage.view,
-      background: colours.background,
-      ink: colours.ink,
-    };
-    const out = stage.drawnFine((canvas) => pictureOf(canvas, this.picture.clientWidth, caption));
-    out.toBlob((blob) => blob && download(blob, `${fileName(this.scene.name, title)}.png`), "image/png");
+    savePicture(this.stage, this.shown, this.labels.texts, theme(isDark(this.root)));
   }
 
   saveModel(): void {
-    void this.writeModel();
+    void saveModel(this.shown, this.state);
   }
 
   dispose(): void {
@@ -259,48 +251,6 @@ export class LiveViewer implements Viewer, Keyed {
     this.root.remove();
   }
 
-  private async writeModel(): Promise<void> {
-    const motions = motionsOf(this.scene, this.state.shown);
-    const size = this.model.frame.size;
-    const shapes = await Promise.all(
-      motions.map(async (own) => {
-        const { displacement } = await this.model.field(own, null);
-        return { name: own.title, displacement: displacement.map((d) => d * size * own.factor * this.state.factor) };
-      }),
-    );
-    const parts = this.scene.parts.map((_, k) => k).filter((k) => !this.state.hidden.has(this.scene.parts[k].kind));
-    const { title } = this.heading();
-    download(glb(this.model, parts, shapes, motions, title), `${fileName(this.scene.name, title)}.glb`);
-  }
-
-  /** Quantity that colours now, with the largest value of all poses of a sequence. */
-  private quantity(): Quantity | null {
-    if (this.state.colour === KINDS) return null;
-    const own = motionsOf(this.scene, this.state.shown).map((motion) => motion.colours.find((colour) => colour.key === this.state.colour));
-    const known = own.filter((colour): colour is Quantity => colour !== undefined);
-    if (known.length === 0) return null;
-    const largest = known.map((colour) => colour.largest).filter((value): value is number => value !== null);
-    return { ...known[0], largest: largest.length ? Math.max(...largest) : null };
-  }
-
-  private heading(): { title: string; subtitle: string } {
-    const own = sequenceOf(this.scene, this.state.shown) ?? this.model.motions.get(this.state.shown ?? "");
-    return { title: own?.title ?? "at rest", subtitle: own && "subtitle" in own ? own.subtitle : "" };
-  }
-
-  private scale(): string {
-    return scaleText(motionsOf(this.scene, this.state.shown)[0], this.state.factor, this.reached);
-  }
-
-  private sentence(): string {
-    const { title, subtitle } = this.heading();
-    const motions = motionsOf(this.scene, this.state.shown);
-    const colours = this.quantity();
-    const warnings = [...new Set(motions.flatMap((own) => own.warnings))];
-    const said = [title, subtitle, motions[0]?.flag, this.scale(), colours && `coloured by ${colours.label}`, motions.length > 0 && (this.player.playing ? "playing" : "paused"), ...warnings];
-    return said.filter(Boolean).join(", ");
-  }
-
   private say(text: string): void {
     this.said.textContent = text;
   }
@@ -308,32 +258,34 @@ export class LiveViewer implements Viewer, Keyed {
   /** Fetch what the state shows, then show it; what was asked for later wins. */
   private async load(): Promise<void> {
     const turn = ++this.loading;
-    const motions = motionsOf(this.scene, this.state.shown);
-    const common = this.quantity()?.largest ?? null;
-    const weight = (own: Motion) => {
-      const largest = own.colours.find((colour) => colour.key === this.state.colour)?.largest;
-      return common && largest ? largest / common : 1;
-    };
-    const asked = motions.length ? motions.map((own) => this.drawing.fields.of(own.id, this.state.colour, weight(own))) : [this.drawing.fields.of(null, KINDS)];
+    const { motions } = this.shown;
+    const fields = this.drawing.fields;
+    const asked = motions.map((own) => fields.of(own.id, this.state.colour, this.shown.weight(own)));
+    if (asked.length === 0) asked.push(fields.of(null, KINDS));
     const tables = await Promise.all(asked);
     if (turn !== this.loading) return;
     this.tables = tables;
-    this.reached = Math.max(...tables.map((table) => (table.userData as { largest: number }).largest));
-    this.drawing.colourBy(this.quantity() !== null);
-    this.drawing.decor.show(this.model, motions[0] ?? null, this.state.marks);
-    this.labels.set(this.drawing.decor.labels);
+    this.shown.reach = Math.max(...tables.map((table) => (table.userData as { largest: number }).largest));
+    this.drawing.colourBy(this.shown.quantity !== null);
+    this.decorate();
     await this.tellSelected();
     this.changed();
+  }
+
+  /** Axes, arrows and labels of the motion, or of the pose of a sequence. */
+  private decorate(): void {
+    this.decorated = this.pose;
+    this.drawing.decor.show(this.model, this.shown.motions[this.pose] ?? null, this.state.marks);
+    this.labels.set(this.drawing.decor.labels);
   }
 
   private dress(): void {
     const looks = this.scene.parts.map((part) => {
       const kind = this.model.kinds.get(part.kind);
       const colour = kind?.colour ?? "#999999";
-      const through = this.state.seeThrough && THROUGH_GROUPS.has(kind?.group ?? "");
       return {
         colour: [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16)) as [number, number, number],
-        opacity: Math.min(kind?.opacity ?? 1, through ? SEE_THROUGH : 1),
+        opacity: kind ? opacityOf(kind, this.state.seeThrough) : 1,
         shown: !this.state.hidden.has(part.kind),
       };
     });
@@ -343,12 +295,12 @@ export class LiveViewer implements Viewer, Keyed {
 
   /** Bring controls and picture in line with the state. */
   private changed(): void {
-    const { title, subtitle } = this.heading();
-    const motions = motionsOf(this.scene, this.state.shown);
+    const { title, subtitle } = this.shown.heading;
+    const motions = this.shown.motions;
     this.drawing.showGhost(this.state.ghost);
     this.drawing.cut(this.state.section);
     this.drawing.select(this.state.selected);
-    this.bar.show(this.quantity(), this.unknown());
+    this.bar.show(this.shown.quantity, this.unknown());
     this.title.show(this.scene.name, motions, title, subtitle);
     this.playbar.update();
     this.panel.update();
@@ -357,38 +309,28 @@ export class LiveViewer implements Viewer, Keyed {
   }
 
   private unknown(): boolean {
-    return this.quantity()?.values !== null;
+    return this.shown.quantity?.values !== null;
   }
 
   private async tellSelected(): Promise<void> {
-    this.values = await this.valuesOf(this.state.selected);
+    this.values = await this.shown.values(this.state.selected);
     this.changed();
     const part = this.scene.parts[this.state.selected];
     if (part) this.say([`selected ${part.name}`, ...[...part.facts, ...this.values].map(([name, value]) => `${name} ${value}`)].join(", "));
   }
 
-  /** What a part reaches in the motion shown, of each quantity. */
-  private async valuesOf(number: number): Promise<[string, string][]> {
-    const part = this.scene.parts[number];
-    const motions = motionsOf(this.scene, this.state.shown);
-    const motion = motions.length > 1 ? motions[this.player.between[this.player.between[2] < 0.5 ? 0 : 1]] : motions[0];
-    if (!part || !motion) return [];
-    const own = motion.colours.map(async (colour): Promise<[string, string]> => {
-      const share = await this.model.reached(motion, colour, part);
-      return [colour.label, share === null ? "unknown" : `up to ${valueText(colour, share)}`];
-    });
-    const told = (motion.by_part ?? []).map((one): [string, string] => [one.label, one.values[number] ?? ""]);
-    return [...told.filter(([, text]) => text !== ""), ...(await Promise.all(own))];
-  }
-
   private prepareFrame(now: number): boolean {
     const more = this.player.tick(now);
-    const motions = motionsOf(this.scene, this.state.shown);
+    const motions = this.shown.motions;
     const [first, second, share] = this.tables.length > 1 ? this.player.between : [0, 0, 0];
     if (this.tables.length) this.drawing.field(this.tables[first], this.tables[second]);
     const scale = motions.length ? motions[0].factor * this.state.factor : 0;
     this.drawing.move(scale * this.player.amount, share);
-    this.stage.reach = scale * this.reached;
+    this.stage.reach = scale * this.shown.reach;
+    if (this.pose !== this.decorated) {
+      this.decorate();
+      this.panel.motions.tell();
+    }
     this.playbar.follow();
     if (!more && this.wasPlaying) this.playbar.update();
     this.wasPlaying = more;
@@ -398,7 +340,7 @@ export class LiveViewer implements Viewer, Keyed {
   private repaint(): void {
     const dark = isDark(this.root);
     this.root.dataset.theme = dark ? "dark" : "light";
-    this.drawing.paint(theme(dark));
+    this.drawing.paint(theme(dark), this.state.seeThrough);
   }
 
   private listen(): void {
@@ -412,11 +354,13 @@ export class LiveViewer implements Viewer, Keyed {
     stage.onDraw = () => this.drawing.prepare();
     stage.onDrawn = () => {
       this.triad.draw(stage.view);
-      this.labels.place(stage.view, this.picture.clientWidth, this.picture.clientHeight);
+      const over = [this.bar.element, this.toolbar.element].filter((own) => !own.hidden);
+      const boxes = over.map((own): [number, number, number, number] => [own.offsetLeft, own.offsetTop, own.offsetWidth, own.offsetHeight]);
+      this.labels.place(stage.view, this.picture.clientWidth, this.picture.clientHeight, boxes);
     };
     stage.onContext = (lost) => {
       this.still.element.hidden = !lost;
-      this.say(lost ? "The 3-D graphics are gone: a still picture is shown." : this.sentence());
+      this.say(lost ? "The 3-D graphics are gone: a still picture is shown." : this.shown.sentence);
     };
     this.root.addEventListener("keydown", (event) => {
       if (press(this, event)) event.preventDefault();
@@ -442,28 +386,10 @@ export class LiveViewer implements Viewer, Keyed {
     this.drawing.hover(number);
     const part = this.scene.parts[number];
     if (!part) return this.tip.hide();
-    void this.valuesOf(number).then((values) => {
+    void this.shown.values(number).then((values) => {
       const kind = this.model.kinds.get(part.kind)?.label ?? part.kind;
-      this.tip.show(part.name, kind, [...part.facts, ...values], at.x, at.y, this.picture.clientWidth, this.picture.clientHeight);
+      const facts = part.facts.filter(([name]) => name !== "kind").slice(0, 7);
+      this.tip.show(part.name, part.facts.find(([name]) => name === "kind")?.[1] ?? kind, [...facts, ...values], at.x, at.y, this.picture.clientWidth, this.picture.clientHeight);
     });
   }
-}
-
-/** Say where the pointer rests (null: elsewhere, or turning the view), and where it clicked. */
-function listenToPointer(canvas: HTMLCanvasElement, rests: (at: { x: number; y: number } | null) => void, clicked: (at: { x: number; y: number }) => void): void {
-  let down: { x: number; y: number } | null = null;
-  const place = (event: PointerEvent) => {
-    const box = canvas.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
-  };
-  canvas.addEventListener("pointermove", (event) => rests(event.buttons === 0 ? place(event) : null));
-  canvas.addEventListener("pointerleave", () => rests(null));
-  canvas.addEventListener("pointerdown", (event) => {
-    down = event.button === 0 ? place(event) : null;
-  });
-  canvas.addEventListener("pointerup", (event) => {
-    const up = place(event);
-    if (down && Math.hypot(up.x - down.x, up.y - down.y) < 5) clicked(up);
-    down = null;
-  });
 }

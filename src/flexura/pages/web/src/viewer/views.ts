@@ -11,20 +11,24 @@ export const VIEWS: Record<string, { label: string; key: string; from: Triple }>
   bottom: { label: "bottom", key: "6", from: [0, -1e-4, -1] },
 };
 
-/** Distance from which, seen from `direction`, all corners of a box around `target` are in the picture. */
-export function fittingDistance(camera: PerspectiveCamera, direction: Vector3, corners: Vector3[], target: Vector3): number {
+const LOOKED_AT = 4000; // points, when it is found what fits
+
+/** Distance from which, seen from `direction`, all points (n, 3) around `target` are in the picture. */
+export function fittingDistance(camera: PerspectiveCamera, direction: Vector3, points: Float32Array, target: Vector3): number {
   const back = direction.clone().normalize();
   const right = new Vector3(0, 0, 1).cross(back).normalize();
   const up = back.clone().cross(right);
   const slopeY = Math.tan((camera.fov * Math.PI) / 360);
   const slopeX = slopeY * camera.aspect;
+  const every = 3 * Math.max(1, Math.floor(points.length / 3 / LOOKED_AT));
+  const p = new Vector3();
   let distance = 1e-3;
-  for (const corner of corners) {
-    const p = corner.clone().sub(target);
+  for (let k = 0; k + 2 < points.length; k += every) {
+    p.fromArray(points, k).sub(target);
     const depth = p.dot(back);
     distance = Math.max(distance, depth + Math.abs(p.dot(right)) / slopeX, depth + Math.abs(p.dot(up)) / slopeY);
   }
-  return 1.12 * distance;
+  return 1.14 * distance;
 }
 
 /** Make a parallel projection show at its target what a perspective shows there. */
