@@ -54,6 +54,7 @@ SHELL = {
     "identify": ((flexura.identify, flexura.read_measurement), {"data"}),
     "report": ((flexura.report,), set()),
     "schema": ((flexura.schema,), set()),
+    "live": ((flexura.live,), set()),
     "view": ((flexura.view.draw_mechanism, flexura.show, flexura.modes), set()),
 }
 """By command: the functions whose words its options are, and the options that only a command has."""

@@ -21,9 +21,12 @@ from flexura.analysis.internal_forces import internal_force_rows as internal_for
 from flexura.analysis.kinetostatics import Kinetostatics as Kinetostatics
 from flexura.analysis.kinetostatics import kinetostatics as kinetostatics
 from flexura.analysis.left_out import LeftOut as LeftOut
+from flexura.analysis.limits import States as States
+from flexura.analysis.limits import motion_limits as motion_limits
 from flexura.analysis.modes import Mode as Mode
 from flexura.analysis.modes import Modes as Modes
 from flexura.analysis.modes import modes as modes
+from flexura.analysis.motion import motions as motions
 from flexura.analysis.preload import Preload as Preload
 from flexura.analysis.preload import preload as preload
 from flexura.analysis.response_curves import Pair as Pair

@@ -110,6 +110,11 @@ COMMANDS = {
     "schema": _Command(
         "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."
     ),
+    "live": _Command(
+        "live",
+        "live_command",
+        "A page on this machine whose sliders are the parameters: 3-D, frequencies, responses, stresses follow.",
+    ),
     "view": _Command(
         "description",
         "view_command",

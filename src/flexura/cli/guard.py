@@ -84,6 +84,8 @@ def _interruptible() -> Iterator[Event]:
 def _status(command: Callable[[], Any], show: bool, interrupted: Event) -> int:
     try:
         status = command()
+        if status == INTERRUPTED and interrupted.is_set():  # what typer makes of an interruption
+            return _interrupted()
         return status if isinstance(status, int) else 0
     except BaseException as error:
         return _interrupted() if interrupted.is_set() else _told(error, show)

@@ -1,5 +1,6 @@
 from flexura.modelfile.document import parse as parse
 from flexura.modelfile.document import parse_any as parse_any
+from flexura.modelfile.extension import files_of as files_of
 from flexura.modelfile.extension import text_of as text_of
 from flexura.modelfile.override import parse_override as parse_override
 from flexura.modelfile.reader import VERSION as VERSION
@@ -7,5 +8,7 @@ from flexura.modelfile.reader import load as load
 from flexura.modelfile.reader import loads as loads
 from flexura.modelfile.schema import schema as schema
 from flexura.modelfile.superelements import unit_factors as unit_factors
+from flexura.modelfile.variant import Changed as Changed
+from flexura.modelfile.variant import variant_text as variant_text
 from flexura.modelfile.writer import dumps as dumps
 from flexura.modelfile.writer import save as save

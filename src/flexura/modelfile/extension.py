@@ -49,6 +49,20 @@ def with_bases(root: Node, directory: FilePath, above: tuple[FilePath, ...] = ()
     return whole
 
 
+def files_of(file: FilePath) -> tuple[FilePath, ...]:
+    """A model file and those that it extends, as far as they can be read."""
+    found: list[FilePath] = []
+    own: FilePath | None = file
+    while own is not None and len(found) <= MAX_BASES:
+        found.append(own)
+        try:
+            base = parse(text_of(own), str(own)).value.get(KEY)
+        except ModelError:
+            break
+        own = own.parent / base.value if base is not None and isinstance(base.value, str) else None
+    return tuple(found)
+
+
 def _carry_paths(node: Node, folder: FilePath) -> None:
     """Let files that the superelements of a document name be found from another folder."""
     substructures = node.value.get("substructures")

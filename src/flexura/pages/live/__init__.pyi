@@ -1,0 +1,1 @@
+from flexura.pages.live.serving import live as live

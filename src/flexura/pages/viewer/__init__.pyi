@@ -7,6 +7,7 @@ from flexura.pages.viewer.page import bundle as bundle
 from flexura.pages.viewer.page import json_text as json_text
 from flexura.pages.viewer.page import page as page
 from flexura.pages.viewer.scene import Scene as Scene
+from flexura.pages.viewer.scene import ShownMotion as ShownMotion
 from flexura.pages.viewer.scenes import Shown as Shown
 from flexura.pages.viewer.scenes import scene_and_drawing as scene_and_drawing
 from flexura.pages.viewer.scenes import scene_of as scene_of

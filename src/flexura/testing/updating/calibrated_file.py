@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import os
 from pathlib import Path
 
 from flexura.arguments import verb
 from flexura.expressions import NUMBER
 from flexura.files import write_file
 from flexura.mechanism import parameter_dimensions
-from flexura.modelfile import VERSION
+from flexura.modelfile import Changed, variant_text
 from flexura.testing.updating.calibrated import Calibration
 from flexura.units import format_quantity
 
@@ -27,21 +25,18 @@ def save_calibrated(calibration: Calibration, path: str | Path, *, base: str | P
     """
     mechanism = (calibration.mechanism, *calibration.also)[configuration]
     own = calibration.problem.configurations[configuration]
-    target = Path(path)
     described = mechanism.parameters
     dimensions = parameter_dimensions(described)
-    above = Path(os.path.relpath(Path(base).resolve(), target.resolve().parent)).as_posix()
-    name = json.dumps(f"{mechanism.name}, calibrated", ensure_ascii=False)
-    lines = [f"flexura: {VERSION}", f"extends: {json.dumps(above)}", f"name: {name}", "", "parameters:"]
     moved = {p.name: p for p in calibration.parameters if p.name in own.free}
+    changed = {}
     for name, value in own.point(calibration.values).items():
-        exponents = dimensions[name] or NUMBER
         at_bound = name not in moved or moved[name].at_bound
-        number = format_quantity(value if at_bound else float(f"{value:.{DIGITS}g}"), exponents)
-        source, comment = json.dumps(described[name].source, ensure_ascii=False), ""
+        comment = ""
         if name in moved:
+            exponents = dimensions[name] or NUMBER
             low, high = (format_quantity(float(f"{x:.3g}"), exponents) for x in moved[name].interval)
-            comment = f"  # 95 %: {low} to {high}" + (", at its bound" if moved[name].at_bound else "")
-        lines.append(f"  {name}: {{value: {number}, source: {source}}}{comment}")
-    text = "\n".join(lines) + "\n"
-    return write_file(target, lambda file: file.write_text(text, encoding="utf-8", newline="\n"))
+            comment = f"95 %: {low} to {high}" + (", at its bound" if moved[name].at_bound else "")
+        rounded = value if at_bound else float(f"{value:.{DIGITS}g}")
+        changed[name] = Changed(rounded, described[name].source, comment)
+    text = variant_text(mechanism, f"{mechanism.name}, calibrated", Path(base), Path(path), changed)
+    return write_file(Path(path), lambda file: file.write_text(text, encoding="utf-8", newline="\n"))

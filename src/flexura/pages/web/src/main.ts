@@ -1,9 +1,11 @@
 // Starts what the page asks for: <body data-page="viewer">, and so on.
 import { pageData, upgradeFigures } from "./figures";
 import { startReport } from "./report";
+import { startLive } from "./live";
 
 /** What starts a kind of page, by the `data-page` of its body. */
 const starts: Record<string, () => unknown> = {
+  live: startLive,
   viewer: () => upgradeFigures(pageData()),
   report: startReport,
 };

@@ -1,0 +1,258 @@
+"""What a page shows of one design: proven frequencies and a picture first, then all that takes longer."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis import (
+    States,
+    compliance,
+    frequency_response,
+    member_stresses,
+    motion_limits,
+    motions,
+    statics,
+)
+from flexura.errors import Exceeded, FlexuraError, OptionError, foremost
+from flexura.mechanism import DOF_NAMES
+from flexura.pages.live.followed import FollowedModes, Identified, lowest_shapes
+from flexura.pages.live.messages import Ask, Load, Response, told
+from flexura.pages.live.opened import Opened, scene_message
+from flexura.pages.live.sliders import moved_bounds, parameters_of
+from flexura.pages.viewer import Buffer, Drawing, quick, scene_and_drawing, to_message
+from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
+from flexura.structure import Design, FullOrderModel, Plan, full_order_model
+from flexura.systems import Ports
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-5
+"""Relative width of intervals that is aimed at: the five digits shown hold."""
+
+WIDE = 1e-3
+"""Width from which an interval is said to be wide."""
+
+ASSUMED_DAMPING = 0.01
+"""Of responses of mechanisms without any damping, whose resonances are infinite."""
+
+FACTOR = 0.08
+"""Largest motion of a picture, as a part of the size of what is drawn."""
+
+ROWS = 6
+"""Members whose stress is shown."""
+
+Steps = list[tuple[str, Callable[[], str | bytes]]]
+"""Work to be done one after another, each giving a message of a kind."""
+
+
+@dataclass
+class Shown:
+    """A design that was worked out: what it was asked for with, its parameters in SI, and its model and modes."""
+
+    ask: Ask
+    parameters: dict[str, float]
+    model: FullOrderModel
+    modes: Identified
+
+
+class Designs:
+    """The designs of one file that one page looks at, one after another."""
+
+    def __init__(self, opened: Opened, followed: FollowedModes) -> None:
+        self.opened = opened
+        self._followed, self._undamped = followed, False
+        model, found = opened.reference
+        modes = followed.follow(model, found)
+        self._near: Array | None = modes.shapes
+        hz = np.sqrt(np.maximum(found.values, 0)) / HERTZ
+        self._drawing = opened.drawing
+        self._file = {str(mode): float(f) for mode, f in zip(modes.number, hz, strict=True)}
+
+    def picture(self, ask: Ask) -> tuple[tuple[bytes, ...], Shown]:
+        """What follows the hand: frequencies with their intervals, and points and shape of the mode shown; before it
+        the whole scene where the page has none that these fit.
+
+        Raises FlexuraError for a design that cannot be.
+        """
+        timing: dict[str, float] = {}
+        scenes: tuple[bytes, ...] = ()
+        plan, parameters = self.opened.plan, parameters_of(self.opened.sliders, ask.values)
+        with _timed(timing, "frequencies"):
+            f, lower, upper, indexed = _proven(plan, parameters, ask.modes)
+        with _timed(timing, "shapes"):
+            model = full_order_model(Design.of(plan, parameters))
+            found = lowest_shapes(model, ask.modes, self._near)
+            modes = self._followed.follow(model, found)
+        self._near = modes.shapes
+        number = modes.number[: len(f)]
+        at = number.index(ask.shown) if ask.shown in number else 0
+        with _timed(timing, "points"):
+            u = model.node_displacements(modes.shapes[:, at : at + 1])[:, :, 0]
+            drawn = quick(self._drawing, model, u)
+            if drawn is None:  # other parts than those that the page has
+                scene, self._drawing = scene_and_drawing(model)
+                scenes, drawn = (scene_message(scene),), quick(self._drawing, model, u)
+            assert drawn is not None
+            self._drawing, buffers = drawn
+        rows = [
+            {"mode": number[k], "like": modes.like[k], **_frequency(f[k], lower[k], upper[k], bool(indexed[k]))}
+            for k in range(len(f))
+        ]
+        own = {"serial": ask.serial, "revision": self.opened.revision, "shown": number[at], "rows": rows}
+        own |= {"file": self._file, "factor": _factor(self._drawing, buffers), "timing": timing, "buffers": buffers}
+        own |= moved_bounds(plan, self.opened.sliders, parameters)
+        return (*scenes, to_message({"type": "picture", **own})), Shown(ask, parameters, model, modes)
+
+    def details(self, shown: Shown) -> Steps:
+        """Steps to what takes longer, each named and giving a message: whether the description holds, stresses, what
+        moves, and responses."""
+        load, response = shown.ask.load, shown.ask.response
+        steps: Steps = [("holds", lambda: self._verified(shown))]
+        if load is not None:
+            steps.append(("stress", lambda: self._stress(shown, load)))
+        steps.append(("motions", lambda: self._motions(shown)))
+        if response is not None:
+            steps.append(("response", lambda: self._response(shown, response)))
+        return steps
+
+    def _verified(self, shown: Shown) -> str:
+        self.opened.plan.verify(shown.parameters)
+        return told("holds", serial=shown.ask.serial)
+
+    def _motions(self, shown: Shown) -> str:
+        n = shown.ask.modes
+        u = shown.model.node_displacements(shown.modes.shapes[:, :n])
+        own = motions(shown.model, u)
+        texts = {str(number): motion.summary for number, motion in zip(shown.modes.number, own, strict=False)}
+        return told("motions", serial=shown.ask.serial, texts=texts)
+
+    def _stress(self, shown: Shown, load: Load) -> str:
+        """Factors to yield, the least first, and the warnings of what is linear here."""
+        try:
+            data = _stresses(shown.model, load)
+        except FlexuraError as error:
+            data = {"error": str(error)}
+        return told("stress", serial=shown.ask.serial, **data)
+
+    def _response(self, shown: Shown, asked: Response) -> str | bytes:
+        try:
+            damping = asked.damping
+            if damping is None and self._undamped:
+                damping = ASSUMED_DAMPING
+            found = self._responses(shown, asked, damping)
+            if damping is None and not found.ratios.any():
+                self._undamped, damping = True, ASSUMED_DAMPING
+                found = self._responses(shown, asked, damping)
+        except FlexuraError as error:
+            return told("no response", serial=shown.ask.serial, error=str(error))
+        notes = list(found.notes)
+        if self._undamped and asked.damping is None:
+            notes.insert(0, f"no damping is described: a ratio of {ASSUMED_DAMPING:g} is assumed for all modes")
+        H = found.response[:, 0, 0]
+        curves = Buffer.floats([found.frequency_hz, np.abs(H), np.degrees(np.unwrap(np.angle(H)))])
+        own = {"unit": found.unit(asked.output, asked.input), "notes": notes, "warnings": foremost(found.known, 1)}
+        own |= {"input": asked.input, "output": asked.output, "resonances": found.resonances_hz}
+        return to_message({"type": "response", "serial": shown.ask.serial, "buffers": {"curves": curves}, **own})
+
+    @staticmethod
+    def _responses(shown: Shown, asked: Response, damping: float | None) -> Any:
+        if asked.high <= asked.low:
+            raise OptionError("a band goes from a lower frequency to a higher one")
+        ends = {"inputs": [asked.input], "outputs": [asked.output], "band": (asked.low, asked.high)}
+        return frequency_response(shown.model, order="full", damping=damping, points=300, **ends)
+
+
+def _factor(drawing: Drawing, buffers: dict[str, Buffer]) -> float:
+    """The factor on a displacement with which its largest motion is seen well."""
+    field = buffers["displacement"]
+    largest = float(np.sqrt((field.stored.astype(float) ** 2).sum(axis=1).max(initial=0.0))) * (field.scale or 1.0)
+    return FACTOR * drawing.solids.size() / (largest or 1.0)
+
+
+def _proven(plan: Plan, parameters: dict[str, float], n: int) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Frequencies and their lower and upper bounds (n,), Hz, and which bound the frequency of the same number."""
+    if not (plan.is_loaded or plan.is_posed):
+        found = natural_frequencies(plan, parameters, n=n, tolerance=TOLERANCE)
+        if not found.is_proven and float(found.error_bound.max()) > WIDE:
+            found = found.resolved()
+        return found.frequency_hz, found.lower_hz, found.upper_hz, found.upper_hz > 0
+    model = chained(full_order_model(Design.of(plan, parameters)))
+    proof = certificate(model, lowest_pairs(model, n), n)
+    n = min(n, len(proof.frequency_hz))
+    return proof.frequency_hz[:n], proof.lower_hz[:n], proof.upper_hz[:n], proof.is_indexed[:n]
+
+
+def _frequency(hz: float, lower: float, upper: float, indexed: bool) -> dict[str, Any]:
+    """A frequency in numbers and words, with what is wrong with it."""
+    hz, lower, upper = float(hz), float(lower), float(upper)
+    ends = (lower if np.isfinite(lower) else None, upper if np.isfinite(upper) else None)
+    rigid = hz == 0.0 and lower == 0.0
+    wide = not rigid and not (indexed and lower > 0 and max(upper - hz, hz - lower) <= WIDE * lower)
+    own = {"hz": hz, "text": f"{hz:.5g}", "proof": proven_text(hz, ends, indexed, rigid), "wide": wide}
+    return own | {"interval": f"{lower:.9g} to {upper:.9g} Hz" if indexed and not rigid else ""}
+
+
+def _stresses(model: FullOrderModel, load: Load) -> dict[str, Any]:
+    """The members nearest to yield, what the loads are in words, and warnings."""
+    said: tuple[Exceeded, ...] = ()
+    if load.kind == "actuators":
+        limits = [
+            (i.channel.name, max(i.limits, key=abs))
+            for i in Ports(model.design).inputs()
+            if np.isfinite(i.limits).all()
+        ]
+        if not limits:
+            raise OptionError("no actuator has a limit")
+        states = [statics(model, actuators={name: limit}) for name, limit in limits]
+        words = [f"with {name} at its limit" for name, _ in limits]
+    elif load.kind == "move":
+        state, text = _moved(model, load)
+        states, words = [state], [text]
+        said = motion_limits(States(model, state.displacement_vector[:, None]))
+    else:
+        states, words = [statics(model)], ["under the loads and gravity that are described"]
+    u = np.column_stack([state.displacement_vector for state in states])
+    weight = next((state.gravity for state in states if any(state.gravity)), None)
+    stresses = member_stresses(model, u, gravity=weight)
+    known = [m for m in stresses.members if m.factor_to_yield is not None]
+    known.sort(key=lambda m: m.factor_to_yield or 0.0)
+    rows = [
+        {"member": m.name, "stress": m.von_mises, "yield": m.yield_stress, "factor": m.factor_to_yield}
+        | {"when": words[m.state] if len(words) > 1 else ""}
+        for m in known[:ROWS]
+    ]
+    unknown = len(stresses.members) - len(known)
+    notes = [f"{unknown} members without a yield stress or with a section by constants"] if unknown else []
+    when = words[0] if len(words) == 1 else "each actuator at its limit, one at a time"
+    return {"rows": rows, "when": when, "notes": notes, "warnings": foremost(said, 1)}
+
+
+def _moved(model: FullOrderModel, load: Load) -> tuple[Any, str]:
+    """The state in which a force or moment at a DOF moves it by an amplitude, and that in words."""
+    node, _, dof = load.dof.rpartition(".")
+    if dof not in DOF_NAMES:
+        raise OptionError(f"{load.dof!r} is no DOF such as platform.tz")
+    k = DOF_NAMES.index(dof)
+    own = float(compliance(model, nodes=[node])[k, k])
+    if not own > 0:
+        raise OptionError(f"{load.dof} cannot move")
+    wrench = np.zeros(6)
+    wrench[k] = load.amplitude / own
+    unit = "m" if k < 3 else "rad"
+    text = f"with {load.dof} moved by {load.amplitude:.4g} {unit} by a {'force' if k < 3 else 'moment'} there, linear"
+    return statics(model, loads={node: wrench}), text
+
+
+@contextmanager
+def _timed(timing: dict[str, float], name: str) -> Iterator[None]:
+    """Milliseconds that something takes, under a name."""
+    begun = time.perf_counter()
+    yield
+    timing[name] = round(1e3 * (time.perf_counter() - begun), 2)

@@ -1,0 +1,168 @@
+"""The file that a page has open: read, watched, and varied into new files beside it."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexura.errors import FlexuraError, OptionError
+from flexura.expressions import Expression
+from flexura.files import write_file
+from flexura.linalg import Eigenpairs
+from flexura.mechanism import has_solid_members
+from flexura.modelfile import Changed, files_of, load, variant_text
+from flexura.pages.live.followed import lowest_shapes
+from flexura.pages.live.questions import questions
+from flexura.pages.live.sliders import Slider, parameters_of, sliders_of
+from flexura.pages.viewer import Buffer, Drawing, Scene, ShownMotion, scene_and_drawing, to_message
+from flexura.structure import FullOrderModel, Plan, assemble, plan_of
+
+_NAME = re.compile(r"[^\W.][\w. ()+=,-]{0,120}\.ya?ml")
+"""What a new file may be called: no folder, nothing hidden."""
+
+Signature = tuple[tuple[str, tuple[int, ...] | None], ...]
+"""Files, with what changes when they are written; None where a file is missing."""
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What was read of a file: the plan of its mechanism and its sliders; `revision` counts readings. `files` are the
+    file and those that it extends."""
+
+    path: Path
+    revision: int
+    plan: Plan
+    sliders: dict[str, Slider]
+    modes: int
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+    @staticmethod
+    def of(path: Path, revision: int, modes: int) -> Opened:
+        """Read the file. Raises FlexuraError for one that cannot be used."""
+        mechanism = load(path)
+        plan, notes = plan_of(mechanism), []
+        if plan.is_posed:
+            notes.append("everything is about the pose that is described")
+        elif plan.is_loaded:
+            notes.append("everything is about the state under the loads and gravity that are described")
+        if has_solid_members(mechanism):
+            notes.append("solid members are as reduced at the values of the file: they do not follow the sliders")
+        own = Opened(path, revision, plan, sliders_of(plan), modes, files_of(path), tuple(notes))
+        _ = own.greeting, own.scene  # what cannot be solved or drawn as it is described is refused here
+        return own
+
+    @cached_property
+    def reference(self) -> tuple[FullOrderModel, Eigenpairs]:
+        """The design of the file, and its modes."""
+        model = assemble(self.plan)
+        if model.order == 0:
+            raise OptionError("nothing in this mechanism can move: every node is held")
+        return model, lowest_shapes(model, self.modes, None)
+
+    @cached_property
+    def _drawn(self) -> tuple[Scene, Drawing]:
+        return scene_and_drawing(self.reference[0], picture=True)
+
+    @property
+    def drawing(self) -> Drawing:
+        """The design of the file as a page has it first."""
+        return self._drawn[1]
+
+    @cached_property
+    def scene(self) -> bytes:
+        """The message that gives a page this drawing."""
+        return scene_message(self._drawn[0])
+
+    @cached_property
+    def greeting(self) -> dict[str, Any]:
+        """What a page is told of the file: name, sliders, what may be asked, and notes; plain data."""
+        plan, (model, found) = self.plan, self.reference
+        return {
+            "revision": self.revision,
+            "name": plan.name,
+            "file": self.path.name,
+            "description": plan.mechanism.description,
+            "sliders": [own.to_dict() for own in self.sliders.values()],
+            "modes": self.modes,
+            "notes": [*self.notes, *self._drawn[0].notes],
+            **questions(model, found, self.modes),
+        }
+
+    def save(self, file: str, numbers: Mapping[str, float], overwrite: bool = False) -> Path:
+        """Write a file beside the one that is open that extends it with these numbers of sliders.
+
+        Raises FileExistsError unless it may `overwrite`, OptionError for names that are no such file or where nothing
+        is changed, ModelError for designs that cannot be, and OptionError where it cannot be written.
+        """
+        folder = self.path.absolute().parent
+        target = folder / file
+        if not _NAME.fullmatch(file):
+            raise OptionError(f"{file!r}: a plain file name that ends in .yaml is expected, without a folder")
+        if target.is_symlink() or any(_same(target, own) for own in self.files):
+            raise OptionError(f"{file} is the file that is open, one that it extends, or a link: give another name")
+        if os.path.lexists(target) and not overwrite:
+            raise FileExistsError(file)
+        parameters = parameters_of(self.sliders, numbers)
+        described = self.plan.parameter_values()
+        changed = {name: value for name, value in parameters.items() if value != described[name]}
+        if not changed:
+            raise OptionError("nothing differs from the file: there is nothing to save")
+        self.plan.verify(changed)
+        own = {name: Changed(value, self._source(name)) for name, value in changed.items()}
+        text = variant_text(self.plan.mechanism, f"{self.plan.name}, {target.stem}", self.path, target, own)
+        return write_file(target, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
+
+    def _source(self, name: str) -> str:
+        """Where a changed value comes from, and what the file has."""
+        value, own = self.plan.mechanism.parameters[name].value, self.sliders[name]
+        before = str(value) if isinstance(value, Expression) else f"{own.value:.9g} {own.unit}".strip()
+        return f"chosen on the live page; {self.path.name} has {before}"
+
+
+def scene_message(scene: Scene) -> bytes:
+    """The message that gives a page a scene, with one motion: that of the mode that is shown.
+
+    Parts are named alone: their sizes change with the sliders.
+    """
+    still = Buffer.field(np.zeros(scene.points.stored.shape))
+    parts = tuple(replace(part, facts=()) for part in scene.parts)
+    motion = ShownMotion("mode", "modes", "mode", still, "vibration", 1.0, None)
+    return to_message({"type": "scene", "scene": replace(scene, motions=(motion,), parts=parts)})
+
+
+def signature(files: Iterable[Path]) -> Signature:
+    """What changes when one of some files is written, comes or goes."""
+    found = []
+    for file in files:
+        try:
+            own = file.stat()
+            found.append((str(file), (own.st_mtime_ns, own.st_size, own.st_ino)))
+        except OSError:
+            found.append((str(file), None))
+    return tuple(found)
+
+
+def problems_of(error: FlexuraError) -> list[dict[str, str]]:
+    """What is wrong with a file, each with the line that it stands at."""
+    problems = getattr(error, "problems", None)
+    if problems is None:
+        return [{"where": "", "text": str(error), "hint": ""}]
+    return [
+        {"where": p.where, "text": f"{p.place}: {p.rule}" + (f" (found {p.value})" if p.value else ""), "hint": p.hint}
+        for p in problems
+    ]
+
+
+def _same(a: Path, b: Path) -> bool:
+    try:
+        return a.samefile(b)
+    except OSError:
+        return False

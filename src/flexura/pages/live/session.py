@@ -1,0 +1,139 @@
+"""One page: what it asked for last, and what it is told."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from flexura.errors import FlexuraError, SolverError
+from flexura.pages.live.designs import Designs, Shown, Steps
+from flexura.pages.live.followed import FollowedModes
+from flexura.pages.live.messages import Ask, Save, told
+from flexura.pages.live.opened import Opened
+from flexura.pages.live.sliders import blamed, parameters_of
+from flexura.pages.live.worker import Worker
+
+PATIENCE = 0.12
+"""Seconds after which a step of what takes longer is worked on although the hand still moves."""
+
+_NUMBER = count()
+
+
+class Outbox:
+    """Messages to a page, from any thread; of each kind in `REPLACED` the latest alone."""
+
+    REPLACED = ("picture", "motions", "stress", "response", "holds")
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._waiting: list[tuple[str, str | bytes]] = []
+        self._filled = asyncio.Event()
+
+    def put(self, kind: str, message: str | bytes) -> None:
+        """Have a message sent."""
+        self._loop.call_soon_threadsafe(self._add, kind, message)
+
+    def _add(self, kind: str, message: str | bytes) -> None:
+        if kind in self.REPLACED:
+            self._waiting = [own for own in self._waiting if own[0] != kind]
+        self._waiting.append((kind, message))
+        self._filled.set()
+
+    async def next(self) -> str | bytes:
+        """The next message, once there is one."""
+        while not self._waiting:
+            self._filled.clear()
+            await self._filled.wait()
+        return self._waiting.pop(0)[1]
+
+
+class Session:
+    """A page that is open: its designs are worked out one after another, in the one thread for all pages."""
+
+    def __init__(self, worker: Worker, opened: Callable[[], Opened], outbox: Outbox) -> None:
+        self.outbox = outbox
+        self._worker, self._opened = worker, opened
+        self._key = next(_NUMBER)
+        self._followed = FollowedModes()
+        self._designs = Designs(opened(), self._followed)
+        self._held: dict[str, float] = {}
+        self._step, self._rested = 0, 0.0
+
+    def close(self) -> None:
+        """Nothing is worked out for this page any more."""
+        self._worker.drop(self._key)
+
+    def receive(self, message: Ask | Save) -> None:
+        """Have done what the page asks for."""
+        if isinstance(message, Save):
+            self._worker.submit((self._key, "save"), lambda: self._save(message))
+        else:
+            self._worker.submit(self._key, lambda: self._design(message))
+
+    def _say(self, kind: str, **data: Any) -> None:
+        self.outbox.put(kind, told(kind, **data))
+
+    def _design(self, ask: Ask) -> None:
+        opened = self._opened()
+        if opened is not self._designs.opened:
+            self._designs = Designs(opened, self._followed)
+        try:
+            messages, shown = self._designs.picture(ask)
+        except Exception as error:  # whatever it is, the page is told and the others go on
+            self._refused(ask, error)
+            return
+        for message in messages[:-1]:
+            self.outbox.put("scene", message)
+        self.outbox.put("picture", messages[-1])
+        self._details(shown, self._designs.details(shown))
+
+    def _details(self, shown: Shown, left: Steps) -> None:
+        """The steps that are left of what takes longer, as long as nobody waits for something else.
+
+        While the hand moves a step is taken now and then, another one each time.
+        """
+        if self._worker.is_waiting(self._key) and time.monotonic() - self._rested < PATIENCE:
+            return
+        while left:
+            kind, step = left.pop(self._step % len(left))
+            self._step += 1
+            try:
+                self.outbox.put(kind, step())
+            except Exception as error:
+                self._refused(shown.ask, error)
+                return
+            self._rested = time.monotonic()
+            if self._worker.is_waiting(self._key):
+                return
+            if left and self._worker.is_waiting():
+                self._worker.resume(self._key, lambda: self._details(shown, left))
+                return
+        self._held = shown.ask.values
+        self._say("settled", serial=shown.ask.serial)
+
+    def _refused(self, ask: Ask, error: Exception) -> None:
+        """Say what is wrong with a design, and at which sliders."""
+        own = self._designs.opened
+        if not isinstance(error, FlexuraError):
+            detail = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            error = SolverError(f"the numbers of this design cannot be worked with ({detail})")
+        try:
+            own.plan.verify(parameters_of(own.sliders, ask.values))
+        except FlexuraError as found:
+            error = found
+        moved = {name for name in ask.values.keys() | self._held.keys() if ask.values.get(name) != self._held.get(name)}
+        self._say("refused", serial=ask.serial, problems=blamed(own.plan, error, moved or set(ask.values)))
+
+    def _save(self, message: Save) -> None:
+        try:
+            path: Path = self._opened().save(message.file, message.values, message.overwrite)
+        except FileExistsError:
+            self._say("exists", file=message.file)
+        except FlexuraError as error:
+            self._say("not saved", file=message.file, text=str(error))
+        else:
+            self._say("saved", file=path.name)

@@ -1,0 +1,258 @@
+import type { SceneData } from "../scene";
+import { h } from "../viewer/dom";
+import { History, type Values } from "./history";
+import { ModeTable, type Pin } from "./modes";
+import { Panel } from "./panel";
+import { Pins } from "./pins";
+import { type FileState, type Opened, type Picture, type Received, type Refused, type Row, numbers } from "./protocol";
+import { ResponsePanel } from "./response";
+import { Saving } from "./saving";
+import { Stage } from "./stage";
+import { StressPanel } from "./stress";
+import { watchTools } from "./tools";
+
+/** Measure of the browser's clock from a moved slider to the frame that shows it. */
+const MEASURE = "flexura slider to picture";
+
+/** The page: what the hand does goes out, what comes back is shown. */
+export class App {
+  private readonly history = new History();
+  private readonly panel: Panel;
+  private readonly modes: ModeTable;
+  private readonly response: ResponsePanel;
+  private readonly stress: StressPanel;
+  private readonly saving: Saving;
+  private readonly stage = new Stage(element("live-viewer"));
+  private readonly pins: Pins;
+  private readonly refresh: () => void;
+  private opened: Opened | null = null;
+  private file: FileState | null = null;
+  private refused: Refused | null = null;
+  private connected = "";
+  private serial = 0;
+  private shown = 1;
+  private rows: Row[] = [];
+  private base: Record<string, number> = {};
+  private held: Received | null = null;
+  private recent: Received | null = null;
+  private readonly begun = new Map<number, number>();
+
+  constructor(private readonly send: (message: object) => void) {
+    this.panel = new Panel(element("live-sliders"), (name, value, resting) => this.moved(name, value, resting));
+    const results = element("live-results");
+    const sections = [0, 1, 2].map(() => h("section", {}));
+    results.append(...sections);
+    this.modes = new ModeTable(sections[0], (mode) => this.choose(mode));
+    this.response = new ResponsePanel(sections[1], () => this.ask());
+    this.stress = new StressPanel(sections[2], () => this.ask());
+    this.pins = new Pins(element("live-pins"), (values) => this.go(values), () => this.compared());
+    this.saving = new Saving(element<HTMLFormElement>("live-saving"), (file, overwrite) =>
+      this.send({ type: "save", file, values: this.history.values, overwrite }),
+    );
+    this.refresh = watchTools(this.history, {
+      undo: () => this.back(() => this.history.undo()),
+      redo: () => this.back(() => this.history.redo()),
+      reset: () => this.go({}),
+      pin: () => this.pin(),
+      save: () => this.saving.open(this.opened?.file ?? ""),
+    });
+  }
+
+  /** What became of the connection. */
+  linked(state: "open" | "cut" | "refused", seconds: number): void {
+    this.connected = state === "open" ? "" : state === "refused" ? "The server refuses this page: open the address that it printed." : `The connection is cut: what is shown does not follow. Next try in ${seconds} s.`;
+    this.begun.clear();
+    this.told();
+  }
+
+  private scene(scene: SceneData, bytes?: ArrayBuffer): void {
+    void this.stage.show(scene, bytes).then(() => this.recent && this.draw(this.recent));
+  }
+
+  take(own: Received): void {
+    const { message, bytes } = own;
+    if ("serial" in message && message.serial > this.serial) return;
+    switch (message.type) {
+      case "scene":
+        return this.scene(message.scene, bytes);
+      case "opened":
+        return this.open(message);
+      case "picture":
+        return this.picture(own, message);
+      case "holds":
+        return this.holds(message.serial);
+      case "motions":
+        return this.modes.tell(message.texts);
+      case "stress":
+        return this.stress.update(message);
+      case "response":
+        if (bytes) this.response.update(message, numbers(bytes, message.buffers.curves));
+        return;
+      case "no response":
+        return this.response.refuse(message.error);
+      case "refused":
+        return this.refuse(message);
+      case "file":
+        this.file = message;
+        return this.told();
+      case "exists":
+        return this.saving.exists(message.file);
+      case "saved":
+        return this.saving.saved(message.file);
+      case "not saved":
+        return this.saving.failed(message.text);
+    }
+  }
+
+  private open(own: Opened): void {
+    this.opened = own;
+    this.file = this.refused = null;
+    element("live-file").textContent = own.file;
+    element("live-title").textContent = own.name;
+    document.title = `${own.name}: live`;
+    const lost = this.history.keep(new Set(own.sliders.map((slider) => slider.name)));
+    const gone = lost.length ? [`The file no longer has ${lost.join(", ")}.`] : [];
+    element("live-notes").textContent = [...own.notes, ...gone].join("; ");
+    this.panel.build(own.sliders);
+    this.panel.show(this.history.values);
+    this.response.open(own);
+    this.stress.open(own);
+    this.told();
+    this.ask();
+  }
+
+  private moved(name: string, value: number | null, resting: boolean): void {
+    const values: Record<string, number> = { ...this.history.values };
+    const file = this.opened?.sliders.find((own) => own.name === name)?.value;
+    if (value === null || value === file) delete values[name];
+    else values[name] = value;
+    const before = this.history.values;
+    this.history.change(values, resting ? "" : name);
+    if (resting) this.history.rest();
+    if (before !== this.history.values) this.changed(resting);
+  }
+
+  private go(values: Values): void {
+    this.history.change(values);
+    this.changed(true);
+  }
+
+  private back(step: () => void): void {
+    step();
+    this.changed(true);
+  }
+
+  private changed(rebuilt: boolean): void {
+    this.panel.show(this.history.values);
+    if (rebuilt) this.history.rest();
+    this.refresh();
+    this.ask();
+  }
+
+  private ask(): void {
+    this.serial += 1;
+    this.begun.set(this.serial, performance.now());
+    const own = { type: "design", serial: this.serial, values: this.history.values, modes: this.opened?.modes ?? 6 };
+    this.send({ ...own, shown: this.shown, response: this.response.asked, load: this.stress.load });
+  }
+
+  private choose(mode: number): void {
+    this.shown = mode;
+    this.ask();
+  }
+
+  private picture(own: Received, message: Picture): void {
+    if (this.refused !== null && message.serial > this.refused.serial) {
+      this.refused = null;
+      this.told();
+    }
+    this.recent = own;
+    this.draw(own);
+  }
+
+  /** Show a picture: numbers at once, the mechanism in the next frame. */
+  private draw(own: Received): void {
+    const message = own.message as Picture;
+    const arrived = performance.now();
+    this.rows = message.rows;
+    this.base = message.file;
+    this.panel.follow(message.derived, message.bounds);
+    this.response.mark(message.rows);
+    this.modes.update(message.rows, message.shown, this.compare());
+    const row = message.rows.find((each) => each.mode === message.shown);
+    const title = row ? `mode ${row.mode}: ${row.text} Hz` : "";
+    void this.stage.move(own, message, title, row?.proof ?? "", row?.wide ? "not proven to 0.1 %" : "").then(() => this.measure(message, arrived));
+  }
+
+  /** Time from the hand to the end of the frame that shows the picture. */
+  private measure(message: Picture, arrived: number): void {
+    const start = this.begun.get(message.serial);
+    for (const serial of this.begun.keys()) if (serial <= message.serial) this.begun.delete(serial);
+    if (start === undefined) return;
+    const moved = performance.now();
+    requestAnimationFrame(() => {
+      const channel = new MessageChannel();
+      channel.port1.onmessage = () => {
+        const end = performance.now();
+        const detail = { serial: message.serial, arrived: arrived - start, moved: moved - start, server: message.timing };
+        performance.measure(MEASURE, { start, end, detail });
+        element("live-time").textContent = `${Math.round(end - start)} ms`;
+      };
+      channel.port2.postMessage(null);
+    });
+  }
+
+  private holds(serial: number): void {
+    const own = this.recent?.message as Picture | undefined;
+    if (own?.serial === serial) this.held = this.recent;
+  }
+
+  private refuse(own: Refused): void {
+    if (own.serial < this.serial && this.refused === null) return;
+    this.refused = own;
+    if (this.held !== null && this.held !== this.recent) this.draw(this.held);
+    this.told();
+  }
+
+  private pin(): void {
+    const hz = new Map(this.rows.map((row) => [row.mode, row.hz]));
+    this.pins.add(this.history.values, hz, this.response.curves);
+  }
+
+  private compared(): void {
+    const own = this.recent?.message as Picture | undefined;
+    if (own) this.modes.update(own.rows, own.shown, this.compare());
+    this.response.compare(this.pins.list);
+    this.refresh();
+  }
+
+  /** What frequencies are compared with: the file, once something differs from it, and the pins. */
+  private compare(): Pin[] {
+    const hz = new Map(Object.entries(this.base).map(([mode, value]) => [Number(mode), value]));
+    const file = Object.keys(this.history.values).length ? [{ label: "file", hz }] : [];
+    return [...file, ...this.pins.list];
+  }
+
+  /** Say in one line how things are, and below it what is wrong. */
+  private told(): void {
+    const broken = this.file;
+    const words = this.connected || (broken ? (broken.gone ? "The file is gone: the last that was read is shown." : "The file cannot be read: the last that could is shown.") : this.refused ? "This design cannot be: the last that can is shown, greyed." : "Follows the file and the hand.");
+    element("live-status").textContent = words;
+    element("live-status").className = this.connected || broken || this.refused ? "bad" : "soft";
+    document.body.classList.toggle("live-stale", Boolean(this.connected || this.refused));
+    this.panel.wrong(this.refused?.problems ?? []);
+    const lines = [
+      ...(broken?.problems ?? []).map((own) => [own.where, own.text, own.hint && `hint: ${own.hint}`].filter(Boolean).join(": ")),
+      ...(this.refused?.problems ?? []).map((own) => own.text),
+    ];
+    const box = element("live-problems");
+    box.hidden = lines.length === 0;
+    box.replaceChildren(h("ul", {}, ...lines.map((text) => h("li", {}, text))));
+  }
+}
+
+function element<T extends HTMLElement = HTMLElement>(id: string): T {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no #${id}`);
+  return found as T;
+}

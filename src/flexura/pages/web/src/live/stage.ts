@@ -1,0 +1,41 @@
+import type { SceneData } from "../scene";
+import { type Viewer, mountViewer } from "../viewer";
+import { type Picture, type Received, numbers } from "./protocol";
+
+/** The motion of the scene that follows the mode that is shown. */
+const MOTION = "mode";
+
+/** The 3-D view, fed by pictures; while one is drawn the latest of the others waits. */
+export class Stage {
+  private viewer: Viewer | null = null;
+  private busy: Promise<void> = Promise.resolve();
+  private vertices = 0;
+
+  constructor(private readonly host: HTMLElement) {}
+
+  /** Show a scene; camera and legend stay. */
+  show(scene: SceneData, binary?: ArrayBuffer): Promise<void> {
+    this.busy = this.busy.then(async () => {
+      this.vertices = scene.points.shape[0];
+      if (this.viewer === null) this.viewer = await mountViewer(this.host, scene, { motion: MOTION, binary });
+      else await this.viewer.update(scene, binary);
+    });
+    return this.busy;
+  }
+
+  /** Move to a picture; false where it does not fit the scene, of which another is on its way. */
+  move({ bytes }: Received, picture: Picture, title: string, subtitle: string, flag: string): Promise<boolean> {
+    const done = this.busy.then(async () => {
+      const { points, displacement } = picture.buffers;
+      if (!this.viewer || !bytes || points.shape[0] !== this.vertices) return false;
+      await this.viewer.move({
+        points: numbers(bytes, points),
+        displacements: { [MOTION]: numbers(bytes, displacement) },
+        motions: [{ id: MOTION, title, subtitle, flag, factor: picture.factor }],
+      });
+      return true;
+    });
+    this.busy = done.then(() => undefined);
+    return done;
+  }
+}

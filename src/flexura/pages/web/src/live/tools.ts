@@ -1,0 +1,32 @@
+import type { History } from "./history";
+
+type Tool = "undo" | "redo" | "reset" | "pin" | "save";
+
+/** Buttons and keys of the page: Ctrl+Z and Ctrl+Y (or with Shift), but where text is typed. What is returned sets which can be pressed. */
+export function watchTools(history: History, act: Record<Tool, () => void>): () => void {
+  const button = (name: string) => document.getElementById(`live-${name}`) as HTMLButtonElement;
+  for (const name of Object.keys(act) as Tool[]) button(name).addEventListener("click", () => act[name]());
+  button("theme").addEventListener("click", () => {
+    const root = document.documentElement;
+    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+    root.dataset.theme = dark ? "light" : "dark";
+  });
+  document.addEventListener("keydown", (event) => {
+    const typing = event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "radio";
+    if (!(event.ctrlKey || event.metaKey) || typing) return;
+    const key = event.key.toLowerCase();
+    const name = key === "z" ? (event.shiftKey ? "redo" : "undo") : key === "y" ? "redo" : null;
+    if (name === null) return;
+    event.preventDefault();
+    act[name]();
+  });
+  const refresh = () => {
+    const changed = Object.keys(history.values).length > 0;
+    button("undo").disabled = !history.canUndo;
+    button("redo").disabled = !history.canRedo;
+    button("reset").disabled = !changed;
+    button("save").disabled = !changed;
+    button("pin").disabled = false;
+  };
+  return refresh;
+}
