@@ -66,6 +66,7 @@ from flexura.modelfile import loads as loads
 from flexura.modelfile import save as save
 from flexura.modelfile import schema as schema
 from flexura.pages.live import live as live
+from flexura.pages.notebook import sliders as sliders
 from flexura.pages.report import Report as Report
 from flexura.pages.report import report as report
 from flexura.pages.viewer import View as View

@@ -51,7 +51,10 @@ UNITLESS = {
 """Headings of plain numbers in notebooks."""
 
 # what verbs return that are no results: files, pictures, text, descriptions and bare arrays
-OTHERS = r"Array|sp\.cs._matrix|Figure|str|None|(list\[)?Path\]?|Mechanism|Expression|dict\[str, Any\]|Iterator\[None\]"
+OTHERS = (
+    r"Animation|Array|View|sp\.cs._matrix|Figure|str|None|(list\[)?Path\]?|Mechanism|Expression"
+    r"|dict\[str, Any\]|Iterator\[None\]"
+)
 
 
 @pytest.fixture(params=RESULTS)
@@ -73,7 +76,7 @@ def test_verbs_return_results() -> None:
     returned = {name: str(inspect.signature(verb).return_annotation) for name, verb in verbs.items()}
     several = re.compile(r"tuple\[(\w+), \.\.\.\]")
     odd = {name: kind for name, kind in returned.items() if several.sub(r"\1", kind) not in public(Result)}
-    assert {n for n, kind in odd.items() if not re.fullmatch(OTHERS, kind)} == {"to_control"}
+    assert {n for n, kind in odd.items() if not re.fullmatch(OTHERS, kind)} == {"sliders", "to_control"}
 
 
 def test_data_are_plain(result) -> None:

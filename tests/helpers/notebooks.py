@@ -17,10 +17,10 @@ def run(*cells: str) -> list[list[Any]]:
     return [cell["outputs"] for cell in executed(notebook)["cells"]]
 
 
-def executed(notebook: Any) -> Any:
-    """The notebook with its outputs. Raises CellExecutionError where a cell ends with an error."""
-    client = NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(ROOT)}})
-    return client.execute()
+def executed(notebook: Any, folder: Path = ROOT) -> Any:
+    """The notebook, run in a folder, with its outputs. Raises CellExecutionError where a cell ends with an error."""
+    where = {"metadata": {"path": str(folder)}}
+    return NotebookClient(notebook, timeout=300, kernel_name="python3", resources=where).execute()
 
 
 def shown(outputs: list[Any]) -> list[dict[str, Any]]:

@@ -3,13 +3,14 @@
 import base64
 import io
 
+import nbformat
 import numpy as np
 import pytest
 from PIL import Image
 
 import flexura as fx
 from helpers.every_result import GUIDE, GUIDE_TEXT, NAME, NODE
-from helpers.notebooks import run, shown
+from helpers.notebooks import executed, run, shown
 
 DRAWN = {
     "without a backend": "",
@@ -54,6 +55,21 @@ def test_figures_show_themselves_once(outputs, cell) -> None:
 
 def test_figures_of_pyplot_are_left_alone(outputs) -> None:
     assert len(outputs["pyplot"]) == 1
+
+
+def test_the_example_runs_and_everything_in_it_shows() -> None:
+    path = GUIDE.with_suffix(".ipynb")
+    stored = nbformat.read(path, 4)
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in stored["cells"])
+    cells = [cell for cell in executed(stored, path.parent)["cells"] if cell["cell_type"] == "code"]
+    found = {cell["source"].splitlines()[-1]: shown(cell["outputs"]) for cell in cells}
+    assert all(len(own) == 1 for own in found.values())
+    kinds = {name: set(own[0]) - {"text/plain"} for name, own in found.items()}
+    assert kinds["design"] == {"application/vnd.jupyter.widget-view+json"}
+    assert kinds["fx.view.draw_bode(response)"] == kinds["fx.view.draw_poses(stroke)"] == {"image/png"}
+    assert "<iframe" in found["fx.show(found)"][0]["text/html"]
+    assert {"text/html"} == kinds["guide"] == kinds["found"] == kinds["stroke"]
+    assert "72.22" in found["fx.modes(guide, design.parameters, n=3)"][0]["text/html"]
 
 
 def test_results_show_their_tables(outputs) -> None:

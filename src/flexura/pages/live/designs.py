@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -20,12 +20,12 @@ from flexura.analysis import (
     motions,
     statics,
 )
-from flexura.errors import Exceeded, FlexuraError, OptionError, foremost
+from flexura.errors import Exceeded, FlexuraError, OptionError, SolverError, foremost
 from flexura.mechanism import DOF_NAMES
+from flexura.pages.live.described import Described, scene_message
 from flexura.pages.live.followed import FollowedModes, Identified, lowest_shapes
 from flexura.pages.live.messages import Ask, Load, Response, told
-from flexura.pages.live.opened import Opened, scene_message
-from flexura.pages.live.sliders import moved_bounds, parameters_of
+from flexura.pages.live.sliders import blamed, moved_bounds, parameters_of
 from flexura.pages.viewer import Buffer, Drawing, quick, scene_and_drawing, to_message
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
@@ -63,16 +63,16 @@ class Shown:
 
 
 class Designs:
-    """The designs of one file that one page looks at, one after another."""
+    """The designs of one description that one page looks at, one after another."""
 
-    def __init__(self, opened: Opened, followed: FollowedModes) -> None:
-        self.opened = opened
+    def __init__(self, described: Described, followed: FollowedModes) -> None:
+        self.described = described
         self._followed, self._undamped = followed, False
-        model, found = opened.reference
+        model, found = described.reference
         modes = followed.follow(model, found)
         self._near: Array | None = modes.shapes
         hz = np.sqrt(np.maximum(found.values, 0)) / HERTZ
-        self._drawing = opened.drawing
+        self._drawing = described.drawn[1]
         self._file = {str(mode): float(f) for mode, f in zip(modes.number, hz, strict=True)}
 
     def picture(self, ask: Ask) -> tuple[tuple[bytes, ...], Shown]:
@@ -83,7 +83,7 @@ class Designs:
         """
         timing: dict[str, float] = {}
         scenes: tuple[bytes, ...] = ()
-        plan, parameters = self.opened.plan, parameters_of(self.opened.sliders, ask.values)
+        plan, parameters = self.described.plan, parameters_of(self.described.sliders, ask.values)
         with _timed(timing, "frequencies"):
             f, lower, upper, indexed = _proven(plan, parameters, ask.modes)
         with _timed(timing, "shapes"):
@@ -105,9 +105,9 @@ class Designs:
             {"mode": number[k], "like": modes.like[k], **_frequency(f[k], lower[k], upper[k], bool(indexed[k]))}
             for k in range(len(f))
         ]
-        own = {"serial": ask.serial, "revision": self.opened.revision, "shown": number[at], "rows": rows}
+        own = {"serial": ask.serial, "revision": self.described.revision, "shown": number[at], "rows": rows}
         own |= {"file": self._file, "factor": _factor(self._drawing, buffers), "timing": timing, "buffers": buffers}
-        own |= moved_bounds(plan, self.opened.sliders, parameters)
+        own |= moved_bounds(plan, self.described.sliders, parameters)
         return (*scenes, to_message({"type": "picture", **own})), Shown(ask, parameters, model, modes)
 
     def details(self, shown: Shown) -> Steps:
@@ -122,8 +122,22 @@ class Designs:
             steps.append(("response", lambda: self._response(shown, response)))
         return steps
 
+    def problems(self, ask: Ask, error: Exception, held: Mapping[str, float]) -> list[dict[str, Any]]:
+        """What is wrong with a design that failed, each with the sliders that it is said at, of those that were moved
+        from the values `held`."""
+        own = self.described
+        if not isinstance(error, FlexuraError):
+            detail = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            error = SolverError(f"the numbers of this design cannot be worked with ({detail})")
+        try:
+            own.plan.verify(parameters_of(own.sliders, ask.values))
+        except FlexuraError as found:
+            error = found
+        moved = {name for name in ask.values.keys() | held.keys() if ask.values.get(name) != held.get(name)}
+        return blamed(own.plan, error, moved or set(ask.values))
+
     def _verified(self, shown: Shown) -> str:
-        self.opened.plan.verify(shown.parameters)
+        self.described.plan.verify(shown.parameters)
         return told("holds", serial=shown.ask.serial)
 
     def _motions(self, shown: Shown) -> str:

@@ -5,24 +5,19 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from flexura.errors import FlexuraError, OptionError
 from flexura.expressions import Expression
 from flexura.files import write_file
-from flexura.linalg import Eigenpairs
-from flexura.mechanism import has_solid_members
 from flexura.modelfile import Changed, files_of, load, variant_text
-from flexura.pages.live.followed import lowest_shapes
+from flexura.pages.live.described import Described, notes_of
 from flexura.pages.live.questions import questions
-from flexura.pages.live.sliders import Slider, parameters_of, sliders_of
-from flexura.pages.viewer import Buffer, Drawing, Scene, ShownMotion, scene_and_drawing, to_message
-from flexura.structure import FullOrderModel, Plan, assemble, plan_of
+from flexura.pages.live.sliders import parameters_of
+from flexura.structure import plan_of
 
 _NAME = re.compile(r"[^\W.][\w. ()+=,-]{0,120}\.ya?ml")
 """What a new file may be called: no folder, nothing hidden."""
@@ -32,54 +27,20 @@ Signature = tuple[tuple[str, tuple[int, ...] | None], ...]
 
 
 @dataclass(frozen=True)
-class Opened:
-    """What was read of a file: the plan of its mechanism and its sliders; `revision` counts readings. `files` are the
-    file and those that it extends."""
+class Opened(Described):
+    """What was read of a file. `files` are the file and those that it extends."""
 
     path: Path
-    revision: int
-    plan: Plan
-    sliders: dict[str, Slider]
-    modes: int
     files: tuple[Path, ...]
-    notes: tuple[str, ...]
 
     @staticmethod
     def of(path: Path, revision: int, modes: int) -> Opened:
         """Read the file. Raises FlexuraError for one that cannot be used."""
         mechanism = load(path)
-        plan, notes = plan_of(mechanism), []
-        if plan.is_posed:
-            notes.append("everything is about the pose that is described")
-        elif plan.is_loaded:
-            notes.append("everything is about the state under the loads and gravity that are described")
-        if has_solid_members(mechanism):
-            notes.append("solid members are as reduced at the values of the file: they do not follow the sliders")
-        own = Opened(path, revision, plan, sliders_of(plan), modes, files_of(path), tuple(notes))
+        plan = plan_of(mechanism)
+        own = Opened(plan, modes, notes_of(mechanism, plan), revision, path, files_of(path))
         _ = own.greeting, own.scene  # what cannot be solved or drawn as it is described is refused here
         return own
-
-    @cached_property
-    def reference(self) -> tuple[FullOrderModel, Eigenpairs]:
-        """The design of the file, and its modes."""
-        model = assemble(self.plan)
-        if model.order == 0:
-            raise OptionError("nothing in this mechanism can move: every node is held")
-        return model, lowest_shapes(model, self.modes, None)
-
-    @cached_property
-    def _drawn(self) -> tuple[Scene, Drawing]:
-        return scene_and_drawing(self.reference[0], picture=True)
-
-    @property
-    def drawing(self) -> Drawing:
-        """The design of the file as a page has it first."""
-        return self._drawn[1]
-
-    @cached_property
-    def scene(self) -> bytes:
-        """The message that gives a page this drawing."""
-        return scene_message(self._drawn[0])
 
     @cached_property
     def greeting(self) -> dict[str, Any]:
@@ -92,7 +53,7 @@ class Opened:
             "description": plan.mechanism.description,
             "sliders": [own.to_dict() for own in self.sliders.values()],
             "modes": self.modes,
-            "notes": [*self.notes, *self._drawn[0].notes],
+            "notes": [*self.notes, *self.drawn[0].notes],
             **questions(model, found, self.modes),
         }
 
@@ -125,17 +86,6 @@ class Opened:
         value, own = self.plan.mechanism.parameters[name].value, self.sliders[name]
         before = str(value) if isinstance(value, Expression) else f"{own.value:.9g} {own.unit}".strip()
         return f"chosen on the live page; {self.path.name} has {before}"
-
-
-def scene_message(scene: Scene) -> bytes:
-    """The message that gives a page a scene, with one motion: that of the mode that is shown.
-
-    Parts are named alone: their sizes change with the sliders.
-    """
-    still = Buffer.field(np.zeros(scene.points.stored.shape))
-    parts = tuple(replace(part, facts=()) for part in scene.parts)
-    motion = ShownMotion("mode", "modes", "mode", still, "vibration", 1.0, None)
-    return to_message({"type": "scene", "scene": replace(scene, motions=(motion,), parts=parts)})
 
 
 def signature(files: Iterable[Path]) -> Signature:

@@ -9,12 +9,11 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from flexura.errors import FlexuraError, SolverError
+from flexura.errors import FlexuraError
 from flexura.pages.live.designs import Designs, Shown, Steps
 from flexura.pages.live.followed import FollowedModes
 from flexura.pages.live.messages import Ask, Save, told
 from flexura.pages.live.opened import Opened
-from flexura.pages.live.sliders import blamed, parameters_of
 from flexura.pages.live.worker import Worker
 
 PATIENCE = 0.12
@@ -79,7 +78,7 @@ class Session:
 
     def _design(self, ask: Ask) -> None:
         opened = self._opened()
-        if opened is not self._designs.opened:
+        if opened is not self._designs.described:
             self._designs = Designs(opened, self._followed)
         try:
             messages, shown = self._designs.picture(ask)
@@ -117,16 +116,7 @@ class Session:
 
     def _refused(self, ask: Ask, error: Exception) -> None:
         """Say what is wrong with a design, and at which sliders."""
-        own = self._designs.opened
-        if not isinstance(error, FlexuraError):
-            detail = " ".join(f"{type(error).__name__}: {error}".split())[:300]
-            error = SolverError(f"the numbers of this design cannot be worked with ({detail})")
-        try:
-            own.plan.verify(parameters_of(own.sliders, ask.values))
-        except FlexuraError as found:
-            error = found
-        moved = {name for name in ask.values.keys() | self._held.keys() if ask.values.get(name) != self._held.get(name)}
-        self._say("refused", serial=ask.serial, problems=blamed(own.plan, error, moved or set(ask.values)))
+        self._say("refused", serial=ask.serial, problems=self._designs.problems(ask, error, self._held))
 
     def _save(self, message: Save) -> None:
         try:

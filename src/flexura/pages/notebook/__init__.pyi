@@ -1,0 +1,1 @@
+from flexura.pages.notebook.sliders import sliders as sliders

@@ -2,6 +2,7 @@
 import { pageData, upgradeFigures } from "./figures";
 import { startReport } from "./report";
 import { startLive } from "./live";
+import { render } from "./widget";
 
 /** What starts a kind of page, by the `data-page` of its body. */
 const starts: Record<string, () => unknown> = {
@@ -14,3 +15,6 @@ const page = typeof document === "undefined" ? undefined : document.body?.datase
 if (page !== undefined) {
   void starts[page]?.();
 }
+
+/** What anywidget asks of a module. */
+export default { render };
