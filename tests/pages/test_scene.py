@@ -253,7 +253,11 @@ def test_doubts_stand_at_their_places():
             mark.severity == "doubt" and (np.array(mark.at) >= low - margin).all() and (mark.at <= high + margin).all()
         )
     doubted = {part.name for part in scene.parts if part.kind.startswith("doubted")}
-    assert doubted and doubted <= {part.name for part in scene.parts}
+    assert doubted
+    told = {part.name: [value for name, value in part.facts if name == "doubt"] for part in scene.parts}
+    for mark in scene.marks:
+        assert mark.text.partition(": ")[2] in " ".join(told[mark.part])
+        assert len(mark.label) <= 48 and mark.label.partition(":")[0] == mark.text.partition(":")[0]
 
 
 def test_freedoms_turn_about_their_axes():

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import numpy as np
 
 from flexura.analysis import CheckReport
@@ -12,6 +16,17 @@ from flexura.structure import FullOrderModel, solids_of
 
 CLASHES = {"clash", "deep", "touch", "gap"}
 
+LABEL = 48
+"""Characters of a label."""
+
+
+class Doubts(NamedTuple):
+    """Doubts about parts at their places, by the names of all parts that they are about, and those about the whole."""
+
+    marks: list[PlacedMark]
+    by_part: Mapping[str, list[str]]
+    whole: list[str]
+
 
 def doubted_parts(report: CheckReport, model: FullOrderModel) -> set[str]:
     """Names of the members and bodies in doubt."""
@@ -21,23 +36,37 @@ def doubted_parts(report: CheckReport, model: FullOrderModel) -> set[str]:
     return own | {doubt.place for doubt in report.doubts if doubt.place in known}
 
 
-def doubt_marks(drawing: Drawing, report: CheckReport) -> tuple[list[PlacedMark], list[str]]:
-    """Doubts about parts at their places, and those about the whole as text."""
-    marks = [PlacedMark(triple(own.at), f"{own.first}: {own.text}", "doubt", own.first) for own in report.clashes]
+def doubts_of(drawing: Drawing, report: CheckReport) -> Doubts:
+    """The doubts of a check of the mechanism that is drawn."""
+    found = Doubts([], {}, [])
+    by_part: dict[str, list[str]] = {}
+    for clash in report.clashes:
+        text = f"{clash.first}: {clash.text}"
+        found.marks.append(PlacedMark(triple(clash.at), text, _label(text), "doubt", clash.first))
+        for name in clash.parts:
+            by_part.setdefault(name, []).append(text)
     bars, bodies = solids_of(drawing.model)
     middles = bars.origin + bars.axes[:, 0] * bars.length[:, None] / 2
     places = [*zip(bars.names, bars.labels, middles, strict=True)]
     places += zip(bodies.names, bodies.labels, bodies.origin, strict=True)
-    nodes = {name: k for k, name in enumerate(drawing.model.plan.topology.node_names)}
-    whole = []
+    topology = drawing.model.plan.topology
+    places += [(name, name, x) for name, x in zip(topology.node_names, drawing.model.positions, strict=True)]
     for doubt in report.doubts:
-        found = [(name, at) for name, label, at in places if doubt.place in (name, label)]
-        if not found and doubt.place in nodes:
-            found = [(doubt.place, drawing.model.positions[nodes[doubt.place]])]
         if doubt.kind in CLASHES and report.clashes:
             continue
-        if found:
-            marks.append(PlacedMark(triple(np.asarray(found[0][1])), str(doubt), "doubt", found[0][0]))
+        own = [(name, at) for name, label, at in places if doubt.place in (name, label)]
+        if own:
+            name, at = own[0]
+            found.marks.append(PlacedMark(triple(np.asarray(at)), str(doubt), _label(str(doubt)), "doubt", name))
         else:
-            whole.append(f"doubt: {doubt}")
-    return marks, whole
+            found.whole.append(f"doubt: {doubt}")
+        for name, _ in own:
+            by_part.setdefault(name, []).append(doubt.text)
+    return found._replace(by_part=by_part)
+
+
+def _label(text: str) -> str:
+    """The place and the first words of what is said of it."""
+    place, _, said = text.partition(": ")
+    short = f"{place}: {re.split(r'[:;,(]', said)[0].strip()}"
+    return short if len(short) <= LABEL else f"{short[: LABEL - 1]}…"

@@ -112,10 +112,12 @@ class Poses:
 
 @dataclass(frozen=True)
 class PlacedMark:
-    """Something to be said of a place, m: a `doubt` or a `warning`, of a part where it is of one."""
+    """Something to be said of a place, m, and what of it stands there: a `doubt` or a `warning`, of a part where it is
+    of one."""
 
     at: Triple
     text: str
+    label: str
     severity: str
     part: str | None = None
 

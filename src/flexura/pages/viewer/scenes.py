@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,12 +13,12 @@ from flexura.analysis import CheckReport, Drift, Kinetostatics, Modes, Preload, 
 from flexura.errors import OptionError
 from flexura.mechanism import Mechanism
 from flexura.pages.viewer.buffers import Buffer
-from flexura.pages.viewer.doubts import doubt_marks, doubted_parts
+from flexura.pages.viewer.doubts import doubted_parts, doubts_of
 from flexura.pages.viewer.facts import Facts
 from flexura.pages.viewer.freedoms import drift_motions, freedom_motions
 from flexura.pages.viewer.geometry import Cells, Drawing
 from flexura.pages.viewer.motions import mode_motions, preload_motions, static_motions, triple
-from flexura.pages.viewer.scene import PlacedMark, Poses, Range, Scene, ShownKind, ShownMotion, ShownPart
+from flexura.pages.viewer.scene import Fact, PlacedMark, Poses, Range, Scene, ShownKind, ShownMotion, ShownPart
 from flexura.pages.viewer.stroke_poses import stroke_poses
 from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -97,7 +97,7 @@ def scene_and_drawing(*shown: Shown, picture: bool = False) -> tuple[Scene, Draw
         size=parts.size(),
         bounds=(triple(low), triple(high)),
         kinds=tuple(_kind(kind, hiding) for kind in sorted(parts.kinds)),
-        parts=_parts(drawing),
+        parts=_parts(drawing, found.doubts),
         points=Buffer.floats(parts.points),
         triangles=Buffer.numbers(drawing.triangles.cells),
         lines=Buffer.numbers(drawing.lines.cells),
@@ -119,6 +119,7 @@ class _Found:
     sequences: list[Poses] = field(default_factory=list)
     marks: list[PlacedMark] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    doubts: dict[str, list[str]] = field(default_factory=dict)
 
     def add(self, drawing: Drawing, own: Shown) -> None:
         if isinstance(own, WITH_NOTES):
@@ -140,9 +141,10 @@ class _Found:
             case Drift():
                 self.motions += drift_motions(drawing, own)
             case CheckReport():
-                marks, notes = doubt_marks(drawing, own)
-                self.marks += marks
-                self.notes += notes
+                doubts = doubts_of(drawing, own)
+                self.marks += doubts.marks
+                self.notes += doubts.whole
+                self.doubts |= doubts.by_part
             case Correlation():
                 self.motions += paired_motions(drawing, own)
             case SensorPlacement():
@@ -176,11 +178,17 @@ def _model_of(shown: Sequence[Shown]) -> FullOrderModel:
     return first
 
 
-def _parts(drawing: Drawing) -> tuple[ShownPart, ...]:
+def _parts(drawing: Drawing, doubts: Mapping[str, Sequence[str]]) -> tuple[ShownPart, ...]:
     facts, names = Facts(drawing.model), drawing.solids.names
+
+    def told(name: str, kind: Kind) -> tuple[Fact, ...]:
+        """Facts of a part, and doubts about it."""
+        doubted = () if kind in (Kind.ARM, Kind.CENTRE) else doubts.get(name, ())
+        return (*facts.of(name, kind), *(("doubt", text) for text in doubted))
+
     ranges = zip(*(_ranges(own) for own in (drawing.triangles, drawing.lines, drawing.dots)), strict=True)
     return tuple(
-        ShownPart(names[name], Kind(kind).name.lower(), facts.of(names[name], Kind(kind)), *own)
+        ShownPart(names[name], Kind(kind).name.lower(), told(names[name], Kind(kind)), *own)
         for (name, kind), own in zip(drawing.parts.tolist(), ranges, strict=True)
     )
 

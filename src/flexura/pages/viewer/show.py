@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 from html import escape
 from pathlib import Path
+from typing import cast
 
 from flexura.arguments import verb
 from flexura.files import write_file
@@ -64,7 +65,7 @@ def show(shown: Shown, results: Shown | Sequence[Shown] = ()) -> View:
     Raises OptionError for what cannot be shown, results without a mechanism, and results of several designs; ModelError
     as `assemble`.
     """
-    more = results if isinstance(results, Sequence) and not isinstance(results, str) else [results]
+    more = results if isinstance(results, list | tuple) else (cast(Shown, results),)
     return View(scene_of(shown, *more, picture=True))
 
 

@@ -82,6 +82,7 @@ export interface Sequence {
 export interface Mark {
   at: Triple;
   text: string;
+  label?: string; // what of the text stands at its place
   severity: "doubt" | "warning";
   part?: string;
 }

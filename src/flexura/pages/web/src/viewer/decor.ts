@@ -35,7 +35,7 @@ export class Decor {
     this.labels = [
       ...axes.map((axis) => labelOfAxis(axis, frame)),
       ...arrows.map((arrow) => ({ at: tip(frame, arrow), text: arrow.label, kind: "arrow" as const })),
-      ...(marks ? model.scene.marks : []).map((mark: Mark) => ({ at: new Vector3(...frame.place(mark.at)), text: mark.text, kind: mark.severity })),
+      ...(marks ? model.scene.marks : []).map((mark: Mark) => ({ at: new Vector3(...frame.place(mark.at)), text: mark.label ?? mark.text, kind: mark.severity })),
     ];
   }
 
