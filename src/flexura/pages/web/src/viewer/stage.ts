@@ -2,6 +2,13 @@ import { Color, OrthographicCamera, PerspectiveCamera, Scene, Vector2, Vector3, 
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { VIEWS, alike, alikeDeep, fittingDistance } from "./views";
 
+const SLOW = 36; // ms
+
+/** Pixels of the picture for one of CSS. */
+function finest(): number {
+  return Math.min(window.devicePixelRatio || 1, 3);
+}
+
 /** The canvas, the camera and when to draw: only after something changed, and never out of sight. */
 export class Stage {
   readonly renderer: WebGLRenderer;
@@ -22,6 +29,8 @@ export class Stage {
   private readonly resizer: ResizeObserver;
   private readonly watcher: IntersectionObserver;
   private asked = 0;
+  private last = 0; // ms, time of the frame before
+  private pace = 0; // ms, of late, from frame to frame while a motion plays; 0: not known
   private inSight = true;
   private lost = false;
   private released = false;
@@ -31,7 +40,7 @@ export class Stage {
   constructor(readonly host: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance", alpha: false });
     this.renderer.sortObjects = true;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 3));
+    this.renderer.setPixelRatio(finest());
     this.renderer.domElement.tabIndex = 0;
     host.append(this.renderer.domElement);
     for (const camera of [this.deep, this.flat]) camera.up.set(0, 0, 1);
@@ -190,11 +199,29 @@ export class Stage {
     this.asked = 0;
     if (!this.visible) return;
     const more = this.onFrame(now);
+    this.keepPace(now, more);
     this.controls.update();
     this.draw();
     this.onDrawn();
     if (more) this.ask();
   };
+
+  /** While a motion plays slowly it is drawn with fewer pixels, down to those of CSS; at rest with all. */
+  private keepPace(now: number, playing: boolean): void {
+    const ratio = this.renderer.getPixelRatio();
+    if (!playing) {
+      this.pace = 0;
+      if (ratio < finest()) this.rasterise(finest());
+    } else {
+      const passed = now - this.last;
+      this.pace = this.pace === 0 ? 1e-3 : 0.85 * this.pace + 0.15 * passed;
+      if (this.pace > SLOW && ratio > 1) {
+        this.rasterise(Math.max(1, 0.7 * ratio));
+        this.pace = 0;
+      }
+    }
+    this.last = now;
+  }
 
   /** The planes between which is drawn hug what is there, so that depths are told apart. */
   private clipToContent(): void {
@@ -218,7 +245,7 @@ export class Stage {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (width === 0 || height === 0) return;
-    this.rasterise(Math.min(window.devicePixelRatio || 1, 3));
+    this.rasterise(finest());
     this.deep.aspect = width / height;
     this.flat.left = -this.deep.aspect;
     this.flat.right = this.deep.aspect;
