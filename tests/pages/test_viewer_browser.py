@@ -279,3 +279,42 @@ def test_names_are_text(show):
     assert "</script><img" in page.locator(".fx-title").inner_text()
     press(page, "n", "n", "n")
     assert page.get_by_label("Selected part").locator("option:checked").inner_text() == "<b>spring</b>"
+
+
+def test_bodies_can_be_seen_through(show):
+    """From the left the blue body hides the orange flexure."""
+    page = show()
+    front(page)
+    press(page, "3")
+    before = picture(page)
+    assert like(before, FLEXURE).sum() < 50 and ((before[..., 0] - before[..., 2]) > 30).sum() < 100
+    press(page, "t")
+    seen = picture(page)
+    assert page.get_by_role("checkbox", name="see through bodies").is_checked()
+    assert ((seen[..., 0] - seen[..., 2]) > 30).sum() > 1000, "nothing orange shines through"
+
+
+def test_bodies_that_the_scene_has_translucent_can_be_made_solid(show):
+    scene = two_boxes()
+    scene["kinds"][0]["opacity"] = 0.3
+    page = show(scene)
+    front(page)
+    assert page.get_by_role("checkbox", name="see through bodies").is_checked()
+    pale = picture(page)
+    page.get_by_role("checkbox", name="see through bodies").uncheck()
+    settle(page)
+    assert like(pale, BODY).sum() < 500 and like(picture(page), BODY).sum() > 5000
+
+
+def test_poses_of_a_stroke_tell_their_own_facts(show):
+    scene = two_boxes()
+    for motion in scene["motions"]:
+        motion["facts"] = [["force", f"{len(motion['title'])} N at {motion['id']}"]]
+    page = show(scene)
+    page.get_by_role("radio", name="stroke of arm").check()
+    settle(page)
+    assert "at pose-0" in page.locator(".fx-about").inner_text()
+    page.get_by_role("button", name="step on").click()
+    page.get_by_role("button", name="step on").click()
+    settle(page)
+    assert "at pose-2" in page.locator(".fx-about").inner_text()

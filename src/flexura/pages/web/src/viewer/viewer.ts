@@ -41,6 +41,7 @@ export interface Viewer {
   dispose(): void;
 }
 
+const POINTED = 250; // ms: as often it is looked up what a motion brings under the pointer
 const NARROW = 760; // CSS pixels: the controls fold away
 
 /** A scene in 3-D with its controls. */
@@ -67,7 +68,8 @@ export class LiveViewer implements Viewer, Keyed {
   private readonly still: Still;
   private tables: DataTexture[] = [];
   private values: [string, string][] = [];
-  private pointer: { x: number; y: number } | null = null;
+  private pointer: { x: number; y: number } | null = null; // where it rests
+  private pointed = 0; // ms, when it was looked up what is there; 0: not since it moved
   private loading = 0;
   private wasPlaying = false;
   private decorated = 0; // pose that axes and arrows are of
@@ -348,7 +350,7 @@ export class LiveViewer implements Viewer, Keyed {
     stage.canvas.setAttribute("role", "img");
     stage.canvas.setAttribute("aria-label", `${this.scene.name} in 3-D; press ? for keys`);
     stage.onFrame = (now) => {
-      this.point();
+      if (this.pointed === 0 || (this.player.playing && now - this.pointed > POINTED)) this.point(now);
       return this.prepareFrame(now);
     };
     stage.onDraw = () => this.drawing.prepare();
@@ -373,15 +375,16 @@ export class LiveViewer implements Viewer, Keyed {
 
   private pointAt(at: { x: number; y: number } | null): void {
     this.pointer = at;
+    this.pointed = 0;
     if (at === null) this.tip.hide();
     if (at === null) this.drawing.hover(-1);
     this.stage.ask();
   }
 
-  private point(): void {
+  private point(now: number): void {
     const at = this.pointer;
+    this.pointed = now;
     if (!at) return;
-    this.pointer = null;
     const number = this.drawing.picker.at(at.x, at.y);
     this.drawing.hover(number);
     const part = this.scene.parts[number];
