@@ -16,7 +16,6 @@ CALLED_BY_OTHERS = {
     "model_validate_json",
     "resolve_command",
     "severity",
-    "to_message",
 }
 """By notebooks, pydantic, typer, and the script of pages."""
 REGISTERED = {"model_validator"}

@@ -105,7 +105,8 @@ def test_frequencies_are_those_of_the_result():
     for mode, motion in zip(modes.modes, scene.motions, strict=True):
         assert motion.title == f"mode {mode.number}: {mode.frequency_text} Hz" and motion.flag == mode.flag
         lower, upper = mode.interval_hz
-        assert f"from {lower:.7g} to {upper:.7g} Hz" in dict(motion.facts)["proven to be"]
+        told = dict(motion.facts)["proven to be"]
+        assert told == f"from {lower:.7g} to {upper:.7g} Hz, {(upper - lower) / upper:.1g} of it wide"
 
 
 def test_what_is_not_proven_is_flagged():

@@ -70,7 +70,8 @@ def mode_facts(mode: Mode) -> list[Fact]:
     lower, upper = mode.interval_hz
     found: list[Fact] = [("frequency", frequency(mode) + (f" ({mode.flag})" if mode.flag else ""))]
     if lower is not None and upper is not None and not mode.is_rigid:
-        found.append(("proven to be", f"from {lower:.7g} to {upper:.7g} Hz"))
+        width = (upper - lower) / upper if upper > 0 else 0.0
+        found.append(("proven to be", f"from {lower:.7g} to {upper:.7g} Hz, {width:.1g} of it wide"))
     if mode.full_frequency_hz is not None:
         found.append(("full order", f"{mode.full_frequency_hz:.7g} Hz"))
     if mode.mac is not None:
