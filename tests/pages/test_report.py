@@ -1,0 +1,237 @@
+"""A report is one file that tells what commands tell, whatever the mechanism is called and whatever fails."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+import shlex
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import flexura as fx
+from helpers.shell import flexura
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "examples").glob("*/*.yaml"))
+GUIDE = ROOT / "examples/guide/guide.yaml"
+DESCRIBED = """
+actuators:
+  coil: {type: force, nodes: [carriage], direction: x, limit: 2 N}
+sensors:
+  position: {type: displacement, nodes: [carriage], direction: x}
+damping: 0.01
+gravity: [0, 0, -9.81 m/s^2]
+loads:
+  carriage: {force: [1 N, 0, -5 N]}
+motion:
+  move:
+    carriage: {x: [-2 mm, 2 mm]}
+  steps: 5
+  modes: 3
+"""
+"""What the guide does not describe: then every section but those of solids and tests is there."""
+VOID = {"meta", "img", "br", "hr", "input", "link", "path", "rect"}
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+class Page(HTMLParser):
+    """A page by its tags: whether they are balanced, what it loads, its tables of numbers with their commands."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.faults: list[str] = []
+        self.loads: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.numbers: list[tuple[list[str], str]] = []
+        self.commands: list[str] = []
+        self._cells: list[str] = []
+        self._kind = ""
+        self.feed(text)
+        self.close()
+        self.faults += [f"<{tag}> is not closed" for tag in self.open]
+
+    def handle_starttag(self, tag, attrs):
+        own = dict(attrs)
+        self.ids += [own["id"]] if "id" in own else []
+        self.links += [own["href"]] if "href" in own else []
+        self.loads += [own[name] for name in ("src", "srcset", "data", "poster") if own.get(name)]
+        kind = own.get("class") or ""
+        if tag == "div" and kind == "numbers":
+            self._cells = []
+        if tag == "td" and kind == "number":
+            self._cells.append("")
+        if tag == "pre" and kind == "command":
+            self.commands.append("")
+        self._kind = kind if tag in ("td", "pre") else self._kind
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        if tag not in VOID:
+            self.faults.append(f"<{tag}/>")
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open[-1] != tag:
+            self.faults.append(f"</{tag}> at {self.getpos()} closes {self.open[-1:]}")
+            return
+        self.open.pop()
+        if tag == "pre" and self._kind == "command" and self._cells:
+            self.numbers.append((self._cells, self.commands[-1]))
+            self._cells = []
+        if tag in ("td", "pre"):
+            self._kind = ""
+
+    def handle_data(self, data):
+        if self._kind == "number" and self._cells:
+            self._cells[-1] += data
+        elif self._kind == "command":
+            self.commands[-1] += data
+
+
+def described(folder: Path, name: str = "described.yaml", title: str = "a guide") -> Path:
+    """A guide whose file describes all that a report tells."""
+    text = GUIDE.read_text(encoding="utf-8").replace("name: parallel leaf-spring guide", f"name: {json.dumps(title)}")
+    path = folder / name
+    path.write_text(text + DESCRIBED, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_examples_have_small_whole_pages(example, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    found = fx.report(fx.load(example), file=example)
+    page = Page(found.html)
+    assert page.faults == []
+    assert len(found.html.encode()) < 2_000_000
+    assert [own for own in page.loads if not own.startswith("data:")] == []
+    assert all(own.startswith("#") and own[1:] in page.ids for own in page.links)
+    assert len(set(page.ids)) == len(page.ids)
+    assert "failed" not in found.states.values() or example == "examples/imported/guide.yaml"
+    assert found.states["modes"] == found.states["scene"] == "shown"
+
+
+def test_the_same_input_gives_the_same_file(tmp_path):
+    path = described(tmp_path)
+    first, second = (fx.report(fx.load(path), {"thickness": 4e-4}, file=path) for _ in range(2))
+    assert first.html == second.html
+    assert fx.report(fx.load(path), {"thickness": 4.1e-4}, file=path).html != first.html
+
+
+def test_every_section_is_there_or_says_why(tmp_path):
+    found = fx.report(fx.load(described(tmp_path)))
+    assert {name for name, state in found.states.items() if state != "shown"} == {"solid", "test"}
+    bare = fx.report(fx.load(GUIDE))
+    absent = [name for name, state in bare.states.items() if state == "absent"]
+    assert absent == ["statics", "stroke", "stress", "buckling", "solid", "test"]
+    for name in absent:
+        section = bare.html.partition(f'<section id="{name}"')[2].partition("</section>")[0]
+        assert len(re.sub(r"<[^>]*>", "", section)) > 60
+
+
+def values(text: str) -> list[float]:
+    return [float(number) for number in NUMBER.findall(text.replace("+-", ""))]
+
+
+@cache
+def printed(command: str) -> list[float]:
+    """Numbers that a command of a page prints, and those of the table that it writes."""
+    words = shlex.split(command)
+    done = flexura(*words[1:])
+    assert done.returncode == 0, done.stderr
+    found = values(done.stdout)
+    if "--out" in words:
+        with Path(words[words.index("--out") + 1]).open(encoding="utf-8", newline="") as stream:
+            found += [float(cell) for row in list(csv.reader(stream))[1:] for cell in row if cell]
+    return found
+
+
+def is_among(text: str, found: list[float]) -> bool:
+    """Whether some number reads as this in the digits of the text; phases, whole turns apart, are the same."""
+    number = float(text)
+    digits = len(re.sub(r"e.*|[-+.]", "", text).lstrip("0")) or 1
+    scale = 10 ** (digits - 1 - math.floor(math.log10(abs(number)))) if number else 1e9
+    near = {round(own * scale) for own in found if math.isfinite(own * scale)}
+    turns = {round((own + 360 * k) * scale) for own in found if abs(own) <= 360 for k in (-2, -1, 1, 2)}
+    return not near.isdisjoint({round(number * scale) + d for d in (-1, 0, 1)}) or (
+        abs(number) > 180 and not turns.isdisjoint({round(number * scale) + d for d in (-1, 0, 1)})
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", ["described", "examples/rpr/rpr_piezo.yaml"])
+def test_commands_make_the_numbers_again(example, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = described(tmp_path) if example == "described" else ROOT / example
+    pose = {"carriage.y": 1e-4} if example == "described" else {}
+    settings = {"thickness": 4e-4} if example == "described" else {}
+    for at in ({}, pose) if pose else ({},):
+        page = Page(fx.report(fx.load(path), settings, file=path, at=at).html)
+        assert len(page.numbers) > 6
+        for cells, command in page.numbers:
+            found = printed(command)
+            missing = [n for cell in cells for n in NUMBER.findall(cell) if not is_among(n, found)]
+            assert not missing, (command, missing)
+
+
+def test_numbers_that_are_not_printed_are_seen():
+    assert is_among("7.5205", [7.52049]) and not is_among("7.5205", [7.531, 75.205])
+    assert is_among("-270", [90.0]) and not is_among("-270", [95.0])
+
+
+def test_names_are_text_and_nothing_else(tmp_path):
+    title = "<script>alert('x')</script> {{ \"&\" }} </title>"
+    path = described(tmp_path, "a b;'$(touch x)'.yaml", title)
+    found = fx.report(fx.load(path), file=path, title=None)
+    page = Page(found.html)
+    assert page.faults == [] and "<script>alert" not in found.html
+    assert found.html.count("<script") == 2
+    assert all(shlex.split(command)[2] == str(path) for command in page.commands)
+
+
+def test_a_section_that_fails_says_so_and_the_others_go_on():
+    floating = fx.loads(GUIDE.read_text(encoding="utf-8").partition("ground:")[0])
+    found = fx.report(floating)
+    assert found.states["freedoms"] == "failed" and found.states["modes"] == "shown"
+    section = found.html.partition('<section id="freedoms"')[2].partition("</section>")[0]
+    assert "SolverError" in section and "could not be made" in found.html
+
+
+def test_without_a_file_commands_are_python():
+    page = Page(fx.report(fx.load(GUIDE)).html)
+    assert page.commands and all(command.startswith("fx.") for command in page.commands)
+
+
+def test_what_cannot_be_asked_for():
+    for arguments in ({"n": 0}, {"at": {"nobody.x": 1e-3}}, {"file": "nowhere.yaml"}, {"out": "/nowhere/report.html"}):
+        with pytest.raises(fx.FlexuraError):
+            fx.report(fx.load(GUIDE), **arguments)
+
+
+def test_the_command_writes_the_page(tmp_path):
+    path = described(tmp_path)
+    done = flexura("report", path, "--out", tmp_path / "page.html", "--set", "thickness=0.4 mm", "--json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads(done.stdout)
+    assert data["files"] == [str(tmp_path / "page.html")] and data["states"]["stroke"] == "shown"
+    alike = fx.report(fx.load(path), {"thickness": 4e-4}, file=path)
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == alike.html
+    assert "Natural modes" in done.stderr
+
+
+def test_a_broken_file_leaves_no_page(tmp_path):
+    broken = tmp_path / "broken.yaml"
+    broken.write_text("flexura: 1\nnodes: 3\n", encoding="utf-8")
+    done = flexura("report", broken, "--out", tmp_path / "page.html")
+    assert done.returncode != 0 and "nodes" in done.stderr and not (tmp_path / "page.html").exists()
+
+
+def test_strict_writes_nothing_where_there_are_warnings(tmp_path):
+    done = flexura("report", GUIDE, "--strict", "--out", tmp_path / "page.html")
+    assert done.returncode == 1 and not (tmp_path / "page.html").exists() and done.stdout == ""
