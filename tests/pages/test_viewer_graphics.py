@@ -122,3 +122,17 @@ def test_nothing_is_drawn_while_nothing_changes(show):
     assert page.evaluate(FRAMES) == 0
     page.get_by_role("button", name="play").click()
     assert page.evaluate(FRAMES) > 10
+
+
+def test_on_paper_the_static_picture_stands_again(browser, tmp_path):
+    path = tmp_path / "page.html"
+    body = f'<main><figure data-viewer="own"><img src="{PIXEL}" alt="static"></figure></main>'
+    path.write_text(page_of("two boxes", body, "viewer", {"viewer": {"own": two_boxes()}}), encoding="utf-8")
+    with browser.new_context(viewport=DESKTOP, reduced_motion="reduce") as context:
+        own = Opened(context)
+        own.page.goto(path.as_uri())
+        own.page.locator(".fx-viewer").wait_for()
+        static = own.page.get_by_alt_text("static")
+        assert not static.is_visible()
+        own.page.emulate_media(media="print")
+        assert static.is_visible() and not own.page.locator(".fx-viewer").is_visible()
