@@ -49,13 +49,14 @@ export class App {
     this.saving = new Saving(element<HTMLFormElement>("live-saving"), (file, overwrite) =>
       this.send({ type: "save", file, values: this.history.values, overwrite }),
     );
-    this.refresh = watchTools(this.history, {
+    const tools = {
       undo: () => this.back(() => this.history.undo()),
       redo: () => this.back(() => this.history.redo()),
       reset: () => this.go({}),
       pin: () => this.pin(),
       save: () => this.saving.open(this.opened?.file ?? ""),
-    });
+    };
+    this.refresh = watchTools(this.history, tools, () => this.opened !== null && !this.pins.isFull);
   }
 
   /** What became of the connection. */
@@ -117,6 +118,7 @@ export class App {
     this.panel.show(this.history.values);
     this.response.open(own);
     this.stress.open(own);
+    this.refresh();
     this.told();
     this.ask();
   }

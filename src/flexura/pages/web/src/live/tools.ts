@@ -3,7 +3,7 @@ import type { History } from "./history";
 type Tool = "undo" | "redo" | "reset" | "pin" | "save";
 
 /** Buttons and keys of the page: Ctrl+Z and Ctrl+Y (or with Shift), but where text is typed. What is returned sets which can be pressed. */
-export function watchTools(history: History, act: Record<Tool, () => void>): () => void {
+export function watchTools(history: History, act: Record<Tool, () => void>, canPin: () => boolean): () => void {
   const button = (name: string) => document.getElementById(`live-${name}`) as HTMLButtonElement;
   for (const name of Object.keys(act) as Tool[]) button(name).addEventListener("click", () => act[name]());
   button("theme").addEventListener("click", () => {
@@ -26,7 +26,7 @@ export function watchTools(history: History, act: Record<Tool, () => void>): () 
     button("redo").disabled = !history.canRedo;
     button("reset").disabled = !changed;
     button("save").disabled = !changed;
-    button("pin").disabled = false;
+    button("pin").disabled = !canPin();
   };
   return refresh;
 }
