@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,7 @@ from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.linalg import critical_factors, is_definite
+from flexura.linalg import critical_factors, factorise, is_definite
 from flexura.mechanism import Mechanism
 from flexura.reduction import Certificate, certificate, chained, lowest_pairs
 from flexura.results import Tabular, plain
@@ -24,6 +24,10 @@ from flexura.systems import InputPort, Ports
 from flexura.tables import Facts, Table, number
 
 Array = NDArray[np.float64]
+
+NEAR_BUCKLING = 1e-6
+"""How near to the first factor inverse iteration looks for its shape, and `TURNS`, how often it does."""
+TURNS = 6
 
 
 MOST_MEMBERS = 6
@@ -36,7 +40,7 @@ class Preload(Tabular):
 
     `load` (n,) acts on the DOFs of `model`, `displacement_vector` (n,) is the linear static response, `K_g` (n, n) the
     geometric stiffness of that state, and `axial_force` the least and the largest axial force of every member, N,
-    tension positive.
+    tension positive. `loads` (6,) are those by node, N and N m, and `actuators` the commands by name.
     """
 
     _shown = ("model", "axial_force")
@@ -47,6 +51,8 @@ class Preload(Tabular):
     displacement_vector: Array
     K_g: sp.csc_matrix
     axial_force: dict[str, tuple[float, float]]
+    loads: dict[str, Array] = field(default_factory=dict)
+    actuators: dict[str, float] = field(default_factory=dict)
 
     @property
     def warnings(self) -> tuple[Exceeded, ...]:
@@ -134,6 +140,23 @@ class Preload(Tabular):
             raise OptionError(f"the number of buckling factors is at least 1, not {n}")
         return critical_factors(self.model.K, self.K_g, n)
 
+    @cached_property
+    def buckling_shape(self) -> Array | None:
+        """The displacements (n,) in which it buckles first, their largest 1, m or rad; None when it does not buckle.
+
+        By inverse iteration with K + f K_g from a random start, f just below the first factor (Bathe 2014,
+        Finite Element Procedures, sec. 11.2.1). Where several factors are equal it is one of their shapes.
+        """
+        first = self.buckling_factor
+        if not np.isfinite(first):
+            return None
+        held = factorise(self.stiffness(first * (1 - NEAR_BUCKLING)))
+        shape = np.random.default_rng(0).standard_normal(self.model.order)
+        for _ in range(TURNS):
+            shape = held.solve(self.K_g @ shape)
+            shape /= np.abs(shape).max()
+        return shape
+
     def _definite(self, factor: float) -> sp.csc_matrix:
         K = self.stiffness(factor)
         if is_definite(self.model.K) and not is_definite(K):
@@ -168,8 +191,9 @@ def preload(
     wrenches = own.wrenches(model.values)
     for node, wrench in given.items():
         wrenches[node] = wrenches.get(node, 0.0) + wrench
-    state = prestress(model, g, wrenches, _drive(model, actuators or {}))
-    return Preload(model, state.load, state.displacement, state.K_g, state.axial_force)
+    commands = {name: float(value) for name, value in (actuators or {}).items()}
+    state = prestress(model, g, wrenches, _drive(model, commands))
+    return Preload(model, state.load, state.displacement, state.K_g, state.axial_force, wrenches, commands)
 
 
 def _drive(model: FullOrderModel, actuators: Mapping[str, float]) -> Drive:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,10 +16,12 @@ from flexura.cli.options import (
     Animate,
     At,
     Commands,
+    Dpi,
     File,
     Gravity,
     Json,
     Loads,
+    Plot,
     Settings,
     Strict,
     gravity_of,
@@ -78,7 +81,7 @@ def modes_command(
     magnify: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Draw displacements so many times as large as is usual.")
     ] = None,
-    dpi: Annotated[int | None, typer.Option(min=50, max=1200, help="Dots per inch of pictures: 150.")] = None,
+    dpi: Dpi = None,
 ) -> None:
     """Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
     from flexura.analysis import modes
@@ -112,6 +115,7 @@ def buckling_command(
     load: Loads = None,
     actuator: Commands = None,
     n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
+    plot: Plot = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -127,10 +131,15 @@ def buckling_command(
     if strict:
         state.raise_warnings()
     data = state.to_dict(n)
+    pictures: list[Path] = []
+    if plot is not None:
+        from flexura.view import save_preload
+
+        pictures = save_preload(state, plot)
     if as_json:
-        print_result(data)
+        print_result(data, pictures)
     else:
-        print_buckling(data)
+        print_buckling(data, pictures)
 
 
 def print_modes(result: Modes, pictures: list[Path]) -> None:
@@ -193,7 +202,7 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
     )
 
 
-def print_buckling(data: dict[str, Any]) -> None:
+def print_buckling(data: dict[str, Any], pictures: Sequence[Path] = ()) -> None:
     """Print frequencies with and without load, buckling factors, and the members that carry most."""
     from flexura.linalg import ranked
     from flexura.reduction import proven_text
@@ -218,3 +227,5 @@ def print_buckling(data: dict[str, Any]) -> None:
         name, (least, most) = forces[i]
         console.print(f"axial force in {name}: {least:.4g} to {most:.4g} N", markup=False)
     print_warnings(console, (w["text"] for w in data["warnings"]))
+    for path in pictures:
+        console.print(f"wrote {path}", markup=False)

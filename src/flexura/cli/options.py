@@ -62,6 +62,7 @@ class AnimationFormat(StrEnum):
 Animate = Annotated[
     AnimationFormat | None, typer.Option(help="Write animations, too, where --plot says; mp4 needs ffmpeg.")
 ]
+Dpi = Annotated[int | None, typer.Option("--dpi", min=50, max=1200, help="Dots per inch of pictures: 150.")]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]
 Repeated = Annotated[
     RepeatedResponses | None,

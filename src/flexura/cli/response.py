@@ -82,6 +82,10 @@ def statics_command(
         list[str] | None,
         typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated."),
     ] = None,
+    plot: Plot = None,
+    scale: Annotated[
+        float | None, typer.Option(metavar="FACTOR", help="Draw displacements so many times as large as they are.")
+    ] = None,
     at: At = None,
     set: Settings = None,
     strict: Strict = False,
@@ -91,6 +95,8 @@ def statics_command(
     from flexura.analysis import statics
     from flexura.cli.response_tables import print_statics
 
+    if scale is not None and plot is None:
+        raise OptionError("--scale belongs to --plot DIR")
     mechanism, parameters = read(file, set, at)
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     loads = loads_of(load)
@@ -98,10 +104,15 @@ def statics_command(
     result = statics(mechanism, parameters, loads=loads, gravity=g, actuators=commands)
     if strict:
         result.raise_warnings()
+    pictures: list[Path] = []
+    if plot is not None:
+        from flexura.view import save_statics
+
+        pictures = save_statics(result, plot, scale=scale)
     if as_json:
-        print_result(result.to_dict(node))
+        print_result(result.to_dict(node), pictures)
     else:
-        print_statics(result, node or list(loads))
+        print_statics(result, node or list(loads), pictures)
 
 
 def kinetostatics_command(
@@ -111,6 +122,7 @@ def kinetostatics_command(
         list[str] | None,
         typer.Option("--actuator", metavar="NAME", help="Input (* allowed); all that are described by default."),
     ] = None,
+    plot: Plot = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -118,15 +130,22 @@ def kinetostatics_command(
     """How actuators move a platform: freedoms and their screw axes, coupling, amplification, stiffness, workspace."""
     from flexura.analysis import kinetostatics
     from flexura.cli.response_tables import print_kinetostatics
+    from flexura.structure import assemble
 
     mechanism, parameters = read(file, set)
-    result = kinetostatics(mechanism, parameters, platform=platform, actuators=actuator)
+    model = assemble(mechanism, parameters)
+    result = kinetostatics(model, platform=platform, actuators=actuator)
     if strict:
         result.raise_warnings()
+    pictures: list[Path] = []
+    if plot is not None:
+        from flexura.view import save_kinetostatics
+
+        pictures = save_kinetostatics(result, plot, model=model)
     if as_json:
-        print_result(result.to_dict())
+        print_result(result.to_dict(), pictures)
     else:
-        print_kinetostatics(mechanism.name, result)
+        print_kinetostatics(mechanism.name, result, pictures)
 
 
 def frequency_response_command(

@@ -34,7 +34,7 @@ def _clean(value: float) -> float:
     return 0.0 if abs(value) < 1e-4 else value
 
 
-def print_statics(result: Statics, nodes: list[str]) -> None:
+def print_statics(result: Statics, nodes: list[str], pictures: list[Path]) -> None:
     """Print displacements of nodes, readings, actuators, and the members with the largest stress."""
     console = console_of_width()
     console.print(f"{result.model.plan.mechanism.name}: static response, linear", style="bold", markup=False)
@@ -66,10 +66,10 @@ def print_statics(result: Statics, nodes: list[str]) -> None:
             console.print(f"with what the pose stresses: {factor:.4g} times to yield", markup=False)
         else:
             console.print(f"yields at {factor:.4g} times these loads and commands", markup=False)
-    _end(console, result.notes, result.warnings, [])
+    _end(console, result.notes, result.warnings, pictures)
 
 
-def print_kinetostatics(name: str, result: Kinetostatics) -> None:
+def print_kinetostatics(name: str, result: Kinetostatics, pictures: list[Path]) -> None:
     """Print freedoms with their screw axes, the coupling matrix, stiffness and workspace."""
     console = console_of_width()
     found = f"has {result.kind}" if result.is_clear else "has no freedoms that are clear cut"
@@ -121,7 +121,7 @@ def print_kinetostatics(name: str, result: Kinetostatics) -> None:
             f"{dof} {g:.4g}" for dof, g in zip(DOF_NAMES, gain, strict=True) if abs(g) > 1e-9 * abs(gain).max()
         )
         console.print(f"all actuators driven alike, per elongation of each: {clean}", markup=False)
-    _end(console, result.notes, result.warnings, [])
+    _end(console, result.notes, result.warnings, pictures)
 
 
 def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> None:

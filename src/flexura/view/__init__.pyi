@@ -21,6 +21,9 @@ from flexura.view.files import save_pictures as save_pictures
 from flexura.view.identification import draw_stabilisation as draw_stabilisation
 from flexura.view.identification import draw_synthesis as draw_synthesis
 from flexura.view.identification import save_identification as save_identification
+from flexura.view.kinetostatics import draw_freedoms as draw_freedoms
+from flexura.view.kinetostatics import draw_kinetostatics as draw_kinetostatics
+from flexura.view.kinetostatics import save_kinetostatics as save_kinetostatics
 from flexura.view.painting import HIDDEN as HIDDEN
 from flexura.view.painting import mode_scale as mode_scale
 from flexura.view.palette import COLOURS as COLOURS
@@ -37,6 +40,10 @@ from flexura.view.scene import Solids as Solids
 from flexura.view.solids import moved_solids as moved_solids
 from flexura.view.solids import solids as solids
 from flexura.view.solids import stresses_along as stresses_along
+from flexura.view.statics import draw_buckling as draw_buckling
+from flexura.view.statics import draw_statics as draw_statics
+from flexura.view.statics import save_preload as save_preload
+from flexura.view.statics import save_statics as save_statics
 from flexura.view.stroke import draw_stroke as draw_stroke
 from flexura.view.stroke import save_stroke as save_stroke
 from flexura.view.verification import draw_mode_pair as draw_mode_pair

@@ -38,6 +38,7 @@ def save_pictures(
     flags: Sequence[str] = (),
     warnings: Sequence[Sequence[object]] = (),
     common: Sequence[object] = (),
+    names: bool | Sequence[str] = False,
     magnify: float = 1.0,
     dpi: float = DPI,
 ) -> list[Path]:
@@ -45,11 +46,12 @@ def save_pictures(
 
     shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles: k
     each; or None and no titles for the mechanism alone. `warnings` of each mode and those `common` to all stand in its
-    picture; `flags`, which say the same of each in a few words, and `common` on the sheet. Displacements are drawn
-    `magnify` times as large as is usual, with `dpi` dots per inch. The folder is made when it is missing. All pictures
-    are drawn before any is written, and every file appears complete or not at all; files of the same names are
-    replaced. Returns the paths in the order above; there is no sheet without modes. Raises OptionError when the folder
-    cannot be written to, or when shapes, titles and the rest do not fit together.
+    picture; `flags`, which say the same of each in a few words, and `common` on the sheet. `names` of parts stand in
+    the picture of the mechanism, as in `draw_mechanism`. Displacements are drawn `magnify` times as large as is usual,
+    with `dpi` dots per inch. The folder is made when it is missing. All pictures are drawn before any is written, and
+    every file appears complete or not at all; files of the same names are replaced. Returns the paths in the order
+    above; there is no sheet without modes. Raises OptionError when the folder cannot be written to, or when shapes,
+    titles and the rest do not fit together.
     """
     nodes = model.plan.topology.n_nodes
     u = np.empty((nodes, 6, 0)) if shapes is None else np.asarray(shapes, dtype=float)
@@ -62,7 +64,8 @@ def save_pictures(
         )
     positive(magnify)
     target = make_folder(Path(folder))
-    return write_files(_pictures(model, u, titles, subtitles, flags, warnings, common, magnify, dpi), target)
+    pictures = _pictures(model, u, titles, subtitles, flags, warnings, common, names, magnify, dpi)
+    return write_files(pictures, target)
 
 
 def _pictures(
@@ -73,16 +76,17 @@ def _pictures(
     flags: Sequence[str],
     warnings: Sequence[Sequence[object]],
     common: Sequence[object],
+    names: bool | Sequence[str],
     magnify: float,
     dpi: float,
 ) -> dict[str, bytes]:
     """The pictures of `save_pictures` by name."""
     camera = good_camera(solids(model))
     view: dict[str, Any] = {"elev": camera.elev, "azim": camera.azim, "dpi": dpi}
-    pictures = {"mechanism.png": _png(draw_mechanism(model, **view))}
+    pictures = {"mechanism.png": _png(draw_mechanism(model, names=names, elev=camera.elev, azim=camera.azim, dpi=dpi))}
     for k, (title, subtitle, own) in enumerate(zip(titles, subtitles, warnings, strict=True)):
         stage(f"drawing mode {k + 1} of {len(titles)}")
-        how = view | {"scale": magnify * mode_scale(solids(model, u[:, :, k]))}
+        how: dict[str, Any] = view | {"scale": magnify * mode_scale(solids(model, u[:, :, k]))}
         mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, warnings=[*own, *common], **how)
         pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
     if titles:
@@ -93,12 +97,18 @@ def _pictures(
 
 @verb
 def save_modes(
-    result: Modes, folder: Path | str, *, animate: Format | None = None, magnify: float = 1.0, dpi: float = DPI
+    result: Modes,
+    folder: Path | str,
+    *,
+    animate: Format | None = None,
+    names: bool | Sequence[str] = False,
+    magnify: float = 1.0,
+    dpi: float = DPI,
 ) -> list[Path]:
     """Write the pictures of `save_pictures` for modes: every frequency as it is proven, and all warnings; and with
     `animate`, `gif`, `webp` or `mp4`, each mode in motion, such as `mode_01.gif`.
 
-    `magnify` and `dpi` as in `save_pictures`. Raises OptionError when the folder cannot be written to, and as
+    `names`, `magnify` and `dpi` as in `save_pictures`. Raises OptionError when the folder cannot be written to, and as
     `save_animation` does.
     """
     form = None if animate is None else writable(animate)
@@ -129,6 +139,7 @@ def save_modes(
         [mode.flag for mode in result.modes],
         warnings,
         common,
+        names,
         magnify,
         dpi,
     )

@@ -62,3 +62,8 @@ def displacement_colours(share: ArrayLike) -> Array:
 def stress_colours(share: ArrayLike) -> Array:
     """Colours (..., 3), RGB, of stresses (...) relative to the largest."""
     return colormaps["YlOrRd"](0.98 * np.clip(share, 0.0, 1.0))[..., :3]
+
+
+def force_colours(share: ArrayLike) -> Array:
+    """Colours (..., 3), RGB, of axial forces (...) from -1, compression, to 1, tension."""
+    return colormaps["RdBu_r"](0.5 + 0.46 * np.clip(np.asarray(share, dtype=float), -1.0, 1.0)[..., None])[..., 0, :3]

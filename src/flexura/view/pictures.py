@@ -26,12 +26,16 @@ from flexura.view.painting import (
     scale_of,
 )
 from flexura.view.palette import INK, WARNING
+from flexura.view.pointers import LABEL_AREA, part_labels, write_labels
 from flexura.view.raster import Painting
+from flexura.view.scene import Look
 from flexura.view.solids import solids
 from flexura.view.viewpoint import visible_flexures
 
 SIZE = (8.0, 6.0)
 """Width and height of a picture, inches."""
+CHANNELS = Look(channels=True)
+"""Actuators and sensors are drawn, too."""
 
 
 @verb
@@ -39,6 +43,7 @@ def draw_mechanism(
     model: FullOrderModel,
     *,
     title: str | None = None,
+    names: bool | Sequence[str] = False,
     elev: float | None = None,
     azim: float | None = None,
     dpi: float = DPI,
@@ -46,19 +51,22 @@ def draw_mechanism(
     """Draw the mechanism, undeformed or at the pose that is described: flexures, links, bodies and supports by colour,
     axes with their unit, a legend.
 
-    title: the mechanism's name when left out; elev, azim: direction of view, degrees, chosen to suit the mechanism when
-    left out; dpi: dots per inch, 300 for print. Rigid bodies are see-through when they would hide the flexures. Returns
-    a matplotlib Figure of 1200 x 900 pixels at 150 dpi on an Agg canvas; pyplot is not involved. Faces turned away are
-    left out, so the view is fixed. Raises OptionError for a model that holds a stack of designs or nothing that could
-    be drawn.
+    names: True for the names of parts, how nodes are held among them, or a list of names; they stand on leaders.
+    Actuators and sensors are arrows and marks. title: the mechanism's name when left out; elev, azim: direction of
+    view, degrees, chosen to suit the mechanism when left out; dpi: dots per inch, 300 for print. Rigid bodies are see-
+    through when they would hide the flexures. Returns a matplotlib Figure of 1200 x 900 pixels at 150 dpi on an Agg
+    canvas; pyplot is not involved. Faces turned away are left out, so the view is fixed. Raises OptionError for a model
+    that holds a stack of designs or nothing that could be drawn.
     """
-    parts = solids(model)
+    parts = solids(model, look=CHANNELS)
     camera = camera_for(parts, elev, azim)
     figure = new_figure(SIZE, dpi)
-    view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, 0.725))
+    labels, left_out = part_labels(parts, parts.points, names)
+    view = frame(figure, camera, parts.bounds(), LABEL_AREA if labels else (0.07, 0.175, 0.81, 0.725))
     axes, depth = paint(figure, rest_painting(parts, view, visible_flexures(parts, camera) < HIDDEN))
     add_dots(axes, parts, view, depth)
-    heading(figure, title if title is not None else model.plan.mechanism.name, "")
+    write_labels(axes, view, labels)
+    heading(figure, title if title is not None else model.plan.mechanism.name, left_out)
     legend(figure, parts)
     return figure
 
@@ -72,6 +80,7 @@ def draw_mode(
     subtitle: str = "",
     warnings: Sequence[object] = (),
     scale: float | None = None,
+    names: bool | Sequence[str] = False,
     elev: float | None = None,
     azim: float | None = None,
     dpi: float = DPI,
@@ -81,17 +90,21 @@ def draw_mode(
     displacements: (n_nodes, 6), m and rad in any common scale, global frame (`FullOrderModel.node_displacements`).
     scale: factor on the displacements; when left out the largest becomes 12 % of the mechanism's longest side, or
     the largest rotation 0.45 rad.
-    title, subtitle and warnings stand above the picture; elev, azim, dpi as in `draw_mechanism`. Rotations are drawn to
-    first order. Returns a matplotlib Figure of 1200 x 900 pixels. Raises OptionError for displacements that are not
-    finite or of another shape.
+    title, subtitle and warnings stand above the picture; names, elev, azim, dpi as in `draw_mechanism`. Rotations are
+    drawn to first order. Returns a matplotlib Figure of 1200 x 900 pixels. Raises OptionError for displacements that
+    are not finite or of another shape.
     """
     parts = solids(model, displacements)
     camera = camera_for(parts, elev, azim)
     figure = new_figure(SIZE, dpi)
     factor = scale_of(parts, scale)
-    top = min(heading(figure, title, subtitle, warnings) - 0.01, 0.84)
-    view = mode_view(figure, parts, camera, factor, (0.035, 0.05, 0.82, top - 0.05))
-    paint(figure, mode_painting(parts, view, factor))
+    moved = parts.points + factor * parts.motions
+    labels, left_out = part_labels(parts, moved, names)
+    top = min(heading(figure, title, "; ".join(filter(None, [subtitle, left_out])), warnings) - 0.01, 0.84)
+    area = (LABEL_AREA[0], 0.05, LABEL_AREA[2], top - 0.05) if labels else (0.035, 0.05, 0.82, top - 0.05)
+    view = mode_view(figure, parts, camera, factor, area)
+    axes, _ = paint(figure, mode_painting(parts, view, factor))
+    write_labels(axes, view, labels)
     triad(figure, camera, (0.875, 0.03, 0.10, 0.133))
     colour_bar(figure, (0.912, 0.27, 0.017, 0.45))
     return figure
