@@ -152,18 +152,22 @@ def test_without_scripts_it_can_be_read(browser, report):
         own = Opened(context)
         own.page.goto(report.as_uri())
         assert own.page.locator("svg.chart-static").first.is_visible()
-        assert own.page.locator("#scene img").is_visible()
+        assert own.page.locator("#scene figure > img").is_visible()
         own.page.locator("#modes summary").first.click()
         assert own.page.locator("#modes dl").first.is_visible()
 
 
 def test_it_prints(opened, report, tmp_path):
     opened.page.goto(report.as_uri())
+    opened.page.locator("#scene figure").scroll_into_view_if_needed()
+    opened.page.locator("#scene canvas").first.wait_for()
+    assert not opened.page.locator("#scene figure > img").is_visible()
     pdf = opened.page.pdf(path=tmp_path / "report.pdf")
     assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 20
     opened.page.emulate_media(media="print")
     opened.page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
     assert opened.page.locator("svg.chart-static").first.is_visible()
+    assert opened.page.locator("#scene figure > img").is_visible()
     assert not opened.page.locator(".chart-tools").first.is_visible()
     assert not opened.page.locator("button.theme").is_visible()
     assert opened.page.locator("#modes > .numbers > details pre").is_visible()
