@@ -19,6 +19,9 @@ def freedoms(subject: Subject) -> Content:
     if subject.platform is None:
         text = "No rigid body is there to be a platform; `flexura kinetostatics FILE --platform NODE` takes a node."
         return Content([Paragraph(text, "soft")], "absent")
+    if subject.plan.is_posed:
+        text = f"Freedoms of {subject.platform} are worked out at rest alone, and this report is about a pose."
+        return Content([Paragraph(text, "soft")], "absent")
     found = subject.kinetostatics
     named = ["--platform", found.platform]
     command = subject.commands("kinetostatics", named, f"platform={found.platform!r}", posed=False)
