@@ -214,6 +214,29 @@ def test_names_come_through(title):
     assert json.loads(own)["name"] == title and "<" not in own
 
 
+@pytest.mark.parametrize(("push", "flag"), [(0.5, ""), (2.0, "loaded beyond")])
+def test_the_shapes_in_which_it_buckles_are_motions(push, flag):
+    """A column that is held at one end buckles in 1 - cos(pi x / 2 L), the next time in 1 - cos(3 pi x / 2 L)."""
+    state = fx.preload(cantilever(), loads={"tip": (-1.0, 0, 0, 0, 0, 0)})
+    state = fx.preload(cantilever(), loads={"tip": (-push * state.buckling_factor, 0, 0, 0, 0, 0)})
+    scene = scene_of(state)
+    preload, *motions = scene.motions
+    points = decoded(json.loads(json_text(to_json(scene)))["points"])
+    assert preload.id == "preload" and [own.group for own in motions] == ["buckling"] * 3
+    assert f"{1 / push:.3g} times these loads" in motions[0].title and motions[0].flag == flag
+    x = points[:, 0] / 0.05
+    for k, own in enumerate(motions[:2]):
+        u = decoded(json.loads(json_text(to_json(own)))["displacement"])[:, 1]
+        shape = 1 - np.cos((k + 0.5) * np.pi * x)
+        assert (u @ shape) ** 2 / ((u @ u) * (shape @ shape)) > 0.999
+        assert own.nature == "vibration" and own.largest is None and own.factor > 0
+
+
+def test_what_does_not_buckle_has_no_shapes():
+    pulled = scene_of(fx.preload(cantilever(), loads={"tip": (1.0, 0, 0, 0, 0, 0)}))
+    assert [own.id for own in pulled.motions] == ["preload"]
+
+
 def zigzag(count: int) -> fx.Mechanism:
     """So many leaves, one after another."""
     leaf = fx.describe.Leaf(width=5e-3, thickness=0.2e-3)

@@ -180,3 +180,56 @@ def test_command_line(tmp_path):
         assert np.all(np.diff([own["lower_hz"], own["frequency_hz"], own["upper_hz"]], axis=0) >= 0)
     shown = CliRunner().invoke(app, ["buckling", str(file), "--gravity", "-9.81,0,0 m/s^2", "-n", "1"])
     assert "buckling factors on all loads" in shown.stdout and "axial force in bar" in shown.stdout
+
+
+def mac(one, other):
+    return (one @ other) ** 2 / ((one @ one) * (other @ other))
+
+
+@pytest.mark.parametrize(
+    ("ground", "exact"),
+    [
+        (PINNED, lambda x, k: np.sin(k * np.pi * x)),
+        (clamped(), lambda x, k: 1 - np.cos((k - 0.5) * np.pi * x)),
+        (clamped("tx", "ty", "tz"), lambda x, k: 1 - np.cos(k * np.pi * x)),
+    ],
+    ids=["pinned", "free", "guided"],
+)
+@pytest.mark.parametrize("elements", [24, 240], ids=["dense", "sparse"])
+def test_shapes_of_euler_columns(ground, exact, elements):
+    """In the plane where it is four tenths as wide: the factors of the other are 6.25 times as large."""
+    state = fx.preload(column(ground, elements), loads={"b": PUSH})
+    shapes, factors = state.buckling_shapes(2), state.buckling_factors(2)
+    expected = {"pinned": 4, "free": 6.25, "guided": 4}
+    model = state.model
+    u = model.node_displacements(shapes)
+    x = model.positions[:, 0] / L
+    order = np.argsort(x)
+    assert np.abs(shapes).max(axis=0) == pytest.approx(1) and shapes.max(axis=0) == pytest.approx(1)
+    lateral = u[order][:, 1:3, 0]
+    plane = np.abs(lateral).max(axis=0).argmax()
+    assert mac(lateral[:, plane], exact(x[order], 1)) > 0.999999
+    assert np.abs(lateral[:, 1 - plane]).max() < 1e-6 * np.abs(lateral[:, plane]).max()
+    ratio = factors[1] / factors[0]
+    assert any(ratio == pytest.approx(own, rel=1e-3) for own in expected.values())
+    if ratio < 5:
+        assert mac(u[order][:, 1 + plane, 1], exact(x[order], 2)) > 0.999999
+    assert np.array_equal(state.buckling_shape, state.buckling_shapes(1)[:, 0])
+
+
+def test_equal_factors_have_shapes_that_span_both_planes():
+    square = fx.describe.Rectangle(width=T, thickness=T)
+    links = {"bar": column(clamped(), 16).links["bar"].model_copy(update={"section": square})}
+    state = fx.preload(column(clamped(), 16, links=links), loads={"b": PUSH})
+    factors, shapes = state.buckling_factors(2), state.buckling_shapes(2)
+    assert factors[1] == pytest.approx(factors[0], rel=1e-9)
+    tip = state.model.node_displacements(shapes)[state.model.plan.topology.numbers(["b"])[0], 1:3]
+    assert abs(np.linalg.det(tip)) > 0.1 * np.abs(tip).max() ** 2
+
+
+@pytest.mark.parametrize("elements", [4, 48])
+def test_loads_without_axial_forces_buckle_nothing(elements):
+    """Bending adds nothing to the geometric stiffness, as the theory says, however many unknowns there are."""
+    state = fx.preload(column(clamped(), elements), loads={"b": (0, -1.0, 0, 0, 0, 0)})
+    assert len(state.buckling_factors(2)) == 0 == state.buckling_shapes(2).shape[1]
+    assert state.buckling_shape is None and state.buckling_factor == np.inf

@@ -15,7 +15,7 @@ from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.linalg import critical_factors, factorise, is_definite
+from flexura.linalg import critical_factors, critical_shapes, is_definite
 from flexura.mechanism import Mechanism
 from flexura.reduction import Certificate, certificate, chained, lowest_pairs
 from flexura.results import Tabular, plain
@@ -24,11 +24,6 @@ from flexura.systems import InputPort, Ports
 from flexura.tables import Facts, Table, number
 
 Array = NDArray[np.float64]
-
-NEAR_BUCKLING = 1e-6
-"""How near to the first factor inverse iteration looks for its shape, and `TURNS`, how often it does."""
-TURNS = 6
-
 
 MOST_MEMBERS = 6
 """Members that carry most, in a notebook."""
@@ -136,26 +131,24 @@ class Preload(Tabular):
         Fewer when there are fewer. The first is confirmed by inertia counts. Raises OptionError for n below one,
         SolverError when the unloaded mechanism can move freely or the counts contradict.
         """
-        if n < 1:
-            raise OptionError(f"the number of buckling factors is at least 1, not {n}")
-        return critical_factors(self.model.K, self.K_g, n)
+        return critical_factors(self.model.K, self.K_g, _count(n))
+
+    def buckling_shapes(self, n: int = 3) -> Array:
+        """The displacements (order, k) on the DOFs of `model`, m and rad, in which it buckles at `buckling_factors(n)`.
+
+        The largest component of each is 1, the first of several that are as large. Where factors are equal they are
+        some shapes that span all. Raises as `buckling_factors`, and SolverError when a shape is not one of equilibrium.
+        """
+        _, shapes = critical_shapes(self.model.K, self.K_g, _count(n))
+        sizes = np.abs(shapes)
+        largest = np.argmax(sizes >= (1 - 1e-6) * sizes.max(axis=0, initial=0.0), axis=0)
+        return shapes / np.take_along_axis(shapes, largest[None], axis=0)
 
     @cached_property
     def buckling_shape(self) -> Array | None:
-        """The displacements (n,) in which it buckles first, their largest 1, m or rad; None when it does not buckle.
-
-        By inverse iteration with K + f K_g from a random start, f just below the first factor (Bathe 2014,
-        Finite Element Procedures, sec. 11.2.1). Where several factors are equal it is one of their shapes.
-        """
-        first = self.buckling_factor
-        if not np.isfinite(first):
-            return None
-        held = factorise(self.stiffness(first * (1 - NEAR_BUCKLING)))
-        shape = np.random.default_rng(0).standard_normal(self.model.order)
-        for _ in range(TURNS):
-            shape = held.solve(self.K_g @ shape)
-            shape /= np.abs(shape).max()
-        return shape
+        """The first of these shapes (order,); None when it does not buckle."""
+        shapes = self.buckling_shapes(1)
+        return shapes[:, 0] if shapes.shape[1] else None
 
     def _definite(self, factor: float) -> sp.csc_matrix:
         K = self.stiffness(factor)
@@ -194,6 +187,13 @@ def preload(
     commands = {name: float(value) for name, value in (actuators or {}).items()}
     state = prestress(model, g, wrenches, _drive(model, commands))
     return Preload(model, state.load, state.displacement, state.K_g, state.axial_force, wrenches, commands)
+
+
+def _count(n: int) -> int:
+    """How many buckling factors are asked for. Raises OptionError."""
+    if n < 1:
+        raise OptionError(f"the number of buckling factors is at least 1, not {n}")
+    return n
 
 
 def _drive(model: FullOrderModel, actuators: Mapping[str, float]) -> Drive:

@@ -1,4 +1,5 @@
 from flexura.linalg.buckling import critical_factors as critical_factors
+from flexura.linalg.buckling import critical_shapes as critical_shapes
 from flexura.linalg.contour import real_eigenvalues as real_eigenvalues
 from flexura.linalg.counted_intervals import counted_intervals as counted_intervals
 from flexura.linalg.eigen import lowest as lowest

@@ -27,6 +27,9 @@ SETTLED = 1e-8
 STRIDE = 16
 """Ratio of factors that are tried one after another."""
 
+LEFT = 1e-5
+"""Forces that a buckling shape leaves, relative to those of the stiffness, diagonals scaled to one."""
+
 ROUNDING = 1e-8
 """Relative size of an eigenvalue of K_g beside K that is round-off: a load that buckles nothing."""
 
@@ -37,30 +40,55 @@ def critical_factors(K: Matrix, K_g: Matrix, n: int) -> Array:
     K, K_g: (n, n) symmetric, full or sparse, K definite. The first that is searched for by Lanczos is confirmed by
     inertia counts on both sides. Raises SolverError when K is not definite or the counts contradict.
     """
+    return _critical(K, K_g, n, shapes=False)[0]
+
+
+def critical_shapes(K: Matrix, K_g: Matrix, n: int) -> tuple[Array, Array]:
+    """The same factors (k,), each with its shape x (order, k): (K + factor K_g) x = 0, x' K x = 1.
+
+    Shapes of equal factors are some that span them all. Raises SolverError as `critical_factors`, and when a shape
+    leaves more than `LEFT` of the forces K x.
+    """
+    factors, x = _critical(K, K_g, n, shapes=True)
+    forces = np.asarray(K @ x)
+    d = unit_scale(K)[:, None]
+    sizes = (np.linalg.norm(d * own, axis=0) for own in (forces + factors * np.asarray(K_g @ x), forces))
+    if any(left > LEFT * whole for left, whole in zip(*sizes, strict=True)):
+        raise SolverError("buckling shapes were not found: their forces do not vanish at the factors found")
+    return factors, x / np.sqrt(np.einsum("ik,ik->k", x, forces))
+
+
+def _critical(K: Matrix, K_g: Matrix, n: int, shapes: bool) -> tuple[Array, Array]:
+    """Factors (k,), and their shapes (order, k), of any size; no shapes where these are not asked for."""
     if not is_definite(K):
         raise SolverError("something can move freely without load: there is nothing to buckle")
     d = unit_scale(K)
     Ks, Gs = scaled(K, d), scaled(K_g, d)
     order = K.shape[0]
     count = min(n, order)
-    least = ROUNDING * max(float(abs(Gs).max()), 1e-300)
-    if order <= (DENSE_LIMIT if count == 1 else DENSE):
-        mu = la.eigh(toarray(Gs), toarray(Ks), eigvals_only=True, subset_by_index=[0, count - 1])
-        return np.sort(-1 / mu[mu < -least])
-    near = _near(Ks, Gs, 1 / least)
-    Ks = Ks + near * Gs
-    inverse = spla.LinearOperator(Ks.shape, matvec=factorise(Ks).solve, dtype=float)
-    start, basis = np.cos(np.arange(order)), min(order, 2 * count + BASIS)
-    mu = spla.eigsh(
-        Gs, k=count, M=Ks, Minv=inverse, which="SA", return_eigenvectors=False, v0=start, ncv=basis, tol=SETTLED
-    )
-    factors = near + np.sort(-1 / mu[mu < 0])
-    factors = factors[factors < 1 / least]
-    if len(factors):
+    least = ROUNDING * float(abs(Gs).max())
+    if not least > 0:
+        return np.empty(0), np.empty((order, 0))
+    searched = order > (DENSE_LIMIT if count == 1 else DENSE)
+    near = _near(Ks, Gs, 1 / least) if searched else 0.0
+    if searched:
+        Ks = Ks + near * Gs
+        inverse = spla.LinearOperator(Ks.shape, matvec=factorise(Ks).solve, dtype=float)
+        options = {"v0": np.cos(np.arange(order)), "ncv": min(order, 2 * count + BASIS), "tol": SETTLED}
+        found = spla.eigsh(Gs, k=count, M=Ks, Minv=inverse, which="SA", return_eigenvectors=shapes, **options)
+    else:
+        found = la.eigh(toarray(Gs), toarray(Ks), eigvals_only=not shapes, subset_by_index=[0, count - 1])
+    mu, y = (found[0], found[1]) if shapes else (np.asarray(found), np.empty((0, count)))
+    ranked = np.argsort(mu)
+    ranked = ranked[mu[ranked] < 0]
+    factors = near - 1 / mu[ranked]
+    kept = factors < 1 / least
+    factors, y = factors[kept], y[:, ranked[kept]]
+    if searched and len(factors):
         below, above = (count_below((K + f * factors[0] * K_g).tocsc(), K, 0.0) for f in (1 - 1e-4, 1 + 1e-4))
         if below or not above:
             raise SolverError("inertia counts do not confirm the buckling factor")
-    return factors
+    return factors, d[:, None] * y if shapes else y
 
 
 def _near(K: Matrix, K_g: Matrix, most: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from flexura.systems import Ports
 from flexura.view import Solids, mode_scale, stresses_along
 
 Array = NDArray[np.float64]
+
+SHAPES = 3
+"""Buckling shapes that are shown."""
 
 
 def mode_motions(drawing: Drawing, result: Modes) -> Iterator[ShownMotion]:
@@ -163,6 +166,29 @@ def preload_motions(drawing: Drawing, result: Preload) -> Iterator[ShownMotion]:
         by_part=(by_part(drawing, "axial force", MEMBERS, forces),),
         warnings=tuple(str(own) for own in result.warnings),
     )
+    yield from _buckling(drawing, result, forces)
+
+
+def _buckling(drawing: Drawing, result: Preload, forces: Mapping[str, str]) -> Iterator[ShownMotion]:
+    """The shapes in which a mechanism buckles first."""
+    shapes = drawing.model.node_displacements(result.buckling_shapes(SHAPES))
+    for k, factor in enumerate(result.buckling_factors(SHAPES)):
+        moved = drawing.moved(shapes[:, :, k])
+        told = f"{digits(factor)} times these loads"
+        yield ShownMotion(
+            id=f"buckling-{k + 1}",
+            group="buckling",
+            title=f"buckles at {told}",
+            displacement=Buffer.field(moved.motions),
+            nature="vibration",
+            factor=mode_scale(moved),
+            largest=None,
+            subtitle="this shape, in any size and either way" if not k else "if held against those before",
+            flag="loaded beyond" if factor <= 1 else "",
+            colours=(DISPLACEMENT,),
+            facts=(("buckling", told), ("shape", "linear, about the state at rest")),
+            by_part=(by_part(drawing, "axial force", MEMBERS, forces),),
+        )
 
 
 def visible_factor(moved: Solids) -> float:
