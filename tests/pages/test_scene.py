@@ -326,3 +326,19 @@ def test_a_picture_stands_in():
     scene = scene_of(example("guide"), picture=True)
     assert scene.picture is not None and scene.picture.startswith("data:image/png;base64,")
     assert base64.b64decode(scene.picture.partition(",")[2]).startswith(b"\x89PNG")
+
+
+def test_parts_of_one_name_tell_their_own_facts():
+    d = fx.describe
+    named = {
+        "springs": {"tip_x": d.Spring(nodes=("tip",), stiffness=d.DiagonalStiffness(tx=2.0))},
+        "dashpots": {"tip_x": d.Dashpot(nodes=("tip",), damping=d.DiagonalDamping(tx=3.0, ry=0.5))},
+        "sensors": {"tip_x": d.MotionSensor(type="displacement", nodes=("tip",), direction="x")},
+    }
+    own = scene_of(cantilever(**named))
+    labels = {kind.key: kind.label for kind in own.kinds}
+    told = {labels[part.kind]: dict(part.facts) for part in own.parts if part.name == "tip_x"}
+    assert told["spring"] == {"kind": "spring", "stiffness tx": "2 N/m", "between": "tip and ground"}
+    damping = {"damping tx": "3 N s/m", "damping ry": "0.5 N m s/rad"}
+    assert told["dashpot"] == {"kind": "dashpot", **damping, "between": "tip and ground"}
+    assert told["sensor"] == {"kind": "sensor: displacement", "at": "tip"}

@@ -10,6 +10,8 @@ from flexura.mechanism import (
     Circle,
     CircularContour,
     Cylinder,
+    Dashpot,
+    DiagonalDamping,
     DiagonalStiffness,
     Flexure,
     Instance,
@@ -284,6 +286,27 @@ def test_a_grounded_spring_starts_at_the_surface_of_its_body_and_its_far_end_sta
     far = np.abs(parts.points[coil, 2]).argmax()
     assert parts.motions[coil[far], 2] == 0
     assert parts.motions[coil].max() == pytest.approx(1)
+
+
+def test_the_piston_of_a_dashpot_moves_with_its_node_and_the_pot_stays():
+    dashpot = {"d": Dashpot(nodes=("b",), damping=DiagonalDamping(ty=3.0))}
+    model = assemble(one_member(bar(Circle(diameter=0.004)), dashpots=dashpot))
+    u = np.zeros((model.plan.topology.n_nodes, 6))
+    u[:, 1] = 1.0
+    parts = solids(model, u)
+    drawn = np.unique(parts.lines[parts.line_kinds == Kind.DASHPOT])
+    moved = parts.motions[drawn, 1]
+    assert set(moved) == {0.0, 1.0}
+    np.testing.assert_allclose(parts.points[drawn, [0]], L, atol=0.05 * L)
+    away = np.abs(parts.points[drawn, 1])
+    assert away[moved == 1].min() == pytest.approx(0, abs=1e-12) and away[moved == 0].max() == away.max()
+
+
+def test_a_dashpot_between_nodes_is_drawn_between_them():
+    dashpot = {"d": Dashpot(nodes=("a", "b"), damping=DiagonalDamping(ty=3.0))}
+    parts = solids(assemble(one_member(bar(Circle(diameter=0.004)), dashpots=dashpot)))
+    x = parts.points[np.unique(parts.lines[parts.line_kinds == Kind.DASHPOT]), 0]
+    assert (x.min(), x.max()) == (0.0, L)
 
 
 def test_sizes_follow_parameters():

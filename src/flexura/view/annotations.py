@@ -102,7 +102,7 @@ def legend(figure: Figure, parts: Solids) -> None:
     handles = []
     for kind in sorted(parts.kinds):
         colour, name = COLOURS[kind], NAMES[kind]
-        if kind in (Kind.SPRING, Kind.SUPERELEMENT, Kind.ARM):
+        if kind in (Kind.SPRING, Kind.DASHPOT, Kind.SUPERELEMENT, Kind.ARM):
             handles.append(Line2D([], [], color=colour, linewidth=1.5, label=name))
         elif kind in (Kind.NODE, Kind.CENTRE):
             handles.append(Line2D([], [], linestyle="", marker="o", label=name, **dot_style(kind)))

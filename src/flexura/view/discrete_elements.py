@@ -1,4 +1,4 @@
-"""Rigid bodies, point masses, springs and superelements as solids and lines."""
+"""Rigid bodies, point masses, springs, dashpots and superelements as solids and lines."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties
 from flexura.mechanism import (
+    DOF_NAMES,
     Box,
     Cylinder,
+    Dashpot,
     Plate,
     PointMass,
     RigidBody,
@@ -23,6 +25,7 @@ from flexura.mechanism import (
     rotation_matrix,
 )
 from flexura.structure import FullOrderModel, Part, inertia_tensor
+from flexura.view.glyphs import add_glyph
 from flexura.view.meshes import Array, Index, Mesh, box, cylinder, normals, sphere
 from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind, Look
@@ -31,7 +34,7 @@ T = TypeVar("T")
 
 _STEEL = 7850.0
 _SPRING_LENGTH = 0.09
-"""Drawn length of a spring that has none of its own, relative to the mechanism."""
+"""Drawn length of a spring or dashpot that has none of its own, relative to the mechanism."""
 
 _ROUND, _BALL = 64, 24
 """Sides of cylinders and balls."""
@@ -74,6 +77,7 @@ def add_discrete_elements(
             {key: evaluated(body, values) for key, body in _chosen(prototype.bodies, look)},
             {key: evaluated(mass, values) for key, mass in _chosen(prototype.masses, look)},
             {key: evaluated(spring, values) for key, spring in _chosen(prototype.springs, look)},
+            {key: evaluated(dashpot, values) for key, dashpot in _chosen(prototype.dashpots, look)},
             _member_arms(part, geometry.parts[name].offsets, look),
             model.values,
             hulls,
@@ -106,6 +110,15 @@ class _MemberArms(NamedTuple):
     arms: Array
 
 
+class _Coupling(NamedTuple):
+    """A spring or dashpot of a kind, its name, its numbers resolved, and its one or two nodes."""
+
+    kind: Kind
+    name: str
+    element: Spring | Dashpot
+    nodes: list[int]
+
+
 @dataclass
 class _Drawn:
     """The discrete elements of a part with all numbers resolved."""
@@ -114,6 +127,7 @@ class _Drawn:
     bodies: Mapping[str, RigidBody]
     masses: Mapping[str, PointMass]
     springs: Mapping[str, Spring]
+    dashpots: Mapping[str, Dashpot]
     arms: _MemberArms
     values: Array
     """Values of the table of the design."""
@@ -135,12 +149,11 @@ class _Drawn:
         for key, mass in self.masses.items():
             self._add_mass(collector, copy, key, mass, size)
         for key, spring in self.springs.items():
-            at = None if spring.at is None else copy.Q @ _vector(spring.at) + origin
-            nodes, name = self.part.springs[key].nodes, self.prefix + key
-            if len(nodes) == 1:
-                self._add_grounded(collector, copy, name, spring, nodes[0], at, size)
-            else:
-                _add_spring(collector, copy, name, spring, nodes, at, size)
+            own = _Coupling(Kind.SPRING, self.prefix + key, spring, self.part.springs[key].nodes)
+            self._add_coupling(collector, copy, own, origin, size)
+        for key, dashpot in self.dashpots.items():
+            own = _Coupling(Kind.DASHPOT, self.prefix + key, dashpot, self.part.dashpots[key].nodes)
+            self._add_coupling(collector, copy, own, origin, size)
         for key, (nodes, _, _) in self.part.superelements.items():
             _add_star(collector, copy, self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
         for key, piezo in self.part.channels.piezos.items():
@@ -185,19 +198,27 @@ class _Drawn:
         collector.mesh(Mesh(points, ball.faces), copy.attached(node, points), Kind.MASS, name)
         _add_arm(collector, copy, name, node, at)
 
+    def _add_coupling(self, collector: Collector, copy: _Copy, coupling: _Coupling, origin: Array, size: float) -> None:
+        at = None if coupling.element.at is None else copy.Q @ _vector(coupling.element.at) + origin
+        if len(coupling.nodes) == 1:
+            self._add_grounded(collector, copy, coupling, at, size)
+        else:
+            _add_between(collector, copy, coupling, at, size)
+
     def _add_grounded(
-        self, collector: Collector, copy: _Copy, name: str, spring: Spring, node: int, at: Array | None, size: float
+        self, collector: Collector, copy: _Copy, coupling: _Coupling, at: Array | None, size: float
     ) -> None:
-        """A spring from a node, or from the surface of the body in which it lies, outwards to ground."""
+        """A spring or dashpot from a node, or from the surface of the body in which it lies, outwards to ground."""
+        node = coupling.nodes[0]
         start = copy.x[node] if at is None else at
-        way = _stiffest(spring, copy)
+        way = _strongest(coupling.element, copy)
         if (start - collector.middle) @ way < -1e-6 * size:
             way = -way
         begin = start + max((_way_out(hull, start, way) for hull in self.hulls), default=0.0) * way
-        _add_arm(collector, copy, name, node, begin)
+        _add_arm(collector, copy, coupling.name, node, begin)
         ends = np.stack([begin, begin + _SPRING_LENGTH * size * way])
-        motion = copy.attached(node, begin[None])[0]
-        _add_zigzag(collector, name, ends, np.stack([motion, np.zeros(3)]), size, end_plate=True)
+        motion = np.stack([copy.attached(node, begin[None])[0], np.zeros(3)])
+        add_glyph(collector, coupling.kind, coupling.name, ends, motion, size, grounded=True)
 
 
 def _member_arms(part: Part, offsets: Array, look: Look) -> _MemberArms:
@@ -312,62 +333,34 @@ def _add_stack(
     collector.mesh(Mesh(points, mesh.faces), motions[0] + share * (motions[1] - motions[0]), Kind.PIEZO, name)
 
 
-def _add_spring(
-    collector: Collector, copy: _Copy, name: str, spring: Spring, nodes: list[int], at: Array | None, size: float
-) -> None:
-    """A coil between two nodes, or a short one where the spring acts when they coincide or reach there by arms."""
+def _add_between(collector: Collector, copy: _Copy, coupling: _Coupling, at: Array | None, size: float) -> None:
+    """A spring or dashpot between two nodes, or a short one where it acts when they coincide or reach there by arms."""
+    kind, name, element, nodes = coupling
     length = _SPRING_LENGTH * size
     a, b = nodes
     span = copy.x[b] - copy.x[a]
     distance = float(np.linalg.norm(span))
     if at is None and distance > 0.2 * length:
-        _add_zigzag(collector, name, copy.x[nodes], copy.motions.shift[nodes], size)
+        add_glyph(collector, kind, name, copy.x[nodes], copy.motions.shift[nodes], size)
         return
     middle = copy.x[nodes].mean(axis=0) if at is None else at
-    way = span / distance if distance > 0.01 * length else _stiffest(spring, copy)
+    way = span / distance if distance > 0.01 * length else _strongest(element, copy)
     ends = middle + np.array([[-0.5], [0.5]]) * length * way
     motions = np.concatenate([copy.attached(a, ends[:1]), copy.attached(b, ends[1:])])
     for node, end in zip(nodes, ends, strict=True):
         _add_arm(collector, copy, name, node, end)
-    _add_zigzag(collector, name, ends, motions, size)
+    add_glyph(collector, kind, name, ends, motions, size)
 
 
-def _stiffest(spring: Spring, copy: _Copy) -> Array:
-    """Direction (3,), global frame, in which a spring resists most; its rotations count when no translation does."""
-    if spring.matrix is not None:
-        K = _vector(spring.matrix)
+def _strongest(element: Spring | Dashpot, copy: _Copy) -> Array:
+    """Direction (3,), global frame, in which a spring or dashpot resists most; its rotations count when no translation
+    does."""
+    if isinstance(element, Spring) and element.matrix is not None:
+        K = _vector(element.matrix)
     else:
-        s = spring.stiffness
-        K = np.diag(_vector((s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))) if s is not None else np.zeros((6, 6))
+        own = element.stiffness if isinstance(element, Spring) else element.damping
+        K = np.diag(_vector([getattr(own, name) for name in DOF_NAMES])) if own is not None else np.zeros((6, 6))
     block = K[:3, :3] if abs(K[:3, :3]).max() > 0 else K[3:, 3:]
     direction = np.linalg.eigh(block)[1][:, -1]
     direction = direction * (-1.0 if direction.sum() > 0 else 1.0)
-    return copy.Q @ _turned(spring.rotate) @ direction
-
-
-def _add_zigzag(
-    collector: Collector, name: str, ends: Array, motions: Array, size: float, end_plate: bool = False
-) -> None:
-    """A coil between two ends (2, 3), m, that move by `motions` (2, 3), with a square at the second for ground."""
-    along = ends[1] - ends[0]
-    length = float(np.linalg.norm(along))
-    if length == 0:
-        return
-    x = along / length
-    side = np.cross(x, np.eye(3)[np.argmin(abs(x))])
-    side /= np.linalg.norm(side)
-    other = np.cross(x, side)
-    width = min(0.022 * size, 0.2 * length)
-    coils = int(np.clip(0.7 * length / (1.6 * width), 4, 16))
-    turns = np.arange(8 * coils + 1) / (8 * coils)
-    s = 0.15 + 0.7 * turns
-    angle = 2 * np.pi * coils * turns
-    coil = np.outer(np.cos(angle), side) + np.outer(np.sin(angle), other)
-    s = np.concatenate([[0, 0.15], s, [0.85, 1.0]])
-    swing = np.concatenate([np.zeros((2, 3)), width * coil, np.zeros((2, 3))])
-    path = ends[0] + s[:, None] * along + swing
-    motion = motions[0] + s[:, None] * (motions[1] - motions[0])
-    collector.path(path, motion, Kind.SPRING, name)
-    if end_plate:
-        cross = 1.4 * width * np.stack([side, other, -side, -other, side])
-        collector.path(ends[1] + cross, np.zeros((5, 3)) + motions[1], Kind.SPRING, name)
+    return copy.Q @ _turned(element.rotate) @ direction

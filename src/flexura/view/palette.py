@@ -27,6 +27,7 @@ COLOURS: dict[Kind, tuple[float, float, float]] = {
     Kind.DOUBTED_BODY: (0.93, 0.45, 0.50),
     Kind.ACTUATOR: (0.60, 0.05, 0.25),
     Kind.SENSOR: (0.13, 0.30, 0.75),
+    Kind.DASHPOT: (0.45, 0.25, 0.60),
 }
 """Colour of each kind of part, RGB."""
 NAMES: dict[Kind, str] = {
@@ -47,8 +48,17 @@ NAMES: dict[Kind, str] = {
     Kind.DOUBTED_BODY: "rigid body in doubt",
     Kind.ACTUATOR: "actuator",
     Kind.SENSOR: "sensor",
+    Kind.DASHPOT: "dashpot",
 }
-WIDTHS = {Kind.ARM: 0.8, Kind.SPRING: 1.2, Kind.SUPERELEMENT: 1.1, Kind.FLEXURE: 1.6, Kind.LINK: 1.0, Kind.DOUBTED: 1.6}
+WIDTHS = {
+    Kind.ARM: 0.8,
+    Kind.SPRING: 1.2,
+    Kind.DASHPOT: 1.2,
+    Kind.SUPERELEMENT: 1.1,
+    Kind.FLEXURE: 1.6,
+    Kind.LINK: 1.0,
+    Kind.DOUBTED: 1.6,
+}
 INK = "#22262b"
 WARNING = "#8a5a00"
 GHOST = (0.90, 0.91, 0.92)

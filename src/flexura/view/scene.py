@@ -33,6 +33,7 @@ class Kind(IntEnum):
     DOUBTED_BODY = 14
     ACTUATOR = 15
     SENSOR = 16
+    DASHPOT = 17
 
 
 class Look(NamedTuple):

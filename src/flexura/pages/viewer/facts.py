@@ -11,12 +11,14 @@ from flexura.mechanism import (
     DOF_NAMES,
     Box,
     Cylinder,
+    Dashpot,
     Flexure,
     ForceSensor,
     Link,
     PiezoStack,
     Plate,
     Rectangle,
+    Spring,
     Tube,
     evaluated,
     parameter_values,
@@ -74,21 +76,24 @@ class Facts:
 
     def _own(self, prototype: str, key: str, kind: Kind) -> list[Fact]:
         part, described = self.plan.parts[prototype], self.plan.layout.prototypes[prototype]
-        if key in part.members:
-            return self._member(part, key)
-        if key in part.bodies:
-            return self._body(part, key, evaluated(described.bodies[key], self.values))
-        if key in part.points:
-            mass = evaluated(described.masses[key], self.values)
-            return [("kind", "point mass"), ("mass", shown(_number(mass.mass), "kg")), ("at", mass.node)]
-        if key in part.springs:
-            return self._spring(part, key)
-        if key in part.superelements:
-            nodes = [part.node_names[k] for k in part.superelements[key][0] if k < part.n_positioned]
-            return [("kind", "superelement, linear inside"), ("nodes", _listed(nodes))]
-        if kind is Kind.SENSOR:
-            return self._sensor(described.sensors[key])
-        return self._actuator(evaluated(described.actuators[key], self.values))
+        match kind:
+            case Kind.BODY | Kind.EQUIVALENT_BODY | Kind.DOUBTED_BODY | Kind.CENTRE:
+                return self._body(part, key, evaluated(described.bodies[key], self.values))
+            case Kind.MASS:
+                mass = evaluated(described.masses[key], self.values)
+                return [("kind", "point mass"), ("mass", shown(_number(mass.mass), "kg")), ("at", mass.node)]
+            case Kind.SPRING:
+                return _coupling("spring", evaluated(described.springs[key], self.values))
+            case Kind.DASHPOT:
+                return _coupling("dashpot", evaluated(described.dashpots[key], self.values))
+            case Kind.SUPERELEMENT:
+                nodes = [part.node_names[k] for k in part.superelements[key][0] if k < part.n_positioned]
+                return [("kind", "superelement, linear inside"), ("nodes", _listed(nodes))]
+            case Kind.SENSOR:
+                return self._sensor(described.sensors[key])
+            case Kind.ACTUATOR | Kind.PIEZO:
+                return self._actuator(evaluated(described.actuators[key], self.values))
+        return self._member(part, key)
 
     def _member(self, part: Part, key: str) -> list[Fact]:
         member: Flexure | Link = part.members[key]
@@ -134,19 +139,6 @@ class Facts:
         found.append(("principal inertias", f"{', '.join(digits(own) for own in moments)} g mm²"))
         return found
 
-    def _spring(self, part: Part, key: str) -> list[Fact]:
-        spring = evaluated(self.plan.layout.prototypes[part.name].springs[key], self.values)
-        found: list[Fact] = [("kind", "spring")]
-        if spring.stiffness is not None:
-            for name in DOF_NAMES:
-                k = _number(getattr(spring.stiffness, name))
-                if k:
-                    found.append((f"stiffness {name}", shown(k, "N/m") if name[0] == "t" else f"{digits(k)} N m/rad"))
-        else:
-            found.append(("stiffness", "a 6 x 6 matrix"))
-        found.append(("between", " and ".join([*spring.nodes, "ground"][:2])))
-        return found
-
     def _actuator(self, actuator: Any) -> list[Fact]:
         found: list[Fact] = [("kind", f"actuator: {actuator.type.replace('_', ' ')}")]
         if isinstance(actuator, PiezoStack):
@@ -166,6 +158,23 @@ class Facts:
             ("of", sensor.actuator) if isinstance(sensor, ForceSensor) else ("at", " against ".join(sensor.nodes[::-1]))
         )
         return [("kind", f"sensor: {sensor.type.replace('_', ' ')}"), where]
+
+
+def _coupling(word: str, element: Spring | Dashpot) -> list[Fact]:
+    """Of a spring or a dashpot whose numbers are resolved."""
+    found: list[Fact] = [("kind", word)]
+    if isinstance(element, Dashpot):
+        own, quantity, units = element.damping, "damping", ("N s/m", "N m s/rad")
+    else:
+        own, quantity, units = element.stiffness, "stiffness", ("N/m", "N m/rad")
+    for name in DOF_NAMES if own is not None else ():
+        if value := _number(getattr(own, name)):
+            unit = units[name[0] == "r"]
+            found.append((f"{quantity} {name}", shown(value, unit) if unit == "N/m" else f"{digits(value)} {unit}"))
+    if own is None:
+        found.append((quantity, "a 6 x 6 matrix"))
+    found.append(("between", " and ".join([*element.nodes, "ground"][:2])))
+    return found
 
 
 def _sizes(described: Any) -> list[Fact]:

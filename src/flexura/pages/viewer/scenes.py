@@ -54,6 +54,7 @@ GROUPS: dict[Kind, str] = {
     Kind.DOUBTED_BODY: "in doubt",
     Kind.ACTUATOR: "actuators",
     Kind.SENSOR: "sensors",
+    Kind.DASHPOT: "dashpots",
 }
 """Groups of the legend."""
 
