@@ -1,5 +1,6 @@
 """Pictures: of the right size, showing what they should, with nothing on top of anything else."""
 
+import io
 import itertools
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 from matplotlib.colors import rgb_to_hsv
+from PIL import Image
 
 from flexura.errors import OptionError
 from flexura.mechanism import Box, Link, Mechanism, Rectangle, RigidBody
@@ -189,6 +191,31 @@ def test_small_and_large_mechanisms_are_drawn_alike(size):
 def test_a_scale_that_is_no_number_is_refused(model, sideways):
     with pytest.raises(OptionError, match="scale"):
         draw_mode(model, sideways, title="m", scale=np.inf)
+
+
+def saved(figure, **how):
+    """What `savefig` writes."""
+    content = io.BytesIO()
+    figure.savefig(content, **how)
+    return content.getvalue()
+
+
+def test_figures_are_saved_for_print_as_they_are_on_screens(model, sideways):
+    figure = draw_mode(model, sideways, title="mode 1")
+    assert saved(figure, format="pdf").startswith(b"%PDF")
+    svg = saved(figure, format="svg").decode()
+    assert "<svg" in svg and svg.count("data:image/png;base64,") >= 2  # the mechanism and the scale of colours
+    small = np.asarray(Image.open(io.BytesIO(saved(figure, format="png"))).convert("RGB"), dtype=float)
+    large = Image.open(io.BytesIO(saved(figure, format="png", dpi=300))).convert("RGB")
+    fine = Image.open(io.BytesIO(saved(draw_mode(model, sideways, title="mode 1", dpi=300), format="png")))
+    assert large.size == fine.size == (2400, 1800)
+    for picture in (large, fine.convert("RGB")):
+        assert np.abs(np.asarray(picture.resize((1200, 900), Image.Resampling.BOX), dtype=float) - small).mean() < 2
+
+
+def test_a_png_is_as_small_as_is_asked(model):
+    figure = draw_mechanism(model)
+    assert len(saved(figure, format="png", pil_kwargs={"compress_level": 9})) < len(saved(figure, format="png"))
 
 
 def test_pyplot_stays_out():

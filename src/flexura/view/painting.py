@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from flexura.errors import OptionError
 from flexura.view.annotations import Box, dot_style, pixel_axes
 from flexura.view.camera import Camera, View, painted
-from flexura.view.figures import DPI
+from flexura.view.figures import DPI, lay_image
 from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, GHOST, WIDTHS, displacement_colours
 from flexura.view.raster import Lines, Painting, render
@@ -156,7 +156,7 @@ def paint(figure: Figure, painting: Painting) -> tuple[Axes, Array]:
     image, depth = render(painting.enlarged(fineness), width, height)
     axes = pixel_axes(figure, zorder=5)
     across, up = axes.get_xlim()[1], axes.get_ylim()[1]
-    axes.imshow(image, origin="lower", extent=(0, across, 0, up), aspect="auto", interpolation="antialiased")
+    lay_image(axes, image, across / width)
     column, row = ((fineness * np.arange(int(n))).astype(int) for n in (across, up))
     return axes, (depth[row[:, None], column] / fineness).astype(float)
 

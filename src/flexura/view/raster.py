@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from flexura.view.meshes import Array, Index
 
-_CHUNK = 2_000_000
+_CHUNK = 1 << 16
+"""Samples that are worked on at once, few enough to stay in the cache of a processor."""
 _TOUCH = 1e-9
 """Samples so near to an edge, relative to a pixel, are inside."""
 _ONE_LINE = 3.0
@@ -83,35 +84,65 @@ def render(
 
     The background is transparent and infinitely far (-inf).
     """
-    image = np.zeros((height * width, 4), dtype=np.float32)
+    found = np.full(height * width, _NOTHING, dtype=np.uint32)
     surface = np.full(height * width, -np.inf, dtype=np.float32)
     pixel, rgb, z = _nearest(painting.solid, width, height)
-    image[pixel, :3], image[pixel, 3], surface[pixel] = rgb, 1.0, z
+    found[pixel], surface[pixel] = _packed(rgb), z
     strokes = _strokes(painting.lines, width, height, surface)
     pixel, rgb, z = _nearest(painting.glass, width, height)
     seen = z > surface[pixel]
-    pixel, rgb, z = pixel[seen], rgb[seen], z[seen]
+    pane = pixel[seen], rgb[seen], z[seen]
+    touched = np.unique(np.concatenate([strokes.pixel, pane[0]]))
+    found[touched] = _blended(_unpacked(found[touched]), touched, strokes, pane, opacity)
+    return found.view(np.uint8).reshape(height, width, 4), surface.reshape(height, width)
+
+
+def _blended(
+    image: NDArray[np.float32],
+    where: Index,
+    strokes: _Strokes,
+    pane: tuple[Index, NDArray[np.float32], NDArray[np.float32]],
+    opacity: float,
+) -> NDArray[np.uint32]:
+    """Pixels (n, 4), premultiplied RGBA, under strokes and glass, with glass before some of the strokes.
+
+    where: (n,), which pixels of the picture they are; pane: which of them are seen through glass (k,), its
+    colours (k, 3) and depth (k,).
+    """
+    pixel, rgb, z = pane
+    strokes = strokes._replace(pixel=np.searchsorted(where, strokes.pixel))
     if len(pixel):
-        pane = surface.copy()
-        pane[pixel] = z
-        behind = strokes.z < pane[strokes.pixel]
+        at = np.searchsorted(where, pixel)
+        glass = np.full(len(where), -np.inf, dtype=np.float32)
+        glass[at] = z
+        behind = strokes.z < glass[strokes.pixel]
         _laid(image, strokes.of(behind))
         strokes = strokes.of(~behind)
-        image[pixel] *= np.float32(1 - opacity)
-        image[pixel, :3] += np.float32(opacity) * rgb
-        image[pixel, 3] += np.float32(opacity)
+        image[at] *= np.float32(1 - opacity)
+        image[at, :3] += np.float32(opacity) * rgb
+        image[at, 3] += np.float32(opacity)
     _laid(image, strokes)
-    return _bytes(image).reshape(height, width, 4), surface.reshape(height, width)
+    image[:, :3] /= image[:, 3:]
+    return _packed(image)
 
 
-def _bytes(image: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """RGBA (n, 4) from premultiplied colours (n, 4); white where nothing is."""
-    found = np.full(image.shape, [255, 255, 255, 0], dtype=np.uint8)
-    covered = np.flatnonzero(image[:, 3])
-    own = 255 * image[covered]
-    own[:, :3] /= image[covered, 3:]
-    found[covered] = (own + 0.5).clip(0, 255)
-    return found
+_NOTHING = np.frombuffer(b"\xff\xff\xff\x00", dtype=np.uint32)[0]
+"""A transparent pixel, white."""
+
+
+def _packed(colours: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """RGB (k, 3), opaque, or RGBA (k, 4), as pixels of four bytes (k,)."""
+    found = np.full((len(colours), 4), 255, dtype=np.uint8)
+    for begin in range(0, len(colours), _CHUNK):
+        piece = slice(begin, begin + _CHUNK)
+        found[piece, : colours.shape[1]] = (colours[piece] * np.float32(255) + np.float32(0.5)).clip(0, 255)
+    return found.view(np.uint32)[:, 0]
+
+
+def _unpacked(pixels: NDArray[np.uint32]) -> NDArray[np.float32]:
+    """Premultiplied RGBA (k, 4) of pixels (k,) that are opaque or transparent."""
+    found = pixels.view(np.uint8).reshape(-1, 4).astype(np.float32) / np.float32(255)
+    return found * found[:, 3:]
 
 
 class _Rows(NamedTuple):
@@ -156,37 +187,74 @@ def _samples(rows: _Rows) -> Iterator[tuple[Index, Index]]:
         yield row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count - rows.x[piece], count)
 
 
-def _nearest(triangles: Triangles, w: int, h: int) -> tuple[Index, NDArray[np.float32], NDArray[np.float32]]:
-    """Pixels (k,) that a triangle covers, the colour (k, 3) of the nearest one there, and its depth (k,)."""
+class _Front(NamedTuple):
+    """What is nearest in a picture: pixels (k,) that a triangle covers, which triangle (k,), and its depth (k,)."""
+
+    pixel: Index
+    owner: Index
+    z: NDArray[np.float32]
+
+
+def nearest_triangles(triangles: Triangles, width: int, height: int) -> Index:
+    """Which triangle is nearest, (k,), for each of the pixels that any covers."""
     corners = triangles.corners
-    area, sides = _sides(corners[..., :2])
+    return _front(corners, *_sides(corners[..., :2]), width, height).owner
+
+
+def _front(corners: Array, area: Array, sides: Array, w: int, h: int) -> _Front:
+    """The nearest of triangles (t, 3, 3) with the areas and sides of `_sides`; those seen edge-on are left out."""
     kept = np.flatnonzero(np.abs(area) > 1e-9)
-    if not len(kept):
-        return np.empty(0, dtype=np.intp), np.empty((0, 3), dtype=np.float32), np.empty(0, dtype=np.float32)
-    corners, sides, area = corners[kept], sides[kept], area[kept]
-    z = corners[..., 2]
+    inside = _inside(corners[kept, :, :2].reshape(-1, 2), w, h)
+    if inside is None:
+        return _Front(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp), np.empty(0, dtype=np.float32))
+    left, low, wide, high = inside
+    z, sides, area = corners[kept, :, 2], sides[kept], area[kept]
     least = float(z.min())
     bits = len(kept).bit_length()
     step = 2.0 ** (61 - bits) / max(float(z.max()) - least, 1e-9)
     # a value at the corners, times the side opposite each, over the area, is linear over the triangle
     plane = np.einsum("tk,tkc->tc", (z - least) / area[:, None], sides)
-    rows = _rows(corners[..., :2], sides * np.sign(area)[:, None, None], w, h)
+    rows = _rows(corners[kept, :, :2], sides * np.sign(area)[:, None, None], w, h)
     begin = plane[rows.owner, 1] * (rows.y + 0.5) + plane[rows.owner, 2] + 0.5 * plane[rows.owner, 0]
     slope = plane[rows.owner, 0]
-    best = np.full(h * w, -1, dtype=np.int64)
-    lowest = rows.y * w
+    best = np.full(high * wide, -1, dtype=np.int64)
+    first = (rows.y - low) * wide - left
     for row, x in _samples(rows):
         depth = (begin[row] + slope[row] * x) * step
         key = (depth.clip(0, 2.0 ** (62 - bits)).astype(np.int64) << bits) | rows.owner[row]
-        np.maximum.at(best, lowest[row] + x, key)
-    pixel = np.flatnonzero(best >= 0)
-    found = best[pixel]
-    owner = found & ((1 << bits) - 1)
-    colour = np.einsum("tkr,tkc->trc", triangles.colours[kept] / area[:, None, None], sides).astype(np.float32)
-    own = colour[owner]
-    y, x = np.divmod(pixel, w)
-    rgb = own[..., 0] * (x + np.float32(0.5))[:, None] + own[..., 1] * (y + np.float32(0.5))[:, None] + own[..., 2]
-    return pixel, rgb.clip(0.0, 1.0).astype(np.float32), ((found >> bits) / step + least).astype(np.float32)
+        np.maximum.at(best, first[row] + x, key)
+    at = np.flatnonzero(best >= 0)
+    found = best[at]
+    y, x = np.divmod(at, wide)
+    owner = kept[found & ((1 << bits) - 1)]
+    return _Front((y + low) * w + x + left, owner, ((found >> bits) / step + least).astype(np.float32))
+
+
+def _inside(points: Array, w: int, h: int) -> tuple[int, int, int, int] | None:
+    """The part of a picture that points (n, 2) span: first column and row, and how many of both; None when it is
+    empty."""
+    if not len(points):
+        return None
+    low = np.floor(points.min(axis=0)).clip(0, (w, h)).astype(int)
+    size = np.ceil(points.max(axis=0)).clip(0, (w, h)).astype(int) - low
+    return None if (size <= 0).any() else (int(low[0]), int(low[1]), int(size[0]), int(size[1]))
+
+
+def _nearest(triangles: Triangles, w: int, h: int) -> tuple[Index, NDArray[np.float32], NDArray[np.float32]]:
+    """Pixels (k,) that a triangle covers, the colour (k, 3) of the nearest one there, and its depth (k,)."""
+    area, sides = _sides(triangles.corners[..., :2])
+    pixel, owner, z = _front(triangles.corners, area, sides, w, h)
+    if not len(pixel):
+        return pixel, np.empty((0, 3), dtype=np.float32), z
+    share = triangles.colours / np.where(area == 0, 1.0, area)[:, None, None]
+    slopes = np.einsum("tkr,tkc->tcr", share, sides).astype(np.float32)
+    rgb = np.empty((len(pixel), 3), dtype=np.float32)
+    for begin in range(0, len(pixel), _CHUNK):
+        piece = slice(begin, begin + _CHUNK)
+        own = slopes[owner[piece]]
+        y, x = (at.astype(np.float32) + np.float32(0.5) for at in np.divmod(pixel[piece], w))
+        (own[:, 0] * x[:, None] + own[:, 1] * y[:, None] + own[:, 2]).clip(0.0, 1.0, out=rgb[piece])
+    return pixel, rgb, z
 
 
 def _sides(corners: Array) -> tuple[Array, Array]:

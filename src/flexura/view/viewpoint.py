@@ -9,7 +9,7 @@ import numpy as np
 from flexura.errors import OptionError
 from flexura.view.camera import Camera, View
 from flexura.view.meshes import Array, normals
-from flexura.view.raster import Painting, of_faces, render
+from flexura.view.raster import Triangles, nearest_triangles, of_faces
 from flexura.view.scene import Kind, Solids
 
 _GOOD = 0.8
@@ -62,10 +62,8 @@ def visible_flexures(parts: Solids, camera: Camera) -> float:
     view = View.fitting(camera, points, np.zeros(2), np.array([width, height], dtype=float))
     image = view.pixels(points)
     front = [faces[normals(points, faces) @ camera.axes[2] > 0] for faces in (flexures, others)]
-    white, black = (
-        of_faces(image[f], np.full((*f.shape, 3), shade)) for f, shade in zip(front, (1.0, 0.0), strict=True)
-    )
-    alone, _ = render(Painting.of([white]), width, height)
-    among, _ = render(Painting.of([white, black]), width, height)
-    total = float(alone[..., 3].sum())
-    return float((among[..., 0] / 255.0 * among[..., 3]).sum()) / total if total > 0 else 1.0
+    every = of_faces(image[np.concatenate(front)], np.zeros((sum(map(len, front)), 4, 3)))
+    own = 2 * len(front[0])
+    alone = len(nearest_triangles(Triangles(every.corners[:own], every.colours[:own]), width, height))
+    among = int((nearest_triangles(every, width, height) < own).sum())
+    return among / alone if alone else 1.0
