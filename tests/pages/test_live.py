@@ -101,6 +101,18 @@ def test_sliders_are_the_parameters_with_their_bounds(guide):
     assert opened["file"] == "guide.yaml" and own["length"]["source"] == "example"
 
 
+def test_parameters_at_zero_move_as_far_as_others_of_their_kind(tmp_path):
+    more = "  shift: 0 mm\n  lift: {value: 0 mm, maximum: 5 mm}\n  count: 4\n  tilt: 0 deg\n"
+    text = (ROOT / "examples/guide/guide.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "zero.yaml"
+    file.write_text(text.replace("parameters:\n", f"parameters:\n{more}", 1), encoding="utf-8")
+    with served(file) as own, talk(own) as (_, opened):
+        sliders = {slider["name"]: slider for slider in opened["sliders"]}
+    ends = {name: tuple(sliders[name][key] for key in ("value", "low", "high", "unit")) for name in ("shift", "lift")}
+    assert ends == {"shift": (0, -20, 20, "mm"), "lift": (0, -5, 5, "mm")}
+    assert sliders["tilt"]["low"] < 0 < sliders["tilt"]["high"]
+
+
 def test_frequencies_are_those_of_modes(guide):
     values, parameters = {"thickness": 0.41, "length": 73.0}, {"thickness": 0.41e-3, "length": 73e-3}
     with talk(guide) as (own, _):

@@ -20,6 +20,7 @@ from helpers.shell import flexura
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "examples").glob("*/*.yaml"))
 GUIDE = ROOT / "examples/guide/guide.yaml"
+FLOATING = GUIDE.read_text(encoding="utf-8").partition("ground:")[0]
 DESCRIBED = """
 actuators:
   coil: {type: force, nodes: [carriage], direction: x, limit: 2 N}
@@ -203,11 +204,16 @@ def test_names_are_text_and_nothing_else(tmp_path):
 
 
 def test_a_section_that_fails_says_so_and_the_others_go_on():
-    floating = fx.loads(GUIDE.read_text(encoding="utf-8").partition("ground:")[0])
-    found = fx.report(floating)
-    assert found.states["freedoms"] == "failed" and found.states["modes"] == "shown"
-    section = found.html.partition('<section id="freedoms"')[2].partition("</section>")[0]
+    found = fx.report(fx.loads(FLOATING + "motion: {move: {carriage: {x: 1 mm}}, steps: 2}\n"))
+    assert found.states["stroke"] == "failed" and found.states["modes"] == "shown"
+    section = found.html.partition('<section id="stroke"')[2].partition("</section>")[0]
     assert "SolverError" in section and "could not be made" in found.html
+
+
+def test_what_floats_has_no_freedoms_to_count():
+    found = fx.report(fx.loads(FLOATING))
+    assert found.states["freedoms"] == "absent" and "failed" not in found.states.values()
+    assert "could not be made" not in found.html and "Parts of the mechanism float" in found.html
 
 
 def test_without_a_file_commands_are_python():

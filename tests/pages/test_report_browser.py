@@ -147,6 +147,16 @@ def test_a_phone_needs_no_sideways_scroll(browser, report):
         assert own.errors == []
 
 
+def test_long_names_need_no_sideways_scroll(browser, tmp_path):
+    text = (ROOT / "examples/guide/guide.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "long.html"
+    fx.report(fx.loads(text.replace("carriage", "carriage_" + 50 * "w")), out=file)
+    with browser.new_context(viewport=PHONE) as context:
+        own = Opened(context)
+        own.page.goto(file.as_uri())
+        assert own.page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+
+
 def test_without_scripts_it_can_be_read(browser, report):
     with browser.new_context(java_script_enabled=False) as context:
         own = Opened(context)

@@ -17,7 +17,8 @@ DECADES = 30.0
 """Ratio of the ends of a range from which its slider is logarithmic."""
 
 REACH = 3.0
-"""Where no bounds are given, a slider goes from the value over this to the value times this."""
+"""Where no bounds are given, a slider goes from the value over this to the value times this, and around zero as far as
+the largest parameter of the kind over this."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +60,15 @@ def sliders_of(plan: Plan) -> dict[str, Slider]:
     found = {}
     for name, parameter in mechanism.parameters.items():
         value = float(values[name])
-        text = format_quantity(value, dimensions[name] or NUMBER, angle=name in angles)
-        number, unit = split_quantity(text)
         low, high = (float(end) for end in bounds(name, parameter, values))
-        own = Slider(name, float(number), unit, low, high, math.isfinite(low), math.isfinite(high), False, "")
-        ends = _ends(own.value, *(own.shown(end) if math.isfinite(end) else end for end in (low, high)))
+        kind = dimensions[name], name in angles
+        alike = [abs(float(values[other])) for other in values if (dimensions[other], other in angles) == kind]
+        size = next((own for own in (value, high, low) if own and math.isfinite(own)), max(alike) / REACH)
+        text = format_quantity(value or _round(size) or 1.0, dimensions[name] or NUMBER, angle=name in angles)
+        number, unit = split_quantity(text)
+        shown = float(number) if value else 0.0
+        own = Slider(name, shown, unit, low, high, math.isfinite(low), math.isfinite(high), False, "")
+        ends = _ends(shown, *(own.shown(end) if math.isfinite(end) else end for end in (low, high)), float(number))
         expression = str(parameter.value) if isinstance(parameter.value, Expression) else ""
         is_log = ends[0] > 0 and ends[1] / ends[0] >= DECADES
         found[name] = Slider(
@@ -81,9 +86,9 @@ def _angles(mechanism: Mechanism) -> set[str]:
     }
 
 
-def _ends(value: float, low: float, high: float) -> tuple[float, float]:
-    """Ends of a slider around a value; those that are not finite are assumed."""
-    span = abs(value) or next((abs(end) for end in (low, high) if math.isfinite(end) and end), 1.0)
+def _ends(value: float, low: float, high: float, size: float) -> tuple[float, float]:
+    """Ends of a slider around a value; those that are not finite are assumed, around zero by a `size`."""
+    span = abs(value or size)
     below, above = (value / REACH, value * REACH) if value > 0 else (value - span, value + span)
     if value < 0:
         below, above = value * REACH, value / REACH

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis import Freedom, Kinetostatics
+from flexura.errors import SolverError
 from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
 from flexura.pages.report.subject import Subject
@@ -22,7 +23,13 @@ def freedoms(subject: Subject) -> Content:
     if subject.plan.is_posed:
         text = f"Freedoms of {subject.platform} are worked out at rest alone, and this report is about a pose."
         return Content([Paragraph(text, "soft")], "absent")
-    found = subject.kinetostatics
+    try:
+        found = subject.kinetostatics
+    except SolverError:
+        if not any(mode.is_rigid for mode in subject.modes.modes):
+            raise
+        text = f"Parts of the mechanism float: freedoms of {subject.platform} are counted where elastic parts hold it."
+        return Content([Paragraph(text, "soft")], "absent")
     named = ["--platform", found.platform]
     command = subject.commands("kinetostatics", named, f"platform={found.platform!r}", posed=False)
     why = "actuators own more than half of the compliance of each" if found.inputs else "compliances above a clear gap"
