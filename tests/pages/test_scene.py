@@ -13,6 +13,7 @@ import pytest
 import flexura as fx
 from flexura.pages.viewer import Buffer, json_text, quick, scene_and_drawing, scene_of, to_json, to_message
 from flexura.pages.viewer.geometry import PAGE, Drawing
+from helpers.every_result import guide
 
 EXAMPLES = sorted(Path(__file__).parents[2].glob("examples/*/*.yaml"))
 DTYPES = {"f32": "<f4", "u32": "<u4", "i16": "<i2", "u8": "u1"}
@@ -235,6 +236,23 @@ def test_the_shapes_in_which_it_buckles_are_motions(push, flag):
 def test_what_does_not_buckle_has_no_shapes():
     pulled = scene_of(fx.preload(cantilever(), loads={"tip": (1.0, 0, 0, 0, 0, 0)}))
     assert [own.id for own in pulled.motions] == ["preload"]
+
+
+def test_modes_of_a_solid_stand_beside_those_of_the_beams():
+    result = fx.verify(guide(), n=3, size=2.0)
+    scene = scene_of(result)
+    by_id = {own.id: own for own in scene.motions}
+    row = next(own for own in result.rows if own.model == result.shapes.label)
+    paired = [k + 1 for k, mac in enumerate(row.mac) if mac is not None]
+    assert paired and set(by_id) == {*(f"solid-{k}" for k in (1, 2, 3)), *(f"beams-{k}" for k in paired)}
+    for k in paired:
+        one, other = (decoded(to_json(by_id[f"{what}-{k}"].displacement)).ravel() for what in ("solid", "beams"))
+        assert one @ other > 0.95 * np.linalg.norm(one) * np.linalg.norm(other)
+        assert f"{row.mac[k - 1]:.4f}" in by_id[f"solid-{k}"].subtitle
+        assert float(by_id[f"solid-{k}"].title.split()[-2]) == pytest.approx(result.frequency_hz[k - 1], rel=1e-3)
+    assert any("solid" in note for note in scene.notes)
+    with pytest.raises(fx.OptionError, match="solid has not been solved"):
+        scene_of(replace(result, shapes=None))
 
 
 def zigzag(count: int) -> fx.Mechanism:

@@ -20,7 +20,8 @@ from flexura.pages.viewer.geometry import Cells, Drawing
 from flexura.pages.viewer.motions import mode_motions, preload_motions, static_motions, triple
 from flexura.pages.viewer.scene import Fact, PlacedMark, Poses, Range, Scene, ShownKind, ShownMotion, ShownPart
 from flexura.pages.viewer.stroke_poses import stroke_poses
-from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions
+from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions, verified_motions, verified_shapes
+from flexura.solid.verification import Verification
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement
@@ -28,13 +29,14 @@ from flexura.view import COLOURS, HIDDEN, NAMES, Kind, Solids, customary_camera,
 
 Shown = (
     Mechanism | Plan | FullOrderModel | Modes | Statics | Stroke | Preload | Kinetostatics | Drift | CheckReport
-    | Correlation | SensorPlacement
+    | Correlation | SensorPlacement | Verification
 )  # fmt: skip
 """What has a place in a scene."""
 
 WITH_MODEL = (Modes, Statics, Stroke, Preload, Correlation, SensorPlacement)
+"""Results that hold their model."""
 WITHOUT = (Kinetostatics, Drift, CheckReport)
-WITH_NOTES = (Statics, Stroke, Kinetostatics, Correlation, SensorPlacement)
+WITH_NOTES = (Statics, Stroke, Kinetostatics, Correlation, SensorPlacement, Verification)
 
 GROUPS: dict[Kind, str] = {
     Kind.FLEXURE: "flexures",
@@ -148,6 +150,9 @@ class _Found:
                 self.doubts |= doubts.by_part
             case Correlation():
                 self.motions += paired_motions(drawing, own)
+            case Verification():
+                self.motions += verified_motions(drawing, own)
+                self.notes.append("modes of the solid are drawn on the beams, whose nodes move as the solid does there")
             case SensorPlacement():
                 self.motions += sensor_motions(drawing, own)
 
@@ -160,10 +165,13 @@ def _model_of(shown: Sequence[Shown]) -> FullOrderModel:
             models.append(assemble(own))
         elif isinstance(own, WITH_MODEL):
             models.append(own.model)
+        elif isinstance(own, Verification):
+            models.append(verified_shapes(own).model)
         elif not isinstance(own, WITHOUT):
             raise OptionError(
                 f"{type(own).__name__} has no place in a scene; what has: a mechanism, its full-order model, modes,"
-                " statics, a stroke, preload, kinetostatics, drift, a check, a correlation, a placement of sensors"
+                " statics, a stroke, preload, kinetostatics, drift, a check, a correlation, a placement of sensors, a"
+                " verification"
             )
     if not models:
         told = " and ".join(type(own).__name__ for own in shown) or "nothing"

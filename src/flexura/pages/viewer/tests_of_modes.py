@@ -1,4 +1,4 @@
-"""Shapes of a test beside those of the model, and where its sensors are."""
+"""Shapes of a test, or of a solid, beside those of the model, and where the sensors of a test are."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from flexura.errors import OptionError
 from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.fields import DISPLACEMENT
 from flexura.pages.viewer.geometry import Drawing
 from flexura.pages.viewer.motions import triple
 from flexura.pages.viewer.scene import Arrow, Fact, ShownMotion
 from flexura.pages.viewer.units import digits
+from flexura.solid.verification import ShapePairs, Verification
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement
 from flexura.view import mode_scale
@@ -46,6 +48,49 @@ def paired_motions(drawing: Drawing, result: Correlation) -> Iterator[ShownMotio
                 colours=(DISPLACEMENT,),
                 facts=facts,
             )
+
+
+def verified_motions(drawing: Drawing, result: Verification) -> Iterator[ShownMotion]:
+    """Every mode of the solid, as the mechanism's nodes move in it, followed by its counterpart of the beams."""
+    pairs = verified_shapes(result)
+    row = next(own for own in result.rows if own.model == pairs.label)
+    solid = np.asarray(pairs.solid.solution.shapes)
+    for k, hz in enumerate(result.frequency_hz):
+        known = result.uncertainty[k] if k < len(result.uncertainty) else None
+        facts: list[Fact] = [("solid", f"{digits(hz)} Hz")]
+        facts.append(("known to", f"{100 * known:.2g} %" if known is not None else "unknown: of one mesh alone"))
+        moved = drawing.moved(solid[:, :, k])
+        own, number, mac, error = row.frequency_hz[k], row.number[k], row.mac[k], row.error[k]
+        shapes = [("solid", f"mode {k + 1} of the solid: {digits(hz)} Hz", moved)]
+        if own is None or mac is None or error is None:
+            subtitle = f"{pairs.label}: no mode of this shape"
+        else:
+            facts += [(pairs.label, f"{digits(own)} Hz, {100 * error:+.2g} %"), ("MAC", f"{mac:.4f}")]
+            subtitle = f"{pairs.label}: {100 * error:+.2g} %, MAC {mac:.4f}"
+            title = f"mode {number} of the beams: {digits(own)} Hz"
+            shapes.append(("beams", title, drawing.moved(pairs.beams[:, :, k])))
+        for what, title, shape in shapes:
+            yield ShownMotion(
+                id=f"{what}-{k + 1}",
+                group="solid and beams",
+                title=title,
+                displacement=Buffer.field(shape.motions),
+                nature="vibration",
+                factor=mode_scale(shape),
+                largest=None,
+                subtitle=subtitle,
+                colours=(DISPLACEMENT,),
+                facts=tuple(facts),
+            )
+
+
+def verified_shapes(result: Verification) -> ShapePairs:
+    """The shapes of a verification. Raises OptionError where it has none."""
+    if result.shapes is None:
+        raise OptionError(
+            "there is nothing to show: the solid has not been solved, or has no shapes; show the mechanism"
+        )
+    return result.shapes
 
 
 def sensor_motions(drawing: Drawing, result: SensorPlacement) -> Iterator[ShownMotion]:
