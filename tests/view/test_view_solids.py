@@ -37,7 +37,7 @@ from flexura.mechanism import (
     TwoAxisNotch,
 )
 from flexura.structure import assemble
-from flexura.view import Kind, solids
+from flexura.view import Kind, draw_mechanism, solids
 from flexura.view.discrete_elements import body_mesh, equivalent_box
 from flexura.view.meshes import box, cylinder, normals, sphere
 from flexura.view.painting import MODE_SIZE, MOST_TURN, mode_scale
@@ -368,3 +368,22 @@ def test_displacements_of_the_wrong_form_are_refused():
         solids(model, np.zeros((n + 1, 6)))
     with pytest.raises(OptionError, match="finite"):
         solids(model, np.full((n, 6), np.nan))
+
+
+def test_of_very_many_parts_so_many_are_drawn_and_it_is_said():
+    mechanism = many(PICTURE.most + 500)
+    sub = mechanism.substructures["s"]
+    more = {
+        "bodies": {"m": RigidBody(carries=("b",), mass=0.01, inertia=(1e-6, 1e-6, 1e-6))},
+        "springs": {"k": Spring(nodes=("b",), stiffness=DiagonalStiffness(tx=1e3))},
+    }
+    mechanism = mechanism.model_copy(update={"substructures": {"s": sub.model_copy(update=more)}})
+    model = assemble(mechanism)
+    parts = solids(model)
+    count = PICTURE.most + 500
+    assert f"{PICTURE.most} of {count} members are drawn" in parts.notes
+    assert f"{2 * PICTURE.most + 1} of {2 * count + 1} bodies, masses, springs and dashpots are drawn" in parts.notes
+    springs = {name for name in parts.names if name.endswith(".k")}
+    assert len(springs) == PICTURE.most
+    figure = draw_mechanism(model)
+    assert f"{PICTURE.most} of {count} members" in " ".join(own.get_text() for own in figure.texts).replace("\n", " ")

@@ -26,7 +26,8 @@ from flexura.mechanism import (
 )
 from flexura.structure import FullOrderModel, Part, inertia_tensor
 from flexura.view.glyphs import add_glyph
-from flexura.view.meshes import Array, Index, Mesh, box, cylinder, normals, sphere
+from flexura.view.hulls import Hulls, is_inside
+from flexura.view.meshes import Array, Index, Mesh, box, cylinder, sphere
 from flexura.view.motions import Motions
 from flexura.view.scene import Collector, Kind, Look
 
@@ -68,7 +69,8 @@ def add_discrete_elements(
     size = collector.size
     bodies = sum(len(plan.topology.copies[name].paths) * len(part.bodies) for name, part in plan.parts.items())
     cell = np.inf if look.plain else size / (20 if bodies <= 20 else 8)
-    hulls: list[Mesh] = []
+    hulls = Hulls()
+    total = shown = 0
     for name, part in plan.parts.items():
         placed = plan.topology.copies[name]
         prototype = plan.layout.prototypes[name]
@@ -84,7 +86,11 @@ def add_discrete_elements(
             cell,
             look.plain,
         )
-        for k in look.chosen(len(placed.paths)):
+        copies = look.chosen(len(placed.paths))
+        kinds = (prototype.bodies, prototype.masses, prototype.springs, prototype.dashpots)
+        total += len(placed.paths) * sum(map(len, kinds))
+        shown += len(copies) * sum(map(len, (drawn.bodies, drawn.masses, drawn.springs, drawn.dashpots)))
+        for k in copies:
             number, offset, path = placed.number[k], placed.offset[k], placed.paths[k]
             names = {key: {".".join((*path, key)), f"{name}.{key}"} for key in prototype.bodies if doubted}
             drawn.doubted = {key for key, own in names.items() if own & set(doubted)}
@@ -93,6 +99,8 @@ def add_discrete_elements(
             held = np.all(plan.topology.held[plan.topology.root[span]], axis=1)
             copy = _Copy(geometry.Q[number], geometry.positions[span], motions.of(span), held)
             drawn.add(collector, copy, geometry.t[number], size)
+    if shown < total:
+        collector.notes.append(f"{shown} of {total} bodies, masses, springs and dashpots are drawn")
 
 
 def _chosen(described: Mapping[str, T], look: Look) -> list[tuple[str, T]]:
@@ -131,7 +139,7 @@ class _Drawn:
     arms: _MemberArms
     values: Array
     """Values of the table of the design."""
-    hulls: list[Mesh]
+    hulls: Hulls
     """Bodies drawn so far, global frame, those of all other parts included."""
     cell: float
     """Into what flat sides are cut, m."""
@@ -145,7 +153,7 @@ class _Drawn:
     def add(self, collector: Collector, copy: _Copy, origin: Array, size: float) -> None:
         """Add the discrete elements of one copy; `origin` (3,), m, is where its frame has its origin."""
         for key, body in self.bodies.items():
-            self.hulls.append(self._add_body(collector, copy, key, body))
+            self.hulls.add(self._add_body(collector, copy, key, body))
         for key, mass in self.masses.items():
             self._add_mass(collector, copy, key, mass, size)
         for key, spring in self.springs.items():
@@ -184,7 +192,7 @@ class _Drawn:
             collector.dot(centre, copy.motions.shift[node], Kind.CENTRE, name)
         carries = self.part.carried.get(node, [])
         for carried in carries if len(carries) <= _MOST_ARMS else []:
-            if kind is Kind.EQUIVALENT_BODY or not _inside(placed, copy.x[carried]):
+            if kind is Kind.EQUIVALENT_BODY or not is_inside(placed, copy.x[carried]):
                 _add_arm(collector, copy, name, node, copy.x[carried])
         return placed
 
@@ -214,7 +222,7 @@ class _Drawn:
         way = _strongest(coupling.element, copy)
         if (start - collector.middle) @ way < -1e-6 * size:
             way = -way
-        begin = start + max((_way_out(hull, start, way) for hull in self.hulls), default=0.0) * way
+        begin = start + self.hulls.way_out(start, way) * way
         _add_arm(collector, copy, coupling.name, node, begin)
         ends = np.stack([begin, begin + _SPRING_LENGTH * size * way])
         motion = np.stack([copy.attached(node, begin[None])[0], np.zeros(3)])
@@ -276,27 +284,6 @@ def equivalent_box(mass: float, inertia: Array) -> tuple[Array, Array]:
     square = 6 / mass * (moments.sum() - 2 * moments) if mass > 0 else np.zeros(3)
     largest = max(float(square.max()), 0.0)
     return np.sqrt(np.maximum(square, 1e-4 * largest)), axes
-
-
-def _heights(mesh: Mesh, point: Array) -> tuple[Array, Array]:
-    """Heights (f,), m, of a point above the faces of a mesh, and the unit normals (f, 3) of the faces."""
-    area = normals(mesh.points, mesh.faces)
-    unit = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
-    return np.einsum("ij,ij->i", unit, point - mesh.points[mesh.faces[:, 0]]), unit
-
-
-def _inside(mesh: Mesh, point: Array) -> bool:
-    """True when a point (3,) is in a convex mesh or on it."""
-    return bool((_heights(mesh, point)[0] <= 1e-6 * np.ptp(mesh.points, axis=0).max()).all())
-
-
-def _way_out(mesh: Mesh, point: Array, direction: Array) -> float:
-    """Distance, m, from a point (3,) in a convex mesh to its surface along a unit vector; zero from outside."""
-    height, unit = _heights(mesh, point)
-    slope = unit @ direction
-    if not _inside(mesh, point) or not (slope > 1e-6).any():
-        return 0.0
-    return max(0.0, float((-height[slope > 1e-6] / slope[slope > 1e-6]).min()))
 
 
 def _add_arm(collector: Collector, copy: _Copy, name: str, node: int, end: Array) -> None:

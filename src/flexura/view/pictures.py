@@ -66,7 +66,8 @@ def draw_mechanism(
     axes, depth = paint(figure, rest_painting(parts, view, visible_flexures(parts, camera) < HIDDEN))
     add_dots(axes, parts, view, depth)
     write_labels(axes, view, labels)
-    heading(figure, title if title is not None else model.plan.mechanism.name, left_out)
+    told = "; ".join(filter(None, [left_out, *parts.notes]))
+    heading(figure, title if title is not None else model.plan.mechanism.name, told)
     legend(figure, parts)
     return figure
 
@@ -100,7 +101,8 @@ def draw_mode(
     factor = scale_of(parts, scale)
     moved = parts.points + factor * parts.motions
     labels, left_out = part_labels(parts, moved, names)
-    top = min(heading(figure, title, "; ".join(filter(None, [subtitle, left_out])), warnings) - 0.01, 0.84)
+    told = "; ".join(filter(None, [subtitle, left_out, *parts.notes]))
+    top = min(heading(figure, title, told, warnings) - 0.01, 0.84)
     area = (LABEL_AREA[0], 0.05, LABEL_AREA[2], top - 0.05) if labels else (0.035, 0.05, 0.82, top - 0.05)
     view = mode_view(figure, parts, camera, factor, area)
     axes, _ = paint(figure, mode_painting(parts, view, factor))

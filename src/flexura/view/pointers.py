@@ -66,9 +66,11 @@ def part_labels(parts: Solids, points: Array, names: bool | Sequence[str]) -> tu
     """
     if isinstance(names, str) or not (names is True or all(isinstance(name, str) for name in names or ())):
         raise OptionError(f"`names` is True or a list of names of parts, not {names!r}")
+    if not names:
+        return [], ""
     kinds, cells = _cells(parts)
     wanted = list(kinds) if names is True else []
-    for text in () if names is True else names or ():
+    for text in () if names is True else names:
         own = [k for k in kinds if parts.names[k] in matching(text, [parts.names[k]])]
         if not own:
             known = ", ".join(parts.names[k] for k in list(kinds)[:8])

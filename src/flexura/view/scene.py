@@ -40,20 +40,20 @@ class Look(NamedTuple):
     """How finely a mechanism is drawn.
 
     Members are drawn in less detail to stay below `faces`, and as lines where the least detail has more than
-    `most_faces`. With `most`, of more parts of a kind
-    than these only so many are drawn, evenly chosen. `plain` leaves flat sides whole and gives round ones half the
-    corners: enough where the picture is shaded by something else than us. `channels` are actuators and sensors.
+    `most_faces`. Of more parts of a kind than `most` only so many are drawn, evenly chosen. `plain` leaves flat sides
+    whole and gives round ones half the corners: enough where the picture is shaded by something else than us.
+    `channels` are actuators and sensors.
     """
 
     faces: int = 20_000
     most_faces: int = 20_000
-    most: int | None = None
+    most: int = 1_500
     plain: bool = False
     channels: bool = False
 
     def chosen(self, count: int, share: float = 1.0) -> Index:
         """Which of `count` things are drawn, at most a share of `most`, and one at least."""
-        kept = count if self.most is None else min(count, max(1, int(share * self.most)))
+        kept = min(count, max(1, int(share * self.most)))
         return np.arange(count) if kept == count else (np.arange(kept) * count / kept).astype(np.intp)
 
 

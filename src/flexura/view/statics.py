@@ -130,7 +130,7 @@ def _view(
     warnings: Sequence[object],
 ) -> View:
     """Write the heading of a figure; the view in which a mechanism fills what is left, with room for arrows."""
-    top = min(heading(figure, model.plan.mechanism.name, "; ".join(words), warnings) - 0.01, 0.86)
+    top = min(heading(figure, model.plan.mechanism.name, "; ".join([*words, *parts.notes]), warnings) - 0.01, 0.86)
     return mode_view(figure, parts, camera, factor, (AREA[0], AREA[1], AREA[2], top - AREA[1] - 0.06))
 
 
