@@ -193,6 +193,13 @@ def test_numbers_that_are_not_printed_are_seen():
     assert is_among("-270", [90.0]) and not is_among("-270", [95.0])
 
 
+def test_a_doubt_about_several_members_is_one_line():
+    html = fx.report(fx.load(GUIDE)).html
+    texts = re.findall(r"<li>(?:[^<:]*: )?(leaf[^<]*)</li>", html)
+    told = [own.partition(": ")[2] for own in texts]
+    assert told and max(map(told.count, told)) <= 2  # among the warnings and in its section
+
+
 def test_names_are_text_and_nothing_else(tmp_path):
     title = "<script>alert('x')</script> {{ \"&\" }} </title>"
     path = described(tmp_path, "a b;'$(touch x)'.yaml", title)

@@ -61,6 +61,18 @@ def test_it_is_alive_without_a_network(opened, report):
     assert opened.errors == [] and opened.outside == []
 
 
+def test_the_first_screen_has_the_numbers_and_the_moving_mechanism(opened, report):
+    page = opened.page
+    page.goto(report.as_uri())
+    canvas, nav = page.locator("#scene canvas").first, page.locator("nav")
+    canvas.wait_for()
+    box = canvas.bounding_box()
+    assert box["y"] + box["height"] <= 800 and box["height"] > 300
+    assert page.locator("#summary a").last.bounding_box()["y"] < box["y"]
+    page.locator("#absent").scroll_into_view_if_needed()
+    assert 0 <= nav.bounding_box()["y"] <= 1 and nav.get_by_text("Stress and margins").is_visible()
+
+
 def test_a_row_shows_its_motion(opened, report):
     opened.page.goto(report.as_uri())
     opened.page.get_by_role("button", name="show mode-4 in 3-D").click()

@@ -58,8 +58,8 @@ def certified_modes(subject: Subject) -> Content:
             "bad",
         )
     ] * bool(found.evidence.missed)
-    hz = [f"{mode.frequency_text} Hz" for mode in found.modes[:FIRST]]
-    facts = [Fact(f"lowest {len(hz)} frequencies" if len(hz) > 1 else "lowest frequency", ", ".join(hz))]
+    hz = [mode.frequency_text for mode in found.modes[:FIRST]]
+    facts = [Fact(f"lowest {len(hz)} frequencies" if len(hz) > 1 else "lowest frequency", f"{', '.join(hz)} Hz")]
     return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 

@@ -11,6 +11,13 @@ from flexura.testing.virtual import FoundMode, virtual_test
 
 QUICK = 1_000_000
 """Samples in time of all hits up to which a test is simulated for a report."""
+HEADINGS = {
+    "solid frequency [Hz]": "solid Hz",
+    "frequency [Hz]": "beams Hz",
+    "relative error": "relative difference",
+    "mac": "MAC",
+}
+"""Columns of a verification, in words."""
 
 
 def against_the_solid(subject: Subject) -> Content:
@@ -29,9 +36,8 @@ def against_the_solid(subject: Subject) -> Content:
     rows = [[_cell(columns[name][k]) for name in columns] for k in range(len(next(iter(columns.values()), ())))]
     numbers = [k for k, name in enumerate(columns) if name not in ("model", "pair", "what moves")]
     lines = [("note", note) for note in found.notes]
-    made: list[Block] = [
-        Table(list(columns), rows, numbers, evidence=Evidence(f"{command} --json", lines, essential=True))
-    ]
+    headings = [HEADINGS.get(name, name) for name in columns]
+    made: list[Block] = [Table(headings, rows, numbers, evidence=Evidence(f"{command} --json", lines, essential=True))]
     made += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
     return Content(made, warnings=found.warnings)
 

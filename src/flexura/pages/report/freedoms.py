@@ -11,6 +11,8 @@ from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
 from flexura.pages.report.subject import Subject
 
+ALIGNED = 5e-5
+"""Components below this are zero in the digits that are shown."""
 ROUND_OFF = 1e-4
 """Drifts below this, mm or mrad, are round-off."""
 
@@ -57,12 +59,17 @@ def freedoms(subject: Subject) -> Content:
         blocks.append(Paragraph("No actuators are described: coupling, amplification and workspace need them.", "soft"))
     blocks += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
     facts = [Fact(f"freedoms of {found.platform}", found.kind)]
-    facts += [Fact(f"reach, {_kind(own)}", _reach(own)) for own in found.freedoms if own.stroke is not None]
+    facts += [Fact(f"reach {_along(own)}", _reach(own)) for own in found.freedoms if own.stroke is not None]
     return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 
-def _kind(own: Freedom) -> str:
-    return "rotation" if own.kind == "R" else "translation"
+def _along(own: Freedom) -> str:
+    """The direction in words: `about x`, or with its components where it is no axis."""
+    word, direction = "about" if own.kind == "R" else "along", own.axis.direction
+    k = int(np.abs(direction).argmax())
+    if np.abs(np.delete(direction, k)).max() < ALIGNED:
+        return f"{word} {'xyz'[k]}" if direction[k] > 0 else f"{word} -{'xyz'[k]}"
+    return f"{word} ({', '.join(f'{x + 0.0:.4f}' for x in direction)})"
 
 
 def _reach(own: Freedom) -> str:
@@ -73,10 +80,10 @@ def _freedoms(found: Kinetostatics, evidence: Evidence) -> Table:
     headings = ("freedom", "axis", "through mm", "pitch mm/rad", "owned", "reach", "axis drifts", "yields at")
     rows = []
     for own in found.freedoms:
-        axis = " ".join(f"{x:+.4f}" for x in own.axis.direction)
+        axis = _along(own)
         through, pitch = "", ""
         if own.kind == "R":
-            through = " ".join(f"{1e3 * x:.4g}" for x in np.round(own.axis.point, 9) + 0.0)
+            through = f"({', '.join(f'{1e3 * x:.4g}' for x in np.round(own.axis.point, 9) + 0.0)})"
             pitch = f"{1e3 * own.axis.pitch:.3g}"
         share = "" if np.isnan(own.share) else f"{100 * own.share:.1f} %"
         drift = ""
@@ -86,9 +93,10 @@ def _freedoms(found: Kinetostatics, evidence: Evidence) -> Table:
             "" if own.yield_stroke is None else f"{1e3 * own.yield_stroke:.4g} {'mm' if own.kind == 'T' else 'mrad'}"
         )
         limit += "" if own.yields_in_range else ", beyond linear theory"
-        rows.append([_kind(own), axis, through, pitch, share, _reach(own), drift, limit])
+        kind = "rotation" if own.kind == "R" else "translation"
+        rows.append([kind, axis, through, pitch, share, _reach(own), drift, limit])
     motions = [f"freedom-{k + 1}" for k in range(len(rows))]
-    return Table(headings, rows, range(1, 8), evidence=evidence, motions=motions)
+    return Table(headings, rows, range(2, 8), evidence=evidence, motions=motions)
 
 
 def _clean(value: float) -> float:
@@ -116,20 +124,21 @@ def _named(k: int) -> str:
 
 
 def _stiffness(found: Kinetostatics, command: str) -> Table:
-    headings = ["coordinate", "stiffness", "actuators free", "actuators locked", "workspace"]
+    headings = ["coordinate", "stiffness", "actuators free", "actuators locked", "unit", "workspace"]
     rows = []
     for k, dof in enumerate(DOF_NAMES):
         free, locked = float(found.compliance_free[k, k]), float(found.compliance_locked[k, k])
         low, high = found.workspace[k]
         span = f"{low:.4g} to {high:.4g} {'m' if k < 3 else 'rad'}" if np.isfinite([low, high]).all() else "no limits"
         held = "held" if locked < 1e-9 * free else f"{1 / locked:.4g}"
-        rows.append([dof, f"{found.stiffness[k]:.4g} {'N/m' if k < 3 else 'N m/rad'}", f"{1 / free:.4g}", held, span])
+        unit = "N/m" if k < 3 else "N m/rad"
+        rows.append([dof, f"{found.stiffness[k]:.4g}", f"{1 / free:.4g}", held, unit, span])
     if not found.inputs:
-        headings, rows = headings[:2], [row[:2] for row in rows]
+        headings, rows = ["coordinate", "stiffness", "unit"], [[row[0], row[1], row[4]] for row in rows]
     return Table(
         headings,
         rows,
-        range(1, len(headings)),
+        (1, 2, 3, 5) if found.inputs else (1,),
         "stiffness of the platform, one coordinate at a time",
         Evidence(command),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
@@ -20,21 +21,37 @@ from flexura.pages.report.document import (
     ViewerFigure,
 )
 
+DECIMALS = re.compile(r"[-+]?\d+(\.\d+)?")
 LONG = 30
 """Characters from which the text of a cell may be broken into lines."""
 
 
-def body_of(title: str, under: str, sections: Sequence[Section]) -> str:
-    """The body of the page: heading, contents and sections."""
-    links = "".join(
-        f'<li class="{own.content.state}"><a href="#{escape(own.id)}">{escape(own.heading)}</a></li>'
-        for own in sections
+def body_of(title: str, under: str, first: Sequence[Section], sections: Sequence[Section]) -> str:
+    """The body of the page: what the first screen shows, contents, sections, and at the end what is not there."""
+    there = [own for own in sections if own.content.state != "absent"]
+    absent = [own for own in sections if own.content.state == "absent"]
+    links = [(own.id, own.heading, own.content.state) for own in (*first, *there)]
+    links += [("absent", "Not in this report", "absent")] * bool(absent)
+    contents = "".join(
+        f'<li class="{state}"><a href="#{escape(own)}">{escape(heading)}</a></li>' for own, heading, state in links
     )
     return (
-        f'<main class="report"><header><h1>{escape(title)}</h1><p class="soft">{escape(under)}</p>'
-        f'<nav aria-label="sections"><ul>{links}</ul></nav></header>'
-        + "".join(_section(own) for own in sections)
-        + "</main>"
+        f'<main class="report"><div class="first"><header><h1>{escape(title)}</h1></header>'
+        + "".join(_section(own) for own in first)
+        + f'</div><nav aria-label="sections"><ul>{contents}</ul></nav><div class="rest">'
+        + "".join(_section(own) for own in there)
+        + _absent(absent)
+        + f'<footer class="soft">{escape(under)}</footer></div></main>'
+    )
+
+
+def _absent(sections: Sequence[Section]) -> str:
+    """Sections that do not apply, in one, each with its reason."""
+    if not sections:
+        return ""
+    return (
+        '<section id="absent" class="absent" aria-labelledby="absent-heading">'
+        '<h2 id="absent-heading">Not in this report</h2>' + "".join(_section(own, 3) for own in sections) + "</section>"
     )
 
 
@@ -57,11 +74,11 @@ def _every(blocks: Iterable[Block]) -> Iterable[Block]:
             yield from _every(block.blocks)
 
 
-def _section(section: Section) -> str:
+def _section(section: Section, level: int = 2) -> str:
     own, inner = escape(section.id), "".join(_block(block) for block in section.content.blocks)
     return (
         f'<section id="{own}" class="{section.content.state}" aria-labelledby="{own}-heading">'
-        f'<h2 id="{own}-heading">{escape(section.heading)}</h2>{inner}</section>'
+        f'<h{level} id="{own}-heading">{escape(section.heading)}</h{level}>{inner}</section>'
     )
 
 
@@ -94,11 +111,22 @@ def _lines(lines: Iterable[tuple[str, str]]) -> str:
     return f'<dl class="lines">{text}</dl>' if text else ""
 
 
+def _after_point(texts: Iterable[str]) -> float:
+    """Widths of a digit that decimals take in a column, the point half of one; zero where not all are plain numbers."""
+    found = [DECIMALS.fullmatch(text) for text in texts if text]
+    if not all(found):
+        return 0.0
+    return max((len(own[1]) - 0.5 for own in found if own and own[1]), default=0.0)
+
+
 def _table(block: Table) -> str:
     numbers = set(block.numbers)
+    after = {k: _after_point([row[k] for row in block.rows]) for k in numbers}
 
     def cell(tag: str, k: int, text: str, more: str = "") -> str:
         kind = "number" if k in numbers else "long" if tag == "td" and len(text) > LONG else ""
+        if tag == "td" and k in numbers and (short := after[k] - _after_point([text])):
+            more += f' style="--after: {short:g}ch"'
         return f"<{tag}{more}{_class(kind)}>{escape(text)}</{tag}>"
 
     head = "".join(cell("th", k, text, ' scope="col"') for k, text in enumerate(block.headings))
@@ -140,8 +168,8 @@ def _folded(block: Folded) -> str:
 
 def _facts(block: Facts) -> str:
     rows = "".join(
-        f"<div><dt>{escape(fact.label)}</dt><dd><strong>{escape(fact.value)}</strong>"
-        f' <a href="#{escape(own)}">{escape(heading)}</a></dd></div>'
+        f'<div><dt>{escape(fact.label)}</dt><dd><a href="#{escape(own)}" title="{escape(heading)}">'
+        f"{escape(fact.value)}</a></dd></div>"
         for fact, own, heading in block.rows
     )
     return f'<dl class="facts">{rows}</dl>'

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 from flexura._version import __version__
 from flexura.arguments import verb
@@ -21,7 +20,7 @@ from flexura.mechanism import at as posed
 from flexura.pages.report.certified import certified_modes
 from flexura.pages.report.commands import Commands
 from flexura.pages.report.compared import against_the_solid, tested
-from flexura.pages.report.document import Bullets, Content, Facts, Paragraph, Section
+from flexura.pages.report.document import Content, Facts, Paragraph, Section
 from flexura.pages.report.figures import scene_content
 from flexura.pages.report.freedoms import freedoms
 from flexura.pages.report.html import body_of, data_of
@@ -29,14 +28,12 @@ from flexura.pages.report.loaded import buckling, static_response, stresses
 from flexura.pages.report.responses import frequency_responses
 from flexura.pages.report.strokes import over_the_stroke
 from flexura.pages.report.subject import Subject
+from flexura.pages.report.summary import facts_of, warnings_of
 from flexura.pages.report.understood import understood
 from flexura.pages.viewer import page
 from flexura.results import Result
 from flexura.structure import one_design, plan_of
 from flexura.tables import Facts as ShownFacts
-
-MOST_WARNINGS = 4
-"""Warnings of a section that the summary repeats."""
 
 MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
     "understood": ("What was understood", understood),
@@ -124,14 +121,15 @@ def report(
     source = "" if file is None else f"{Path(file).name}, SHA-256 {digest}; "
     under = f"{source}made by flexura {__version__}"
     name = subject.mechanism.name
-    whole = [
-        Section("summary", "Summary", _summary(sections)),
+    first = [
+        Section("summary", "Summary", Content([Facts(facts_of(sections))])),
         Section("scene", "In three dimensions", scene),
-        *sections,
     ]
-    text = page(title or name, body_of(title or name, under, whole), "report", data_of(whole), style=_style())
+    rest = [Section("warnings", "Warnings", Content(list(warnings_of(sections)))), *sections]
+    body, data = body_of(title or name, under, first, rest), data_of([*first, *rest])
+    text = page(title or name, body, "report", data, style=_style())
     warnings = tuple(w for section in sections for w in section.content.warnings)
-    states = {section.id: section.content.state for section in whole[1:]}
+    states = {section.id: section.content.state for section in (first[1], *sections)}
     found = Report(name, text, states, seconds, warnings)
     if out is not None:
         found.write(out)
@@ -163,36 +161,6 @@ def _made(make: Callable[[Subject], Content], subject: Subject) -> Content:
         return make(subject)
     except FlexuraError as error:
         return Content([Paragraph(f"{type(error).__name__}: {error}", "bad")], "failed")
-
-
-def _summary(sections: Sequence[Section]) -> Content:
-    """The numbers that matter and the warnings that matter, each with its section."""
-    rows = [(fact, own.id, own.heading) for own in sections for fact in own.content.facts]
-    blocks = [Facts(rows), *_said(sections)]
-    return Content(blocks)
-
-
-def _said(sections: Sequence[Section]) -> Iterator[Any]:
-    failed = [f"{own.heading} could not be made: see there." for own in sections if own.content.state == "failed"]
-    if failed:
-        yield Bullets(failed, "bad")
-    texts: list[str] = []
-    seen: set[str] = set()
-    for own in sections:
-        fresh = [text for text in _grouped(own.content.warnings) if text not in seen]
-        seen |= set(fresh)
-        texts += [f"{own.heading}: {text}" for text in fresh[:MOST_WARNINGS]]
-        if len(fresh) > MOST_WARNINGS:
-            texts.append(f"{own.heading}: and {len(fresh) - MOST_WARNINGS} more warnings there")
-    yield Bullets(texts, "warning") if texts else Paragraph("No warnings.", "good")
-
-
-def _grouped(warnings: Sequence[Any]) -> list[str]:
-    """Texts of warnings, those of doubts that say the same of several places as one."""
-    places: dict[str, list[str]] = {}
-    for own in warnings:
-        places.setdefault(own.text, []).extend([] if isinstance(own, Exceeded) else [own.place])
-    return [f"{', '.join(own)}: {text}" if own else text for text, own in places.items()]
 
 
 @cache

@@ -12,6 +12,7 @@ from flexura.mechanism import CATALOGUE, Layout, parameter_dimensions
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
 from flexura.pages.report.figures import doubts_figure
 from flexura.pages.report.subject import Subject
+from flexura.pages.report.summary import grouped
 from flexura.units import format_quantity
 
 T = TypeVar("T")
@@ -42,7 +43,7 @@ def understood(subject: Subject) -> Content:
                 f"{count} doubt{'s' if count > 1 else ''}: what may not be meant, or what no theory in use covers"
             )
         )
-        blocks += [Bullets([str(doubt) for doubt in found.doubts], "warning"), *doubts_figure(subject, found)]
+        blocks += [Bullets(grouped(found.doubts), "warning"), *doubts_figure(subject, found)]
     else:
         blocks.append(Paragraph("No doubts.", "good"))
     facts = [Fact("mass", f"{found.mass.mass:.6g} kg"), Fact("doubts", str(len(found.doubts)))]
