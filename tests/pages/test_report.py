@@ -7,14 +7,19 @@ import json
 import math
 import re
 import shlex
+from dataclasses import replace
 from functools import cache
 from html.parser import HTMLParser
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 import flexura as fx
+from flexura.cli.app import app
+from flexura.pages.report.summary import grouped
 from helpers.shell import flexura
 
 ROOT = Path(__file__).parents[2]
@@ -151,8 +156,8 @@ def values(text: str) -> list[float]:
 def printed(command: str) -> list[float]:
     """Numbers that a command of a page prints, and those of the table that it writes."""
     words = shlex.split(command)
-    done = flexura(*words[1:])
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(app, words[1:])
+    assert done.exit_code == 0, done.stderr
     found = values(done.stdout)
     if "--out" in words:
         with Path(words[words.index("--out") + 1]).open(encoding="utf-8", newline="") as stream:
@@ -172,20 +177,31 @@ def is_among(text: str, found: list[float]) -> bool:
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("example", ["described", "examples/rpr/rpr_piezo.yaml"])
-def test_commands_make_the_numbers_again(example, tmp_path, monkeypatch):
+def numbers_are_made_again(path: Path, settings: dict[str, float], at: dict[str, float]) -> None:
+    page = Page(fx.report(fx.load(path), settings, file=path, at=at).html)
+    assert len(page.numbers) > 6
+    for cells, command in page.numbers:
+        found = printed(command)
+        missing = [n for cell in cells for n in NUMBER.findall(cell) if not is_among(n, found)]
+        assert not missing, (command, missing)
+
+
+def test_commands_make_the_numbers_again(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    path = described(tmp_path) if example == "described" else ROOT / example
-    pose = {"carriage.y": 1e-4} if example == "described" else {}
-    settings = {"thickness": 4e-4} if example == "described" else {}
-    for at in ({}, pose) if pose else ({},):
-        page = Page(fx.report(fx.load(path), settings, file=path, at=at).html)
-        assert len(page.numbers) > 6
-        for cells, command in page.numbers:
-            found = printed(command)
-            missing = [n for cell in cells for n in NUMBER.findall(cell) if not is_among(n, found)]
-            assert not missing, (command, missing)
+    numbers_are_made_again(described(tmp_path), {"thickness": 4e-4}, {})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_commands_make_the_numbers_of_examples_again(example, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    numbers_are_made_again(ROOT / example, {}, {})
+
+
+@pytest.mark.slow
+def test_commands_make_the_numbers_about_a_pose_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    numbers_are_made_again(described(tmp_path), {"thickness": 4e-4}, {"carriage.y": 1e-4})
 
 
 def test_numbers_that_are_not_printed_are_seen():
@@ -193,11 +209,38 @@ def test_numbers_that_are_not_printed_are_seen():
     assert is_among("-270", [90.0]) and not is_among("-270", [95.0])
 
 
-def test_a_doubt_about_several_members_is_one_line():
-    html = fx.report(fx.load(GUIDE)).html
-    texts = re.findall(r"<li>(?:[^<:]*: )?(leaf[^<]*)</li>", html)
-    told = [own.partition(": ")[2] for own in texts]
-    assert told and max(map(told.count, told)) <= 2  # among the warnings and in its section
+def test_doubts_that_say_the_same_are_one_line():
+    doubts = [fx.analysis.doubts.Doubt("slenderness", f"leaf{k}", "is short") for k in range(6)]
+    assert grouped(doubts[:2]) == ["leaf0, leaf1: is short"]
+    assert grouped(doubts) == ["leaf0, leaf1, leaf2, leaf3 and 2 more: is short"]
+    assert grouped([*doubts[:1], replace(doubts[1], text="is thick")]) == ["leaf0: is short", "leaf1: is thick"]
+
+
+TURN = "  turn: {type: moment, nodes: [carriage], direction: z, limit: 3 N*mm}\n"
+
+
+def test_every_member_is_under_the_worst_corner_of_the_limits(tmp_path):
+    path = tmp_path / "two.yaml"
+    text = GUIDE.read_text(encoding="utf-8") + DESCRIBED.replace("sensors:\n", f"{TURN}sensors:\n")
+    path.write_text(text, encoding="utf-8")
+    model = fx.load(path)
+    worst: dict[str, tuple[float, dict[str, float]]] = {}
+    for coil, turn in product((-2.0, 2.0), (-3e-3, 3e-3)):
+        commands = {"coil": coil, "turn": turn}
+        for own in fx.statics(model, actuators=commands).stresses().members:
+            if own.von_mises is not None and own.von_mises > worst.get(own.name, (0.0,))[0]:
+                worst[own.name] = own.von_mises, commands
+    section = fx.report(model, n=1).html.partition('<section id="stress"')[2].partition("</section>")[0]
+    seen = 0
+    for caption, table in re.findall(r"<caption>most stressed with (.*?)</caption>(.*?)</table>", section, re.DOTALL):
+        named = dict(re.findall(r"(\w+)=(-?[\d.e-]+)", caption))
+        for name, shown in re.findall(r"<td>([\w.\[\]]+)</td><td[^>]*>([\d.e+-]+)</td>", table):
+            stress, commands = worst[name]
+            assert shown == f"{1e-6 * stress:.5g}"
+            assert {key: float(value) for key, value in named.items()} == commands
+            seen += 1
+    assert seen == len(worst) == 2
+    assert all(own != {"coil": 2.0, "turn": 3e-3} for _, own in worst.values())  # not where all limits are the upper
 
 
 def test_names_are_text_and_nothing_else(tmp_path):

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 
 import numpy as np
 
-from flexura.analysis import Statics, preload, statics
+from flexura.analysis import MemberStress, Statics, preload, statics
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES
+from flexura.pages.report.corners import MOST_SEARCHED, Corner, limited, told, worst_corners
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
 from flexura.reduction import Certificate, proven_text
-from flexura.units import format_number
 
 MOST = 12
 """Members that are shown, as many as the command prints."""
+MOST_CORNERS = 4
+"""Corners of the limits that are shown with the members that they stress most."""
 FACTORS = 6
 """Frequencies and buckling factors."""
 
@@ -42,51 +45,72 @@ def static_response(subject: Subject) -> Content:
 
 
 def stresses(subject: Subject) -> Content:
-    """The largest stresses under what is described and with every actuator at its limit. Raises FlexuraError."""
-    commands = {own.channel.name: own.limits[1] for own in subject.inputs if isfinite(own.limits[1])}
-    units = {own.channel.name: own.channel.unit for own in subject.inputs}
+    """The largest stresses under what is described, each member with the commands that are worst for it. Raises
+    FlexuraError."""
+    limits = limited(subject)
     loaded = bool(_loads(subject)) or _has_gravity(subject)
-    if not (commands or loaded or subject.plan.is_posed):
+    if not (limits or loaded or subject.plan.is_posed):
         text = (
             "No loads are described, and no actuator with a limit: nothing says how large stresses get. The stroke and"
             " the freedoms tell where the first member yields."
         )
         return Content([Paragraph(text, "soft")], "absent")
-    options = [
-        w for name, top in commands.items() for w in ("--actuator", f"{name}={format_number(top)} {units[name]}")
-    ]
-    command = subject.commands("statics", options, f"actuators={commands!r}" if commands else "")
-    found = statics(subject.plan, subject.parameters, actuators=commands)
-    own = found.stresses()
-    worst = [m for m in own.members if m.von_mises]
-    at = [
-        part
-        for part, there in (("the loads that are described", loaded), ("every actuator at its upper limit", commands))
-        if there
-    ]
-    state = " and ".join(at) or "the pose"
-    if not worst:
+    state = "the loads that are described" if loaded else "the pose" if subject.plan.is_posed else "commands alone"
+    corners = worst_corners(subject)
+    if not corners:
         return Content([Paragraph(f"Nothing is stressed under {state}.", "soft")], "absent")
-    rows = []
-    for m in worst[:MOST]:
-        factor = "" if m.factor_to_yield is None else f"{m.factor_to_yield:.4g}"
-        rows.append([m.name, f"{1e-6 * (m.von_mises or 0):.5g}", factor, f"{m.position:.2f} of its length"])
-    lines = [("state", state), ("stress", "von Mises, with notch factors"), *(("note", note) for note in found.notes)]
-    table = Table(
-        ["member", "von Mises MPa", "factor to yield", "at"],
-        rows,
-        (1, 2),
-        f"the largest stresses under {state}",
-        Evidence(command, lines, essential=True),
-    )
-    blocks: list[Block] = [table]
-    if len(worst) > MOST:
-        blocks.append(Paragraph(f"and {len(worst) - MOST} members with less", "soft"))
-    factor = own.factor_to_yield
-    facts = [Fact("least factor to yield", f"{factor:.4g}, {state}")] if factor is not None and isfinite(factor) else []
+    blocks: list[Block] = [Paragraph(text) for text in [_searched(subject, state)] if limits]
+    left, shown = MOST, list[Statics]()
+    for corner in corners[:MOST_CORNERS]:
+        if left > 0:
+            shown.append(statics(subject.plan, subject.parameters, actuators=corner.commands))
+            blocks.append(_stressed(subject, corner, corner.members[:left], state, shown[-1].notes))
+            left -= len(corner.members)
+    every = [own for corner in corners for own in corner.members]
+    count = len(every) - sum(len(own.rows) for own in blocks if isinstance(own, Table))
+    blocks += [Paragraph(f"and {count} members under other commands or with less", "soft")] * (count > 0)
+    factors = [own.factor_to_yield for own in every if own.factor_to_yield is not None]
+    facts = [Fact("least factor to yield", f"{min(factors):.4g}")] if factors and isfinite(min(factors)) else []
     if not facts:
         blocks.append(Paragraph("No margin: the materials have no yield stress (`yield_stress`).", "warning"))
-    return Content([*blocks, *_warned(found)], facts=facts, warnings=found.warnings)
+    warnings = tuple({str(own): own for found in shown for own in found.warnings}.values())
+    blocks += [Bullets([str(own) for own in warnings], "warning")] * bool(warnings)
+    return Content(blocks, facts=facts, warnings=warnings)
+
+
+def _searched(subject: Subject, state: str) -> str:
+    """Which corners of the limits were looked at."""
+    count = len(limited(subject))
+    free = len(subject.inputs) - count
+    rest = f" {free} actuators without limits are at zero." if free else ""
+    if count > MOST_SEARCHED:
+        return (
+            f"{state}: {count} actuators are at their upper limits; other corners were not searched.{rest}".capitalize()
+        )
+    return (
+        f"Each member is under the commands within the limits that stress it most, found among all {2**count} corners"
+        f" of the limits, with {state}.{rest}"
+    )
+
+
+def _stressed(
+    subject: Subject, corner: Corner, members: Sequence[MemberStress], state: str, notes: Sequence[str]
+) -> Table:
+    """Members that one corner of the limits stresses most."""
+    given = told(corner.commands, subject)
+    command = subject.commands(
+        "statics",
+        [word for own in given for word in ("--actuator", own)],
+        f"actuators={corner.commands!r}" if corner.commands else "",
+    )
+    rows = []
+    for m in members:
+        factor = "" if m.factor_to_yield is None else f"{m.factor_to_yield:.4g}"
+        rows.append([m.name, f"{1e-6 * (m.von_mises or 0):.5g}", factor, f"{m.position:.2f} of its length"])
+    lines = [("state", state), ("stress", "von Mises, with notch factors"), *(("note", note) for note in notes)]
+    caption = f"most stressed with {', '.join(given)}" if given else f"the largest stresses under {state}"
+    headings = ["member", "von Mises MPa", "factor to yield", "at"]
+    return Table(headings, rows, (1, 2), caption, Evidence(command, lines, essential=True))
 
 
 def buckling(subject: Subject) -> Content:
