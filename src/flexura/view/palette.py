@@ -27,7 +27,7 @@ COLOURS: dict[Kind, tuple[float, float, float]] = {
     Kind.DOUBTED_BODY: (0.93, 0.45, 0.50),
     Kind.ACTUATOR: (0.60, 0.05, 0.25),
     Kind.SENSOR: (0.13, 0.30, 0.75),
-    Kind.DASHPOT: (0.45, 0.25, 0.60),
+    Kind.DASHPOT: (0.52, 0.30, 0.12),
 }
 """Colour of each kind of part, RGB."""
 NAMES: dict[Kind, str] = {
