@@ -110,7 +110,16 @@ def described(folder: Path, name: str = "described.yaml", title: str = "a guide"
     return path
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
+QUICK = ("guide.yaml", "rpr_piezo.yaml", "tip_tilt.yaml")
+
+
+@pytest.mark.parametrize(
+    "example",
+    [
+        own if own.endswith(QUICK) and "imported" not in own else pytest.param(own, marks=pytest.mark.slow)
+        for own in EXAMPLES
+    ],
+)
 def test_examples_have_small_whole_pages(example, monkeypatch):
     monkeypatch.chdir(ROOT)
     found = fx.report(fx.load(example), file=example)
@@ -302,5 +311,5 @@ def test_a_broken_file_leaves_no_page(tmp_path):
 
 
 def test_strict_writes_nothing_where_there_are_warnings(tmp_path):
-    done = flexura("report", GUIDE, "--strict", "--out", tmp_path / "page.html")
-    assert done.returncode == 1 and not (tmp_path / "page.html").exists() and done.stdout == ""
+    done = CliRunner().invoke(app, ["report", str(GUIDE), "--strict", "--out", str(tmp_path / "page.html")])
+    assert done.exit_code == 1 and not (tmp_path / "page.html").exists() and done.stdout == ""

@@ -107,21 +107,31 @@ def test_viewers_out_of_sight_give_their_graphics_back(browser, tmp_path):
         assert sum(not lost for lost in own.page.evaluate(LOST)) < 8
 
 
-FRAMES = """() => new Promise(done => {
-  let drawn = 0;
+COUNTED = """() => {
+  window.drawn = 0;
   const gl = WebGL2RenderingContext.prototype;
   const real = gl.drawElements;
-  gl.drawElements = function (...own) { drawn += 1; return real.apply(this, own); };
-  setTimeout(() => { gl.drawElements = real; done(drawn); }, 500);
+  gl.drawElements = function (...own) { window.drawn += 1; return real.apply(this, own); };
+}"""
+REST = """() => new Promise(done => {
+  let [seen, still, before] = [0, 0, window.drawn];
+  const look = () => {
+    still = window.drawn === before ? still + 1 : 0;
+    before = window.drawn;
+    if (still >= 30 || ++seen > 600) done(still); else requestAnimationFrame(look);
+  };
+  look();
 })"""
+"""Frames in a row without anything drawn: thirty, or fewer where something is drawn again and again."""
 
 
 def test_nothing_is_drawn_while_nothing_changes(show):
     page = show()
-    page.wait_for_timeout(500)
-    assert page.evaluate(FRAMES) == 0
+    page.evaluate(COUNTED)
+    assert page.evaluate(REST) >= 30
+    before = page.evaluate("window.drawn")
     page.get_by_role("button", name="play").click()
-    assert page.evaluate(FRAMES) > 10
+    page.wait_for_function("before => window.drawn > before + 10", arg=before)
 
 
 def test_on_paper_the_static_picture_stands_again(browser, tmp_path):
