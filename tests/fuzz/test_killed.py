@@ -24,6 +24,9 @@ ENDS = "-i carriage.tx -o carriage.tx"
 CORPUS = "tests/fuzz/corpus/"
 COMMANDS = {
     "modes": f"modes {PIVOT} -n 1 --plot OUT/a --json",
+    "statics": f"statics {GUIDE} --load carriage=2,0,0N --plot OUT/a",
+    "buckling": f"buckling {GUIDE} --load carriage=0,0,-2N --plot OUT/a",
+    "kinetostatics": f"kinetostatics {GUIDE} --plot OUT/a",
     "check": f"check {GUIDE} --plot OUT/a",
     "view": f"view {GUIDE} --plot OUT/a --out OUT/a.html -n 1",
     "frequency-response": f"frequency-response {GUIDE} --band 10Hz,200Hz {ENDS} --out OUT/a.csv --plot OUT",

@@ -145,4 +145,4 @@ def test_the_shell_writes_animations_where_it_plots(tmp_path):
     done = flexura("modes", str(file), "-n", "1", "--plot", str(tmp_path / "out"), "--animate", "gif")
     assert done.returncode == 0 and (tmp_path / "out" / "mode_01.gif").exists()
     done = flexura("modes", str(file), "--animate", "gif")
-    assert done.returncode != 0 and "belong to --plot" in done.stderr
+    assert done.returncode != 0 and "belongs to --plot" in done.stderr

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from matplotlib.colors import rgb_to_hsv
+from PIL import Image
 
 import flexura as fx
 from flexura.errors import OptionError
@@ -206,3 +207,23 @@ def test_the_shell_draws_what_it_prints(tmp_path):
     done = flexura("kinetostatics", GUIDE, "--plot", tmp_path)
     assert done.returncode == 0 and f"wrote {tmp_path}/freedoms.png" in done.stdout, done.stderr
     assert "belongs to --plot" in flexura("statics", GUIDE, "--scale", "2").stderr
+
+
+def test_the_shell_draws_as_fine_as_is_asked(tmp_path):
+    commands = {
+        "statics.png": ("statics", GUIDE, "--load", "carriage=2,0,0 N"),
+        "buckling.png": ("buckling", GUIDE, "--load", "carriage=0,0,-2 N"),
+        "kinetostatics.png": ("kinetostatics", GUIDE),
+        "stroke.png": ("stroke", GUIDE, "--move", "carriage.x=0:2mm", "--steps", "2", "-n", "1"),
+        "mode_01.png": ("modes", GUIDE, "-n", "1", "--names"),
+    }
+    for name, command in commands.items():
+        sizes = []
+        for dpi in (60, 120):
+            done = flexura(*command, "--plot", tmp_path / str(dpi), "--dpi", str(dpi))
+            assert done.returncode == 0, done.stderr
+            with Image.open(tmp_path / str(dpi) / name) as picture:
+                sizes.append(np.array(picture.size))
+        assert np.array_equal(2 * sizes[0], sizes[1]), name
+    refused = flexura("kinetostatics", GUIDE, "--dpi", "300")
+    assert refused.returncode != 0 and "--dpi belongs to --plot DIR" in refused.stderr

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from flexura.cli.options import At, Dpi, File, Json, Settings, print_json, print_result, read
+from flexura.cli.options import At, Dpi, File, Json, Names, Settings, print_json, print_result, read
 from flexura.cli.tables import console_of_width
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def view_command(
         Path | None, typer.Option(metavar="FILE", help="Write it here in three dimensions, one HTML file.")
     ] = None,
     n: Annotated[int, typer.Option("-n", min=0, max=100, help="Number of modes that move in that file.")] = 6,
-    names: Annotated[bool, typer.Option("--names", help="Write the names of parts beside it.")] = False,
+    names: Names = False,
     dpi: Dpi = None,
     at: At = None,
     set: Settings = None,

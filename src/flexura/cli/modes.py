@@ -21,12 +21,14 @@ from flexura.cli.options import (
     Gravity,
     Json,
     Loads,
+    Names,
     Plot,
     Settings,
     Strict,
     gravity_of,
     limit_of,
     loads_of,
+    of_pictures,
     print_result,
     read,
 )
@@ -81,13 +83,14 @@ def modes_command(
     magnify: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Draw displacements so many times as large as is usual.")
     ] = None,
+    names: Names = False,
     dpi: Dpi = None,
 ) -> None:
     """Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
     from flexura.analysis import modes
 
-    if plot is None and any(value is not None for value in (animate, magnify, dpi)):
-        raise OptionError("--animate, --magnify and --dpi belong to --plot DIR")
+    form = None if animate is None else animate.value
+    pictured = of_pictures(plot, animate=form, magnify=magnify, names=names, dpi=dpi)
     mechanism, parameters = read(file, set, at)
     below, limit = limit_of("--keep-below", keep_below), limit_of("--up-to", up_to)
     how = {"keep": keep, "keep_below": below, "tolerance": tolerance, "up_to": limit}
@@ -101,8 +104,7 @@ def modes_command(
     if plot is not None:
         from flexura.view import save_modes
 
-        how = {"magnify": magnify, "dpi": dpi, "animate": None if animate is None else animate.value}
-        pictures = save_modes(result, plot, **{name: value for name, value in how.items() if value is not None})
+        pictures = save_modes(result, plot, **pictured)
     if as_json:
         print_result(result.to_dict(), pictures)
     else:
@@ -116,6 +118,7 @@ def buckling_command(
     actuator: Commands = None,
     n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of frequencies and buckling factors.")] = 6,
     plot: Plot = None,
+    dpi: Dpi = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -123,6 +126,7 @@ def buckling_command(
     """Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles."""
     from flexura.analysis import preload
 
+    pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     loads = loads_of(load)
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
@@ -135,7 +139,7 @@ def buckling_command(
     if plot is not None:
         from flexura.view import save_preload
 
-        pictures = save_preload(state, plot)
+        pictures = save_preload(state, plot, **pictured)
     if as_json:
         print_result(data, pictures)
     else:

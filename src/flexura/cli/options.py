@@ -59,10 +59,9 @@ class AnimationFormat(StrEnum):
     mp4 = "mp4"
 
 
-Animate = Annotated[
-    AnimationFormat | None, typer.Option(help="Write animations, too, where --plot says; mp4 needs ffmpeg.")
-]
+Animate = Annotated[AnimationFormat | None, typer.Option(help="Animations, too, where --plot says; mp4 needs ffmpeg.")]
 Dpi = Annotated[int | None, typer.Option("--dpi", min=50, max=1200, help="Dots per inch of pictures: 150.")]
+Names = Annotated[bool, typer.Option("--names", help="Names of parts beside the mechanism.")]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]
 Repeated = Annotated[
     RepeatedResponses | None,
@@ -345,3 +344,11 @@ def quantity_of(option: str, text: str, unit: str, example: str) -> float:
 def seconds_of(text: str) -> float:
     """A time such as `10 s` or `5 min`, s. Raises OptionError when it is none."""
     return _amount(text, (_KINDS["s"], "s"), "10 s or 5 min")
+
+
+def of_pictures(plot: Path | None, **options: object) -> dict[str, Any]:
+    """Those options of pictures that are given; None and False are not. Raises OptionError when there is no --plot."""
+    given = {name: value for name, value in options.items() if value is not None and value is not False}
+    if plot is None and given:
+        raise OptionError(f"--{next(iter(given))} belongs to --plot DIR")
+    return given

@@ -13,6 +13,7 @@ from flexura.cli.modes import ModelOrder
 from flexura.cli.options import (
     At,
     Commands,
+    Dpi,
     File,
     Gravity,
     Inputs,
@@ -27,6 +28,7 @@ from flexura.cli.options import (
     gravity_of,
     hertz_of,
     loads_of,
+    of_pictures,
     print_result,
     quantity_of,
     read,
@@ -83,6 +85,7 @@ def statics_command(
         typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated."),
     ] = None,
     plot: Plot = None,
+    dpi: Dpi = None,
     scale: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Draw displacements so many times as large as they are.")
     ] = None,
@@ -95,8 +98,7 @@ def statics_command(
     from flexura.analysis import statics
     from flexura.cli.response_tables import print_statics
 
-    if scale is not None and plot is None:
-        raise OptionError("--scale belongs to --plot DIR")
+    pictured = of_pictures(plot, scale=scale, dpi=dpi)
     mechanism, parameters = read(file, set, at)
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     loads = loads_of(load)
@@ -108,7 +110,7 @@ def statics_command(
     if plot is not None:
         from flexura.view import save_statics
 
-        pictures = save_statics(result, plot, scale=scale)
+        pictures = save_statics(result, plot, **pictured)
     if as_json:
         print_result(result.to_dict(node), pictures)
     else:
@@ -123,6 +125,7 @@ def kinetostatics_command(
         typer.Option("--actuator", metavar="NAME", help="Input (* allowed); all that are described by default."),
     ] = None,
     plot: Plot = None,
+    dpi: Dpi = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -132,6 +135,7 @@ def kinetostatics_command(
     from flexura.cli.response_tables import print_kinetostatics
     from flexura.structure import assemble
 
+    pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     model = assemble(mechanism, parameters)
     result = kinetostatics(model, platform=platform, actuators=actuator)
@@ -141,7 +145,7 @@ def kinetostatics_command(
     if plot is not None:
         from flexura.view import save_kinetostatics
 
-        pictures = save_kinetostatics(result, plot, model=model)
+        pictures = save_kinetostatics(result, plot, model=model, **pictured)
     if as_json:
         print_result(result.to_dict(), pictures)
     else:

@@ -14,6 +14,7 @@ from flexura.cli.commands import CommandReader
 from flexura.cli.modes import ModelOrder
 from flexura.cli.options import (
     Animate,
+    Dpi,
     File,
     Gravity,
     Json,
@@ -23,6 +24,7 @@ from flexura.cli.options import (
     gravity_of,
     loads_of,
     named,
+    of_pictures,
     print_result,
     quantity_of,
     read,
@@ -86,6 +88,7 @@ def stroke_command(
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of poses: .csv or .parquet.")] = None,
     plot: Plot = None,
     animate: Animate = None,
+    dpi: Dpi = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -95,8 +98,7 @@ def stroke_command(
     from flexura.cli.stroke_tables import print_stroke
     from flexura.cli.tables import write_table
 
-    if animate is not None and plot is None:
-        raise OptionError("--animate belongs to --plot DIR")
+    pictured = of_pictures(plot, animate=None if animate is None else animate.value, dpi=dpi)
     moves = moves_of(move or [])
     mechanism, parameters = read(file, set)
     reader = CommandReader(mechanism, parameters)
@@ -122,7 +124,7 @@ def stroke_command(
     if plot is not None:
         from flexura.view import save_stroke
 
-        written += save_stroke(result, plot, animate=None if animate is None else animate.value)
+        written += save_stroke(result, plot, **pictured)
     if as_json:
         print_result(result.to_dict(), written)
     else:

@@ -42,7 +42,10 @@ def save_kinetostatics(
 
     Raises OptionError when the folder cannot be written to.
     """
-    figures = {"freedoms.png": draw_freedoms(model, result, dpi=dpi), "kinetostatics.png": draw_kinetostatics(result)}
+    figures = {
+        "freedoms.png": draw_freedoms(model, result, dpi=dpi),
+        "kinetostatics.png": draw_kinetostatics(result, dpi=dpi),
+    }
     return save_figures(figures, folder)
 
 
@@ -100,14 +103,15 @@ def _draw_freedom(axes: Axes, view: View, k: int, one: Freedom, node: Array, siz
 
 
 @verb
-def draw_kinetostatics(result: Kinetostatics) -> Figure:
+def draw_kinetostatics(result: Kinetostatics, *, dpi: float = DPI) -> Figure:
     """Draw what a unit of each command moves the platform by, its compliance, and how far the commands reach.
 
     Numbers stand in SI units. Colours of the coupling go by row, from the largest one; those of the compliance are the
-    coupling of two coordinates, C_ij over the root of C_ii C_jj. At most sixteen actuators are shown. Returns a Figure.
+    coupling of two coordinates, C_ij over the root of C_ii C_jj. At most sixteen actuators are shown. dpi:
+    dots per inch, 300 for print. Returns a Figure.
     """
     inputs = result.inputs[:MOST_INPUTS]
-    figure = new_chart((8.0 + 0.25 * len(inputs), 8.4 if inputs else 5.0))
+    figure = new_chart((8.0 + 0.25 * len(inputs), 8.4 if inputs else 5.0), dpi)
     panels = figure.subplots(
         2 if inputs else 1, 2 if inputs else 1, squeeze=False, height_ratios=[1, 1][: 2 if inputs else 1]
     )

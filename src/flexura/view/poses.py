@@ -48,21 +48,26 @@ class _Panel(NamedTuple):
 
 @verb
 def draw_poses(
-    result: Stroke, poses: Sequence[int] | None = None, *, elev: float | None = None, azim: float | None = None
+    result: Stroke,
+    poses: Sequence[int] | None = None,
+    *,
+    elev: float | None = None,
+    azim: float | None = None,
+    dpi: float = DPI,
 ) -> Figure:
     """Draw the mechanism at some poses of its stroke, by their numbers, each over a ghost of the mechanism at rest.
 
     poses: up to 6; by default the first, the one in the middle and the last. Everything is where it is, and not
     exaggerated: members are bent, bodies turned. Colour is the largest von Mises stress in the section, notch factors
-    included; links and flexures whose stress is not known, and all else, have the colours of their kind. elev, azim as
-    in `draw_mechanism`. Returns a Figure. Raises OptionError for poses that are not there.
+    included; links and flexures whose stress is not known, and all else, have the colours of their kind. elev,
+    azim, dpi as in `draw_mechanism`. Returns a Figure. Raises OptionError for poses that are not there.
     """
     count = len(result.poses)
     numbers = numbered(result, sorted({0, (count - 1) // 2, count - 1}) if poses is None else poses, MOST_POSES)
     scenes = [moved_solids(result.model, result.frames[k], result.stress_profiles(k)) for k in numbers]
     camera = camera_for(scenes[0], elev, azim)
     outline = np.concatenate([own for parts in scenes for own in (parts.points, parts.points + parts.motions)])
-    figure, panels = _laid_out(result, [result.poses[k] for k in numbers], scenes, camera, outline)
+    figure, panels = _laid_out(result, [result.poses[k] for k in numbers], scenes, camera, outline, dpi)
     largest = max(float(np.nanmax(parts.values, initial=0.0)) for parts in scenes)
     clear = visible_flexures(scenes[0], camera) < HIDDEN
     painting: list[Painting] = []
@@ -90,7 +95,7 @@ def numbered(result: Stroke, poses: Sequence[int], most: int) -> list[int]:
 
 
 def _laid_out(
-    result: Stroke, poses: list[StrokePose], scenes: list[Solids], camera: Camera, outline: Array
+    result: Stroke, poses: list[StrokePose], scenes: list[Solids], camera: Camera, outline: Array, dpi: float
 ) -> tuple[Figure, list[_Panel]]:
     """A figure with headings, and a panel for each pose, three in a row."""
     count = len(poses)
@@ -102,7 +107,7 @@ def _laid_out(
     said = remark_lines(foremost(result.warnings, 1), "warning", 0.85 * WIDTH, 8.5)
     foot = 0.45 + len(said) * 1.35 * 8.5 / 72
     total = 0.85 + rows * row + foot
-    figure = new_figure((WIDTH, total))
+    figure = new_figure((WIDTH, total), dpi)
     style = {"va": "top", "parse_math": False}
     figure.text(0.03, 1 - 0.16 / total, result.name, size=14, weight="bold", color=INK, **style)
     above = "; ".join(["over its stroke, to scale", "light grey: at rest", *result.notes[:1]])

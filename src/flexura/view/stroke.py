@@ -14,7 +14,7 @@ from flexura.errors import OptionError, foremost
 from flexura.view.animation import Format, animate_stroke, encoded, writable
 from flexura.view.annotations import foot
 from flexura.view.charts import COLOURS, headline, legend_above, style, value_axis
-from flexura.view.figures import new_chart
+from flexura.view.figures import DPI, new_chart
 from flexura.view.files import figure_files, make_folder, write_files
 from flexura.view.palette import INK
 from flexura.view.poses import draw_poses
@@ -23,23 +23,23 @@ DOFS = ("x", "y", "z", "about x", "about y", "about z")
 
 
 @verb
-def save_stroke(result: Stroke, folder: Path | str, *, animate: Format | None = None) -> list[Path]:
+def save_stroke(result: Stroke, folder: Path | str, *, animate: Format | None = None, dpi: float = DPI) -> list[Path]:
     """Write `stroke.png`, curves over at least two poses, and `poses.png`, the first, a middle and the last one, into a
     folder, complete or not at all; and with `animate`, `gif`, `webp` or `mp4`, the mechanism in motion, such as
-    `stroke.gif`.
+    `stroke.gif`. dpi: dots per inch of the pictures, 300 for print.
 
     Returns the paths, none where there is no pose. Raises OptionError when the folder cannot be written to, and as
     `save_animation` does.
     """
     form = None if animate is None else writable(animate)
-    figures = {"stroke.png": draw_stroke(result)} if len(result.poses) > 1 else {}
-    figures |= {"poses.png": draw_poses(result)} if result.poses else {}
+    figures = {"stroke.png": draw_stroke(result, dpi=dpi)} if len(result.poses) > 1 else {}
+    figures |= {"poses.png": draw_poses(result, dpi=dpi)} if result.poses else {}
     films = {f"stroke.{form}": encoded(animate_stroke(result), form)} if form and len(result.poses) > 1 else {}
     return write_files(figure_files(figures) | films, make_folder(Path(folder)))
 
 
 @verb
-def draw_stroke(result: Stroke) -> Figure:
+def draw_stroke(result: Stroke, *, dpi: float = DPI) -> Figure:
     """Forces of the drives, natural frequencies tracked by shape, and support stiffness, all over the first drive.
 
     Full lines: drives free under the forces that hold the pose; dashed ones: drives held. Stiffness has a logarithmic
@@ -50,7 +50,7 @@ def draw_stroke(result: Stroke) -> Figure:
     first = next(iter(result.poses[0].varied))
     unit, factor = SHOWN.get(result.units[first], (result.units[first], 1.0))
     x = factor * np.array([pose.varied[first] for pose in result.poses])
-    figure = new_chart((9.0, 8.0))
+    figure = new_chart((9.0, 8.0), dpi)
     panels = figure.subplots(2, 2)
     _forces(panels[0, 0], result, x)
     _frequencies(panels[0, 1], result, x)
