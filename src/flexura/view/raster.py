@@ -141,8 +141,9 @@ def _packed(colours: NDArray[np.float32]) -> NDArray[np.uint32]:
 
 def _unpacked(pixels: NDArray[np.uint32]) -> NDArray[np.float32]:
     """Premultiplied RGBA (k, 4) of pixels (k,) that are opaque or transparent."""
-    found = pixels.view(np.uint8).reshape(-1, 4).astype(np.float32) / np.float32(255)
-    return found * found[:, 3:]
+    found = (pixels.view(np.uint8).reshape(-1, 4) / np.float32(255)).astype(np.float32)
+    found *= found[:, 3:]
+    return found
 
 
 class _Rows(NamedTuple):
