@@ -12,12 +12,14 @@ CALLED_BY_OTHERS = {
     "_repr_html_",
     "_repr_png_",
     "to_frame",
+    "make_image",
     "model_config",
     "model_validate_json",
+    "print_png",
     "resolve_command",
     "severity",
 }
-"""By notebooks, pydantic, typer, and the script of pages."""
+"""By notebooks, Matplotlib, pydantic, typer, and the script of pages."""
 REGISTERED = {"model_validator"}
 """Decorators under which a function is known to others than by its name."""
 

@@ -242,7 +242,7 @@ def test_every_member_is_under_the_worst_corner_of_the_limits(tmp_path):
     section = fx.report(model, n=1).html.partition('<section id="stress"')[2].partition("</section>")[0]
     seen = 0
     for caption, table in re.findall(r"<caption>most stressed with (.*?)</caption>(.*?)</table>", section, re.DOTALL):
-        named = dict(re.findall(r"(\w+)=(-?[\d.e-]+)", caption))
+        named = dict(re.findall(r"(\w+) at (-?[\d.e-]+)", caption))
         for name, shown in re.findall(r"<td>([\w.\[\]]+)</td><td[^>]*>([\d.e+-]+)</td>", table):
             stress, commands = worst[name]
             assert shown == f"{1e-6 * stress:.5g}"

@@ -113,8 +113,8 @@ def save_modes(
     """
     form = None if animate is None else writable(animate)
     positive(magnify)
-    target = make_folder(Path(folder))
     own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
+    target = make_folder(Path(folder))
     titles = [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes]
     subtitles = [mode.motion.summary for mode in result.modes]
     warnings = [[w for w in result.warnings if w.place == place] for place in own]

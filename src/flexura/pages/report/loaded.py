@@ -108,7 +108,9 @@ def _stressed(
         factor = "" if m.factor_to_yield is None else f"{m.factor_to_yield:.4g}"
         rows.append([m.name, f"{1e-6 * (m.von_mises or 0):.5g}", factor, f"{m.position:.2f} of its length"])
     lines = [("state", state), ("stress", "von Mises, with notch factors"), *(("note", note) for note in notes)]
-    caption = f"most stressed with {', '.join(given)}" if given else f"the largest stresses under {state}"
+    units = {own.channel.name: own.channel.unit for own in subject.inputs}
+    named = ", ".join(f"{name} at {value:.6g} {units[name]}" for name, value in corner.commands.items())
+    caption = f"most stressed with {named}" if given else f"the largest stresses under {state}"
     headings = ["member", "von Mises MPa", "factor to yield", "at"]
     return Table(headings, rows, (1, 2), caption, Evidence(command, lines, essential=True))
 
