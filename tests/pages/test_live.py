@@ -209,6 +209,38 @@ def test_a_design_that_cannot_be_is_said_at_its_slider(guide, values):
 
 
 @pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ({"thickness": 3.0}, "parameter thickness = 3 mm is above its maximum 2 mm"),
+        ({"thickness": 0.05}, "parameter thickness = 0.05 mm is below its minimum 0.1 mm"),
+    ],
+)
+def test_a_bound_is_said_in_the_unit_of_the_slider(guide, values, text):
+    with talk(guide) as (own, _):
+        assert [problem["text"] for problem in own.all_of(own.ask(values))["refused"]["problems"]] == [text]
+
+
+def test_a_bound_that_depends_on_others_is_said_in_the_unit_of_the_slider(tmp_path):
+    text = TWO.replace("maximum: 4 N/mm}}", "maximum: 4 N/mm}, stiff: {value: 2*soft, maximum: 5.5 N/mm}}")
+    (tmp_path / "two.yaml").write_text(text.replace("tx: 2 N/mm", "tx: stiff"), encoding="utf-8")
+    with served(tmp_path / "two.yaml") as own, talk(own) as (page, _):
+        problem = page.all_of(page.ask({"soft": 3.0}))["refused"]["problems"][0]
+    assert problem == {"text": "parameter stiff = 6 N/mm is above its maximum 5.5 N/mm", "sliders": ["soft"]}
+
+
+def test_a_stroke_is_assumed_where_the_file_has_none(guide, tmp_path):
+    with talk(guide) as (_, opened):
+        height = next(own["value"] for own in opened["sliders"] if own["name"] == "length")
+        stroke = opened["stroke"]
+        assert stroke["dof"] == "carriage.tx" and stroke["assumed"]
+        assert 0.005 < stroke["amplitude"] / (height * 1e-3) < 0.02
+    text = GUIDE.read_text(encoding="utf-8") + "motion: {move: {carriage: {x: [-2 mm, 3 mm]}}}\n"
+    (tmp_path / "guide.yaml").write_text(text, encoding="utf-8")
+    with served(tmp_path / "guide.yaml") as own, talk(own) as (_, opened):
+        assert opened["stroke"] == {"dof": "carriage.tx", "amplitude": 3e-3, "assumed": False}
+
+
+@pytest.mark.parametrize(
     "message",
     [
         "",

@@ -109,12 +109,15 @@ def test_frequencies_and_the_picture_follow_the_mouse(live):
 def test_what_takes_longer_follows(live):
     expect(live.locator(".live-modes")).to_contain_text("carriage moves along x", timeout=SETTLED)
     expect(live.locator(".live-results svg").first).to_be_visible(timeout=SETTLED)
-    live.get_by_label("how far").fill("1")
+    expect(live.locator(".live-margin")).to_contain_text("Factor to yield", timeout=SETTLED)
+    expect(live.locator(".live-results")).to_contain_text("the stroke is assumed")
+    live.get_by_label("how far").fill("2")
     live.get_by_label("how far").press("Enter")
     model = fx.assemble(fx.load(GUIDE))
-    force = 1e-3 / fx.compliance(model, nodes=["carriage"])[0, 0]
+    force = 2e-3 / fx.compliance(model, nodes=["carriage"])[0, 0]
     factor = fx.statics(model, loads={"carriage": [force, 0, 0, 0, 0, 0]}).stresses().factor_to_yield
     expect(live.locator(".live-margin")).to_contain_text(f"Factor to yield {factor:.3g}", timeout=SETTLED)
+    expect(live.locator(".live-results")).not_to_contain_text("the stroke is assumed")
 
 
 def test_undo_and_redo(live):

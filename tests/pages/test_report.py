@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
+from flexura.pages.report.scale import ticks
 from flexura.pages.report.summary import grouped
 from helpers.shell import flexura
 
@@ -313,3 +314,18 @@ def test_a_broken_file_leaves_no_page(tmp_path):
 def test_strict_writes_nothing_where_there_are_warnings(tmp_path):
     done = CliRunner().invoke(app, ["report", str(GUIDE), "--strict", "--out", str(tmp_path / "page.html")])
     assert done.exit_code == 1 and not (tmp_path / "page.html").exists() and done.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("axis", "texts"),
+    [
+        ((0.05, 10.0, True, 30), "0.05 0.1 0.2 0.5 1 2 5 10"),
+        ((1e-4, 1e-2, True, 3), "10⁻⁴ 0.001 0.01"),
+        ((1e3, 1e6, True, 4), "1000 10000 10⁵ 10⁶"),
+        ((0.0, 2.0, False, 5), "0 0.5 1.0 1.5 2.0"),
+        ((-40e3, 40e3, False, 5), "-40000 -20000 0 20000 40000"),
+        ((0.0, 3e-5, False, 4), "0 10⁻⁵ 2·10⁻⁵ 3·10⁻⁵"),
+    ],
+)
+def test_numbers_of_axes_are_plain_where_they_are_not_far_from_one(axis, texts):
+    assert " ".join(text for _, text in ticks(*axis)) == texts

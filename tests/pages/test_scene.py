@@ -357,6 +357,6 @@ def test_parts_of_one_name_tell_their_own_facts():
     labels = {kind.key: kind.label for kind in own.kinds}
     told = {labels[part.kind]: dict(part.facts) for part in own.parts if part.name == "tip_x"}
     assert told["spring"] == {"kind": "spring", "stiffness tx": "2 N/m", "between": "tip and ground"}
-    damping = {"damping tx": "3 N s/m", "damping ry": "0.5 N m s/rad"}
+    damping = {"damping tx": "3 N·s/m", "damping ry": "0.5 N·m·s/rad"}
     assert told["dashpot"] == {"kind": "dashpot", **damping, "between": "tip and ground"}
     assert told["sensor"] == {"kind": "sensor: displacement", "at": "tip"}

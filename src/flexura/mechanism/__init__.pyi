@@ -38,6 +38,7 @@ from flexura.mechanism.evaluation import ParameterTable as ParameterTable
 from flexura.mechanism.evaluation import bounds as bounds
 from flexura.mechanism.evaluation import evaluated as evaluated
 from flexura.mechanism.evaluation import parameter_dimensions as parameter_dimensions
+from flexura.mechanism.evaluation import parameter_order as parameter_order
 from flexura.mechanism.evaluation import parameter_values as parameter_values
 from flexura.mechanism.evaluation import scalars as scalars
 from flexura.mechanism.layout import TOP as TOP

@@ -198,6 +198,7 @@ class _Batch:
         chains = _chains(plan, None)
         self.is_stacked = False
         self.counts = dict.fromkeys(chains.forces, 0)
+        self._recent: tuple[ChainAssembler, int, ChainOrder] | None = None
         self._use(self.counts)
         if chains.order <= LARGEST_ORDER:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
@@ -218,10 +219,13 @@ class _Batch:
         """Some designs of all."""
         return Design.at(self.plan, values[own], some_of(self.parameters, own))
 
-    def _choose(self, design: Design, number: int = 0) -> None:
-        """Keep more modes of the slowest chains until the intervals of a design are well within the tolerance."""
+    def _choose(self, design: Design, number: int | None = None) -> None:
+        """Keep more modes of the slowest chains until the intervals of a design, the default one or that of a number,
+        are well within the tolerance."""
         for _ in range(ROUNDS):
-            own, top = self._order(design, number), np.inf
+            own, top = self._order(design, number or 0), np.inf
+            if number is not None:
+                self._recent = self.chains, number, own
             if self.chains.order >= self.count and np.isfinite(self.chains.start(self.count).values).all():
                 bounds = chain_bounds(own, self.count, self.chains.start(self.count), HEADROOM * self.tolerance)
                 if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
@@ -251,7 +255,11 @@ class _Batch:
     def __call__(self, values: Array, own: slice) -> tuple[Array, Array, Array]:
         """Frequencies, lower and upper bounds (designs, count), Hz, of the designs of a stack."""
         if self.is_stacked:
-            order = self._order(self._designs(values, own), own.start)
+            recent = self._recent
+            if recent is not None and recent[:2] == (self.chains, own.start) and own.stop - own.start == 1:
+                order = recent[2]
+            else:
+                order = self._order(self._designs(values, own), own.start)
             return _hertz(chain_bounds(order, self.count, self.chains.start(self.count), self.tolerance))
         found = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(own.start, own.stop)]
         f, low, up = (np.array(column) for column in zip(*found, strict=True))

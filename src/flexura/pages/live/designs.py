@@ -129,12 +129,14 @@ class Designs:
         if not isinstance(error, FlexuraError):
             detail = " ".join(f"{type(error).__name__}: {error}".split())[:300]
             error = SolverError(f"the numbers of this design cannot be worked with ({detail})")
+        parameters: dict[str, float] = {}
         try:
-            own.plan.verify(parameters_of(own.sliders, ask.values))
+            parameters = parameters_of(own.sliders, ask.values)
+            own.plan.verify(parameters)
         except FlexuraError as found:
             error = found
         moved = {name for name in ask.values.keys() | held.keys() if ask.values.get(name) != held.get(name)}
-        return blamed(own.plan, error, moved or set(ask.values))
+        return blamed(own.plan, own.sliders, parameters, error, moved or set(ask.values))
 
     def _verified(self, shown: Shown) -> str:
         self.described.plan.verify(shown.parameters)
@@ -171,7 +173,11 @@ class Designs:
             notes.insert(0, f"no damping is described: a ratio of {ASSUMED_DAMPING:g} is assumed for all modes")
         H = found.response[:, 0, 0]
         curves = Buffer.floats([found.frequency_hz, np.abs(H), np.degrees(np.unwrap(np.angle(H)))])
-        own = {"unit": found.unit(asked.output, asked.input), "notes": notes, "warnings": foremost(found.known, 1)}
+        own = {
+            "unit": found.unit(asked.output, asked.input).replace("*", "·"),
+            "notes": notes,
+            "warnings": foremost(found.known, 1),
+        }
         own |= {"input": asked.input, "output": asked.output, "resonances": found.resonances_hz}
         return to_message({"type": "response", "serial": shown.ask.serial, "buffers": {"curves": curves}, **own})
 

@@ -17,10 +17,13 @@ from flexura.systems import Ports
 BEYOND = 1.6
 """The band of a response ends so many times above the highest frequency shown, and begins as far below the lowest."""
 
+STROKE = 0.01
+"""Stroke that is assumed where none is described, over the longest side."""
+
 
 def questions(model: FullOrderModel, found: Eigenpairs, n: int) -> dict[str, Any]:
     """Plain data: names of `inputs` and `outputs`, the `response` to begin with, `loads` that are described, and the
-    DOF whose motion a stroke is, with its amplitude where the file has one."""
+    DOF whose motion a stroke is, with its amplitude, `assumed` where the file has none."""
     ports = Ports(model.design)
     places = list(_dofs(model, found))
     free = places[0] if places else ""
@@ -36,13 +39,14 @@ def questions(model: FullOrderModel, found: Eigenpairs, n: int) -> dict[str, Any
         "high": float(f"{high:.2g}"),
     }
     kinds = ["described"] * model.plan.is_loaded + ["actuators"] * bool(limited)
-    dof, amplitude = _stroke(model, free)
+    described = _stroke(model)
+    dof, amplitude = described or (free, _assumed_stroke(model, free))
     return {
         "inputs": inputs,
         "outputs": outputs,
         "response": first if first["input"] and first["output"] else None,
         "loads": kinds + ["move"] * bool(free),
-        "stroke": {"dof": dof, "amplitude": amplitude},
+        "stroke": {"dof": dof, "amplitude": amplitude, "assumed": described is None},
     }
 
 
@@ -72,12 +76,18 @@ def _dofs(model: FullOrderModel, found: Eigenpairs) -> Iterator[str]:
         yield from (f"{name}.{DOF_NAMES[d]}" for d in order if not held[d])
 
 
-def _stroke(model: FullOrderModel, free: str) -> tuple[str, float | None]:
-    """The first DOF that the described motion moves, and how far, m or rad; else one that is free, without."""
+def _assumed_stroke(model: FullOrderModel, dof: str) -> float:
+    """STROKE of the longest side, m, or as many radians, to two digits."""
+    size = float(np.ptp(model.positions, axis=0).max())
+    return float(f"{STROKE * (1.0 if dof[-2:] in ('rx', 'ry', 'rz') else size or 1e-3):.2g}")
+
+
+def _stroke(model: FullOrderModel) -> tuple[str, float] | None:
+    """The first DOF that the described motion moves, and how far, m or rad."""
     motion = model.plan.mechanism.motion
     for node, moved in (motion.move if motion is not None else {}).items():
         for axis in ("x", "y", "z", "rx", "ry", "rz"):
             ends = getattr(moved, axis)
             if ends is not None and all(isinstance(end, float) for end in ends):
                 return f"{node}.{axis if axis[0] == 'r' else f't{axis}'}", max(map(abs, ends))
-    return free, None
+    return None

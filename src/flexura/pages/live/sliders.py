@@ -9,7 +9,7 @@ from typing import Any
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import NUMBER, Expression
-from flexura.mechanism import Mechanism, bounds, parameter_dimensions, scalars
+from flexura.mechanism import Mechanism, bounds, parameter_dimensions, parameter_order, scalars
 from flexura.structure import Plan
 from flexura.units import format_quantity, parse_quantity, split_quantity
 
@@ -132,18 +132,42 @@ def moved_bounds(plan: Plan, sliders: Mapping[str, Slider], parameters: Mapping[
     return {"derived": derived, "bounds": ends}
 
 
-def blamed(plan: Plan, error: FlexuraError, moved: set[str]) -> list[dict[str, Any]]:
+def blamed(
+    plan: Plan,
+    sliders: Mapping[str, Slider],
+    parameters: Mapping[str, float],
+    error: FlexuraError,
+    moved: set[str],
+) -> list[dict[str, Any]]:
     """What is wrong with a design, each with the sliders that it is said at: of those that were `moved`, the ones on
     which it depends, or else all."""
     problems = getattr(error, "problems", ())
     if not problems:
         named = {name for name in plan.mechanism.parameters if str(error).startswith(f"parameter {name} ")}
-        return [{"text": str(error), "sliders": sorted((_needed(plan, named) & moved) or named or moved)}]
+        texts = [text for name in sorted(named) if (text := _beyond(plan, sliders[name], parameters))]
+        text = "; ".join(texts) or str(error)
+        return [{"text": text, "sliders": sorted((_needed(plan, named) & moved) or named or moved)}]
     found = []
     for problem in problems:
         names = _needed(plan, _names_at(plan.mechanism, problem.path))
         found.append({"text": f"{problem.place}: {problem.rule}", "sliders": sorted((names & moved) or moved)})
     return found
+
+
+def _beyond(plan: Plan, slider: Slider, parameters: Mapping[str, float]) -> str:
+    """Of a parameter beyond one of its bounds that it is so, in the unit of its slider; else nothing."""
+    known = plan.mechanism.parameters
+    values = {name: float(value) for name, value in plan.parameter_values().items()} | dict(parameters)
+    for name in parameter_order(known)[0]:
+        if isinstance(own := known[name].value, Expression) and name not in parameters:
+            values[name] = float(own.evaluate(values))
+    value = values[slider.name]
+    low, high = (float(end) for end in bounds(slider.name, known[slider.name], values))
+    if low <= value <= high:
+        return ""
+    side, end = ("below its minimum", low) if value < low else ("above its maximum", high)
+    found, limit = (f"{slider.shown(own):g} {slider.unit}".rstrip() for own in (value, end))
+    return f"parameter {slider.name} = {found} is {side} {limit}"
 
 
 def _names_at(mechanism: Mechanism, path: tuple[str | int, ...]) -> set[str]:

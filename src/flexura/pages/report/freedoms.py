@@ -111,7 +111,7 @@ def _spectrum(found: Kinetostatics, evidence: Evidence) -> Table:
 
 
 def _coupling(found: Kinetostatics, command: str) -> Table:
-    headings = ["per unit command", *(f"{c.name} [{c.unit}]" for c in found.inputs)]
+    headings = ["per unit command", *(f"{c.name} [{c.unit.replace('*', '·')}]" for c in found.inputs)]
     rows = [[_named(k), *(f"{x:.4g}" for x in found.coupling[k])] for k in range(6)]
     rows.append(["input stiffness N/m", *(f"{x:.4g}" for x in found.input_stiffness)])
     return Table(
@@ -131,7 +131,7 @@ def _stiffness(found: Kinetostatics, command: str) -> Table:
         low, high = found.workspace[k]
         span = f"{low:.4g} to {high:.4g} {'m' if k < 3 else 'rad'}" if np.isfinite([low, high]).all() else "no limits"
         held = "held" if locked < 1e-9 * free else f"{1 / locked:.4g}"
-        unit = "N/m" if k < 3 else "N m/rad"
+        unit = "N/m" if k < 3 else "N·m/rad"
         rows.append([dof, f"{found.stiffness[k]:.4g}", f"{1 / free:.4g}", held, unit, span])
     if not found.inputs:
         headings, rows = ["coordinate", "stiffness", "unit"], [[row[0], row[1], row[4]] for row in rows]
@@ -149,7 +149,7 @@ def _compliance(found: Kinetostatics, command: str) -> Folded:
     rows = [[_named(k), *(f"{x:.4g}" for x in matrix[k])] for k in range(6)]
     headings = [
         "displacement",
-        *(f"{'F' if k < 3 else 'M'}{dof[1]} 1 {'N' if k < 3 else 'N m'}" for k, dof in enumerate(DOF_NAMES)),
+        *(f"{'F' if k < 3 else 'M'}{dof[1]} 1 {'N' if k < 3 else 'N·m'}" for k, dof in enumerate(DOF_NAMES)),
     ]
     table = Table(
         headings, rows, range(1, 7), "displacement by unit forces and moments at the platform", Evidence(command)

@@ -104,6 +104,7 @@ def _moves(words: str, platform: str | None) -> str:
 def response_chart(name: str, found: FrequencyResponse, group: ResponseGroup, platform: str | None) -> Chart:
     """Magnitude over phase of responses of one unit, resonances marked with what moves in them."""
     factor, unit = scaled_unit(max(float(np.abs(curve.H).max()) for curve in group.curves), group.unit)
+    unit = unit.replace("*", "·")
     size = [Curve(curve.label, factor * np.abs(curve.H)) for curve in group.curves]
     angle = [Curve(curve.label, phase_in_degrees(curve.H)) for curve in group.curves]
     marks = []
@@ -164,7 +165,10 @@ def _values(found: FrequencyResponse, group: ResponseGroup, command: str) -> Tab
     wanted = np.concatenate([np.geomspace(hz[0], hz[-1], SPREAD), found.resonances_hz])
     chosen = np.unique(np.abs(hz[:, None] - wanted).argmin(axis=0))
     columns = [values for curve in group.curves for values in (np.abs(curve.H), phase_in_degrees(curve.H))]
-    headings = ["Hz", *(f"{' / '.join(c.pairs[0])} {what}" for c in group.curves for what in (group.unit, "deg"))]
+    headings = [
+        "Hz",
+        *(f"{' / '.join(c.pairs[0])} {what}" for c in group.curves for what in (group.unit.replace("*", "·"), "deg")),
+    ]
     rows = [[f"{hz[k]:.5g}", *(f"{values[k]:.5g}" for values in columns)] for k in chosen]
     note = f"{len(rows)} of {len(hz)} frequencies; the command writes all, phases within half a turn"
     return Table(headings, rows, range(len(headings)), note, Evidence(command))

@@ -12,8 +12,10 @@ Array = NDArray[np.float64]
 
 ANGLES = (1, 2, 5, 10, 15, 30, 45, 90, 180, 360)
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-PLAIN = (1e-3, 1e5)
-"""Between these the numbers of logarithmic axes are plain."""
+PLAIN = (1e-3, 1e4)
+"""Between these numbers of logarithmic axes are plain; the script of pages has the same."""
+LONG = 1e6
+"""Up to here those of even axes are."""
 
 
 @dataclass(frozen=True)
@@ -76,25 +78,29 @@ def _logarithmic(low: float, high: float, most: float) -> list[tuple[float, str]
     decades = math.log10(high / low)
     within = (1, 2, 5) if 3 * decades <= most else (1,)
     every = max(1, math.ceil(decades / most))
-    powers = low < PLAIN[0] or high > PLAIN[1]
     exponents = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     found = [(factor, power) for power in exponents if power % every == 0 for factor in within]
     return [
-        (factor * 10.0**power, _raised(factor, power) if powers else f"{factor * 10.0**power:.12g}")
+        (factor * 10.0**power, _plain(factor * 10.0**power, PLAIN[1] * (1 + 1e-9)))
         for factor, power in found
         if low * (1 - 1e-9) <= factor * 10.0**power <= high * (1 + 1e-9)
     ]
 
 
-def _raised(factor: int, power: int) -> str:
-    return ("" if factor == 1 else f"{factor}·") + "10" + str(power).translate(SUPERSCRIPTS)
+def _plain(value: float, most: float) -> str:
+    """A plain number of six digits, or one with a power of ten where it is more than `most` or very small."""
+    if value == 0 or PLAIN[0] * (1 - 1e-9) <= abs(value) < most:
+        return f"{float(f'{value:.6g}'):.12g}"
+    factor, power = f"{value:.5e}".split("e")
+    factor = factor.rstrip("0").rstrip(".")
+    return ("" if factor == "1" else f"{factor}·") + "10" + str(int(power)).translate(SUPERSCRIPTS)
 
 
 def _text(value: float, step: float) -> str:
     if abs(value) < 1e-9 * step:
         return "0"
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
-    return f"{value:.{digits}f}" if digits <= 4 and abs(value) < 1e6 else f"{value:.6g}"
+    return f"{value:.{digits}f}" if digits <= 4 and abs(value) < LONG else _plain(value, LONG)
 
 
 def _below(value: float) -> float:

@@ -97,7 +97,7 @@ def _chart(found: Stroke) -> Chart:
         turns = _scale(name)[1] == "rad"
         force = np.array([pose.reaction[name] + 0.0 for pose in poses])
         panels.append(
-            Panel("moment to hold" if turns else "force to hold", "N m" if turns else "N", False, [Curve(name, force)])
+            Panel("moment to hold" if turns else "force to hold", "N·m" if turns else "N", False, [Curve(name, force)])
         )
     support = np.array([pose.support_stiffness[:3] for pose in poses])
     shown = [Curve(f"k{axis}", support[:, k]) for k, axis in enumerate("xyz") if np.isfinite(support[:, k]).any()]
@@ -125,7 +125,7 @@ def _table(found: Stroke, command: str) -> Table:
     headings = [f"{name} {found.units[name]}" for name in changing]
     for name in first.move:
         turns = _scale(name)[1] == "rad"
-        headings += [f"{name} {'rad' if turns else 'mm'}", "force N m" if turns else "force N"]
+        headings += [f"{name} {'rad' if turns else 'mm'}", "force N·m" if turns else "force N"]
     n = min(len(first.frequency_hz), MODES)
     headings += [*(f"f{k + 1} Hz" for k in range(n)), *(f"k{axis} N/m" for axis in "xyz"), "to yield", "to buckle"]
     every = max(1, -(-len(found.poses) // MOST))

@@ -95,7 +95,7 @@ def _overview(found: CheckReport) -> Table:
 
 def _wrench(own: Iterable[float]) -> str:
     wrench = list(own)
-    parts = [f"{_vector(w)} {unit}" for w, unit in ((wrench[:3], "N"), (wrench[3:], "N m")) if any(w)]
+    parts = [f"{_vector(w)} {unit}" for w, unit in ((wrench[:3], "N"), (wrench[3:], "N·m")) if any(w)]
     return ", ".join(parts) or "none"
 
 

@@ -145,7 +145,7 @@ class Facts:
             found = [("kind", "piezo stack"), ("stiffness", shown(_number(actuator.stiffness), "N/m"))]
             units = {"free_stroke": "m", "blocked_force": "N", "gain": "m/V", "mass": "kg"}
         else:
-            units = {"limit": "N m" if actuator.type == "moment" else "N"}
+            units = {"limit": "N·m" if actuator.type == "moment" else "N"}
         for name, unit in units.items():
             if value := getattr(actuator, name, None):
                 found.append((name.replace("_", " "), shown(_number(value), unit)))
@@ -164,9 +164,9 @@ def _coupling(word: str, element: Spring | Dashpot) -> list[Fact]:
     """Of a spring or a dashpot whose numbers are resolved."""
     found: list[Fact] = [("kind", word)]
     if isinstance(element, Dashpot):
-        own, quantity, units = element.damping, "damping", ("N s/m", "N m s/rad")
+        own, quantity, units = element.damping, "damping", ("N·s/m", "N·m·s/rad")
     else:
-        own, quantity, units = element.stiffness, "stiffness", ("N/m", "N m/rad")
+        own, quantity, units = element.stiffness, "stiffness", ("N/m", "N·m/rad")
     for name in DOF_NAMES if own is not None else ():
         if value := _number(getattr(own, name)):
             unit = units[name[0] == "r"]

@@ -120,7 +120,7 @@ def static_motions(drawing: Drawing, result: Statics) -> Iterator[ShownMotion]:
 def _state(own: ActuatorState) -> str:
     """What an actuator does."""
     if own.unit == "N*m":
-        return f"turns by {shown(own.elongation, 'rad')}, moment {shown(own.force, 'N m')}"
+        return f"turns by {shown(own.elongation, 'rad')}, moment {shown(own.force, 'N·m')}"
     return f"elongation {shown(own.elongation, 'm')}, force {shown(own.force, 'N')}"
 
 
@@ -132,7 +132,7 @@ def load_arrows(drawing: Drawing, result: Statics) -> Iterator[Arrow]:
         wrenches[node] = wrenches.get(node, 0.0) + wrench
     for node, wrench in wrenches.items():
         at = triple(model.positions[model.plan.topology.numbers([node])[0]])
-        for own, unit in ((wrench[:3], "N"), (wrench[3:], "N m")):
+        for own, unit in ((wrench[:3], "N"), (wrench[3:], "N·m")):
             if np.any(own):
                 yield Arrow(at, unit_vector(own), f"{node}: {shown(float(np.linalg.norm(own)), unit)}")
     if any(result.gravity):

@@ -75,19 +75,19 @@ def _where(result: Stroke, pose: StrokePose) -> str:
 
 
 def _number(value: float, unit: str) -> str:
-    return shown(value, unit) if unit in ("m", "rad", "N", "N m") else f"{digits(value)} {unit}"
+    return shown(value, unit) if unit in ("m", "rad", "N", "N·m") else f"{digits(value)} {unit}"
 
 
 def _facts(pose: StrokePose) -> list[Fact]:
     """What holds a pose, its frequencies, its support stiffness, how far it is from yield."""
     found: list[Fact] = []
     for name, force in pose.reaction.items():
-        found.append((f"force at {name}", shown(force, "N m" if name.rpartition(".")[2].startswith("r") else "N")))
+        found.append((f"force at {name}", shown(force, "N·m" if name.rpartition(".")[2].startswith("r") else "N")))
     hertz = [shown(own, "Hz") for own in pose.frequency_hz[:3]]
     found.append(("natural frequencies", ", ".join(hertz) + ("" if pose.proven else " (not proven)")))
     for k, stiffness in enumerate(pose.support_stiffness):
         if np.isfinite(stiffness):
-            own = shown(stiffness, "N/m") if k < 3 else f"{digits(stiffness)} N m/rad"
+            own = shown(stiffness, "N/m") if k < 3 else f"{digits(stiffness)} N·m/rad"
             found.append((f"support stiffness {DOFS[k]}", own))
     found.append(("strain energy", f"{digits(1e3 * pose.energy)} mJ"))
     if pose.stress_margin is not None and np.isfinite(pose.stress_margin):

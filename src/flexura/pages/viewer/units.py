@@ -8,7 +8,7 @@ _SCALES: dict[str, tuple[tuple[float, str], ...]] = {
     "m": ((10.0, "m"), (1e-5, "mm"), (1e-8, "µm"), (0.0, "nm")),
     "kg": ((1.0, "kg"), (1e-3, "g"), (1e-6, "mg"), (0.0, "µg")),
     "N": ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (0.0, "µN")),
-    "N m": ((1.0, "N m"), (1e-3, "mN m"), (0.0, "µN m")),
+    "N·m": ((1.0, "N·m"), (1e-3, "mN·m"), (0.0, "µN·m")),
     "N/m": ((1e6, "N/µm"), (1e3, "N/mm"), (0.0, "N/m")),
     "Pa": ((1e9, "GPa"), (1e5, "MPa"), (1e3, "kPa"), (0.0, "Pa")),
     "Hz": ((1e4, "kHz"), (0.0, "Hz")),
@@ -17,7 +17,7 @@ _SCALES: dict[str, tuple[tuple[float, str], ...]] = {
 
 _FACTORS = {
     "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "g": 1e-3, "mg": 1e-6, "µg": 1e-9, "kN": 1e3, "mN": 1e-3, "µN": 1e-6,
-    "mN m": 1e-3, "µN m": 1e-6, "N/µm": 1e6, "N/mm": 1e3, "GPa": 1e9, "MPa": 1e6, "kPa": 1e3, "kHz": 1e3,
+    "mN·m": 1e-3, "µN·m": 1e-6, "N/µm": 1e6, "N/mm": 1e3, "GPa": 1e9, "MPa": 1e6, "kPa": 1e3, "kHz": 1e3,
 }  # fmt: skip
 
 

@@ -64,38 +64,39 @@ function logarithmic(low: number, high: number, most: number): Tick[] {
   const decades = Math.log10(high / low);
   const within = 3 * decades <= most ? [1, 2, 5] : [1];
   const every = Math.max(1, Math.ceil(decades / most));
-  const powers = high > PLAIN || low < 1e-3;
   const found: Tick[] = [];
   for (let power = first; power <= last; power += 1) {
     for (const factor of power % every ? [] : within) {
       const value = factor * Math.pow(10, power);
       if (value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9)) {
-        found.push({ value, text: powers ? raised(value) : plain(value) });
+        found.push({ value, text: plain(value, 6, PLAIN * (1 + 1e-9)) });
       }
     }
   }
   return found;
 }
 
-/** Up to here numbers of ticks are plain. */
-const PLAIN = 1e5;
+/** Up to here numbers of logarithmic axes are plain; as on paper (scale.py). */
+const PLAIN = 1e4;
+/** Up to here others are. */
+const LONG = 1e6;
 
 function tickText(value: number, step: number): string {
   if (value === 0) {
     return "0";
   }
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return digits > 4 || Math.abs(value) >= 1e6 ? plain(value) : value.toFixed(digits);
+  return digits > 4 || Math.abs(value) >= LONG ? plain(value) : value.toFixed(digits);
 }
 
 /** A plain number, or one with a power of ten where it would be long. */
-export function plain(value: number, digits = 6): string {
+export function plain(value: number, digits = 6, most = LONG): string {
   if (!Number.isFinite(value)) {
     return "";
   }
   const rounded = Number(value.toPrecision(digits));
   const size = Math.abs(rounded);
-  return size === 0 || (size >= 1e-3 && size < 1e6) ? String(rounded) : raised(rounded);
+  return size === 0 || (size >= 1e-3 && size < most) ? String(rounded) : raised(rounded);
 }
 
 /** A number with a power of ten. */

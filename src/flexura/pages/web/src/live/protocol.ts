@@ -43,7 +43,7 @@ export interface Opened {
   outputs: string[];
   response: Asked | null;
   loads: LoadKind[];
-  stroke: { dof: string; amplitude: number | null };
+  stroke: { dof: string; amplitude: number; assumed: boolean };
 }
 
 /** A mode: its identity, from the modes of the file on, and its frequency in numbers and words. */

@@ -19,10 +19,12 @@ export class StressPanel {
   private readonly table = h("table", {});
   private readonly note = h("p", { class: "soft" });
   private opened = false;
+  private assumed = false;
 
   constructor(host: HTMLElement, asks: () => void) {
     for (const field of [this.kind, this.dof, this.amplitude]) {
       field.addEventListener("change", () => {
+        if (field !== this.kind) this.assumed = false;
         this.lay();
         asks();
       });
@@ -36,8 +38,8 @@ export class StressPanel {
     this.kind.replaceChildren(...own.loads.map((value) => h("option", { value, selected: value === chosen }, WORDS[value])));
     if (!this.opened) {
       this.dof.value = own.stroke.dof;
-      const factor = this.factor();
-      this.amplitude.value = own.stroke.amplitude === null ? "" : String(Number((own.stroke.amplitude / factor).toPrecision(6)));
+      this.assumed = own.stroke.assumed;
+      this.amplitude.value = String(Number((own.stroke.amplitude / this.factor()).toPrecision(this.assumed ? 2 : 6)));
     }
     this.opened = true;
     this.lay();
@@ -64,7 +66,8 @@ export class StressPanel {
       h("tbody", {}, ...rows.map((row) => h("tr", {}, h("td", {}, row.member), cell(megapascals(row.stress)), cell(megapascals(row.yield)), cell(factor(row.factor))))),
     );
     this.table.hidden = rows.length === 0;
-    this.note.textContent = [...(own.warnings ?? []), ...(own.notes ?? [])].join("; ");
+    const assumed = this.assumed && this.kind.value === "move" ? ["the stroke is assumed, one hundredth of the size: the file has none"] : [];
+    this.note.textContent = [...(own.warnings ?? []), ...assumed, ...(own.notes ?? [])].join("; ");
     this.note.className = own.warnings?.length ? "warning" : "soft";
   }
 

@@ -3,10 +3,20 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { VIEWS, alike, alikeDeep, fittingDistance } from "./views";
 
 const SLOW = 36; // ms
+const COARSE = 0.5; // pixels for one of CSS while what is shown changes and the processor draws it
+const REST = 300; // ms after which nothing changes any more
 
 /** Pixels of the picture for one of CSS. */
 function finest(): number {
   return Math.min(window.devicePixelRatio || 1, 3);
+}
+
+/** Whether pictures are drawn by the processor, for want of a graphics card. */
+function drawsInSoftware(renderer: WebGLRenderer): boolean {
+  const gl = renderer.getContext();
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 /** The canvas, the camera and when to draw: only after something changed, and never out of sight. */
@@ -30,6 +40,8 @@ export class Stage {
   private readonly watcher: IntersectionObserver;
   private asked = 0;
   private last = 0; // ms, time of the frame before
+  private resting: ReturnType<typeof setTimeout> | undefined; // while what is shown changes
+  private readonly software: boolean;
   private pace = 0; // ms, of late, from frame to frame while a motion plays; 0: not known
   private inSight = true;
   private lost = false;
@@ -40,6 +52,7 @@ export class Stage {
   constructor(readonly host: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance", alpha: false });
     this.renderer.sortObjects = true;
+    this.software = drawsInSoftware(this.renderer);
     this.renderer.setPixelRatio(finest());
     this.renderer.domElement.tabIndex = 0;
     host.append(this.renderer.domElement);
@@ -84,6 +97,18 @@ export class Stage {
   readonly ask = (): void => {
     if (this.asked === 0 && this.visible) this.asked = requestAnimationFrame(this.frame);
   };
+
+  /** What is shown changes, and may soon again: until it rests the processor draws fewer pixels. */
+  hurry(): void {
+    if (!this.software) return;
+    if (this.resting === undefined) this.rasterise(COARSE);
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => {
+      this.resting = undefined;
+      this.rasterise(finest());
+      this.ask();
+    }, REST);
+  }
 
   background(colour: string): void {
     this.renderer.setClearColor(new Color(colour), 1);
@@ -184,6 +209,7 @@ export class Stage {
   }
 
   dispose(): void {
+    clearTimeout(this.resting);
     cancelAnimationFrame(this.asked);
     this.resizer.disconnect();
     this.watcher.disconnect();
@@ -209,7 +235,9 @@ export class Stage {
   /** While a motion plays slowly it is drawn with fewer pixels, down to those of CSS; at rest with all. */
   private keepPace(now: number, playing: boolean): void {
     const ratio = this.renderer.getPixelRatio();
-    if (!playing) {
+    if (this.resting !== undefined) {
+      this.pace = 0;
+    } else if (!playing) {
       this.pace = 0;
       if (ratio < finest()) this.rasterise(finest());
     } else {
@@ -245,7 +273,7 @@ export class Stage {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (width === 0 || height === 0) return;
-    this.rasterise(finest());
+    this.rasterise(this.resting === undefined ? finest() : COARSE);
     this.deep.aspect = width / height;
     this.flat.left = -this.deep.aspect;
     this.flat.right = this.deep.aspect;

@@ -139,6 +139,7 @@ export class LiveViewer implements Viewer, Keyed {
       const motion = this.model.motions.get(own.id);
       if (motion) Object.assign(motion, own);
     }
+    this.stage.hurry();
     this.model.move(change.points, change.displacements ?? {});
     this.drawing.replace(this.model);
     this.drawing.fields.clear();
