@@ -95,6 +95,7 @@ release-check:
 pictures: $(STAMP)
 	$(BIN)/python docs/figures/make_figures.py
 	$(BIN)/python docs/figures/rooms.py
+	$(BIN)/python docs/figures/page_pictures.py
 
 clean:
 	rm -rf $(VENV) out .pytest_cache .ruff_cache .hypothesis

@@ -32,6 +32,8 @@ COMMANDS = (
     "modes examples/rpr/rpr.yaml -n 6",
     "statics examples/amplifier/amplifier.yaml",
     "stroke examples/guide/guide.yaml --move carriage.x=0:5mm --steps 3 -n 3",
+    "view examples/guide/guide.yaml --out out/view.html",
+    "report examples/guide/guide.yaml --out out/report.html",
 )
 IMPORT_ALL = """
 import importlib, pkgutil, flexura

@@ -116,6 +116,15 @@ def poses_rpr() -> None:
     fx.view.draw_poses(fx.stroke(rpr, move=move, steps=9), elev=6, azim=-56).savefig(HERE / "poses_rpr.png", dpi=100)
 
 
+def rpr_moving() -> None:
+    """A mode of the platform with its stacks in motion."""
+    result = fx.modes(fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr_piezo.yaml"), n=4)
+    mode = result.modes[3]
+    title = f"mode 4: {mode.frequency_text} Hz"
+    moving = fx.view.animate_mode(result.model, result.shapes[:, :, 3], title=title, subtitle=mode.motion.summary)
+    fx.view.save_animation(moving, HERE / "rpr_moving.webp")
+
+
 def closed_loop() -> None:
     """Loops and steps of the platform under control, by the example itself."""
     script = HERE.parents[1] / "examples" / "rpr" / "closed_loop.py"
@@ -126,6 +135,7 @@ if __name__ == "__main__":
     contours()
     pivot()
     rpr()
+    rpr_moving()
     rpr_response()
     rpr_solid()
     two_claims()
