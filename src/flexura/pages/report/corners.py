@@ -35,7 +35,7 @@ def limited(subject: Subject) -> dict[str, tuple[float, float]]:
 def told(commands: dict[str, float], subject: Subject) -> list[str]:
     """Commands as `--actuator` takes them."""
     units = {own.channel.name: own.channel.unit for own in subject.inputs}
-    return [f"{name}={format_number(value)} {units[name]}" for name, value in commands.items()]
+    return [f"{name}={format_number(float(f'{value:.12g}'))} {units[name]}" for name, value in commands.items()]
 
 
 def worst_corners(subject: Subject) -> list[Corner]:

@@ -143,7 +143,7 @@ def buckling(subject: Subject) -> Content:
     blocks.append(Table(["member", "least axial force N", "largest N"], rows, (1, 2), evidence=Evidence(command)))
     blocks += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
     facts = [Fact("buckles at", f"{factors[0]:.5g} times the loads")] if len(factors) else []
-    return Content(blocks, facts=facts, warnings=found.warnings)
+    return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 
 def _frequency(own: Certificate, k: int) -> list[str]:
