@@ -43,14 +43,17 @@ def test_surfaces_that_pass_through_each_other_are_cut_where_they_cross():
     np.testing.assert_allclose(image[:, 10:, :3], np.broadcast_to(BLUE, (20, 10, 3)))
 
 
-def test_of_coincident_surfaces_one_is_seen_everywhere():
-    z = [0.1, 0.3, 0.7, 0.5]
-    image, _ = shown(
-        Painting.of([rectangle(0, 0, 9, 9, z, RED), rectangle(1, 1, 8, 8, [0.2, 0.34, 0.6, 0.46], BLUE)]), 9, 9
-    )
-    same, _ = shown(Painting.of([rectangle(0, 0, 9, 9, 0.3, RED), rectangle(0, 0, 9, 9, 0.3, BLUE)]), 9, 9)
-    np.testing.assert_allclose(same[..., 2], 1.0)
-    assert image.shape == (9, 9, 4)
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_coincident_surfaces_the_last_is_seen_everywhere(order):
+    def plane(x, y):
+        return 0.31 * x + 0.77 * y - 3.3
+
+    def piece(x0, y0, x1, y1, colour):
+        return rectangle(x0, y0, x1, y1, [plane(x0, y0), plane(x1, y0), plane(x1, y1), plane(x0, y1)], colour)
+
+    parts = [piece(0, 0, 60, 60, RED), piece(7.3, 5.9, 51.7, 48.1, BLUE)][::order]
+    image, _ = shown(Painting.of(parts), 60, 60)
+    np.testing.assert_allclose(image[8:46, 9:50, :3], np.broadcast_to(parts[-1].colours[0, 0], (38, 41, 3)))
 
 
 def test_coverage_equals_area():
@@ -170,3 +173,19 @@ def test_faces_turned_away_are_not_painted():
     triangles, lines = painted(view, mesh.points, mesh.faces, np.ones((6, 4, 3)), 1.0, 0.6)
     assert len(triangles.corners) == 6
     assert len(lines.ends) == 9
+
+
+@pytest.mark.parametrize("elev", [8.0, 25.0, 60.0])
+@pytest.mark.parametrize("azim", [-75.0, -52.0, -20.0])
+def test_outlines_are_drawn_from_end_to_end(elev, azim):
+    mesh = box(np.array([0.5, 0.4, 0.1]), 1.0)
+    view = View.fitting(Camera(elev, azim), mesh.points, np.array([10.0, 10.0]), np.array([290.0, 190.0]))
+    white = np.ones((len(mesh.faces), 4, 3))
+    triangles, lines = painted(view, mesh.points, mesh.faces, white, 1.0, 1.0, ink=0.0)
+    image, _ = shown(Painting.of([triangles], [lines]), 300, 200)
+    over = np.where(image[..., 3] > 0, image[..., 0], 1.0)
+    for one, other in lines.ends[..., :2]:
+        share = np.linspace(0.02, 0.98, 400)[:, None]
+        column, row = (one + share * (other - one)).astype(int).T
+        darkest = np.min([over[row + i, column + j] for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)
+        assert darkest.max() < 0.55

@@ -13,6 +13,8 @@ from flexura.view.raster import Lines, Triangles, of_faces
 _SHARP = np.cos(np.deg2rad(40))
 _LIFT = 3.0
 """Outlines are so many times their width nearer than the edges that they follow, so that surfaces do not bury them."""
+_STEEP = 8.0
+"""Inside the silhouette a surface comes nearer by so much for each pixel at most."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,8 @@ def painted(
     ends, pair, sharp = outlines(faces, unit, front)
     seen = np.where(front[pair[:, 0]], pair[:, 0], pair[:, 1])
     edges = image[ends]
-    edges[..., 2] += _LIFT * outline
+    steep = np.where(front[pair].all(axis=1), 0.0, _steepness(unit[seen], view.camera))
+    edges[..., 2] += outline * (_LIFT + steep[:, None])
     return triangles, Lines(edges, ink * colours[seen].mean(axis=1), outline * np.where(sharp, 1.0, 1.2))
 
 
@@ -103,6 +106,12 @@ def outlines(faces: Index, unit: Array, front: NDArray[np.bool_]) -> tuple[Index
     sharp = np.einsum("ij,ij->i", unit[pair[:, 0]], unit[pair[:, 1]]) < _SHARP
     drawn = (sharp & (one | other)) | (one != other)
     return np.stack([low[twice], high[twice]], axis=-1)[drawn], pair[drawn], sharp[drawn]
+
+
+def _steepness(unit: Array, camera: Camera) -> Array:
+    """How much the depth of faces with normals (f, 3) changes from one pixel to the next, (f,), at most _STEEP."""
+    across, up, towards = np.abs(camera.axes @ unit.T)
+    return np.minimum(np.hypot(across, up) / np.maximum(towards, 1e-9), _STEEP)
 
 
 def _lit(unit: Array, camera: Camera) -> Array:

@@ -18,6 +18,8 @@ _CHUNK = 1 << 16
 """Samples that are worked on at once, few enough to stay in the cache of a processor."""
 _TOUCH = 1e-9
 """Samples so near to an edge, relative to a pixel, are inside."""
+_TIE = 1 / 32
+"""Surfaces no farther behind each other, pixels, may be at one depth, where the one that is drawn last is seen."""
 _ONE_LINE = 3.0
 """Lines no farther behind each other, pixels, are parts of one line."""
 
@@ -90,7 +92,7 @@ def render(
     found[pixel], surface[pixel] = _packed(rgb), z
     strokes = _strokes(painting.lines, width, height, surface)
     pixel, rgb, z = _nearest(painting.glass, width, height)
-    seen = z > surface[pixel]
+    seen = z > surface[pixel] + _TIE
     pane = pixel[seen], rgb[seen], z[seen]
     touched = np.unique(np.concatenate([strokes.pixel, pane[0]]))
     found[touched] = _blended(_unpacked(found[touched]), touched, strokes, pane, opacity)
@@ -212,9 +214,11 @@ def _front(corners: Array, area: Array, sides: Array, w: int, h: int) -> _Front:
     z, sides, area = corners[kept, :, 2], sides[kept], area[kept]
     least = float(z.min())
     bits = len(kept).bit_length()
-    step = 2.0 ** (61 - bits) / max(float(z.max()) - least, 1e-9)
+    step = 2.0 ** (61 - bits) / (float(z.max()) - least + _TIE)
     # a value at the corners, times the side opposite each, over the area, is linear over the triangle
     plane = np.einsum("tk,tkc->tc", (z - least) / area[:, None], sides)
+    lift = np.linspace(0.0, _TIE, len(kept))
+    plane[:, 2] += lift
     rows = _rows(corners[kept, :, :2], sides * np.sign(area)[:, None, None], w, h)
     begin = plane[rows.owner, 1] * (rows.y + 0.5) + plane[rows.owner, 2] + 0.5 * plane[rows.owner, 0]
     slope = plane[rows.owner, 0]
@@ -227,8 +231,8 @@ def _front(corners: Array, area: Array, sides: Array, w: int, h: int) -> _Front:
     at = np.flatnonzero(best >= 0)
     found = best[at]
     y, x = np.divmod(at, wide)
-    owner = kept[found & ((1 << bits) - 1)]
-    return _Front((y + low) * w + x + left, owner, ((found >> bits) / step + least).astype(np.float32))
+    own = found & ((1 << bits) - 1)
+    return _Front((y + low) * w + x + left, kept[own], ((found >> bits) / step + least - lift[own]).astype(np.float32))
 
 
 def _inside(points: Array, w: int, h: int) -> tuple[int, int, int, int] | None:
