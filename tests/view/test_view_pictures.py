@@ -98,6 +98,15 @@ def test_a_still_mode_and_long_words_do_no_harm(model):
     assert_no_overlap(figure)
 
 
+@pytest.mark.parametrize("word", ["W" * 300, "MOUNTING_PLATE_WITH_NAME_OF_FORTY_LETTERS; " * 9, "iii " * 400])
+def test_lines_end_where_the_picture_ends(model, sideways, word):
+    one = draw_mode(model, sideways, title=word, subtitle=word, warnings=[word])
+    sheet = draw_sheet(model, np.stack([sideways] * 4, axis=-1), [word] * 4, [word] * 4, flags=[word] * 4)
+    for figure in (one, sheet):
+        assert_no_overlap(figure)
+        assert any(text.get_text().endswith(" ...") for text in figure.texts)
+
+
 @pytest.mark.slow
 def test_the_sheet_shows_every_mode(model, sideways):
     shapes = np.stack([sideways * k for k in (1, -1, 2, 3)], axis=-1)

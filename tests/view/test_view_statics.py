@@ -5,12 +5,14 @@ import itertools
 import numpy as np
 import pytest
 from matplotlib.colors import rgb_to_hsv
+from matplotlib.text import Text
 from PIL import Image
 
 import flexura as fx
 from flexura.errors import OptionError
 from flexura.structure import assemble
 from flexura.view import (
+    Kind,
     draw_buckling,
     draw_freedoms,
     draw_kinetostatics,
@@ -21,7 +23,7 @@ from flexura.view import (
     save_preload,
     save_statics,
 )
-from flexura.view.palette import force_colours
+from flexura.view.palette import COLOURS, force_colours
 from flexura.view.pointers import FORCE
 from helpers.pictures import assert_no_overlap, guide
 from helpers.shell import GUIDE, flexura
@@ -128,7 +130,13 @@ def test_the_buckling_shape_is_one_at_the_first_factor():
     left = force + state.buckling_factor * (state.K_g @ shape)
     assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(force)
     assert fx.preload(guide()).buckling_shape is None
-    assert "no load of this direction buckles it" in said(draw_buckling(fx.preload(guide())))
+
+
+def test_without_loads_there_is_no_scale_of_forces():
+    figure = draw_buckling(fx.preload(guide()))
+    assert "no loads" in said(figure)
+    assert not any("axial force" in text.get_text() for text in figure.findobj(Text))
+    assert near(pixels(figure), COLOURS[Kind.FLEXURE], 0.12).mean() > 0.002
 
 
 def test_freedoms_are_axes_and_matrices_have_their_numbers():

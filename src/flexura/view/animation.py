@@ -100,7 +100,7 @@ def animate_mode(
         swing = factor * parts.motions
         view = view_of(figure, camera, np.concatenate([parts.points, parts.points + swing, parts.points - swing]), area)
     triad(figure, camera, (0.875, 0.03, 0.10, 0.133))
-    colour_bar(figure, (0.912, 0.27, 0.017, 0.45))
+    colour_bar(figure, (0.912, 0.27, 0.017, min(0.45, top - 0.34)))
     paint(figure, ghost(parts, view))
     behind, colours = _drawn(figure), mode_colours(parts)
     phases = np.cos(2 * np.pi * np.arange(frames) / frames)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from matplotlib.patches import Patch
 
 from flexura.view.camera import Camera
 from flexura.view.figures import DPI
+from flexura.view.lettering import wrapped
 from flexura.view.meshes import Array
 from flexura.view.palette import COLOURS, INK, NAMES, WARNING, displacement_colours
 from flexura.view.scene import Kind, Solids
@@ -43,14 +43,15 @@ EM = 0.57
 
 def heading(figure: Figure, title: str, subtitle: str, warnings: Iterable[object] = ()) -> float:
     """Title, subtitle and warnings at the top left; returns where they end, as a fraction of the height."""
-    lines = textwrap.wrap(title, 60)[:2]
+    width = 0.93 * figure.get_figwidth()
+    lines = wrapped(title, width, 14, 2, "bold")
     figure.text(0.035, 0.965, "\n".join(lines), size=14, weight="bold", va="top", color=INK, parse_math=False)
     top = 0.965 - 0.045 * max(len(lines), 1)
-    below = textwrap.wrap(subtitle, 105)[:3]
+    below = wrapped(subtitle, width, 9.5, 3)
     style = {"va": "top", "linespacing": 1.35, "parse_math": False}
     figure.text(0.035, top, "\n".join(below), size=9.5, color="0.35", **style)
     top -= len(below) * line_height(figure, 9.5)
-    said = remark_lines(warnings, "warning", 0.93 * figure.get_figwidth(), 8.5, most=2)
+    said = remark_lines(warnings, "warning", width, 8.5, most=2)
     if said:
         top -= 0.006
         figure.text(0.035, top, "\n".join(said), size=8.5, color=WARNING, **style)
@@ -68,12 +69,7 @@ def remark_lines(
     """The first few remarks, each after its kind, wrapped to a width in inches of type of a size in points; how many
     more there are."""
     own = list(dict.fromkeys(str(remark) for remark in remarks))
-    room = int(72 * width / (EM * size))
-    lines = [
-        line
-        for text in own[:most]
-        for line in textwrap.wrap(f"{kind}: {text}", room, max_lines=MOST_LINES, placeholder=" ...")
-    ]
+    lines = [line for text in own[:most] for line in wrapped(f"{kind}: {text}", width, size, MOST_LINES)]
     rest = len(own) - most
     return lines + ([f"and {rest} more {kind}{'s' if rest > 1 else ''}"] if rest > 0 else [])
 
@@ -161,4 +157,4 @@ def colour_scale(
     axes.tick_params(labelsize=8.5, length=2, colors="0.3")
     for spine in axes.spines.values():
         spine.set_linewidth(0.4)
-    axes.set_title(title, size=8.5, color="0.3", loc="center", pad=6)
+    axes.set_title(title, size=8.5, color="0.3", loc="center", pad=9)

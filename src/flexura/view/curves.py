@@ -189,6 +189,7 @@ def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Fig
         panel.set_ylabel(own, fontsize=8, parse_math=False)
     for panel in panels:
         style(panel)
+        plain_axes(panel)
         panel.margins(x=0.0)
         legend_above(panel)
     panels[-1].set_xlabel("time, s")

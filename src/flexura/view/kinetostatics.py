@@ -81,7 +81,7 @@ def draw_freedoms(
 def _said(k: int, one: Freedom) -> str:
     """A freedom in words."""
     unit = "rad" if one.kind == "R" else "m"
-    words = f"{k + 1} {'rotation' if one.kind == 'R' else 'translation'}"
+    words = f"{k + 1}: {'rotation' if one.kind == 'R' else 'translation'}"
     if one.kind == "R" and abs(one.axis.pitch) > 0:
         words += f", pitch {1e3 * one.axis.pitch:.3g} mm/rad"
     return words + ("" if one.stroke is None else f", reaches ±{quantity(one.stroke, unit)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
@@ -13,6 +12,7 @@ from flexura.structure import FullOrderModel
 from flexura.view.annotations import colour_bar, heading, legend, line_height, remark_lines, triad
 from flexura.view.axes import frame
 from flexura.view.figures import DPI, new_figure
+from flexura.view.lettering import wrapped
 from flexura.view.meshes import Array
 from flexura.view.painting import (
     HIDDEN,
@@ -108,7 +108,7 @@ def draw_mode(
     axes, _ = paint(figure, mode_painting(parts, view, factor))
     write_labels(axes, view, labels)
     triad(figure, camera, (0.875, 0.03, 0.10, 0.133))
-    colour_bar(figure, (0.912, 0.27, 0.017, 0.45))
+    colour_bar(figure, (0.912, 0.27, 0.017, min(0.45, top - 0.34)))
     return figure
 
 
@@ -138,7 +138,7 @@ def draw_sheet(
     camera = None
     said = remark_lines(warnings, "warning", 0.9 * figure.get_figwidth(), 8.5)
     foot = len(said) * line_height(figure, 8.5) + (0.02 if said else 0.0)
-    cell = (1 - foot) / rows
+    cell, wide = (1 - foot) / rows, 0.3 * figure.get_figwidth()
     painting: list[Painting] = []
     for k in range(count):
         parts = solids(model, shapes[:, :, k])
@@ -147,11 +147,12 @@ def draw_sheet(
         scale = magnify * mode_scale(parts)
         top = bottom + 0.96 * cell
         style = {"ha": "center", "va": "top", "parse_math": False}
-        figure.text(left + 0.15, top, titles[k], size=12, weight="bold", color=INK, **style)
+        title = "\n".join(wrapped(titles[k], wide, 12, 1, "bold"))
+        figure.text(left + 0.15, top, title, size=12, weight="bold", color=INK, **style)
         top -= 0.065 / rows
         for lines, colour in (
-            (textwrap.wrap(subtitles[k], 58)[:2], "0.35"),
-            (textwrap.wrap(flags[k], 58)[:1] if flags else [], WARNING),
+            (wrapped(subtitles[k], wide, 8.5, 2), "0.35"),
+            (wrapped(flags[k], wide, 8.5, 1) if flags else [], WARNING),
         ):
             figure.text(left + 0.15, top, "\n".join(lines), size=8.5, color=colour, **style)
             top -= len(lines) * line_height(figure, 8.5)

@@ -79,7 +79,7 @@ def draw_statics(
     draw_arrows(axes, view, list(_arrows(model, u, factor, loads, commands))[:MOST_ARROWS])
     triad(figure, view.camera, (0.875, 0.03, 0.10, 0.133))
     if largest > 0:
-        stress_bar(figure, largest, (0.895, 0.27, 0.017, 0.42))
+        stress_bar(figure, largest, (0.895, 0.27, 0.017, 0.34))
     return figure
 
 
@@ -103,8 +103,8 @@ def draw_buckling(result: Preload, *, elev: float | None = None, azim: float | N
     parts = solids(model, u)
     factor = mode_scale(parts)
     if shape is None:
-        told = f"no load of this direction buckles it; {_times(_round(factor))}"
         factor = _round(factor)
+        told = f"no load of this direction buckles it; {_times(factor)}" if parts.largest_motion() > 0 else "no loads"
     else:
         told = f"buckles at {result.buckling_factor:.4g} times these loads, in this shape, drawn in any size"
     figure = new_figure(SIZE, dpi)
@@ -114,9 +114,10 @@ def draw_buckling(result: Preload, *, elev: float | None = None, azim: float | N
     loads, commands = result.loads, result.actuators
     draw_arrows(axes, view, list(_arrows(model, u, factor, loads, commands))[:MOST_ARROWS])
     triad(figure, view.camera, (0.875, 0.03, 0.10, 0.133))
-    scale = force_colours(np.linspace(-1, 1, 256))
-    ends = [f"{-largest:.3g}", "0", f"{largest:.3g}"]
-    colour_scale(figure, (0.895, 0.27, 0.017, 0.42), scale, [0, 0.5, 1], ends, "axial force, N\ntension +")
+    if largest > 0:
+        scale = force_colours(np.linspace(-1, 1, 256))
+        ends = [f"{-largest:.3g}", "0", f"{largest:.3g}"]
+        colour_scale(figure, (0.895, 0.27, 0.017, 0.34), scale, [0, 0.5, 1], ends, "axial force, N\ntension +")
     return figure
 
 
@@ -192,11 +193,14 @@ def _pair(at: Array, load: Array, name: str) -> Iterator[Arrow]:
 
 
 def _axial(parts: Solids, forces: Mapping[str, tuple[float, float]]) -> tuple[tuple[Array, Array], float]:
-    """Colours of faces (f, 4, 3) and lines (l, 3) by the axial force of members, and the largest, N."""
+    """Colours of faces (f, 4, 3) and lines (l, 3) by the axial force of members, and the largest, N; those of the kinds
+    where there is none."""
     extreme = {name: max(own, key=abs) for name, own in forces.items()}
-    largest = max(map(abs, extreme.values()), default=0.0) or 1.0
-    own = np.array([extreme.get(name, np.nan) / largest for name in parts.names] or [np.nan])
+    largest = max(map(abs, extreme.values()), default=0.0)
     faces, lines = rest_colours(parts)
+    if not largest > 0:
+        return (faces, lines), 0.0
+    own = np.array([extreme.get(name, np.nan) / largest for name in parts.names] or [np.nan])
     for colours, numbers in ((faces, parts.face_parts), (lines, parts.line_parts)):
         known = np.isfinite(own[numbers])
         tinted = force_colours(own[numbers][known])

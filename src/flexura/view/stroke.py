@@ -13,7 +13,7 @@ from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.view.animation import Format, animate_stroke, encoded, writable
 from flexura.view.annotations import foot
-from flexura.view.charts import COLOURS, headline, legend_above, style, value_axis
+from flexura.view.charts import COLOURS, headline, legend_above, plain_axes, style, value_axis
 from flexura.view.figures import DPI, new_chart
 from flexura.view.files import figure_files, make_folder, write_files
 from flexura.view.palette import INK
@@ -83,6 +83,7 @@ def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
         }
     for k, (label, curve) in enumerate(curves.items()):
         axes.plot(x, curve, color=COLOURS[k % len(COLOURS)], lw=1.4, label=label)
+    plain_axes(axes)
     axes.set_ylabel("force or moment of the drive" if first.move else "displacement, mm", fontsize=8)
     legend_above(axes)
 
@@ -92,7 +93,10 @@ def _frequencies(axes: Axes, result: Stroke, x: np.ndarray) -> None:
     tracked = result.frequencies_hz
     for k in range(tracked.shape[1]):
         positive = np.where(tracked[:, k] > 0, tracked[:, k], np.nan)
-        axes.plot(x, positive, color=COLOURS[k % len(COLOURS)], lw=1.4, label=f"mode {k + 1}")
+        gap = np.isnan(np.concatenate([[np.nan], positive, [np.nan]]))
+        alone = np.flatnonzero(gap[:-2] & gap[2:])
+        colour, dots = COLOURS[k % len(COLOURS)], {"marker": "o", "markersize": 3, "markevery": list(alone)}
+        axes.plot(x, positive, color=colour, lw=1.4, label=f"mode {k + 1}", **(dots if len(alone) else {}))
     least = min(len(pose.frequency_hz_held) for pose in result.poses)
     for k in range(min(least, 2)):
         held = np.array([pose.frequency_hz_held[k] for pose in result.poses])
