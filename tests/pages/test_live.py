@@ -8,7 +8,6 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
 from contextlib import closing
 from pathlib import Path
 
@@ -119,10 +118,32 @@ def test_frequencies_are_those_of_modes(guide):
         found = own.all_of(own.ask(values, modes=4))["picture"]
     truth = fx.modes(fx.load(GUIDE), parameters, n=4, order="full").frequency_hz
     assert [row["text"] for row in found["rows"]] == [f"{hz:.5g}" for hz in truth]
-    assert all(row["proof"].startswith("within") and not row["wide"] for row in found["rows"])
+    assert all(row["proof"].startswith("within") and not row["flag"] for row in found["rows"])
     points = found["buffers"]["points"]
     x = np.frombuffer(found["bytes"], "<f4", points["bytes"] // 4, points["offset"]).reshape(points["shape"])
     assert np.ptp(x[:, 2]) > 0.073 and points["offset"] % 4 == 0
+
+
+def test_rigid_motions_are_said_beside_as_many_others(tmp_path):
+    text = GUIDE.read_text(encoding="utf-8")
+    (tmp_path / "free.yaml").write_text(text[: text.index("ground:")], encoding="utf-8")
+    with served(tmp_path / "free.yaml", "-n", "3") as own, talk(own) as (page, opened):
+        found = page.all_of(page.ask({"thickness": 0.6}, modes=opened["modes"]))["picture"]
+    wanted = fx.modes(fx.load(tmp_path / "free.yaml"), {"thickness": 0.6e-3}, n=9, order="full")
+    rows = found["rows"]
+    assert [row["rigid"] for row in rows] == [mode.is_rigid for mode in wanted.modes] == [True] * 6 + [False] * 3
+    assert [row["proof"] for row in rows[:6]] == ["rigid motion"] * 6 and not any(row["flag"] for row in rows)
+    assert [row["text"] for row in rows] == [f"{hz:.5g}" for hz in wanted.frequency_hz] and found["shown"] == 7
+
+
+def test_facts_of_parts_follow_once_the_hand_rests(guide):
+    def sizes(message):
+        return {dict(own).get("section") for own in message["facts"].values()} - {None}
+
+    with talk(guide) as (own, _):
+        assert sizes(own.all_of(own.ask({}))["facts"]) == {"0.5 x 20 mm"}
+        assert sizes(own.all_of(own.ask({"thickness": 0.4}))["facts"]) == {"0.4 x 20 mm"}
+        assert own.all_of(own.ask({"thickness": 0.4}, shown=2))["facts"]["facts"] == {}
 
 
 def test_what_takes_longer_follows(guide):
@@ -370,6 +391,18 @@ def test_what_the_file_extends_is_watched(copy):
         assert save(page, "guide.yaml", {"thickness": 0.41}, overwrite=True)["type"] == "not saved"
 
 
+@pytest.mark.parametrize("line", [b"nonsense\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\x16\x03\x01\0\xff"])
+def test_what_is_no_request_is_not_worth_a_word(copy, line):
+    with served(copy) as own:
+        with socket.create_connection(("127.0.0.1", int(own.host.split(":")[1])), timeout=PATIENCE) as link:
+            link.sendall(line)
+            link.shutdown(socket.SHUT_WR)
+            while link.recv(4096):
+                pass
+        status, said = own.interrupt()
+    assert status == 130 and "nvalid" not in said and "Traceback" not in said
+
+
 def test_interrupted_it_ends(copy):
     with served(copy) as own, talk(own) as (page, _):
         page.ask({})
@@ -378,12 +411,13 @@ def test_interrupted_it_ends(copy):
 
 
 def test_it_ends_when_the_page_is_closed_unless_it_is_kept(copy):
-    with served(copy) as own, served(copy, "--keep") as kept:
-        for each in (own, kept):
-            with talk(each):
+    with served(copy, "--keep") as kept:
+        with talk(kept):
+            pass
+        with served(copy) as own:  # a process begins while the page of the other is closed
+            with talk(own):
                 pass
-        assert own.process.wait(timeout=PATIENCE) == 0
-        time.sleep(0.5)
+            assert own.process.wait(timeout=PATIENCE) == 0
         assert kept.process.poll() is None
         with talk(kept) as (page, _):
             assert "settled" in page.all_of(page.ask({}))

@@ -99,8 +99,9 @@ def proven_text(hz: float, interval: tuple[float | None, float | None], is_index
         return f"{lower or 0:.4g} to {'?' if upper is None else f'{upper:.4g}'} Hz"
     if is_rigid:
         return "rigid motion"
-    if lower is None or upper is None or not hz:
-        return ""
+    if not lower or upper is None or not hz:
+        return "not proven"
     error = 100 * max(upper / hz - 1, 1 - lower / hz, RESOLVED)
     digit = 10.0 ** (math.floor(math.log10(error)) - 1)
-    return f"within {math.ceil(error / digit) * digit:.2g} %"
+    error = math.ceil(error / digit) * digit
+    return f"within {error:.2g} %" if error < 99.5 else f"within {error:.0f} %"

@@ -18,8 +18,8 @@ from flexura.structure import FullOrderModel, Plan, assemble
 
 @dataclass(frozen=True)
 class Described:
-    """What designs start from: a plan, how many modes of each design are shown, and notes on what the sliders leave as
-    it is; `revision` counts readings."""
+    """What designs start from: a plan, how many modes of each design are shown beside rigid ones, and notes on what the
+    sliders leave as it is; `revision` counts readings."""
 
     plan: Plan
     modes: int
@@ -37,7 +37,15 @@ class Described:
         model = assemble(self.plan)
         if model.order == 0:
             raise OptionError("nothing in this mechanism can move: every node is held")
-        return model, lowest_shapes(model, self.modes, None)
+        found, asked = lowest_shapes(model, self.modes, None), self.modes
+        while (wanted := self.modes + _rigid(found)) > asked and len(found.values) < model.order:
+            found, asked = lowest_shapes(model, wanted, None), wanted
+        return model, found
+
+    @property
+    def rigid(self) -> int:
+        """How many motions of the design that is described need no force."""
+        return _rigid(self.reference[1])
 
     @cached_property
     def drawn(self) -> tuple[Scene, Drawing]:
@@ -48,6 +56,10 @@ class Described:
     def scene(self) -> bytes:
         """The message that gives this to a page."""
         return scene_message(self.drawn[0])
+
+
+def _rigid(found: Eigenpairs) -> int:
+    return int((found.values == 0).sum())
 
 
 def notes_of(mechanism: Mechanism, plan: Plan) -> tuple[str, ...]:
@@ -65,7 +77,7 @@ def notes_of(mechanism: Mechanism, plan: Plan) -> tuple[str, ...]:
 def scene_message(scene: Scene) -> bytes:
     """The message that gives a page a scene, with one motion: that of the mode that is shown.
 
-    Parts are named alone: their sizes change with the sliders.
+    Parts are named alone: what there is to know of them changes with the sliders, and comes by itself.
     """
     still = Buffer.field(np.zeros(scene.points.stored.shape))
     parts = tuple(replace(part, facts=()) for part in scene.parts)

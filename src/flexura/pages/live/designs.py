@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from flexura.pages.live.described import Described, scene_message
 from flexura.pages.live.followed import FollowedModes, Identified, lowest_shapes
 from flexura.pages.live.messages import Ask, Load, Response, told
 from flexura.pages.live.sliders import blamed, moved_bounds, parameters_of
-from flexura.pages.viewer import Buffer, Drawing, quick, scene_and_drawing, to_message
+from flexura.pages.viewer import Buffer, Drawing, facts_of, quick, scene_and_drawing, to_message
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.systems import Ports
@@ -71,6 +71,7 @@ class Designs:
         model, found = described.reference
         modes = followed.follow(model, found)
         self._near: Array | None = modes.shapes
+        self._told: dict[int, Sequence[tuple[str, str]]] = {}
         hz = np.sqrt(np.maximum(found.values, 0)) / HERTZ
         self._drawing = described.drawn[1]
         self._file = {str(mode): float(f) for mode, f in zip(modes.number, hz, strict=True)}
@@ -85,42 +86,49 @@ class Designs:
         scenes: tuple[bytes, ...] = ()
         plan, parameters = self.described.plan, parameters_of(self.described.sliders, ask.values)
         with _timed(timing, "frequencies"):
-            f, lower, upper, indexed = _proven(plan, parameters, ask.modes)
+            f, lower, upper, indexed, rigid = _proven(plan, parameters, self._count(ask))
         with _timed(timing, "shapes"):
             model = full_order_model(Design.of(plan, parameters))
-            found = lowest_shapes(model, ask.modes, self._near)
+            found = lowest_shapes(model, self._count(ask), self._near)
             modes = self._followed.follow(model, found)
         self._near = modes.shapes
         number = modes.number[: len(f)]
-        at = number.index(ask.shown) if ask.shown in number else 0
+        rows = [
+            {"mode": number[k], "like": modes.like[k]}
+            | _frequency(f[k], lower[k], upper[k], bool(indexed[k]), k < rigid)
+            for k in range(len(f))
+        ]
+        elastic = next((k for k, row in enumerate(rows) if not row["rigid"]), 0)
+        at = number.index(ask.shown) if ask.shown in number else elastic
         with _timed(timing, "points"):
             u = model.node_displacements(modes.shapes[:, at : at + 1])[:, :, 0]
             drawn = quick(self._drawing, model, u)
             if drawn is None:  # other parts than those that the page has
                 scene, self._drawing = scene_and_drawing(model)
                 scenes, drawn = (scene_message(scene),), quick(self._drawing, model, u)
+                self._told = {}
             assert drawn is not None
             self._drawing, buffers = drawn
-        rows = [
-            {"mode": number[k], "like": modes.like[k], **_frequency(f[k], lower[k], upper[k], bool(indexed[k]))}
-            for k in range(len(f))
-        ]
         own = {"serial": ask.serial, "revision": self.described.revision, "shown": number[at], "rows": rows}
         own |= {"file": self._file, "factor": _factor(self._drawing, buffers), "timing": timing, "buffers": buffers}
         own |= moved_bounds(plan, self.described.sliders, parameters)
         return (*scenes, to_message({"type": "picture", **own})), Shown(ask, parameters, model, modes)
 
     def details(self, shown: Shown) -> Steps:
-        """Steps to what takes longer, each named and giving a message: whether the description holds, stresses, what
-        moves, and responses."""
+        """Steps to what takes longer, each named and giving a message: whether the description holds, facts of the
+        parts, stresses, what moves, and responses."""
         load, response = shown.ask.load, shown.ask.response
-        steps: Steps = [("holds", lambda: self._verified(shown))]
+        steps: Steps = [("holds", lambda: self._verified(shown)), ("facts", lambda: self._facts(shown))]
         if load is not None:
             steps.append(("stress", lambda: self._stress(shown, load)))
         steps.append(("motions", lambda: self._motions(shown)))
         if response is not None:
             steps.append(("response", lambda: self._response(shown, response)))
         return steps
+
+    def _count(self, ask: Ask) -> int:
+        """Modes of a design, rigid ones beside those that are asked for."""
+        return ask.modes + self.described.rigid
 
     def problems(self, ask: Ask, error: Exception, held: Mapping[str, float]) -> list[dict[str, Any]]:
         """What is wrong with a design that failed, each with the sliders that it is said at, of those that were moved
@@ -142,8 +150,15 @@ class Designs:
         self.described.plan.verify(shown.parameters)
         return told("holds", serial=shown.ask.serial)
 
+    def _facts(self, shown: Shown) -> str:
+        """What changed of the facts of parts, by number, since they were last told."""
+        own = facts_of(replace(self._drawing, model=shown.model))
+        changed = {str(k): facts for k, facts in enumerate(own) if facts != self._told.get(k)}
+        self._told = dict(enumerate(own))
+        return told("facts", serial=shown.ask.serial, facts=changed)
+
     def _motions(self, shown: Shown) -> str:
-        n = shown.ask.modes
+        n = self._count(shown.ask)
         u = shown.model.node_displacements(shown.modes.shapes[:, :n])
         own = motions(shown.model, u)
         texts = {str(number): motion.summary for number, motion in zip(shown.modes.number, own, strict=False)}
@@ -196,26 +211,32 @@ def _factor(drawing: Drawing, buffers: dict[str, Buffer]) -> float:
     return FACTOR * drawing.solids.size() / (largest or 1.0)
 
 
-def _proven(plan: Plan, parameters: dict[str, float], n: int) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Frequencies and their lower and upper bounds (n,), Hz, and which bound the frequency of the same number."""
+def _proven(plan: Plan, parameters: dict[str, float], n: int) -> tuple[Array, Array, Array, NDArray[np.bool_], int]:
+    """Frequencies and their lower and upper bounds (n,), Hz, which bound the frequency of the same number, and how many
+    are those of rigid motions."""
     if not (plan.is_loaded or plan.is_posed):
         found = natural_frequencies(plan, parameters, n=n, tolerance=TOLERANCE)
-        if not found.is_proven and float(found.error_bound.max()) > WIDE:
+        if not found.is_proven and found.frequency_hz.all() and float(found.error_bound.max()) > WIDE:
             found = found.resolved()
-        return found.frequency_hz, found.lower_hz, found.upper_hz, found.upper_hz > 0
+        if found.lower_hz.all():
+            return found.frequency_hz, found.lower_hz, found.upper_hz, found.upper_hz > 0, 0
     model = chained(full_order_model(Design.of(plan, parameters)))
     proof = certificate(model, lowest_pairs(model, n), n)
     n = min(n, len(proof.frequency_hz))
-    return proof.frequency_hz[:n], proof.lower_hz[:n], proof.upper_hz[:n], proof.is_indexed[:n]
+    f, lower, upper, indexed = proof.frequency_hz[:n], proof.lower_hz[:n], proof.upper_hz[:n], proof.is_indexed[:n]
+    zero = np.flatnonzero((f == 0) & (lower == 0))
+    return f, lower, upper, indexed, int((zero < model.rigid_motions.shape[1]).sum())
 
 
-def _frequency(hz: float, lower: float, upper: float, indexed: bool) -> dict[str, Any]:
+def _frequency(hz: float, lower: float, upper: float, indexed: bool, rigid: bool) -> dict[str, Any]:
     """A frequency in numbers and words, with what is wrong with it."""
     hz, lower, upper = float(hz), float(lower), float(upper)
     ends = (lower if np.isfinite(lower) else None, upper if np.isfinite(upper) else None)
-    rigid = hz == 0.0 and lower == 0.0
-    wide = not rigid and not (indexed and lower > 0 and max(upper - hz, hz - lower) <= WIDE * lower)
-    own = {"hz": hz, "text": f"{hz:.5g}", "proof": proven_text(hz, ends, indexed, rigid), "wide": wide}
+    proof, flag = proven_text(hz, ends, indexed, rigid), ""
+    if not rigid and not (indexed and lower > 0 and max(upper - hz, hz - lower) <= WIDE * lower):
+        flag = f"proven only {proof}" if proof.startswith("within") else "not proven"
+        flag = flag if hz else "cannot be told from zero"
+    own = {"hz": hz, "text": f"{hz:.5g}", "proof": proof, "flag": flag, "rigid": rigid}
     return own | {"interval": f"{lower:.9g} to {upper:.9g} Hz" if indexed and not rigid else ""}
 
 

@@ -46,6 +46,7 @@ class Opened(Described):
     def greeting(self) -> dict[str, Any]:
         """What a page is told of the file: name, sliders, what may be asked, and notes; plain data."""
         plan, (model, found) = self.plan, self.reference
+        copies = plan.topology.copies.items()
         return {
             "revision": self.revision,
             "name": plan.name,
@@ -54,7 +55,8 @@ class Opened(Described):
             "sliders": [own.to_dict() for own in self.sliders.values()],
             "modes": self.modes,
             "notes": [*self.notes, *self.drawn[0].notes],
-            **questions(model, found, self.modes),
+            **questions(model, found, self.modes + self.rigid),
+            "members": sum(len(plan.parts[name].members) * len(own.paths) for name, own in copies),
         }
 
     def save(self, file: str, numbers: Mapping[str, float], overwrite: bool = False) -> Path:

@@ -63,6 +63,7 @@ def _serve(opened: Opened, own: socket.socket, token: str, keep: bool) -> None:
     config = uvicorn.Config(
         site.application(),
         log_config=None,
+        log_level="error",  # what is no request is answered, and not worth a word
         access_log=False,
         lifespan="on",
         server_header=False,

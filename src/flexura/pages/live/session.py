@@ -19,6 +19,9 @@ from flexura.pages.live.worker import Worker
 PATIENCE = 0.12
 """Seconds after which a step of what takes longer is worked on although the hand still moves."""
 
+BRIEF = 0.05
+"""Seconds up to which a step is one that is worked on while the hand moves: the next picture waits for it."""
+
 _NUMBER = count()
 
 
@@ -61,6 +64,7 @@ class Session:
         self._designs = Designs(opened(), self._followed)
         self._held: dict[str, float] = {}
         self._step, self._rested = 0, 0.0
+        self._took: dict[str, float] = {}
 
     def close(self) -> None:
         """Nothing is worked out for this page any more."""
@@ -93,19 +97,23 @@ class Session:
     def _details(self, shown: Shown, left: Steps) -> None:
         """The steps that are left of what takes longer, as long as nobody waits for something else.
 
-        While the hand moves a step is taken now and then, another one each time.
+        While the hand moves a brief one is taken now and then, another one each time; facts wait until it rests.
         """
-        if self._worker.is_waiting(self._key) and time.monotonic() - self._rested < PATIENCE:
-            return
+        if self._worker.is_waiting(self._key):
+            left = [own for own in left if own[0] != "facts" and self._took.get(own[0], 0.0) < BRIEF]
+            if time.monotonic() - self._rested < PATIENCE:
+                return
         while left:
             kind, step = left.pop(self._step % len(left))
             self._step += 1
+            begun = time.monotonic()
             try:
                 self.outbox.put(kind, step())
             except Exception as error:
                 self._refused(shown.ask, error)
                 return
             self._rested = time.monotonic()
+            self._took[kind] = self._rested - begun
             if self._worker.is_waiting(self._key):
                 return
             if left and self._worker.is_waiting():

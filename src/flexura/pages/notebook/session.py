@@ -32,7 +32,7 @@ class _View:
     def details(self, hold: Callable[[dict[str, float], dict[str, float]], None]) -> Iterator[Reply]:
         """What moves in the design that is shown, if it holds, of which `hold` is told."""
         if (shown := self._shown) is not None and shown.ask is self.asked:
-            yield from (step() for kind, step in self.designs.details(shown) if kind in ("holds", "motions"))
+            yield from (step() for kind, step in self.designs.details(shown) if kind in ("holds", "facts", "motions"))
             hold(shown.ask.values, shown.parameters)
         yield told("settled", serial=self.asked.serial)
 

@@ -9,6 +9,7 @@ from flexura.pages.viewer.page import page as page
 from flexura.pages.viewer.scene import Scene as Scene
 from flexura.pages.viewer.scene import ShownMotion as ShownMotion
 from flexura.pages.viewer.scenes import Shown as Shown
+from flexura.pages.viewer.scenes import facts_of as facts_of
 from flexura.pages.viewer.scenes import scene_and_drawing as scene_and_drawing
 from flexura.pages.viewer.scenes import scene_of as scene_of
 from flexura.pages.viewer.show import View as View

@@ -187,18 +187,23 @@ def _model_of(shown: Sequence[Shown]) -> FullOrderModel:
     return first
 
 
-def _parts(drawing: Drawing, doubts: Mapping[str, Sequence[str]]) -> tuple[ShownPart, ...]:
+def facts_of(drawing: Drawing) -> list[tuple[Fact, ...]]:
+    """Facts of every part of a drawing, in the order of its parts."""
     facts, names = Facts(drawing.model), drawing.solids.names
+    return [facts.of(names[name], Kind(kind)) for name, kind in drawing.parts.tolist()]
 
-    def told(name: str, kind: Kind) -> tuple[Fact, ...]:
-        """Facts of a part, and doubts about it."""
-        doubted = () if kind in (Kind.ARM, Kind.CENTRE) else doubts.get(name, ())
-        return (*facts.of(name, kind), *(("doubt", text) for text in doubted))
+
+def _parts(drawing: Drawing, doubts: Mapping[str, Sequence[str]]) -> tuple[ShownPart, ...]:
+    names = drawing.solids.names
+
+    def doubted(name: str, kind: Kind) -> tuple[Fact, ...]:
+        own = () if kind in (Kind.ARM, Kind.CENTRE) else doubts.get(name, ())
+        return tuple(("doubt", text) for text in own)
 
     ranges = zip(*(_ranges(own) for own in (drawing.triangles, drawing.lines, drawing.dots)), strict=True)
     return tuple(
-        ShownPart(names[name], Kind(kind).name.lower(), told(names[name], Kind(kind)), *own)
-        for (name, kind), own in zip(drawing.parts.tolist(), ranges, strict=True)
+        ShownPart(names[name], Kind(kind).name.lower(), (*facts, *doubted(names[name], Kind(kind))), *own)
+        for (name, kind), facts, own in zip(drawing.parts.tolist(), facts_of(drawing), ranges, strict=True)
     )
 
 

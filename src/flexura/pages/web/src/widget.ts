@@ -47,7 +47,7 @@ class View {
   private detailed = 0;
   private waiting = false;
   private patience = 0;
-  private shown = 1;
+  private shown: number | null = null;
   private broken = false;
 
   constructor(
@@ -106,6 +106,8 @@ class View {
         return this.picture(own, message);
       case "motions":
         return this.modes.tell(message.texts);
+      case "facts":
+        return this.stage.tell(message.facts);
       case "refused":
         return this.refused(message);
     }
@@ -114,9 +116,10 @@ class View {
   private picture(own: Received, message: Picture): void {
     this.say("", []);
     this.panel.follow(message.derived, message.bounds);
+    this.shown ??= message.shown;
     this.modes.update(message.rows, message.shown, []);
     const row = message.rows.find((each) => each.mode === message.shown);
-    void this.stage.move(own, message, row ? `mode ${row.mode}: ${row.text} Hz` : "", row?.proof ?? "", row?.wide ? "not proven to 0.1 %" : "");
+    void this.stage.move(own, message, row ? `mode ${row.mode}: ${row.text} Hz` : "", row?.proof ?? "", row?.flag ?? "");
   }
 
   private refused(message: Refused): void {

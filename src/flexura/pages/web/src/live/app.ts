@@ -14,6 +14,9 @@ import { watchTools } from "./tools";
 /** Measure of the browser's clock from a moved slider to the frame that shows it. */
 const MEASURE = "flexura slider to picture";
 
+/** Milliseconds from the hand to the picture from which it is said that it is slow. */
+const SLOW = 300;
+
 /** The page: what the hand does goes out, what comes back is shown. */
 export class App {
   private readonly history = new History();
@@ -30,7 +33,7 @@ export class App {
   private refused: Refused | null = null;
   private connected = "";
   private serial = 0;
-  private shown = 1;
+  private shown: number | null = null;
   private rows: Row[] = [];
   private base: Record<string, number> = {};
   private held: Received | null = null;
@@ -82,6 +85,10 @@ export class App {
         return this.picture(own, message);
       case "holds":
         return this.holds(message.serial);
+      case "facts":
+        return this.stage.tell(message.facts);
+      case "settled":
+        return this.busy(message.serial < this.serial);
       case "motions":
         return this.modes.tell(message.texts);
       case "stress":
@@ -120,7 +127,7 @@ export class App {
     this.stress.open(own);
     this.refresh();
     this.told();
-    this.ask();
+    this.ask(false);
   }
 
   private moved(name: string, value: number | null, resting: boolean): void {
@@ -151,11 +158,17 @@ export class App {
     this.ask();
   }
 
-  private ask(): void {
+  private ask(moved = true): void {
     this.serial += 1;
-    this.begun.set(this.serial, performance.now());
+    if (moved) this.begun.set(this.serial, performance.now());
     const own = { type: "design", serial: this.serial, values: this.history.values, modes: this.opened?.modes ?? 6 };
+    this.busy(true);
     this.send({ ...own, shown: this.shown, response: this.response.asked, load: this.stress.load });
+  }
+
+  /** Whether results of the latest design are still on their way. */
+  private busy(own: boolean): void {
+    element("live-results").setAttribute("aria-busy", String(own));
   }
 
   private choose(mode: number): void {
@@ -169,6 +182,7 @@ export class App {
       this.told();
     }
     this.recent = own;
+    this.shown ??= message.shown;
     this.draw(own);
   }
 
@@ -182,8 +196,8 @@ export class App {
     this.response.mark(message.rows);
     this.modes.update(message.rows, message.shown, this.compare());
     const row = message.rows.find((each) => each.mode === message.shown);
-    const title = row ? `mode ${row.mode}: ${row.text} Hz` : "";
-    void this.stage.move(own, message, title, row?.proof ?? "", row?.wide ? "not proven to 0.1 %" : "").then(() => this.measure(message, arrived));
+    const title = row ? `mode ${row.mode}: ${row.rigid ? "rigid motion" : `${row.text} Hz`}` : "";
+    void this.stage.move(own, message, title, row?.rigid ? "" : (row?.proof ?? ""), row?.flag ?? "").then(() => this.measure(message, arrived));
   }
 
   /** Time from the hand to the end of the frame that shows the picture. */
@@ -198,10 +212,17 @@ export class App {
         const end = performance.now();
         const detail = { serial: message.serial, arrived: arrived - start, moved: moved - start, server: message.timing };
         performance.measure(MEASURE, { start, end, detail });
-        element("live-time").textContent = `${Math.round(end - start)} ms`;
+        element("live-time").textContent = this.pace(end - start, Object.values(message.timing).reduce((a, b) => a + b, 0));
       };
       channel.port2.postMessage(null);
     });
+  }
+
+  /** How fast the picture followed, ms, of which the design took some to be worked out. */
+  private pace(took: number, worked: number): string {
+    if (took < SLOW) return `${Math.round(took)} ms`;
+    const why = worked > took / 2 ? `${this.opened?.members ?? 0} members` : "mostly to draw or wait";
+    return `follows slowly: ${(took / 1000).toPrecision(2)} s a move, ${why}`;
   }
 
   private holds(serial: number): void {
@@ -212,6 +233,7 @@ export class App {
   private refuse(own: Refused): void {
     if (own.serial < this.serial && this.refused === null) return;
     this.refused = own;
+    this.busy(own.serial < this.serial);
     if (this.held !== null && this.held !== this.recent) this.draw(this.held);
     this.told();
   }

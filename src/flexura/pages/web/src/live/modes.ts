@@ -10,14 +10,66 @@ export interface Pin {
 
 const LIKE = 0.7;
 
-/** Frequencies with their proof, a row for each mode, which keeps it through crossings. */
+/** Write a text where it is another one. */
+function write(element: HTMLElement, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Two lines of a mode: its numbers, and what moves in it. */
+class Lines {
+  readonly body: HTMLElement;
+  private readonly radio: HTMLInputElement;
+  private readonly place = h("span", { class: "soft" });
+  private readonly hz = h("td", { class: "number live-hz" });
+  private readonly proof = h("td", {});
+  private readonly line: HTMLElement;
+  private readonly moves = h("td", { class: "soft" });
+  private differences: HTMLElement[] = [];
+
+  constructor(
+    readonly mode: number,
+    choose: (mode: number) => void,
+  ) {
+    this.radio = h("input", { type: "radio", name: "live-mode", value: mode, change: () => choose(mode), "aria-label": `show mode ${mode}` });
+    this.line = h("tr", {}, h("td", {}, h("label", {}, this.radio, ` ${mode}`, this.place)), this.hz, this.proof);
+    this.body = h("tbody", { "data-mode": mode }, this.line, h("tr", {}, this.moves));
+  }
+
+  show(row: Row, place: number, shown: boolean, pins: Pin[], moves: string): void {
+    write(this.place, place === row.mode ? "" : ` now no. ${place}`);
+    write(this.hz, row.text);
+    write(this.proof, row.proof);
+    this.proof.title = row.interval;
+    this.proof.className = row.flag ? "warning" : "";
+    write(this.moves, moves);
+    if (this.radio.checked !== shown) this.radio.checked = shown;
+    this.body.classList.toggle("live-shown", shown);
+    if (this.differences.length !== pins.length) {
+      for (const cell of this.differences) cell.remove();
+      this.differences = pins.map(() => h("td", { class: "number" }));
+      this.line.append(...this.differences);
+    }
+    this.moves.colSpan = 3 + pins.length;
+    pins.forEach((pin, k) => {
+      const then = pin.hz.get(row.mode);
+      write(this.differences[k], then === undefined ? "new" : difference(row.hz, then));
+    });
+  }
+}
+
+/** Frequencies with their proof, lines for each mode, which keeps them through crossings; rigid motions are folded. */
 export class ModeTable {
-  private readonly table = h("table", { class: "live-modes" });
+  private readonly heads = h("tr", {});
+  private readonly fold = h("button", { type: "button", "aria-expanded": "false", click: () => this.unfold() });
+  private readonly folded = h("tbody", { class: "live-rigid", hidden: true }, h("tr", {}, h("td", { colspan: 99 }, this.fold)));
+  private readonly table = h("table", { class: "live-modes" }, h("thead", {}, this.heads), this.folded);
   private readonly note = h("p", { class: "soft" });
+  private lines = new Map<number, Lines>();
   private texts: Record<string, string> = {};
   private rows: Row[] = [];
   private pins: Pin[] = [];
   private shown = 0;
+  private isFolded = true;
 
   constructor(
     host: HTMLElement,
@@ -38,43 +90,48 @@ export class ModeTable {
     this.draw();
   }
 
-  private draw(): void {
-    const focused = document.activeElement instanceof HTMLInputElement && this.table.contains(document.activeElement);
-    const heads = ["mode", "Hz", "proven", ...this.pins.map((pin) => `to ${pin.label}`)];
-    const ordered = this.rows.map((row, k) => ({ row, place: k + 1 })).sort((a, b) => a.row.mode - b.row.mode);
-    this.table.replaceChildren(
-      h("thead", {}, h("tr", {}, ...heads.map((text) => h("th", { scope: "col" }, text)))),
-      ...ordered.map(({ row, place }) => this.group(row, place)),
-    );
-    if (focused) this.table.querySelector<HTMLInputElement>("input:checked")?.focus();
-    const doubtful = this.rows.filter((row) => row.like < LIKE).map((row) => row.mode);
-    const wide = this.rows.filter((row) => row.wide).map((row) => row.mode);
-    const said = [
-      wide.length ? `Not proven to 0.1 %: ${list(wide)}; the intervals say how far they are known.` : "",
-      doubtful.length ? `Shapes changed so much that ${list(doubtful)} may be another one than before.` : "",
-    ];
-    this.note.textContent = said.filter(Boolean).join(" ");
-    this.note.classList.toggle("warning", wide.length + doubtful.length > 0);
+  private unfold(): void {
+    this.isFolded = !this.isFolded;
+    this.draw();
   }
 
-  /** Two lines of a mode: its numbers, and what moves in it. */
-  private group(row: Row, place: number): HTMLElement {
-    const radio = h("input", { type: "radio", name: "live-mode", value: row.mode, change: () => this.choose(row.mode), "aria-label": `show mode ${row.mode}` });
-    radio.checked = row.mode === this.shown;
-    const label = h("label", {}, radio, ` ${row.mode}`, place === row.mode ? null : h("span", { class: "soft" }, ` now no. ${place}`));
-    const line = h(
-      "tr",
-      {},
-      h("td", {}, label),
-      h("td", { class: "number live-hz" }, row.text),
-      h("td", { title: row.interval, class: row.wide ? "warning" : "" }, row.proof),
-      ...this.pins.map((pin) => {
-        const then = pin.hz.get(row.mode);
-        return h("td", { class: "number" }, then === undefined ? "new" : difference(row.hz, then));
-      }),
-    );
-    const moves = h("tr", {}, h("td", { colspan: 3 + this.pins.length, class: "soft" }, this.texts[String(row.mode)] ?? ""));
-    return h("tbody", { "data-mode": row.mode, class: radio.checked ? "live-shown" : "" }, line, moves);
+  private draw(): void {
+    const heads = ["mode", "Hz", "proven", ...this.pins.map((pin) => `to ${pin.label}`)];
+    if (this.heads.childElementCount !== heads.length) this.heads.replaceChildren(...heads.map(() => h("th", { scope: "col" })));
+    heads.forEach((text, k) => write(this.heads.children[k] as HTMLElement, text));
+    const rigid = this.rows.filter((row) => row.rigid);
+    this.folded.hidden = rigid.length < 2;
+    write(this.fold, `${this.isFolded ? "▸" : "▾"} ${rigid.length} rigid motions`);
+    this.fold.setAttribute("aria-expanded", String(!this.isFolded));
+    const ordered = this.rows.map((row, k) => ({ row, place: k + 1 })).sort((a, b) => a.row.mode - b.row.mode);
+    this.order(ordered.map(({ row }) => row.mode));
+    for (const { row, place } of ordered) {
+      const lines = this.lines.get(row.mode) as Lines;
+      lines.show(row, place, row.mode === this.shown, this.pins, this.texts[String(row.mode)] ?? "");
+      lines.body.hidden = row.rigid && rigid.length > 1 && this.isFolded && row.mode !== this.shown;
+    }
+    this.doubt();
+  }
+
+  /** Have lines for these modes in this order. */
+  private order(modes: number[]): void {
+    if (modes.join() === [...this.lines.keys()].join()) return;
+    const kept = new Map(modes.map((mode) => [mode, this.lines.get(mode) ?? new Lines(mode, this.choose)]));
+    for (const [mode, own] of this.lines) if (!kept.has(mode)) own.body.remove();
+    this.lines = kept;
+    this.table.append(...[...kept.values()].map((own) => own.body));
+  }
+
+  private doubt(): void {
+    const doubtful = this.rows.filter((row) => !row.rigid && row.like < LIKE).map((row) => row.mode);
+    const wide = this.rows.filter((row) => row.flag).map((row) => `mode ${row.mode} is ${row.flag}`);
+    const said = [
+      wide.length ? `${wide.join("; ")}.` : "",
+      doubtful.length ? `Shapes changed so much that ${list(doubtful)} may be another one than before.` : "",
+    ];
+    const text = said.filter(Boolean).join(" ");
+    write(this.note, text.charAt(0).toUpperCase() + text.slice(1));
+    this.note.classList.toggle("warning", wide.length + doubtful.length > 0);
   }
 }
 

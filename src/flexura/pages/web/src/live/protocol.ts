@@ -1,6 +1,6 @@
 // What the page and the server tell one another.
 
-import type { SceneData } from "../scene";
+import type { Fact, SceneData } from "../scene";
 
 export interface Slider {
   name: string;
@@ -38,6 +38,7 @@ export interface Opened {
   file: string;
   sliders: Slider[];
   modes: number;
+  members: number;
   notes: string[];
   inputs: string[];
   outputs: string[];
@@ -54,7 +55,8 @@ export interface Row {
   text: string;
   proof: string;
   interval: string;
-  wide: boolean;
+  flag: string; // what is wrong with the frequency; empty where it is proven to 0.1 %
+  rigid: boolean;
 }
 
 export interface Place {
@@ -113,6 +115,9 @@ export interface Refused {
   problems: { text: string; sliders: string[] }[];
 }
 
+/** What is new of the parts of the scene, by number. */
+export type Facts = Record<string, Fact[]>;
+
 export type Message =
   | Opened
   | Picture
@@ -122,6 +127,7 @@ export type Message =
   | Refused
   | { type: "scene"; scene: SceneData }
   | { type: "holds" | "settled"; serial: number }
+  | { type: "facts"; serial: number; facts: Facts }
   | { type: "motions"; serial: number; texts: Record<string, string> }
   | { type: "no response"; serial: number; error: string }
   | { type: "exists" | "saved"; file: string }

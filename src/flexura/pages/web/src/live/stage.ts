@@ -1,6 +1,6 @@
-import type { SceneData } from "../scene";
+import type { Fact, SceneData } from "../scene";
 import { type Viewer, mountViewer } from "../viewer";
-import { type Picture, type Received, numbers } from "./protocol";
+import { type Facts, type Picture, type Received, numbers } from "./protocol";
 
 /** The motion of the scene that follows the mode that is shown. */
 const MOTION = "mode";
@@ -10,6 +10,7 @@ export class Stage {
   private viewer: Viewer | null = null;
   private busy: Promise<void> = Promise.resolve();
   private vertices = 0;
+  private facts: Fact[][] = [];
 
   constructor(private readonly host: HTMLElement) {}
 
@@ -17,17 +18,27 @@ export class Stage {
   show(scene: SceneData, binary?: ArrayBuffer): Promise<void> {
     this.busy = this.busy.then(async () => {
       this.vertices = scene.points.shape[0];
+      this.facts = scene.parts.map((part) => part.facts);
       if (this.viewer === null) this.viewer = await mountViewer(this.host, scene, { motion: MOTION, binary });
       else await this.viewer.update(scene, binary);
     });
     return this.busy;
   }
 
-  /** Move to a picture; false where it does not fit the scene, of which another is on its way. */
+  /** Tell what is new of the parts. */
+  tell(facts: Facts): void {
+    this.busy = this.busy.then(() => {
+      for (const [part, own] of Object.entries(facts)) this.facts[Number(part)] = own;
+      this.viewer?.tell(this.facts);
+    });
+  }
+
+  /** Move to a picture, of whose parts nothing is known before it is told; false where it does not fit the scene, of which another is on its way. */
   move({ bytes }: Received, picture: Picture, title: string, subtitle: string, flag: string): Promise<boolean> {
     const done = this.busy.then(async () => {
       const { points, displacement } = picture.buffers;
       if (!this.viewer || !bytes || points.shape[0] !== this.vertices) return false;
+      this.viewer.tell([]);
       await this.viewer.move({
         points: numbers(bytes, points),
         displacements: { [MOTION]: numbers(bytes, displacement) },

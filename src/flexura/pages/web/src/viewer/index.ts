@@ -1,11 +1,12 @@
-import type { SceneData } from "../scene";
+import type { Fact, SceneData } from "../scene";
+import type { Move, Options, Viewer } from "./api";
 import { h } from "./dom";
 import { Model } from "./model";
 import { Still } from "./still";
 import css from "./style.css";
-import { LiveViewer, type Move, type Options, type Viewer } from "./viewer";
+import { LiveViewer } from "./viewer";
 
-export type { Move, Options, Viewer } from "./viewer";
+export type { Move, Options, Viewer } from "./api";
 
 /** The static picture in place of the viewer. */
 class StillViewer implements Viewer {
@@ -29,6 +30,7 @@ class StillViewer implements Viewer {
   async move(_change: Move): Promise<void> {}
   show(_id: string | null): void {}
   select(_part: string | null): void {}
+  tell(_facts: Fact[][]): void {}
 
   dispose(): void {
     this.still.element.remove();

@@ -1,5 +1,6 @@
 import type { DataTexture } from "three";
-import type { Motion, SceneData } from "../scene";
+import type { Fact, SceneData } from "../scene";
+import type { Move, Options, Viewer } from "./api";
 import { h } from "./dom";
 import { Drawing } from "./drawing";
 import { type Keyed, press } from "./keys";
@@ -18,28 +19,6 @@ import { Still } from "./still";
 import { isDark, theme, watchTheme } from "./theme";
 import { Toolbar } from "./toolbar";
 import { Triad } from "./triad";
-
-export interface Options {
-  autoplay?: boolean; // plays from the start, unless the reader prefers less motion; true unless said
-  motion?: string; // shown first
-  binary?: ArrayBuffer; // message that the buffers of the scene are in
-}
-
-/** New places and displacements, m, of the vertices of the scene shown, and texts of its motions. */
-export interface Move {
-  points?: ArrayLike<number>;
-  displacements?: Record<string, ArrayLike<number>>;
-  motions?: (Partial<Motion> & { id: string })[];
-}
-
-export interface Viewer {
-  readonly scene: SceneData;
-  update(scene: SceneData, binary?: ArrayBuffer): Promise<void>;
-  move(change: Move): Promise<void>;
-  show(id: string | null): void;
-  select(part: string | null): void;
-  dispose(): void;
-}
 
 const POINTED = 250; // ms: as often it is looked up what a motion brings under the pointer
 const NARROW = 760; // CSS pixels: the controls fold away
@@ -157,6 +136,13 @@ export class LiveViewer implements Viewer, Keyed {
 
   select(part: string | null): void {
     this.set({ selected: this.scene.parts.findIndex((own) => own.name === part) });
+  }
+
+  /** Say what there is to know of the parts, by number; nothing of those that are left out. */
+  tell(facts: Fact[][]): void {
+    this.scene.parts.forEach((part, k) => (part.facts = facts[k] ?? []));
+    this.pointed = 0;
+    this.changed();
   }
 
   set(change: Partial<State>): void {
