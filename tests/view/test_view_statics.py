@@ -235,3 +235,19 @@ def test_the_shell_draws_as_fine_as_is_asked(tmp_path):
         assert np.array_equal(2 * sizes[0], sizes[1]), name
     refused = flexura("kinetostatics", GUIDE, "--dpi", "300")
     assert refused.returncode != 0 and "--dpi belongs to --plot DIR" in refused.stderr
+
+
+def test_long_names_of_what_is_held_stay_in_the_picture():
+    plain = guide()
+    names = {"a": "mounting_plate_of_the_left_leaf_spring", "c": "mounting_plate_right_"}
+    turned = {key: tuple(names.get(n, n) for n in flexure.nodes) for key, flexure in plain.flexures.items()}
+    mechanism = plain.model_copy(
+        update={
+            "nodes": {names.get(name, name): at for name, at in plain.nodes.items()},
+            "flexures": {k: f.model_copy(update={"nodes": turned[k]}) for k, f in plain.flexures.items()},
+            "ground": dict.fromkeys(names.values(), plain.ground["a"]),
+        }
+    )
+    figure = draw_mechanism(assemble(mechanism), names=True)
+    assert "mounting_plate_right_ (clamped)" in {text.get_text() for text in figure.findobj(Text)}
+    assert_no_overlap(figure)

@@ -18,10 +18,10 @@ from flexura.view.meshes import Array, Index
 from flexura.view.palette import INK
 from flexura.view.scene import Kind, Solids
 
-LABEL_AREA: Box = (0.21, 0.175, 0.50, 0.725)
+LABEL_AREA: Box = (0.235, 0.175, 0.445, 0.725)
 """Where a mechanism is drawn with names on both sides of it."""
 
-COLUMNS = (0.185, 0.815)
+COLUMNS = (0.215, 0.785)
 """Where names end on the left and begin on the right, of the width of a picture."""
 
 SPAN = (0.14, 0.87)
@@ -30,8 +30,8 @@ SPAN = (0.14, 0.87)
 SIZE = 7.0
 """Size of the type of names, points."""
 
-CHARACTERS = 26
-"""Of a name."""
+CHARACTERS = 31
+"""Of a name with what is said of it."""
 
 ARROW = 85.0
 """Length of an arrow that lies in the picture, pixels."""
@@ -85,7 +85,8 @@ def part_labels(parts: Solids, points: Array, names: bool | Sequence[str]) -> tu
         middle = (own.min(axis=0) + own.max(axis=0)) / 2
         nearest = own[np.linalg.norm(own - middle, axis=1).argmin()]
         at = middle if kinds[k] not in (Kind.BODY, Kind.EQUIVALENT_BODY) else nearest
-        labels.append(Label(shortened(parts.names[k], CHARACTERS) + HELD.get(kinds[k], ""), at))
+        held = HELD.get(kinds[k], "")
+        labels.append(Label(shortened(parts.names[k], CHARACTERS - len(held)) + held, at))
     return labels, "" if len(wanted) <= room else f"{room} of {len(wanted)} names are shown"
 
 

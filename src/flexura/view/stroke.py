@@ -52,6 +52,8 @@ def draw_stroke(result: Stroke, *, dpi: float = DPI) -> Figure:
     x = factor * np.array([pose.varied[first] for pose in result.poses])
     figure = new_chart((9.0, 8.0), dpi)
     panels = figure.subplots(2, 2)
+    for axes in panels.ravel():
+        plain_axes(axes)
     _forces(panels[0, 0], result, x)
     _frequencies(panels[0, 1], result, x)
     _stiffness(panels[1, 0], result, x, slice(0, 3), "support stiffness, N/m")
@@ -83,7 +85,6 @@ def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
         }
     for k, (label, curve) in enumerate(curves.items()):
         axes.plot(x, curve, color=COLOURS[k % len(COLOURS)], lw=1.4, label=label)
-    plain_axes(axes)
     axes.set_ylabel("force or moment of the drive" if first.move else "displacement, mm", fontsize=8)
     legend_above(axes)
 
