@@ -92,7 +92,9 @@ def test_frequency_response_and_its_files(beam, flexura, tmp_path):
     with table.open(encoding="utf-8") as stream:
         rows = list(csv.reader(stream))
     assert rows[0][1] == "gap / coil [m/N]" and len(rows) == len(data["frequency_hz"]) + 1
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["bode.png", "matrix.png", "nyquist.png"]
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        *("bode_01.png", "bode_02.png", "matrix.png", "nyquist_01.png", "nyquist_02.png")
+    ]
     assert "resonance" in flexura(*words)[1]
 
 

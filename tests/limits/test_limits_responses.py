@@ -192,7 +192,7 @@ def test_pictures_say_it():
     for command, words in ((3e-3, ["warning: piezo is driven with 3 mm"]), (10e-6, [])):
         signal = {"piezo": fx.signals.step(command)}
         result = fx.time_response(amplifier, inputs=signal, outputs=["motion"], dt=2e-6, duration=4e-3, damping=0.01)
-        texts = [text.get_text() for text in fx.view.draw_time(result).texts]
+        texts = [text.get_text() for text in fx.view.draw_time(result).texts if text.get_text() != result.name]
         assert len(texts) == len(words) and all(w in t for w, t in zip(words, texts, strict=True))
 
 

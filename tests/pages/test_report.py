@@ -202,10 +202,10 @@ def test_commands_make_the_numbers_again(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("example", EXAMPLES)
+@pytest.mark.parametrize("example", ["imported/guide.yaml", "rpr/rpr_piezo.yaml", "xy_stage/xy_stage.yaml"])
 def test_commands_make_the_numbers_of_examples_again(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    numbers_are_made_again(ROOT / example, {}, {})
+    numbers_are_made_again(ROOT / "examples" / example, {}, {})
 
 
 @pytest.mark.slow
