@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
@@ -68,11 +68,16 @@ def sliders_of(plan: Plan) -> dict[str, Slider]:
         number, unit = split_quantity(text)
         shown = float(number) if value else 0.0
         own = Slider(name, shown, unit, low, high, math.isfinite(low), math.isfinite(high), False, "")
-        ends = _ends(shown, *(own.shown(end) if math.isfinite(end) else end for end in (low, high)), float(number))
+        below, above = (own.shown(end) if math.isfinite(end) else end for end in (low, high))
+        below, above = _ends(shown, below, above, float(number))
         expression = str(parameter.value) if isinstance(parameter.value, Expression) else ""
-        is_log = ends[0] > 0 and ends[1] / ends[0] >= DECADES
-        found[name] = Slider(
-            name, own.value, unit, *ends, own.minimum, own.maximum, is_log, parameter.source, expression
+        found[name] = replace(
+            own,
+            low=below,
+            high=above,
+            is_log=below > 0 and above / below >= DECADES,
+            source=parameter.source,
+            expression=expression,
         )
     return found
 
