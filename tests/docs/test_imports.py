@@ -19,7 +19,7 @@ BY_NAME = {"lazy.py", "registry.py", "extras.py", "cli/app.py"}
 """Modules that import others whose names are data: faces, optional packages, commands."""
 
 
-GROUPS = {"flexura", "flexura.testing", "flexura.solid", "flexura.pages"}
+GROUPS = {"flexura", "flexura.testing", "flexura.solid", "flexura.study", "flexura.pages"}
 """Packages of packages, whose faces are for users alone: rooms import from the packages inside."""
 PACKAGES = {".".join(path.parent.relative_to(SOURCE.parent).parts) for path in SOURCE.rglob("__init__.py")}
 
