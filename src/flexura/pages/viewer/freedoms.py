@@ -7,13 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from flexura.analysis import Drift, Freedom, Kinetostatics, response_to
-from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.fields import DISPLACEMENT, Energy
-from flexura.pages.viewer.geometry import Drawing
+from flexura.pages.viewer.geometry import Drawing, still, vibrating
 from flexura.pages.viewer.motions import shown_axis
 from flexura.pages.viewer.scene import Fact, ShownMotion
 from flexura.pages.viewer.units import digits, shown
-from flexura.view import mode_scale
 
 WORDS = {"R": "rotation", "T": "translation"}
 
@@ -28,10 +26,7 @@ def freedom_motions(drawing: Drawing, result: Kinetostatics) -> Iterator[ShownMo
             id=f"freedom-{k + 1}",
             group="freedoms",
             title=f"freedom {k + 1}: {WORDS[freedom.kind]} of {result.platform}",
-            displacement=Buffer.field(moved.motions),
-            nature="vibration",
-            factor=mode_scale(moved),
-            largest=None,
+            **vibrating(moved),
             subtitle=f"freedoms of {result.platform}: {result.kind}",
             colours=(DISPLACEMENT, *([coloured] if coloured else [])),
             axes=(shown_axis(freedom.axis, f"freedom {k + 1}"),),
@@ -48,10 +43,7 @@ def drift_motions(drawing: Drawing, result: Drift) -> Iterator[ShownMotion]:
         id="drift",
         group="drift",
         title=f"drift of the axis: {shown(result.distance, 'm')}, {shown(result.tilt, 'rad')}",
-        displacement=Buffer.field(np.zeros_like(drawing.solids.points)),
-        nature="displacement",
-        factor=1.0,
-        largest=0.0,
+        **still(drawing),
         colours=(DISPLACEMENT,),
         axes=(shown_axis(result.rest, "at rest"), shown_axis(result.displaced, "displaced")),
         facts=tuple(facts),

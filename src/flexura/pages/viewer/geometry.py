@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.pages.viewer.buffers import Buffer
 from flexura.structure import FullOrderModel
-from flexura.view import Look, Solids, solids
+from flexura.view import Look, Solids, mode_scale, solids
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -97,6 +97,32 @@ def quick(
         return None
     own = replace(drawing, model=model, solids=found)
     return own, {"points": Buffer.floats(found.points), "displacement": Buffer.field(found.motions)}
+
+
+class Moving(TypedDict):
+    """How points move: those fields of a `ShownMotion`."""
+
+    displacement: Buffer
+    nature: str
+    factor: float
+    largest: float | None
+
+
+def vibrating(moved: Solids, factor: float | None = None) -> Moving:
+    """A shape whose size is not known, drawn as large as `mode_scale` has it unless a factor is given."""
+    own = mode_scale(moved) if factor is None else factor
+    return {"displacement": Buffer.field(moved.motions), "nature": "vibration", "factor": own, "largest": None}
+
+
+def displaced(moved: Solids, factor: float, largest: float | None = None) -> Moving:
+    """Displacements that are true at a factor of one; largest, m, is that of all points unless it is given."""
+    own = moved.largest_motion() if largest is None else largest
+    return {"displacement": Buffer.field(moved.motions), "nature": "displacement", "factor": factor, "largest": own}
+
+
+def still(drawing: Drawing) -> Moving:
+    """Nothing moves."""
+    return displaced(replace(drawing.solids, motions=np.zeros_like(drawing.solids.points)), 1.0)
 
 
 def _has_sides(points: Array, triangles: Index) -> NDArray[np.bool_]:

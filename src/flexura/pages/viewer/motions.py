@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis import ActuatorState, Mode, Modes, Preload, ScrewAxis, Statics
-from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.fields import (
     DISPLACEMENT,
     HEAVY,
@@ -20,7 +19,7 @@ from flexura.pages.viewer.fields import (
     stress_by_part,
     stress_colouring,
 )
-from flexura.pages.viewer.geometry import Drawing
+from flexura.pages.viewer.geometry import Drawing, displaced, vibrating
 from flexura.pages.viewer.scene import Arrow, Axis, Fact, ShownMotion, Triple
 from flexura.pages.viewer.units import digits, shown
 from flexura.systems import Ports
@@ -47,10 +46,7 @@ def mode_motions(drawing: Drawing, result: Modes) -> Iterator[ShownMotion]:
             id=f"mode-{mode.number}",
             group="modes",
             title=f"mode {mode.number}: {frequency(mode)}",
-            displacement=Buffer.field(moved.motions),
-            nature="vibration",
-            factor=mode_scale(moved),
-            largest=None,
+            **vibrating(moved),
             subtitle=mode.motion.summary,
             flag=mode.flag,
             colours=(DISPLACEMENT, *([coloured] if coloured else [])),
@@ -105,10 +101,7 @@ def static_motions(drawing: Drawing, result: Statics) -> Iterator[ShownMotion]:
         id="statics",
         group="statics",
         title="statics: " + (", ".join([*loads, *result.loads][:3]) or "loads and gravity"),
-        displacement=Buffer.field(moved.motions),
-        nature="displacement",
-        factor=visible_factor(moved),
-        largest=largest,
+        **displaced(moved, visible_factor(moved), largest),
         colours=tuple(own for own in colours if own is not None),
         arrows=tuple(load_arrows(drawing, result)),
         facts=tuple(facts),
@@ -156,10 +149,7 @@ def preload_motions(drawing: Drawing, result: Preload) -> Iterator[ShownMotion]:
         id="preload",
         group="preload",
         title="preload",
-        displacement=Buffer.field(moved.motions),
-        nature="displacement",
-        factor=visible_factor(moved),
-        largest=moved.largest_motion(),
+        **displaced(moved, visible_factor(moved)),
         subtitle=told,
         colours=(DISPLACEMENT,),
         facts=(("buckling", told), ("largest displacement", shown(moved.largest_motion(), "m"))),
@@ -179,10 +169,7 @@ def _buckling(drawing: Drawing, result: Preload, forces: Mapping[str, str]) -> I
             id=f"buckling-{k + 1}",
             group="buckling",
             title=f"buckles at {told}",
-            displacement=Buffer.field(moved.motions),
-            nature="vibration",
-            factor=mode_scale(moved),
-            largest=None,
+            **vibrating(moved),
             subtitle="this shape, in any size and either way" if not k else "if held against those before",
             flag="loaded beyond" if factor <= 1 else "",
             colours=(DISPLACEMENT,),

@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from flexura.analysis import Stroke, StrokePose
 from flexura.errors import foremost
-from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.fields import DISPLACEMENT, stress_by_part, stress_colouring
-from flexura.pages.viewer.geometry import PAGE, Drawing
+from flexura.pages.viewer.geometry import PAGE, Drawing, displaced
 from flexura.pages.viewer.motions import shown_axis
 from flexura.pages.viewer.scene import Fact, Poses, ShownMotion
 from flexura.pages.viewer.units import digits, shown
@@ -45,10 +44,7 @@ def stroke_poses(drawing: Drawing, result: Stroke) -> tuple[list[ShownMotion], l
                 id=f"pose-{k + 1}",
                 group="stroke",
                 title=f"pose {k + 1}: {_where(result, pose)}",
-                displacement=Buffer.field(parts.motions),
-                nature="displacement",
-                factor=1.0,
-                largest=parts.largest_motion(),
+                **displaced(parts, 1.0),
                 subtitle="to scale",
                 flag="not proven" if not pose.proven else "",
                 colours=(DISPLACEMENT, *([stress] if stress else [])),

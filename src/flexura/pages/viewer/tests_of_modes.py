@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.fields import DISPLACEMENT
-from flexura.pages.viewer.geometry import Drawing
+from flexura.pages.viewer.geometry import Drawing, still, vibrating
 from flexura.pages.viewer.motions import triple
 from flexura.pages.viewer.scene import Arrow, Fact, ShownMotion
 from flexura.pages.viewer.units import digits
@@ -40,10 +39,7 @@ def paired_motions(drawing: Drawing, result: Correlation) -> Iterator[ShownMotio
                 id=f"{what}-{pair.test}",
                 group="test and model",
                 title=title,
-                displacement=Buffer.field(own.motions),
-                nature="vibration",
-                factor=factor,
-                largest=None,
+                **vibrating(own, factor),
                 subtitle=f"MAC of the pair {pair.mac:.3f}",
                 colours=(DISPLACEMENT,),
                 facts=facts,
@@ -74,10 +70,7 @@ def verified_motions(drawing: Drawing, result: Verification) -> Iterator[ShownMo
                 id=f"{what}-{k + 1}",
                 group="solid and beams",
                 title=title,
-                displacement=Buffer.field(shape.motions),
-                nature="vibration",
-                factor=mode_scale(shape),
-                largest=None,
+                **vibrating(shape),
                 subtitle=subtitle,
                 colours=(DISPLACEMENT,),
                 facts=tuple(facts),
@@ -107,10 +100,7 @@ def sensor_motions(drawing: Drawing, result: SensorPlacement) -> Iterator[ShownM
         id="sensors",
         group="sensors",
         title=f"{len(result.sensors)} of {len(result.candidates)} candidates for sensors",
-        displacement=Buffer.field(np.zeros_like(drawing.solids.points)),
-        nature="displacement",
-        factor=1.0,
-        largest=0.0,
+        **still(drawing),
         subtitle=f"largest MAC of two modes {result.worst_mac:.2f}, condition {result.condition:.3g}",
         colours=(DISPLACEMENT,),
         arrows=tuple(arrows),
