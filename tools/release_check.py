@@ -23,6 +23,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+SCRIPT = "src/flexura/pages/web/"
+"""Source of the pages' script, of which the wheel has what is built alone."""
 STEPS = ("clean", "lowest")
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 COMMANDS = (
@@ -105,7 +107,8 @@ def build(folder: Path) -> Path:
         packed = {name for name in archive.namelist() if ".dist-info/" not in name}
         licences = [name for name in archive.namelist() if name.endswith("/LICENSE")]
     tracked = set(run(["git", "ls-files", "src/flexura"], ROOT).split())
-    other = {name.removeprefix("src/") for name in tracked} ^ packed
+    shipped = {name for name in tracked if not name.startswith(SCRIPT) or name.startswith(f"{SCRIPT}dist/")}
+    other = {name.removeprefix("src/") for name in shipped} ^ packed
     if other or not licences:
         raise RuntimeError(f"the wheel differs from src/flexura: {sorted(other)}, licences {licences}")
     with tarfile.open(sdist) as archive:
