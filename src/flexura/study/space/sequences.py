@@ -1,0 +1,101 @@
+"""Points of the unit cube by number: design k of N without those before it, and without memory for all of them.
+
+Both sequences are stratified and scrambled, and every coordinate lies between 0 and 1, ends left out.
+"""
+
+from __future__ import annotations
+
+from math import isqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.records import Kept
+
+Array = NDArray[np.float64]
+Whole = NDArray[np.uint64]
+
+BITS = 32
+"""Digits of a Sobol' coordinate."""
+
+MOST_DIMENSIONS = 21201
+"""Coordinates for which direction numbers are known (Joe and Kuo 2008)."""
+
+ROUNDS = 12
+_DIRECTIONS = Kept(most=8)
+_GOLDEN, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+
+
+def mixed(x: Whole) -> Whole:
+    """Numbers of 64 bits that look random, by a bijection (Steele, Lea and Flood 2014, SplitMix64)."""
+    x = (x ^ (x >> np.uint64(30))) * _FIRST
+    x = (x ^ (x >> np.uint64(27))) * _SECOND
+    return x ^ (x >> np.uint64(31))
+
+
+def _stream(*key: int) -> np.uint64:
+    """A number of 64 bits that a key of integers leads to."""
+    found = np.zeros(1, dtype=np.uint64)
+    for part in key:
+        found = mixed(found + _GOLDEN + np.uint64(part % 2**64))
+    return found[0]
+
+
+def permuted(numbers: Whole, size: int, key: int, axis: int) -> Whole:
+    """Where the numbers 0 ... size - 1 go in a permutation that a key and an axis name.
+
+    A Feistel network over pairs (L, R) below a = ceil(sqrt(size)), with what leads out of 0 ... size - 1 led on until
+    it is inside (Black and Rogaway 2002, "Ciphers with arbitrary finite domains", sections 3 and 4).
+    """
+    a = np.uint64(isqrt(size - 1) + 1)
+    keys = [_stream(key, axis, step) for step in range(ROUNDS)]
+    found, outside = numbers.astype(np.uint64), np.ones(len(numbers), dtype=bool)
+    while outside.any():
+        left, right = np.divmod(found[outside], a)
+        for own in keys:
+            left, right = right, (left + mixed(right + own) % a) % a
+        found[outside] = left * a + right
+        outside[outside] = found[outside] >= size
+    return found
+
+
+def latin_hypercube(start: int, stop: int, size: int, axes: int, seed: int) -> Array:
+    """Points start ... stop - 1 (stop - start, axes) of a Latin hypercube of so many points (McKay, Beckman and Conover
+    1979): every one of `size` equal intervals of each axis holds one, somewhere in it."""
+    numbers = np.arange(start, stop, dtype=np.uint64)
+    found = np.empty((stop - start, axes))
+    for axis in range(axes):
+        inside = mixed(numbers * _GOLDEN + _stream(seed, axis, -1)) >> np.uint64(12)
+        found[:, axis] = (permuted(numbers, size, seed, axis) + (inside + 0.5) * 2.0**-52) / size
+    return np.minimum(found, np.nextafter(1.0, 0.0))
+
+
+def sobol(start: int, stop: int, axes: int, seed: int) -> Array:
+    """Points start ... stop - 1 (stop - start, axes) of a Sobol' sequence scrambled by a random linear matrix and a
+    shift (Matousek 1998), as SciPy has it.
+
+    Point k is the exclusive or of the direction numbers at the digits of its Gray code (Antonov and Saleev 1979), so
+    that any of the first 2^32 is found by itself. Those of fewer points are the first of those of more.
+    """
+    digits = max(stop - 1, 0).bit_length()
+    shift, directions = _DIRECTIONS.once((axes, seed, digits), lambda: _directions(digits, axes, seed))
+    numbers = np.arange(start, stop, dtype=np.uint64)
+    gray = numbers ^ (numbers >> np.uint64(1))
+    found = np.repeat(shift[None], len(numbers), axis=0)
+    for digit in range(digits):
+        found[((gray >> np.uint64(digit)) & np.uint64(1)).astype(bool)] ^= directions[digit]
+    return np.asarray((found + 0.5) * 2.0**-BITS, dtype=float)
+
+
+def _directions(digits: int, axes: int, seed: int) -> tuple[Whole, Whole]:
+    """The shift (axes,) and the first direction numbers (digits, axes): points 2^(j + 1) - 1 have a Gray code of a
+    single digit."""
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(axes, scramble=True, bits=BITS, seed=np.random.default_rng(seed))
+    points = np.empty((digits + 1, axes), dtype=np.uint64)
+    points[0] = np.ravel(sequence.random(1)) * 2.0**BITS
+    for digit in range(digits):
+        sequence.fast_forward(2 ** (digit + 1) - 1 - sequence.num_generated)
+        points[digit + 1] = np.ravel(sequence.random(1)) * 2.0**BITS
+    return points[0], points[1:] ^ points[0]
