@@ -1,0 +1,324 @@
+"""Arrays with their slopes by parameters: forward-mode differentiation of whatever is worked out with NumPy."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexura.duals import arrangement, products
+from flexura.duals.elementwise import OF_VALUES, RULES
+from flexura.duals.pairs import Pair, padded
+
+ALL = slice(None)
+
+
+def real(x: ArrayLike | Dual) -> Any:
+    """An array of floats; what implements NumPy's functions itself, such as `Dual`, as it is."""
+    if isinstance(x, np.ndarray) or not hasattr(x, "__array_function__"):
+        return np.asarray(x, dtype=np.float64)
+    return x
+
+
+class Dual:
+    """An array (...) with its slopes (P, ...) by P parameters; NumPy's functions give results that have theirs.
+
+    What is read of values alone (comparisons, signs, positions of the greatest) comes as plain arrays. Where a function
+    has no derivative, at |0|, the root of 0 or the greater of equal numbers with other slopes, the slope is NaN; an
+    entry whose slopes are zero counts as a constant. Raises TypeError where slopes would be lost: functions without a
+    rule here, conversion to plain arrays or floats, assignment into plain arrays.
+    """
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value: Any, slope: Any) -> None:
+        self.value, self.slope = value, slope
+        if np.shape(slope)[1:] != np.shape(value):
+            raise TypeError(f"slopes {np.shape(slope)} are not those of values {np.shape(value)}")
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the value."""
+        return np.shape(self.value)
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes of the value."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Number of entries of the value."""
+        return int(np.size(self.value))
+
+    @property
+    def T(self) -> Dual:
+        """With axes in reverse order."""
+        return self.transpose()
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def __iter__(self) -> Iterator[Dual]:
+        return (self[k] for k in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"Dual({self.value!r}, slopes by {len(self.slope)} parameters)"
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("slopes would be lost: a number with slopes does not go into a plain array")
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        if method == "__call__" and not options:
+            if ufunc in RULES:
+                return _with_slopes(RULES[ufunc], inputs)
+            if ufunc is np.matmul:
+                return _with_slopes(products.matmul, inputs)
+            if ufunc in OF_VALUES:
+                return ufunc(*(x.value if isinstance(x, Dual) else x for x in inputs))
+        if method == "reduce" and ufunc in _REDUCED:
+            return _REDUCED[ufunc](*inputs, **{k: v for k, v in options.items() if k in ("axis", "keepdims")})
+        if method == "at" and ufunc is np.add and isinstance(inputs[0], Dual):
+            return _add_at(*inputs)
+        raise TypeError(f"{ufunc.__name__} ({method}) has no rule for slopes")
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        del types
+        if func in _NEW:
+            return _constant(func, self, *args, **kwargs)
+        if func in _FUNCTIONS:
+            return _FUNCTIONS[func](*args, **kwargs)
+        raise TypeError(f"{func.__name__} has no rule for slopes")
+
+    def __getitem__(self, at: Any) -> Dual:
+        at = at if isinstance(at, tuple) else (at,)
+        if sum(not _basic(k) for k in at) < 1 or (len(at) == 1):
+            return Dual(self.value[at], self.slope[(ALL, *at)])
+        return Dual(self.value[at], _last_first(_first_last(self.slope)[_open_ended(at)]))
+
+    def __setitem__(self, at: Any, new: Any) -> None:
+        at = at if isinstance(at, tuple) else (at,)
+        own = _first_last(self.slope)
+        if isinstance(new, Dual):
+            self.value[at] = new.value
+            own[_open_ended(at)] = _first_last(new.slope)
+        else:
+            self.value[at] = new
+            own[_open_ended(at)] = 0.0
+
+    def copy(self) -> Dual:
+        """With memory of its own."""
+        return Dual(self.value.copy(), self.slope.copy())
+
+    def reshape(self, *shape: Any) -> Dual:
+        """In another shape."""
+        return Dual(*arrangement.reshape(Pair(self.value, self.slope), shape[0] if len(shape) == 1 else shape))
+
+    def ravel(self) -> Dual:
+        """In a row."""
+        return self.reshape(-1)
+
+    def transpose(self, *axes: int) -> Dual:
+        """With axes in another order, reversed when none are given."""
+        return Dual(*arrangement.transpose(Pair(self.value, self.slope), axes or None))
+
+    def astype(self, _: Any) -> Dual:
+        """Itself: slopes are those of floats."""
+        return self
+
+    def round(self, digits: int = 0) -> Any:
+        """Values rounded, a plain array."""
+        return np.round(self.value, digits)
+
+    def sum(self, axis: Any = None, keepdims: bool = False) -> Dual:
+        """Sums along axes."""
+        return np.sum(self, axis=axis, keepdims=keepdims)  # type: ignore[call-overload, no-any-return]
+
+    def mean(self, axis: Any = None, keepdims: bool = False) -> Dual:
+        """Means along axes."""
+        return np.mean(self, axis=axis, keepdims=keepdims)  # type: ignore[call-overload, no-any-return]
+
+    def max(self, axis: int | None = None, keepdims: bool = False) -> Dual:
+        """The greatest along an axis."""
+        return np.max(self, axis=axis, keepdims=keepdims)  # type: ignore[call-overload, no-any-return]
+
+    def min(self, axis: int | None = None, keepdims: bool = False) -> Dual:
+        """The smallest along an axis."""
+        return np.min(self, axis=axis, keepdims=keepdims)  # type: ignore[call-overload, no-any-return]
+
+    def _in_place(self, changed: Dual) -> Dual:
+        self[...] = changed
+        return self
+
+
+def _operators() -> None:
+    """Give `Dual` the operators of arrays."""
+    signs: dict[str, Any] = {
+        "add": np.add, "sub": np.subtract, "mul": np.multiply, "truediv": np.divide, "pow": np.power,
+        "matmul": np.matmul,
+    }  # fmt: skip
+    for name, ufunc in signs.items():
+        setattr(Dual, f"__{name}__", lambda a, b, f=ufunc: f(a, b))
+        setattr(Dual, f"__r{name}__", lambda a, b, f=ufunc: f(b, a))
+        setattr(Dual, f"__i{name}__", lambda a, b, f=ufunc: a._in_place(f(a, b)))
+    for name in ("lt", "le", "gt", "ge", "eq", "ne"):
+        compare = getattr(operator, name)
+        setattr(Dual, f"__{name}__", lambda a, b, f=compare: f(a.value, b.value if isinstance(b, Dual) else b))
+    for name, ufunc in {"neg": np.negative, "pos": np.positive, "abs": np.absolute}.items():
+        setattr(Dual, f"__{name}__", lambda a, f=ufunc: f(a))
+
+
+def _basic(k: Any) -> bool:
+    return k is None or k is Ellipsis or isinstance(k, slice | int | np.integer)
+
+
+def _open_ended(at: tuple[Any, ...]) -> tuple[Any, ...]:
+    """An index of values (...) as an index of slopes (..., P)."""
+    return (*at, ALL) if any(k is Ellipsis for k in at) else (*at, Ellipsis)
+
+
+def _first_last(slope: Any) -> Any:
+    return slope.transpose((*range(1, slope.ndim), 0))
+
+
+def _last_first(slope: Any) -> Any:
+    return slope.transpose((slope.ndim - 1, *range(slope.ndim - 1)))
+
+
+def _pair(x: Any) -> Pair:
+    if isinstance(x, Dual):
+        return Pair(x.value, x.slope)
+    return Pair(x if np.isscalar(x) or hasattr(x, "__array_function__") else np.asarray(x), None)
+
+
+def _with_slopes(rule: Callable[..., Pair], inputs: Any) -> Dual:
+    value, slope = rule(*map(_pair, inputs))
+    found = Dual.__new__(Dual)
+    found.value, found.slope = value, slope
+    return found
+
+
+def _first(rule: Callable[..., Pair]) -> Callable[..., Dual]:
+    """A function whose first argument alone has slopes."""
+    return lambda x, *args, **options: Dual(*rule(_pair(x), *args, **options))
+
+
+def _every(rule: Callable[..., Pair]) -> Callable[..., Dual]:
+    """A function whose arguments all may have slopes."""
+    return lambda *args, **options: Dual(*rule(*map(_pair, args), **options))
+
+
+def _joined(rule: Callable[..., Pair]) -> Callable[..., Dual]:
+    """A function of a sequence."""
+    return lambda xs, *args, **options: Dual(*rule([_pair(x) for x in xs], *args, **options))
+
+
+def _of_value(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of values alone."""
+    return lambda x, *args, **options: function(x.value if isinstance(x, Dual) else x, *args, **options)
+
+
+def _constant(make: Callable[..., Any], like: Dual, shape: Any, *rest: Any, **options: Any) -> Dual:
+    """A constant of a shape, for slopes to be put in, by as many parameters as `like` has."""
+    shape = (shape,) if isinstance(shape, int | np.integer) else tuple(shape)
+    inner: Any = {"like": like.value} if isinstance(like.value, Dual) else {}
+    return Dual(make(shape, *rest, **options, **inner), np.zeros((len(like.slope), *shape), **inner))
+
+
+def _constant_like(make: Callable[..., Any]) -> Callable[..., Dual]:
+    return lambda x, *rest: _constant(make, x, x.shape, *rest)
+
+
+def _where(condition: Any, *choices: Any) -> Any:
+    condition = condition.value if isinstance(condition, Dual) else condition
+    if not choices:
+        return np.where(condition)
+    return Dual(*arrangement.where(condition, *map(_pair, choices)))
+
+
+def _einsum(subscripts: str, *operands: Any) -> Dual:
+    return Dual(*products.einsum(subscripts, *map(_pair, operands)))
+
+
+def _clip(x: Any, low: Any, high: Any) -> Any:
+    return np.minimum(np.maximum(x, low), high)
+
+
+def _broadcast_arrays(*arrays: Any) -> tuple[Any, ...]:
+    shape = np.broadcast_shapes(*(np.shape(a) for a in arrays))
+    return tuple(np.broadcast_to(a, shape) for a in arrays)
+
+
+def _copyto(target: Dual, source: Any) -> None:
+    target[...] = source
+
+
+def _add_at(target: Dual, at: Any, new: Any) -> None:
+    at = at if isinstance(at, tuple) else (at,)
+    added = _pair(new)
+    np.add.at(target.value, at, added.value)
+    if added.slope is not None:
+        shape = np.shape(target.value[at])
+        np.add.at(_first_last(target.slope), _open_ended(at), _first_last(padded(added.slope, len(shape))))
+
+
+_REDUCED: dict[Any, Any] = {
+    np.add: _first(arrangement.along(np.sum)),
+    np.multiply: _first(arrangement.prod),
+    np.maximum: _first(arrangement.extreme(np.argmax)),
+    np.minimum: _first(arrangement.extreme(np.argmin)),
+}
+
+_NEW: frozenset[Any] = frozenset({np.empty, np.zeros, np.ones, np.full})
+
+_FUNCTIONS: dict[Any, Any] = {
+    **{
+        f: _of_value(f)
+        for f in (np.shape, np.ndim, np.size, np.argmin, np.argmax, np.argsort, np.round, np.iscomplexobj)
+    },
+    np.empty_like: _constant_like(np.empty),
+    np.zeros_like: _constant_like(np.zeros),
+    np.ones_like: _constant_like(np.ones),
+    np.full_like: _constant_like(np.full),
+    **{f: _first(arrangement.along(f)) for f in (np.sum, np.mean)},
+    **{f: _first(arrangement.accumulated(f)) for f in (np.cumsum, np.diff, np.flip, np.roll)},
+    np.prod: _first(arrangement.prod),
+    np.cumprod: _first(arrangement.cumprod),
+    np.max: _REDUCED[np.maximum],
+    np.min: _REDUCED[np.minimum],
+    np.where: _where,
+    np.clip: _clip,
+    np.copyto: _copyto,
+    np.copy: lambda x: x.copy(),
+    np.concatenate: _joined(arrangement.concatenate),
+    np.stack: _joined(arrangement.stack),
+    np.vstack: _joined(arrangement.vstack),
+    np.hstack: _joined(arrangement.hstack),
+    np.column_stack: _joined(arrangement.column_stack),
+    np.broadcast_to: _first(arrangement.broadcast_to),
+    np.broadcast_arrays: _broadcast_arrays,
+    np.reshape: _first(arrangement.reshape),
+    np.ravel: lambda x: x.reshape(-1),
+    np.transpose: _first(arrangement.transpose),
+    np.swapaxes: _first(arrangement.swapaxes),
+    np.moveaxis: _first(arrangement.moveaxis),
+    np.expand_dims: _first(arrangement.expand_dims),
+    np.squeeze: _first(arrangement.squeeze),
+    np.take: _first(arrangement.take),
+    np.tile: _first(arrangement.tile),
+    np.repeat: _first(arrangement.repeat),
+    np.diagonal: _first(arrangement.diagonal),
+    np.diag: _first(arrangement.diag),
+    np.einsum: _einsum,
+    np.dot: _every(products.matmul),
+    np.outer: _every(products.outer),
+    np.cross: _every(products.cross),
+    np.linalg.inv: _first(products.inv),
+    np.linalg.solve: _every(products.solve),
+    np.linalg.det: _first(products.det),
+    np.linalg.norm: _first(products.norm),
+}
+_operators()

@@ -1,0 +1,190 @@
+"""Derivatives of NumPy's elementwise functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.special
+
+from flexura.duals.pairs import Pair, padded, plus, spread, times, unless_still
+
+Rule = Callable[..., Pair]
+
+
+def _by_argument(function: Any, factor: Callable[[Any], Any]) -> Rule:
+    """A function of one argument whose derivative is `factor` of the argument."""
+
+    def rule(x: Pair) -> Pair:
+        value = function(x.value)
+        with np.errstate(all="ignore"):
+            return Pair(value, x.slope * factor(x.value))
+
+    return rule
+
+
+def _by_result(function: Any, factor: Callable[[Any], Any]) -> Rule:
+    """A function of one argument whose derivative is `factor` of the result."""
+
+    def rule(x: Pair) -> Pair:
+        value = function(x.value)
+        with np.errstate(all="ignore"):
+            return Pair(value, x.slope * factor(value))
+
+    return rule
+
+
+def _linear(function: Any) -> Rule:
+    """A linear function of one argument."""
+    return lambda x: Pair(function(x.value), function(x.slope))
+
+
+def _sqrt(x: Pair) -> Pair:
+    value = np.sqrt(x.value)
+    with np.errstate(all="ignore"):
+        return Pair(value, unless_still(x.slope, 0.5 / value, x.value == 0, np.shape(value)))
+
+
+def _absolute(x: Pair) -> Pair:
+    return Pair(np.absolute(x.value), unless_still(x.slope, np.sign(x.value), x.value == 0, np.shape(x.value)))
+
+
+def _add(a: Pair, b: Pair, sign: int = 1) -> Pair:
+    value = a.value + b.value if sign > 0 else a.value - b.value
+    shape = np.shape(value)
+    if a.slope is None or b.slope is None:
+        slope = spread(b.slope if a.slope is None else a.slope, shape)
+        return Pair(value, -slope if a.slope is None and sign < 0 else slope)
+    first, second = padded(a.slope, len(shape)), padded(b.slope, len(shape))
+    slope = first + second if sign > 0 else first - second
+    return Pair(value, slope if slope.shape[1:] == shape else spread(slope, shape))
+
+
+def _subtract(a: Pair, b: Pair) -> Pair:
+    return _add(a, b, -1)
+
+
+def _multiply(a: Pair, b: Pair) -> Pair:
+    value = a.value * b.value
+    shape = np.shape(value)
+    first = None if a.slope is None else times(a.slope, b.value, shape)
+    second = None if b.slope is None else times(b.slope, a.value, shape)
+    return Pair(value, plus(first, second))
+
+
+def _divide(a: Pair, b: Pair) -> Pair:
+    value = np.divide(a.value, b.value)
+    shape = np.shape(value)
+    with np.errstate(all="ignore"):
+        first = None if a.slope is None else times(a.slope, np.divide(1.0, b.value), shape)
+        second = None if b.slope is None else times(b.slope, np.divide(-value, b.value), shape)
+        return Pair(value, plus(first, second))
+
+
+def _power(a: Pair, b: Pair) -> Pair:
+    value = np.power(a.value, b.value)
+    shape = np.shape(value)
+    first = second = None
+    with np.errstate(all="ignore"):
+        if a.slope is not None:
+            factor = b.value * np.power(a.value, np.where(b.value == 0, 1.0, np.subtract(b.value, 1.0)))
+            first = unless_still(a.slope, factor, ~np.isfinite(factor) & np.isfinite(value), shape)
+        if b.slope is not None:
+            factor = np.where(value == 0, 0.0, value * np.log(a.value))
+            second = unless_still(b.slope, factor, ~np.isfinite(factor), shape)
+        return Pair(value, plus(first, second))
+
+
+def _of_two(function: Any, factors: Callable[[Any, Any, Any], tuple[Any, Any]]) -> Rule:
+    """A function of two arguments that has no derivative where both are zero."""
+
+    def rule(a: Pair, b: Pair) -> Pair:
+        value = function(a.value, b.value)
+        shape = np.shape(value)
+        bad = (a.value == 0) & (b.value == 0)
+        with np.errstate(all="ignore"):
+            own = factors(a.value, b.value, value)
+            found = [
+                None if x.slope is None else unless_still(x.slope, f, bad, shape)
+                for x, f in zip((a, b), own, strict=True)
+            ]
+        return Pair(value, plus(*found))
+
+    return rule
+
+
+def _arctan2(y: Any, x: Any, _: Any) -> tuple[Any, Any]:
+    square = y * y + x * x
+    return x / square, -y / square
+
+
+def _extreme(function: Any, ahead: Any) -> Rule:
+    """The greater or the smaller of two; where they are equal, NaN unless their slopes are too."""
+
+    def rule(a: Pair, b: Pair) -> Pair:
+        value = function(a.value, b.value)
+        shape = np.shape(value)
+        count = len(b.slope if a.slope is None else a.slope)
+        slopes = [
+            np.zeros((count, *(1,) * len(shape))) if x.slope is None else padded(x.slope, len(shape)) for x in (a, b)
+        ]
+        slope = np.where(ahead(a.value, b.value), *slopes)
+        tie = a.value == b.value
+        if np.any(tie):
+            slope = np.where(tie & (slopes[0] != slopes[1]), np.nan, slope)
+        return Pair(value, slope if slope.shape[1:] == shape else spread(slope, shape))
+
+    return rule
+
+
+def _scaled_bessel(order: Pair, x: Pair) -> Pair:
+    """exp(-|x|) I_n(x) for x > 0 (Abramowitz and Stegun 1964, eq. 9.6.26)."""
+    n, z = order.value, x.value
+    value = scipy.special.ive(n, z)
+    return Pair(value, times(x.slope, scipy.special.ive(n + 1, z) + (n / z - 1) * value, np.shape(value)))
+
+
+RULES: dict[Any, Rule] = {
+    np.add: _add,
+    np.subtract: _subtract,
+    np.multiply: _multiply,
+    np.divide: _divide,
+    np.power: _power,
+    np.float_power: _power,
+    np.maximum: _extreme(np.maximum, np.greater),
+    np.minimum: _extreme(np.minimum, np.less),
+    np.arctan2: _of_two(np.arctan2, _arctan2),
+    np.hypot: _of_two(np.hypot, lambda a, b, r: (a / r, b / r)),
+    np.negative: _linear(np.negative),
+    np.positive: _linear(np.positive),
+    np.square: _by_argument(np.square, lambda x: 2 * x),
+    np.reciprocal: _by_result(np.reciprocal, lambda y: -y * y),
+    np.sqrt: _sqrt,
+    np.absolute: _absolute,
+    np.exp: _by_result(np.exp, np.positive),
+    np.expm1: _by_result(np.expm1, lambda y: y + 1),
+    np.log: _by_argument(np.log, lambda x: 1 / x),
+    np.log1p: _by_argument(np.log1p, lambda x: 1 / (1 + x)),
+    np.sin: _by_argument(np.sin, np.cos),
+    np.cos: _by_argument(np.cos, lambda x: -np.sin(x)),
+    np.tan: _by_result(np.tan, lambda y: 1 + y * y),
+    np.arcsin: _by_argument(np.arcsin, lambda x: 1 / np.sqrt((1 - x) * (1 + x))),
+    np.arccos: _by_argument(np.arccos, lambda x: -1 / np.sqrt((1 - x) * (1 + x))),
+    np.arctan: _by_argument(np.arctan, lambda x: 1 / (1 + x * x)),
+    np.sinh: _by_argument(np.sinh, np.cosh),
+    np.cosh: _by_argument(np.cosh, np.sinh),
+    np.tanh: _by_result(np.tanh, lambda y: (1 - y) * (1 + y)),
+    np.arctanh: _by_argument(np.arctanh, lambda x: 1 / ((1 - x) * (1 + x))),
+    np.degrees: _linear(np.degrees),
+    np.radians: _linear(np.radians),
+    scipy.special.ive: _scaled_bessel,
+}
+
+OF_VALUES = frozenset(
+    {
+        *(np.greater, np.greater_equal, np.less, np.less_equal, np.equal, np.not_equal),
+        *(np.isfinite, np.isnan, np.isinf, np.signbit, np.sign, np.floor, np.ceil, np.rint, np.trunc),
+    }
+)
+"""Functions of values alone: their results do not change with small changes of what they are given."""
