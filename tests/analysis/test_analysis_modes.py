@@ -73,7 +73,7 @@ def test_masses_are_those_described() -> None:
 
 def test_wrong_mass_matrix_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The check of masses does not use the matrices that it checks: spoil those, and it must say so."""
-    from flexura.structure.members import Elements
+    from flexura.structure.elements import Elements
 
     good = Elements.M.func
     monkeypatch.setattr(Elements.M, "func", lambda self: 1.01 * good(self))

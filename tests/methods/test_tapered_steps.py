@@ -8,7 +8,7 @@ from flexura.linalg import lowest
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.finite_elements import chained
 from flexura.structure import assemble
-from flexura.structure.members import ElementSlice
+from flexura.structure.elements import ElementSlice
 
 
 def leaf(thicknesses, elements, **more):

@@ -5,6 +5,10 @@ from flexura.structure.design import OfDesign as OfDesign
 from flexura.structure.discrete_elements import SpringElement as SpringElement
 from flexura.structure.discrete_elements import inertia_tensor as inertia_tensor
 from flexura.structure.discrete_elements import rigid_mass as rigid_mass
+from flexura.structure.elements import TAPERED_PIECES as TAPERED_PIECES
+from flexura.structure.elements import Cut as Cut
+from flexura.structure.elements import Elements as Elements
+from flexura.structure.elements import ElementSlice as ElementSlice
 from flexura.structure.full_order import assemble as assemble
 from flexura.structure.full_order import at_rest as at_rest
 from flexura.structure.full_order import checked_design as checked_design
@@ -13,10 +17,6 @@ from flexura.structure.full_order import dissipation as dissipation
 from flexura.structure.full_order import full_order_model as full_order_model
 from flexura.structure.full_order import stiffness_and_mass as stiffness_and_mass
 from flexura.structure.full_order import unloaded as unloaded
-from flexura.structure.members import TAPERED_PIECES as TAPERED_PIECES
-from flexura.structure.members import Cut as Cut
-from flexura.structure.members import Elements as Elements
-from flexura.structure.members import ElementSlice as ElementSlice
 from flexura.structure.model import FullOrderModel as FullOrderModel
 from flexura.structure.part import DiscreteElement as DiscreteElement
 from flexura.structure.part import Part as Part

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam import rigid_arm
 from flexura.records import Latest, Record
 from flexura.registry import registered
-from flexura.structure.members import Elements, ElementSlice
+from flexura.structure.elements import Elements, ElementSlice
 from flexura.structure.part import DiscreteElement, PartMatrices
 from flexura.structure.plan import Geometry, Plan
 from flexura.structure.pose import Posed

@@ -21,7 +21,8 @@ from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.mechanism import TOP, Flexure, Layout, Link, matching
 from flexura.structure.channels import PartChannels
 from flexura.structure.discrete_elements import BodyElement, PointMassElement, SpringElement, least_aligned
-from flexura.structure.members import STATIONS, WEIGHTS, Elements, ElementSlice, Members
+from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
+from flexura.structure.members import Members
 from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexura.beam import UniformBeam
 from flexura.errors import OptionError
 from flexura.structure.assembler import full_order
-from flexura.structure.members import TAPERED_PIECES, ElementSlice
+from flexura.structure.elements import TAPERED_PIECES, ElementSlice
 from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.value_table import Index

@@ -1,0 +1,267 @@
+"""Matrices of beam elements in their own axes, many at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import (
+    SectionProperties,
+    UniformBeam,
+    element,
+    gauss_stations,
+    geometric_basis,
+    tapered,
+    tapered_geometric_basis,
+)
+from flexura.errors import OptionError
+from flexura.structure.corrections import Factors, Torsion
+from flexura.structure.value_table import Index
+
+Array = NDArray[np.float64]
+Stations = list[tuple[Index, SectionProperties]]
+"""Tapered elements and their sections (..., e', stations)."""
+
+STATIONS, WEIGHTS = gauss_stations(6)
+"""Gauss rule of a tapered element."""
+
+TAPERED_PIECES = 16
+"""Most uniform steps that stand for a tapered element."""
+
+CHANGE = 0.02
+"""Most relative change of a rigidity or mass along a step of a tapered element, as long as it has fewer steps."""
+
+STEP_ERROR = 1e-5
+"""Most relative error of the lowest frequencies that the steps of a tapered member cause, as long as its elements have
+fewer."""
+
+
+class Cut(NamedTuple):
+    """Elements cut into pieces: the distinct beams, for every piece in order which of them it is, and the number of
+    pieces of every element."""
+
+    beam: UniformBeam
+    kind: Index
+    counts: Index
+
+
+class Elements:
+    """Matrices of beam elements in their own axes, each worked out when first asked for.
+
+    Mass follows from the sections themselves, stiffness from the effective ones that corrections make of them.
+    K, M: (..., e, 12, 12); flexibility C: (..., e, 6, 6), end j loaded with end i clamped; length: (..., e), m; share:
+    (e,), that of an element in the length of its member.
+    """
+
+    def __init__(
+        self,
+        moduli: tuple[Array, Array, Array],
+        sections: SectionProperties,
+        finer: Callable[[Array], Stations],
+        length: Array,
+        share: Array,
+        flags: tuple[Array, Array],
+        torsion: Callable[[], Torsion],
+        factors: Factors | None = None,
+    ) -> None:
+        self._E, self._G, self._rho = moduli
+        self._sections, self._finer, self._torsion, self._factors = sections, finer, torsion, factors
+        self._stiff = sections if factors is None else factors.applied(sections, slice(None))
+        self._stations = finer(STATIONS)
+        self.length, self._share = length, share
+        self._shear, self._rotary = flags
+
+    @cached_property
+    def _tapered(self) -> list[tuple[Index, Array, Array]]:
+        """Flexibility and mass of the tapered elements."""
+        found = []
+        for at, sections in self._stations:
+            moduli = (self._E[..., at], self._G[..., at], self._rho[..., at])
+            flags = (self._shear[at], self._rotary[at])
+            stiff = self._effective(sections, at)
+            found.append((at, *tapered(*moduli, stiff, self.length[..., at], *flags, STATIONS, WEIGHTS, sections)))
+        return found
+
+    def _effective(self, sections: SectionProperties, at: Index) -> SectionProperties:
+        """Effective sections (..., e', stations) of tapered elements."""
+        return sections if self._factors is None else self._factors.applied(sections, at, stations=True)
+
+    @cached_property
+    def _phi(self) -> tuple[Array | float, Array | float]:
+        """Shear parameters of the two planes, zero where no element shears."""
+        if not self._shear.any():
+            return 0.0, 0.0
+        return element.phi(self._E, self._G, self._stiff, self.length, self._shear)
+
+    @cached_property
+    def K(self) -> Array:
+        """Stiffness (..., e, 12, 12)."""
+        K = element.stiffness(self._E, self._G, self._stiff, self.length, self._shear)
+        for at, C, _ in self._tapered:
+            K[..., at, :, :] = element.stiffness_from_flexibility(C, self.length[..., at])
+        return K
+
+    @cached_property
+    def M(self) -> Array:
+        """Mass (..., e, 12, 12)."""
+        M = element.mass(self._rho, self._sections, self.length, *self._phi, self._rotary)
+        for at, _, own in self._tapered:
+            M[..., at, :, :] = own
+        return M
+
+    @cached_property
+    def geometric(self) -> Array:
+        """Geometric stiffness (..., e, 2, 12, 12) per axial force at both ends, linear between them."""
+        found = geometric_basis(self.uniform)
+        for at, sections in self._stations:
+            stiff, moduli = self._effective(sections, at), (self._E[..., at], self._G[..., at])
+            own = (stiff, sections, self.length[..., at], self._shear[at])
+            found[..., at, :, :, :] = tapered_geometric_basis(*moduli, *own, STATIONS, WEIGHTS)
+        return found
+
+    @cached_property
+    def torsion(self) -> Torsion:
+        """How the elements (..., e) twist, beyond what K says."""
+        return self._torsion()
+
+    def coefficients(self) -> tuple[Array, Array]:
+        """Coefficients (..., e, 10) of K in `STIFFNESS_BASIS` and (..., e, 14) of M in `MASS_BASIS`.
+
+        Raises OptionError when there are tapered elements, whose matrices are no such combination.
+        """
+        if self._stations:
+            raise OptionError("elements with integration: tapered have no coefficients; use stepped ones")
+        K = element.stiffness_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
+        return K, element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
+
+    @cached_property
+    def uniform(self) -> UniformBeam:
+        """The elements (..., e) as uniform beams, with the section at the middle of each."""
+        moduli, flags = (self._E, self._G, self._rho), (self._shear, self._rotary)
+        return _uniform(moduli, self._stiff, self._sections, self.length, flags)
+
+    def cut(self, own: slice, pieces: int, tapered_pieces: int = TAPERED_PIECES) -> Cut:
+        """A run of elements cut into uniform pieces of equal length.
+
+        A tapered element is first cut into at most `tapered_pieces` steps, as many as its change of section asks for,
+        with the section at the middle of each; then every element or step is cut into `pieces`, so that all numbers of
+        pieces stand for one and the same structure. One design.
+        """
+        kinds: list[Index] = [np.full(pieces, k) for k in range(own.stop - own.start)]
+        beams = [self.uniform.take(own).cut(pieces)]
+        first = len(kinds)
+        for group, steps in enumerate(self._steps(tapered_pieces)):
+            at = self._stations[group][0]
+            mine = (at >= own.start) & (at < own.stop)
+            for count in np.unique(steps[mine]):
+                chosen = np.flatnonzero(mine & (steps == count))
+                beam = self._stepped(group, chosen, (np.arange(count) + 0.5) / count)
+                beams.append(UniformBeam(*(f.ravel() for f in beam)).cut(count * pieces))
+                for element_number in at[chosen]:
+                    kinds[element_number - own.start] = np.repeat(first + np.arange(count), pieces)
+                    first += count
+        beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
+        counts = np.array([len(k) for k in kinds], dtype=np.intp)
+        return Cut(beam, np.concatenate(kinds), counts)
+
+    def _steps(self, most: int) -> list[Index]:
+        """Numbers of steps (e',) of the tapered elements of every group, at most so many; one design.
+
+        Along a step of length h = b L of a member, whose flexibility f changes by d = ln(f2/f1), the energy int f m^2
+        of a moment m is taken with f at the middle. The midpoint rule leaves d^2/24 + d b L (m^2)'/(12 m^2) of it. As
+        int f (m^2)' is what m^2 is at a clamped end, some 4 times its mean, a frequency is off by half the mean of
+        d^2/24 + d b/3: CHANGE bounds the first term, STEP_ERROR the second.
+        """
+        found = []
+        count = max(most, TAPERED_PIECES)
+        for group in range(len(self._stations)):
+            beam = self._stepped(group, slice(None), np.linspace(0.0, 1.0, count + 1))
+            sizes = np.stack([beam.EA, beam.GJ, beam.EIy, beam.EIz, beam.mass])
+            with np.errstate(divide="ignore", invalid="ignore"):  # without mass nothing of it changes
+                change = np.nan_to_num(np.abs(np.diff(np.log(sizes), axis=-1))).max(axis=(0, -1))
+            whole = count * change
+            wanted = np.maximum(
+                whole / CHANGE, np.sqrt(whole * self._share[self._stations[group][0]] / (6 * STEP_ERROR))
+            )
+            found.append(np.clip(np.ceil(wanted - 1e-6), 1, most).astype(np.intp))
+        return found
+
+    def _stepped(self, group: int, chosen: Index | slice, points: Array) -> UniformBeam:
+        """Sections at `points` (stations,) of chosen tapered elements of a group as beams (e', stations) of their full
+        length; one design."""
+        at, sections = self._finer(points)[group]
+        e = at[chosen]
+        moduli = tuple(m[e][:, None] for m in (self._E, self._G, self._rho))
+        flags = (self._shear[e][:, None], self._rotary[e][:, None])
+        own = SectionProperties(*(f[chosen] for f in sections))
+        return _uniform(moduli, self._effective(own, e), own, self.length[e][:, None], flags)
+
+    @cached_property
+    def C(self) -> Array:
+        """Flexibility (..., e, 6, 6)."""
+        C = element.flexibility(self._E, self._G, self._stiff, self.length, self._shear)
+        for at, own, _ in self._tapered:
+            C[..., at, :, :] = own
+        return C
+
+
+class ElementSlice:
+    """A run of consecutive elements of a larger table."""
+
+    def __init__(self, whole: Elements, start: int, stop: int) -> None:
+        self._whole, self._own = whole, slice(start, stop)
+
+    @property
+    def K(self) -> Array:
+        """Stiffness (..., e, 12, 12)."""
+        return self._whole.K[..., self._own, :, :]
+
+    @property
+    def M(self) -> Array:
+        """Mass (..., e, 12, 12)."""
+        return self._whole.M[..., self._own, :, :]
+
+    @property
+    def C(self) -> Array:
+        """Flexibility (..., e, 6, 6)."""
+        return self._whole.C[..., self._own, :, :]
+
+    @property
+    def geometric(self) -> Array:
+        """Geometric stiffness (..., e, 2, 12, 12) per axial force at both ends."""
+        return self._whole.geometric[..., self._own, :, :, :]
+
+    @property
+    def torsion(self) -> Torsion:
+        """How the elements (..., e) twist, beyond what K says."""
+        return self._whole.torsion.taken(self._own)
+
+    @property
+    def length(self) -> Array:
+        """Lengths (..., e), m."""
+        return self._whole.length[..., self._own]
+
+    def cut(self, pieces: int, tapered_pieces: int = TAPERED_PIECES) -> Cut:
+        """The elements cut into uniform pieces; arguments as in `Elements.cut`."""
+        return self._whole.cut(self._own, pieces, tapered_pieces)
+
+
+def _uniform(
+    moduli: tuple[Array, ...],
+    stiff: SectionProperties,
+    section: SectionProperties,
+    length: Array,
+    flags: tuple[Array, Array],
+) -> UniformBeam:
+    """Rigidities of the effective section and inertias of the actual one, with shear and rotary inertia as flagged."""
+    E, G, rho = moduli
+    A, Iy, Iz, J, ky, kz = stiff
+    shear, rotary = flags
+    slide, mass, polar = shear / (G * A), rho * section.A, rho * (section.Iy + section.Iz)
+    turn_y, turn_z = rho * rotary * section.Iy, rho * rotary * section.Iz
+    fields = (E * A, G * J, E * Iy, E * Iz, slide / ky, slide / kz, mass, polar, turn_y, turn_z)
+    return UniformBeam(*np.broadcast_arrays(*fields, length))
