@@ -70,13 +70,16 @@ def _scaled(K: Array, M: Array) -> tuple[Array, Array, Array]:
 
 
 def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float) -> tuple[Eigenpairs, Array]:
-    """Subspace iteration from the pairs of one design: pairs (designs, p), (designs, n, p), errors (designs,)."""
+    """Subspace iteration from the pairs of one design: pairs (designs, p), (designs, n, p), errors (designs,).
+
+    Those of a design are of the step at which it has converged, however many more the others take.
+    """
     MX = M @ start.vectors
     values = np.broadcast_to(start.values[:count], (len(M), count))
     change, error = np.ones(len(M)), np.full(len(M), np.inf)
     solve = _solver(K)
-    Y, Z, new = MX, np.eye(MX.shape[-1]), start.values
-    for _ in range(MAX_STEPS):
+    found, reached = Eigenpairs(np.empty(MX.shape[::2]), np.empty_like(MX)), np.full(len(M), np.inf)
+    for step in range(MAX_STEPS):
         Y = solve(MX)
         Yt = np.swapaxes(Y, -1, -2)
         MY = M @ Y
@@ -86,10 +89,14 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
         values = new[:, :count]
         ratio = np.minimum(change / np.maximum(before, 1e-300), 0.99)
         error = change * ratio / (1 - ratio)
-        if (error < tolerance).all():
+        ended = ~(reached < tolerance) & ((error < tolerance) | (step == MAX_STEPS - 1))
+        if ended.all():
+            return Eigenpairs(new.copy(), Y @ Z), error
+        found.values[ended], found.vectors[ended], reached[ended] = new[ended], (Y @ Z)[ended], error[ended]
+        if (reached < tolerance).all():
             break
         MX = MY @ Z
-    return Eigenpairs(new.copy(), Y @ Z), error
+    return found, reached
 
 
 def _solver(K: Array) -> Callable[[Array], Array]:

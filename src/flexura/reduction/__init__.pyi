@@ -2,6 +2,7 @@ from flexura.reduction.assembler import LowOrderAssembler as LowOrderAssembler
 from flexura.reduction.assembler import low_order as low_order
 from flexura.reduction.assembler import with_modes as with_modes
 from flexura.reduction.batch import NaturalFrequencies as NaturalFrequencies
+from flexura.reduction.batch import independent_frequencies as independent_frequencies
 from flexura.reduction.batch import natural_frequencies as natural_frequencies
 from flexura.reduction.certificate import HERTZ as HERTZ
 from flexura.reduction.certificate import Certificate as Certificate

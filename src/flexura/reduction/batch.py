@@ -20,7 +20,7 @@ from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, ChainOrder, Kind
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
-from flexura.reduction.stacks import ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
+from flexura.reduction.stacks import STACK, ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
 from flexura.results import Tabular
 from flexura.structure import Design, Plan, assemble, plan_of
 from flexura.tables import Facts, Table, counted, percent
@@ -188,11 +188,55 @@ def natural_frequencies(
     return NaturalFrequencies(f, lower, upper, proven, tolerance, batch.kept_modes, plan, given)
 
 
+def independent_frequencies(
+    plan: Plan, parameters: Mapping[str, ArrayLike], *, n: int, tolerance: float = 1e-3
+) -> tuple[Array, Array, Array]:
+    """Frequencies of designs and their lower and upper bounds (designs, n), Hz, as `natural_frequencies` finds them, to
+    the last bit the same whatever other designs stand beside one.
+
+    The default design alone says how many modes are kept, and stacks are filled up to one size. Designs that miss the
+    tolerance are solved by themselves, first with as many kept modes as they need, then of full order. Raises as
+    `natural_frequencies`.
+    """
+    plan.refuse_loads("frequencies of many designs")
+    given, all_values = dict(parameters), np.atleast_2d(plan.values(parameters))
+    refuse_turned(plan, all_values, given)
+    batch = _Batch(plan, all_values, n, tolerance, given, samples=0)
+    places = plan.places(parameters)
+    found = np.empty((3, len(all_values), n))
+    for first in range(0, len(all_values), STACK - places):
+        used = np.arange(first, min(first + STACK - places, len(all_values)))
+        if batch.is_stacked:
+            answer = batch(_filled(plan, all_values[used], places), slice(0, STACK))
+        else:
+            answer = batch(all_values, slice(used[0], used[-1] + 1))
+        found[:, used] = [bound[: len(used)] for bound in answer]
+    for d in np.flatnonzero(~_is_proven(found[0], found[1], found[2], tolerance)):
+        alone = natural_frequencies(plan, one_of(given, int(d)), n=n, tolerance=tolerance).resolved()
+        found[:, d] = alone.frequency_hz, alone.lower_hz, alone.upper_hz
+    return found[0], found[1], found[2]
+
+
+def _filled(plan: Plan, values: Array, places: bool) -> Array:
+    """A full stack (STACK, s) of values (designs, s). Where these may place nodes, the last design is none of them and
+    stands a little off the others, so that a stack of designs of one geometry is worked out like any other."""
+    stack = values[np.minimum(np.arange(STACK), len(values) - 1)]
+    if places:
+        stack[-1, plan.value_table.varying()] *= 1 + 1e-6
+    return stack
+
+
 class _Batch:
     """Designs evaluated with as many kept modes as a default design and samples of the others need."""
 
     def __init__(
-        self, plan: Plan, values: Array, count: int, tolerance: float, parameters: Mapping[str, ArrayLike]
+        self,
+        plan: Plan,
+        values: Array,
+        count: int,
+        tolerance: float,
+        parameters: Mapping[str, ArrayLike],
+        samples: int = SAMPLES,
     ) -> None:
         self.plan, self.count, self.tolerance, self.parameters = plan, count, tolerance, parameters
         chains = _chains(plan, None)
@@ -202,7 +246,7 @@ class _Batch:
         self._use(self.counts)
         if chains.order <= LARGEST_ORDER:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
-            sampled = np.unique(np.linspace(0, len(values) - 1, SAMPLES).astype(int)) if len(values) else []
+            sampled = np.unique(np.linspace(0, len(values) - 1, samples).astype(int)) if len(values) else []
             for d in sampled:
                 self._choose(self._designs(values, slice(d, d + 1)), int(d))
             self.is_stacked = self.chains.order >= count and bool(np.isfinite(self.chains.start(count).values).all())

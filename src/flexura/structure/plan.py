@@ -290,6 +290,10 @@ class Plan(Record, Displayed):
                 named = ", ".join(f"{name} = {resolved[name]:g}" for name in sorted(changed))
                 raise ModelError(replace(problem, hint=f"with {named}") for problem in found)
 
+    def places(self, parameters: Mapping[str, ArrayLike]) -> bool:
+        """Whether positions, lengths or orientations depend on any of these parameters."""
+        return self.value_table.depends(self._geometry_entries, self._parameters(parameters)[1])
+
     def turned(self, values: Array) -> Index:
         """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero."""
         sizes = np.setdiff1d(self.value_table.varying(), self._geometry_entries)

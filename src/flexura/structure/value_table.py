@@ -53,6 +53,11 @@ class ValueTable(Record):
         """Entries that hold expressions."""
         return np.array([entry for entry, _ in self._expressions], dtype=np.intp)
 
+    def depends(self, entries: Index, changed: set[str]) -> bool:
+        """Whether one of some entries depends on one of the parameters `changed`."""
+        chosen = set(entries.tolist())
+        return any(entry in chosen and not changed.isdisjoint(value.names) for entry, value in self._expressions)
+
     @cached_property
     def _compiled(self) -> list[tuple[int, frozenset[str], Callable[[Mapping[str, Any]], Any]]]:
         """Entry, parameters and function of every expression, once there are no more of them."""

@@ -1,0 +1,82 @@
+"""What may be asked of a design: names, the arguments that they take, their units and what they mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from flexura.expressions import Dimension
+from flexura.mechanism import suggestion
+from flexura.units import parse_unit
+
+Argument = Literal["dof", "body"]
+"""What an argument names: the DOF of a node or a body."""
+
+SIGNS: dict[Argument, str] = {"dof": "NODE.DOF", "body": "BODY"}
+"""How arguments are written where a name is explained."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A name that may be asked: its arguments, of which the last `optional` may be left out."""
+
+    name: str
+    meaning: str
+    arguments: tuple[Argument, ...] = ()
+    optional: int = 0
+
+    @property
+    def written(self) -> str:
+        """How it is asked, e.g. `mass[(BODY)]`."""
+        least = len(self.arguments) - self.optional
+        inside = ", ".join(SIGNS[own] for own in self.arguments[:least])
+        for own in self.arguments[least:]:
+            inside += f"[, {SIGNS[own]}]" if inside else SIGNS[own]
+        if not inside:
+            return self.name
+        return f"{self.name}({inside})" if least else f"{self.name}[({inside})]"
+
+
+FREQUENCY = "f"
+
+KINDS = {kind.name: kind for kind in (Kind("mass", "mass of everything, or of a body", ("body",), 1),)}
+
+NUMBERED = "f1, f2, ..."
+"""How natural frequencies by number are asked."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is asked: its canonical text, SI unit and dimension, the name of its kind, what its arguments stand for, and
+    the pose that it is asked at, displacements in m and rad by `NODE.AXIS`."""
+
+    text: str
+    unit: str
+    kind: str
+    arguments: tuple[object, ...] = ()
+    pose: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def dimension(self) -> Dimension:
+        """Physical dimension."""
+        return Dimension(*parse_unit(self.unit)[1])
+
+    @property
+    def column(self) -> str:
+        """Heading of a column: the text, with the unit in brackets unless it is a plain number."""
+        return self.text if self.unit == "1" else f"{self.text} [{self.unit}]"
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def askable() -> list[str]:
+    """All names as they are asked."""
+    return [NUMBERED, *(kind.written for kind in KINDS.values())]
+
+
+def unknown_name(name: str) -> str:
+    """What to say of a name that may not be asked."""
+    close = suggestion(name, [*KINDS, "f1"], "")
+    near = close if close.startswith("did you mean") else ""
+    return f"{name!r} is nothing that can be asked; {near}{' ' if near else ''}known: {', '.join(askable())}"

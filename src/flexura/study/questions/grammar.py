@@ -1,0 +1,127 @@
+"""The text of what is asked, taken apart: names with arguments, and poses.
+
+    asked    = name ["(" argument {"," argument} ")"] ["at" pose]
+    pose     = place {"," place}
+    place    = (NODE.DOF | "stroke") ["="] number [unit]
+
+Units are single names, or any unit in square brackets.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from flexura.errors import ExpressionError, OptionError
+from flexura.expressions import Dimension
+from flexura.units import parse_quantity, split_quantity
+
+MAX_LENGTH = 20_000
+"""Characters of what is asked at once."""
+
+STROKE = "stroke"
+"""Stands for the only displacement of the `motion` that is described."""
+
+_PATH = r"[^\W\d][\w.*?\[\]]*"
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_UNIT = r"(?:\[[^\[\]]*\]|(?!at\b)[A-Za-zµμ°%]+)"
+_TOKEN = re.compile(
+    rf"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*{_UNIT}?)|(?P<name>[^\W\d]\w*)|(?P<other>\S))", re.DOTALL
+)
+_ARGUMENTS = re.compile(r"\s*\(([^()]*)\)")
+_AT = re.compile(r"\s*\bat\b(?=\s|\[|$)")
+_PLACE = re.compile(rf"\s*(?:(?P<name>{_PATH})\s*=|(?P<stroke>{STROKE})\b)\s*(?P<value>{_NUMBER}\s*{_UNIT}?)")
+_NEXT = re.compile(rf"\s*,(?=\s*{_PATH}\s*=(?!=))")
+
+
+class Place(NamedTuple):
+    """A displacement of a pose: its name, `NODE.DOF` or `stroke`, and value in SI with its dimension, None where it was
+    written without a unit."""
+
+    name: str
+    value: float
+    dimension: Dimension | None
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A name that is asked for, with the texts of its arguments and the places of its pose."""
+
+    name: str
+    arguments: tuple[str, ...] = ()
+    at: tuple[Place, ...] = ()
+
+
+def separate(text: str) -> list[Asked]:
+    """The names that a text asks for, separated by commas. Raises OptionError for anything else."""
+    _refuse_long(text)
+    found, position = list[Asked](), 0
+    while True:
+        asked, position = _asked_at(text, position)
+        found.append(asked)
+        rest = text[position:].strip()
+        if not rest:
+            return found
+        if rest[0] != ",":
+            raise OptionError(_unexpected(text, position))
+        position = text.index(",", position) + 1
+
+
+def _refuse_long(text: str) -> None:
+    if len(text) > MAX_LENGTH:
+        raise OptionError(f"what is asked has at most {MAX_LENGTH} characters, not {len(text)}")
+
+
+def _asked_at(text: str, position: int) -> tuple[Asked, int]:
+    """The asked name that begins at a position, and where it ends."""
+    match = _TOKEN.match(text, position)
+    if match is None:
+        raise OptionError(f"what is asked is missing {_where(text, position)}; write names separated by commas")
+    if match["name"] is None:
+        raise OptionError(_unexpected(text, position))
+    name, position = match["name"], match.end()
+    arguments: tuple[str, ...] = ()
+    if (own := _ARGUMENTS.match(text, position)) is not None:
+        arguments, position = tuple(part.strip() for part in own[1].split(",")), own.end()
+    elif re.match(r"\s*\(", text[position:]):
+        raise OptionError(f"{name}: a ( is not closed {_where(text, position)}")
+    places: tuple[Place, ...] = ()
+    if (begun := _AT.match(text, position)) is not None:
+        places, position = _pose_at(text, begun.end())
+    return Asked(name, arguments, places), position
+
+
+def _pose_at(text: str, position: int) -> tuple[tuple[Place, ...], int]:
+    """The places of the pose that begins at a position, and where it ends."""
+    places = list[Place]()
+    while True:
+        match = _PLACE.match(text, position)
+        if match is None:
+            rest = text[position:].strip()[:40] or "nothing"
+            raise OptionError(
+                f"a pose is expected after `at`, NODE.DOF = VALUE UNIT or stroke VALUE UNIT, not {rest!r};"
+                " e.g. at platform.x = 2 mm"
+            )
+        name, written = match["name"] or match["stroke"], match["value"]
+        try:
+            value, exponents = parse_quantity(written)
+            dimension = Dimension(*exponents) if split_quantity(written)[1] else None
+        except ExpressionError as error:
+            raise OptionError(f"at {name} = {written.strip()}: {error}") from None
+        if name in {place.name for place in places}:
+            raise OptionError(f"at {name}: a displacement is given twice in one pose")
+        places.append(Place(name, value, dimension))
+        position = match.end()
+        if (more := _NEXT.match(text, position)) is None:
+            return tuple(places), position
+        position = more.end()
+
+
+def _where(text: str, position: int) -> str:
+    before = text[:position].strip()
+    return f"after {before[-40:]!r}" if before else f"in {text[:40]!r}"
+
+
+def _unexpected(text: str, position: int) -> str:
+    return f"{text[position:].strip()[:40]!r} was not expected {_where(text, position)}; names are separated by commas"
