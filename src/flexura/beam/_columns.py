@@ -6,6 +6,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.duals import with_slopes_of
+
 FloatArray: TypeAlias = NDArray[np.float64]
 Real: TypeAlias = float | FloatArray
 Pattern: TypeAlias = Mapping[tuple[int, int], float]
@@ -14,10 +16,20 @@ SignedDofs: TypeAlias = tuple[tuple[int, int], ...]
 
 def columns(*values: Real) -> FloatArray:
     """Broadcast n arrays (...) against each other and stack them on a new last axis: (..., n)."""
-    out = np.empty((*np.broadcast(*values).shape, len(values)))
+    like = with_slopes_of(*values)
+    if like is None:
+        out = np.empty((*np.broadcast(*values).shape, len(values)))
+    else:
+        out = np.empty((*np.broadcast_shapes(*map(np.shape, values)), len(values)), like=like)
     for i, value in enumerate(values):
         out[..., i] = value
     return out
+
+
+def ordered(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The smaller and the larger of two; of equal ones either, for functions in which they may change places."""
+    swapped = a > b
+    return np.where(swapped, b, a), np.where(swapped, a, b)
 
 
 def combine(coefficients: FloatArray, basis: FloatArray, rows: int) -> FloatArray:

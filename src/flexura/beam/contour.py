@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.beam._columns import FloatArray, Real
+from flexura.duals import real
 
 
 def circular(xi: Real, radius: Real, web: Real) -> FloatArray:
@@ -38,7 +39,7 @@ def parabolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArray
 
     Lobontiu (2002). xi: (...) m; half_length a, depth b at |xi| = a, web t: (...) m. Returns h: (...) m.
     """
-    return np.asarray(web + 2 * depth * (xi / half_length) ** 2)
+    return real(web + 2 * depth * (xi / half_length) ** 2)
 
 
 def hyperbolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArray:
@@ -56,7 +57,8 @@ def corner_filleted(xi: Real, half_length: Real, fillet_radius: Real, web: Real)
     Paine, Garcia & Goldfarb (2001; theory eq. 26). xi: (...) m; half_length a >= r, fillet_radius r (may be 0), web t:
     (...) m. Returns h: (...) m; h(a) = t + 2r.
     """
-    return web + 2 * _arc_rise(np.maximum(np.abs(xi) - (half_length - fillet_radius), 0.0), fillet_radius)
+    into = np.abs(xi) - (half_length - fillet_radius)
+    return web + 2 * _arc_rise(np.where(into > 0, into, 0.0), fillet_radius)
 
 
 def v_shaped(xi: Real, angle: Real, root_radius: Real, web: Real) -> FloatArray:
@@ -68,8 +70,9 @@ def v_shaped(xi: Real, angle: Real, root_radius: Real, web: Real) -> FloatArray:
     """
     x = np.abs(xi)
     tangent_point = root_radius * np.sin(angle)
-    flank = np.maximum(x - tangent_point, 0.0) * np.tan(angle)
-    return web + 2 * (_arc_rise(np.minimum(x, tangent_point), root_radius) + flank)
+    on_flank = x > tangent_point
+    flank = np.where(on_flank, x - tangent_point, 0.0) * np.tan(angle)
+    return web + 2 * (_arc_rise(np.where(on_flank, tangent_point, x), root_radius) + flank)
 
 
 def tabulated(xi: ArrayLike, positions: ArrayLike, thicknesses: ArrayLike) -> FloatArray:
@@ -78,7 +81,7 @@ def tabulated(xi: ArrayLike, positions: ArrayLike, thicknesses: ArrayLike) -> Fl
     xi: (...) m; positions, strictly increasing, and thicknesses: (..., n) m with n >= 2, whose leading axes
     broadcast against those of xi and of each other. Returns h: (...) m.
     """
-    xi, x, h = (np.asarray(v, dtype=np.float64) for v in (xi, positions, thicknesses))
+    xi, x, h = (real(v) for v in (xi, positions, thicknesses))
     left = x[..., :-1]
     fraction = np.clip((xi[..., None] - left) / (x[..., 1:] - left), 0.0, 1.0)
     return h[..., 0] + (fraction * (h[..., 1:] - h[..., :-1])).sum(axis=-1)
@@ -86,4 +89,4 @@ def tabulated(xi: ArrayLike, positions: ArrayLike, thicknesses: ArrayLike) -> Fl
 
 def _arc_rise(x: Real, radius: Real) -> FloatArray:
     """Return r - sqrt(r^2 - x^2), and r beyond |x| = r."""
-    return np.asarray(radius - np.sqrt(np.maximum((radius - x) * (radius + x), 0.0)))
+    return real(radius - np.sqrt(np.maximum((radius - x) * (radius + x), 0.0)))

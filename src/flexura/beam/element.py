@@ -27,6 +27,7 @@ import numpy as np
 from flexura.beam._columns import FloatArray, Real, basis_of, columns, combine, symmetric
 from flexura.beam.frames import rigid_arm
 from flexura.beam.section import SectionProperties
+from flexura.duals import plain, real
 from flexura.linalg import unit_scale
 
 # Freedoms of the one-dimensional parts of the element, as (freedom, sign). A rotation +ry lowers tz along +x,
@@ -191,10 +192,10 @@ def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
 
 def _inverse(C: FloatArray) -> FloatArray:
     """Inverses (..., 6, 6) to their last digits, rows scaled alike; NaN where there is none."""
-    d = unit_scale(C)
+    d = unit_scale(plain(C))
     scale = d[..., :, None] * d[..., None, :]  # symmetric to the last bit
     own = C * scale
-    found = np.full(C.shape, np.nan)
+    found = np.full(C.shape, np.nan, like=C)
     try:
         found[...] = np.linalg.inv(own)
     except np.linalg.LinAlgError:
@@ -232,7 +233,7 @@ def shape_functions(x: Real, E: Real, G: Real, section: SectionProperties, lengt
     """
     S = partial_flexibility(x, E, G, section, length, shear)[..., None, :, :]
     C = flexibility(E, G, section, length, shear)
-    return interpolation(S, C, np.asarray(x)[..., None], length)[..., 0, :, :]
+    return interpolation(S, C, real(x)[..., None], length)[..., 0, :, :]
 
 
 def mass_coefficients(
@@ -260,7 +261,7 @@ def mass_coefficients(
     bending = flat.reshape(*flat.shape[:-1], 2, 6) @ _MASS_POLYNOMIALS
     L2 = length * length
     bending *= columns(1.0, length, 1.0, length, L2, L2)[..., None, :]
-    coefficients = np.empty((*flat.shape[:-1], 14))
+    coefficients = np.empty((*flat.shape[:-1], 14), like=flat)
     coefficients[..., 0] = line * A
     coefficients[..., 1] = line * (Iy + Iz)
     coefficients[..., 2:] = bending.reshape(flat.shape)
@@ -288,7 +289,7 @@ def _arm_along_x(x: Real) -> FloatArray:
 def _deformation(length: Real) -> FloatArray:
     """Return [-D(L), I], (..., 6, 12), which takes the rigid motion with node i off the motion of j."""
     D = _arm_along_x(length)
-    T = np.empty((*D.shape[:-2], 6, 12))
+    T = np.empty((*D.shape[:-2], 6, 12), like=D)
     T[..., :6] = -D
     T[..., 6:] = np.eye(6)
     return T

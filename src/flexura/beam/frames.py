@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.beam._columns import FloatArray
+from flexura.duals import real
 
 _NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
 
@@ -31,7 +32,7 @@ def skew(v: ArrayLike) -> FloatArray:
 
     v: (..., 3), any unit. Returns (..., 3, 3), the unit of v. Raises nothing.
     """
-    v = np.asarray(v, dtype=np.float64)
+    v = real(v)
     return (v @ _SKEW_BASIS).reshape(*v.shape, 3)
 
 
@@ -43,7 +44,7 @@ def rigid_arm(d: ArrayLike) -> FloatArray:
 
     d: (..., 3) m. Returns (..., 6, 6): ones and m. Raises nothing. Holds for small rotations.
     """
-    d = np.asarray(d, dtype=np.float64)
+    d = real(d)
     return (d @ _ARM_BASIS + _I6_FLAT).reshape(*d.shape[:-1], 6, 6)
 
 
@@ -57,10 +58,10 @@ def member_frame(axis: ArrayLike, reference: ArrayLike) -> FloatArray:
     round-off, an arbitrary direction of z.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
-        x = _unit(np.asarray(axis, dtype=np.float64))
-        y = _unit(_cross(np.asarray(reference, dtype=np.float64), x))
+        x = _unit(real(axis))
+        y = _unit(_cross(real(reference), x))
         z = _cross(x, y)
-    R = np.empty((*z.shape, 3))
+    R = np.empty((*z.shape, 3), like=z)
     R[..., 0, :], R[..., 1, :], R[..., 2, :] = x, y, z
     return R
 
@@ -70,8 +71,8 @@ def block_rotation(R: ArrayLike) -> FloatArray:
 
     R: (..., 3, 3), -. Returns (..., 6, 6), -. Raises nothing.
     """
-    R = np.asarray(R, dtype=np.float64)
-    T = np.zeros((*R.shape[:-2], 6, 6))
+    R = real(R)
+    T = np.zeros((*R.shape[:-2], 6, 6), like=R)
     T[..., :3, :3] = R
     T[..., 3:, 3:] = R
     return T

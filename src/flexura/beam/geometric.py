@@ -7,6 +7,7 @@ from flexura.beam.element import shape_functions, stiffness_from_flexibility
 from flexura.beam.section import SectionProperties
 from flexura.beam.tapered import gauss_stations, station_shapes
 from flexura.beam.uniform import UniformBeam, element_stiffness
+from flexura.duals import real, zeros
 
 
 def geometric_stiffness(force: FloatArray, beam: UniformBeam) -> FloatArray:
@@ -19,7 +20,7 @@ def geometric_stiffness(force: FloatArray, beam: UniformBeam) -> FloatArray:
     force: (...) N, tension positive; UniformBeam fields (...). Holds for small displacements from a straight beam;
     bending moments and shear forces of the preloaded state add nothing here.
     """
-    return np.asarray(force)[..., None, None] * geometric_basis(beam).sum(axis=-3)
+    return real(force)[..., None, None] * geometric_basis(beam).sum(axis=-3)
 
 
 def geometric_basis(beam: UniformBeam) -> FloatArray:
@@ -27,20 +28,21 @@ def geometric_basis(beam: UniformBeam) -> FloatArray:
 
     1/N of stiffness: m, 1 and 1/m. Axial force under a uniform beam's own weight is linear (theory eq. P3).
     """
-    section, L = beam.section, np.asarray(beam.length)
+    section, L = beam.section, real(beam.length)
     K = element_stiffness(beam)
-    out = np.zeros((*L.shape, 2, 12, 12))
+    out = zeros((*L.shape, 2, 12, 12), K)
     points, weights = gauss_stations(4)
     for x, w in zip(points, weights, strict=True):
         N = shape_functions(x * L, 1.0, 1.0, section, L, 1.0)
         slopes = (
-            N[..., 5, :] + np.asarray(beam.shear_y)[..., None] * K[..., 7, :],
-            -N[..., 4, :] + np.asarray(beam.shear_z)[..., None] * K[..., 8, :],
+            N[..., 5, :] + real(beam.shear_y)[..., None] * K[..., 7, :],
+            -N[..., 4, :] + real(beam.shear_z)[..., None] * K[..., 8, :],
         )
         own = sum((w * L)[..., None, None] * row[..., :, None] * row[..., None, :] for row in slopes)
         out[..., 0, :, :] += (1 - x) * own
         out[..., 1, :, :] += x * own
-    radius2 = np.divide(beam.polar, beam.mass, out=np.zeros(np.shape(beam.mass)), where=np.asarray(beam.mass) > 0)
+    heavy = real(beam.mass) > 0
+    radius2 = np.where(heavy, beam.polar, 0.0) / np.where(heavy, beam.mass, 1.0)
     twist = (radius2 / L / 2)[..., None]
     out[..., 3, 3] += twist
     out[..., 9, 9] += twist
@@ -66,14 +68,13 @@ def tapered_geometric_basis(
     others as in `flexura.beam.tapered`. Raises numpy.linalg.LinAlgError as `tapered` does.
     """
     C, N = station_shapes(E, G, section, length, shear, points, weights)
-    L = np.asarray(length)[..., None]
+    L = real(length)[..., None]
     K = stiffness_from_flexibility(C, length)[..., None, :, :]
-    slide = np.asarray(shear)[..., None] / (np.asarray(G)[..., None] * section.A)
+    slide = real(shear)[..., None] / (real(G)[..., None] * section.A)
     rows = (
         N[..., 5, :] + (slide / section.ky)[..., None] * K[..., 7, :],
         -N[..., 4, :] + (slide / section.kz)[..., None] * K[..., 8, :],
-        (np.sqrt((inertia.Iy + inertia.Iz) / inertia.A) / (np.asarray(G)[..., None] * section.J))[..., None]
-        * K[..., 9, :],
+        (np.sqrt((inertia.Iy + inertia.Iz) / inertia.A) / (real(G)[..., None] * section.J))[..., None] * K[..., 9, :],
     )
     ends = np.stack([weights * (1 - points), weights * points]) * L[..., None]
     out = sum(np.einsum("...bn,...ni,...nj->...bij", ends, row, row) for row in rows)

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.beam._columns import FloatArray
+from flexura.beam._columns import FloatArray, ordered
+from flexura.duals import real
 
 _SUM_INVERSE_ODD_FIFTH_POWERS = 1.0045237627951384  # 1 + 1/3^5 + 1/5^5 + ... = (31/32) zeta(5)
 
@@ -77,7 +78,7 @@ def tube(outer: ArrayLike, inner: ArrayLike, nu: ArrayLike) -> SectionProperties
 
 
 def _common_shape(*values: ArrayLike) -> tuple[FloatArray, ...]:
-    arrays = [np.asarray(v, dtype=np.float64) for v in values]
+    arrays = [real(v) for v in values]
     if all(a.shape == arrays[0].shape for a in arrays):
         return tuple(arrays)
     return tuple(np.broadcast_arrays(*arrays))
@@ -89,8 +90,7 @@ def _rectangle_torsion(a: FloatArray, b: FloatArray) -> FloatArray:
     The series is summed as sum 1/n^5 - sum (1 - tanh)/n^5: with b >= t the second sum is below 1e-17 from
     n = 9 on, so four terms give J to round-off for every aspect ratio.
     """
-    t = np.minimum(a, b)
-    b = np.maximum(a, b)
+    t, b = ordered(a, b)
     q = np.exp(-np.pi * b / t)  # 1 - tanh(n pi b / 2t) = 2 q^n / (1 + q^n)
     q2 = q * q
     q3 = q2 * q

@@ -10,7 +10,8 @@ import numpy as np
 import scipy.special
 from numpy.typing import ArrayLike
 
-from flexura.beam._columns import FloatArray, Real
+from flexura.beam._columns import FloatArray, Real, ordered
+from flexura.duals import real
 
 _SUM_INVERSE_ODD_SIXTH_POWERS = np.pi**6 / 960
 _SUM_INVERSE_ODD_SEVENTH_POWERS = 1.0004715486529963  # (127/128) zeta(7)
@@ -26,7 +27,7 @@ def anticlastic_compliance(nu: Real, width: Real, span: Real, start: Real, stop:
     Holds for rotations small enough that the anticlastic deflection stays below the thickness, b^2/(radius thickness)
     of a few (Ashwell 1950); an antisymmetric moment is met within 1.1 %.
     """
-    nu = np.asarray(nu, dtype=np.float64)
+    nu = real(nu)
     p = (1 - nu) / 6
     d = np.sqrt(p * p - (1 - nu * nu) / 180)
     slow, fast = np.sqrt(360 * (p - d)), np.sqrt(360 * (p + d))
@@ -58,14 +59,14 @@ def warping_moments(
     """Return the means (..., 5) over [start, stop] of the twist per torque of `warping_compliance` times Legendre's
     polynomials of degree 0 to 4, which run from -1 to 1 there."""
     decay, kappa = warping_decay(nu, J, warping, secondary)
-    moments = -np.asarray(kappa)[..., None] * _cosh_moments(decay, span, start, stop)
+    moments = -real(kappa)[..., None] * _cosh_moments(decay, span, start, stop)
     moments[..., 0] += 1.0
     return moments
 
 
 def warping_decay(nu: Real, J: Real, warping: Real, secondary: Real) -> tuple[FloatArray, FloatArray]:
     """Return lambda, 1/m, and kappa, -, of `warping_compliance` (theory eq. F8)."""
-    kappa = 1 / (1 + np.asarray(J) / secondary)
+    kappa = 1 / (1 + real(J) / secondary)
     return np.sqrt(kappa * (1 - nu) * J / (2 * warping)), kappa
 
 
@@ -74,7 +75,7 @@ def mean_cosh(decay: Real, span: Real, start: Real, stop: Real) -> FloatArray:
 
     decay: 1/m; others m. Exponentials of negative numbers only, so that long spans do not overflow.
     """
-    half = np.asarray(decay * span / 2)
+    half = real(decay * span / 2)
     ends = []
     for x in (start, stop):
         at = np.abs(decay * x)
@@ -88,7 +89,7 @@ def _cosh_moments(decay: Real, span: Real, start: Real, stop: Real) -> FloatArra
     Those of P_n exp(z s) over -1 < s < 1 are the modified spherical Bessel functions (Abramowitz and Stegun 1964,
     eq. 10.2.36).
     """
-    decay, middle, half = np.asarray(decay), np.asarray(start + stop) / 2, (stop - start) / 2
+    decay, middle, half = real(decay), real(start + stop) / 2, (stop - start) / 2
     n = np.arange(5)
     z, at = (decay * half)[..., None], np.abs(decay * middle)[..., None]
     bessel = np.sqrt(np.pi / (2 * z)) * scipy.special.ive(n + 0.5, z)
@@ -106,8 +107,7 @@ def warping_constant(width: ArrayLike, thickness: ArrayLike) -> FloatArray:
 
     width, thickness: (...) m. The terms beyond n = 7 are summed with T_n = 1, below 1e-9 of the whole.
     """
-    sides = np.asarray(width, dtype=np.float64), np.asarray(thickness, dtype=np.float64)
-    b, t = np.maximum(*sides), np.minimum(*sides)
+    t, b = ordered(real(width), real(thickness))
     series = _SUM_INVERSE_ODD_SIXTH_POWERS * b - 3 / np.pi * _SUM_INVERSE_ODD_SEVENTH_POWERS * t
     for n in (1, 3, 5, 7):
         q = np.exp(-n * np.pi * b / t)
@@ -126,9 +126,8 @@ def secondary_constant(nu: Real, J: Real, width: ArrayLike, thickness: ArrayLike
 
     nu: -; J: Saint-Venant constant, m^4; width, thickness, span as in the module docstring, m. Returns (...), m^4.
     """
-    sides = np.asarray(width, dtype=np.float64), np.asarray(thickness, dtype=np.float64)
-    b, t = np.maximum(*sides), np.minimum(*sides)
-    z = np.sqrt(70 * (1 - np.asarray(nu))) * span / (2 * t)
+    t, b = ordered(real(width), real(thickness))
+    z = np.sqrt(70 * (1 - real(nu))) * span / (2 * t)
     small = z < 1e-3
     safe = np.where(small, 1.0, z)
     held = np.where(small, z * z / 3, 1 - np.tanh(safe) / safe)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from flexura.beam._columns import FloatArray, Real, columns, combine
 from flexura.beam.element import FLEXIBILITY_BASIS, interpolation
 from flexura.beam.section import SectionProperties
+from flexura.duals import real
 
 
 def gauss_stations(n: int) -> tuple[FloatArray, FloatArray]:
@@ -79,7 +80,7 @@ def tapered(
     Raises numpy.linalg.LinAlgError if C is singular, as with n = 1, or if points repeat.
     """
     C, N = station_shapes(E, G, section, length, shear, points, weights)
-    rho, L, rotary = (np.asarray(v)[..., None] for v in (rho, length, rotary))
+    rho, L, rotary = (real(v)[..., None] for v in (rho, length, rotary))
     A, Iy, Iz = (section if inertia is None else inertia)[:3]
 
     line = rho * weights * L
@@ -99,7 +100,7 @@ def station_shapes(
     Nbar is that of the element loaded at its ends alone, whatever its section does (theory eqs. 16, 20). Arguments and
     errors as in `tapered`.
     """
-    E, G, L, shear = (np.asarray(v)[..., None] for v in (E, G, length, shear))
+    E, G, L, shear = (real(v)[..., None] for v in (E, G, length, shear))
     at_stations = _integrals(E, G, section, L, shear, points, *_station_operators(tuple(points)))
     S = combine(at_stations, FLEXIBILITY_BASIS, 6)
     ends = _integrals(E, G, section, L, shear, points, weights[:, None], (weights * (1 - points))[:, None])

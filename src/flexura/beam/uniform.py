@@ -52,8 +52,8 @@ class UniformBeam(NamedTuple):
     @property
     def section(self) -> SectionProperties:
         """Rigidities as a section of a material with E = G = 1 Pa."""
-        with np.errstate(divide="ignore"):
-            ky, kz = 1 / (self.shear_y * self.EA), 1 / (self.shear_z * self.EA)
+        flexible = [(shear > 0, shear * self.EA) for shear in (self.shear_y, self.shear_z)]
+        ky, kz = (np.where(shears, 1 / np.where(shears, product, 1.0), np.inf) for shears, product in flexible)
         return SectionProperties(self.EA, self.EIy, self.EIz, self.GJ, ky, kz)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from flexura.duals import arrangement, products
 from flexura.duals.elementwise import OF_VALUES, RULES
@@ -16,11 +16,29 @@ from flexura.duals.pairs import Pair, padded
 ALL = slice(None)
 
 
-def real(x: ArrayLike | Dual) -> Any:
-    """An array of floats; what implements NumPy's functions itself, such as `Dual`, as it is."""
+def real(x: Any) -> NDArray[np.float64]:
+    """An array of floats from whatever is like one; what has NumPy's functions itself, as `Dual` does, as it is."""
     if isinstance(x, np.ndarray) or not hasattr(x, "__array_function__"):
         return np.asarray(x, dtype=np.float64)
     return x
+
+
+def plain(x: Any) -> Any:
+    """The values of numbers with slopes; anything else as it is."""
+    while isinstance(x, Dual):
+        x = x.value
+    return x
+
+
+def with_slopes_of(*sources: Any) -> Any:
+    """The first of some numbers and arrays that implements NumPy's functions itself, as `Dual` does; None without."""
+    return next((x for x in sources if not isinstance(x, np.ndarray) and hasattr(x, "__array_function__")), None)
+
+
+def zeros(shape: tuple[int, ...], *sources: Any) -> Any:
+    """Zeros, into which numbers can be put that are worked out of some others."""
+    like = with_slopes_of(*sources)
+    return np.zeros(shape) if like is None else np.zeros(shape, like=like)
 
 
 class Dual:

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.duals import Dual, plain, real
 from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
 from flexura.expressions import Dimension, Expression
 from flexura.mechanism.base import AnyPart, Part
@@ -240,26 +241,26 @@ def _value(name: str, value: Scalar, values: Mapping[str, Value]) -> Value:
         raise ModelError([Problem(("parameters", name), str(value), error.rule, error.hint)]) from None
 
 
-def _float_or_array(value: Any) -> Value:
-    array = np.asarray(value, dtype=float)
-    return float(array) if array.ndim == 0 else array
+def _float_or_array(value: Any) -> Any:
+    array: Any = real(value)
+    return array if array.ndim or isinstance(array, Dual) else float(array)
 
 
 def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, ArrayLike]) -> dict[str, Value]:
     if not isinstance(overrides, Mapping):
         raise OptionError(f"parameters are given by name, as {{'width': 0.01}}; not as {overrides!r}")
-    given: dict[str, Value] = {}
+    given: dict[str, Any] = {}
     lengths: dict[int, str] = {}
     for name, raw in overrides.items():
         if name not in parameters:
             raise OptionError(f"{name!r} is not a parameter" + _suggest(name, parameters))
         try:
-            value = _float_or_array(raw)
+            value: Any = _float_or_array(raw)
         except (TypeError, ValueError, OverflowError):
             raise OptionError(f"parameter {name}: {raw!r} is not a number in SI, nor an array of them") from None
         if not np.all(np.isfinite(value)):
             raise OptionError(f"parameter {name}: an override must be finite (found {raw!r})")
-        if isinstance(value, np.ndarray):
+        if isinstance(value, np.ndarray | Dual) and value.ndim:
             if value.ndim > 1:
                 raise OptionError(f"parameter {name}: an override has one axis, the designs; not {value.ndim}")
             lengths.setdefault(len(value), name)
@@ -282,8 +283,8 @@ def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Valu
         parameter = parameters[name]
         if parameter.minimum is None and parameter.maximum is None:
             continue
-        low, high = bounds(name, parameter, values)
-        value = np.asarray(values[name])
+        low, high = map(plain, bounds(name, parameter, values))
+        value = np.asarray(plain(values[name]))
         for bound, broken in ((low, value < low), (high, value > high)):
             if np.any(broken):
                 found = float(np.atleast_1d(value)[np.atleast_1d(broken)][0])

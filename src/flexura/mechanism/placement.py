@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.duals import plain, real
 from flexura.mechanism.base import Direction, Vector
 from flexura.mechanism.quantity import Scalar
 from flexura.mechanism.substructure import CircularPattern, Instance, LinearPattern, MirrorPattern, Pattern
@@ -75,7 +76,7 @@ class Affine(NamedTuple):
 
     def points(self, x: ArrayLike) -> Array:
         """Map points (..., n, 3)."""
-        return np.asarray(x) @ np.swapaxes(self.Q, -1, -2) + self.t[..., None, :]
+        return real(x) @ np.swapaxes(self.Q, -1, -2) + self.t[..., None, :]
 
     def then(self, outer: Affine) -> Affine:
         """This placement followed by `outer`."""
@@ -87,9 +88,9 @@ IDENTITY = Affine(np.eye(3), np.zeros(3))
 
 def rotation_matrix(axis: ArrayLike, angle: ArrayLike) -> Array:
     """Active rotation matrix (..., 3, 3) about `axis` (..., 3; any length) by `angle` (...), rad (Rodrigues)."""
-    a = np.asarray(axis, dtype=float)
+    a = real(axis)
     x, y, z = np.moveaxis(a / np.linalg.norm(a, axis=-1, keepdims=True), -1, 0)
-    c, s = _cos_sin(np.asarray(angle, dtype=float))
+    c, s = _cos_sin(real(angle))
     v = 1 - c
     rows = [
         [c + x * x * v, x * y * v - z * s, x * z * v + y * s],
@@ -101,21 +102,23 @@ def rotation_matrix(axis: ArrayLike, angle: ArrayLike) -> Array:
 
 def _cos_sin(angle: Array) -> tuple[Array, Array]:
     """Cosine and sine that are exact at multiples of a quarter turn, so that squared-up mechanisms stay square."""
-    c, s = np.cos(angle), np.sin(angle)
-    c, s = np.where(abs(c) < 1e-15, 0.0, c), np.where(abs(s) < 4e-16 * (1 + abs(angle)), 0.0, s)
-    return np.where(s == 0, np.sign(c), c), np.where(c == 0, np.sign(s), s)
+    c, s, size = np.cos(angle), np.sin(angle), abs(plain(angle))
+    near_c, near_s = plain(c), plain(s)
+    near_c, near_s = np.where(abs(near_c) < 1e-15, 0.0, near_c), np.where(abs(near_s) < 4e-16 * (1 + size), 0.0, near_s)
+    near_c, near_s = np.where(near_s == 0, np.sign(near_c), near_c), np.where(near_c == 0, np.sign(near_s), near_s)
+    return c + (near_c - plain(c)), s + (near_s - plain(s))
 
 
 def turn(axis: ArrayLike, angle: ArrayLike, centre: ArrayLike) -> Affine:
     """Rotation about an axis through `centre` (..., 3)."""
     Q = rotation_matrix(axis, angle)
-    c = np.asarray(centre, dtype=float)
+    c = real(centre)
     return Affine(Q, c - np.einsum("...ij,...j->...i", Q, c))
 
 
 def reflect(normal: ArrayLike, point: ArrayLike) -> Affine:
     """Mirror image in the plane through `point` (..., 3) with `normal` (..., 3)."""
-    n = np.asarray(normal, dtype=float)
+    n = real(normal)
     n = n / np.linalg.norm(n, axis=-1, keepdims=True)
-    p = np.asarray(point, dtype=float)
+    p = real(point)
     return Affine(np.eye(3) - 2 * n[..., :, None] * n[..., None, :], 2 * np.sum(n * p, -1)[..., None] * n)

@@ -87,7 +87,7 @@ class MemberCorrections:
 
     def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
         """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""
-        moments = np.zeros((*np.broadcast_shapes(values.shape[:-1], length.shape[:-1]), first[-1], 4))
+        moments = np.zeros((*np.broadcast_shapes(values.shape[:-1], length.shape[:-1]), first[-1], 4), like=values)
         for group, n, _ in self._groups:
             warping = self.active[group.index, CORRECTIONS.index("warping")]
             if group.kind not in (("leaf",), ("rectangle",)) or not warping.any():
@@ -105,7 +105,7 @@ class MemberCorrections:
         `first` (m + 1,) is the first element of every member.
         """
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        factors = Factors(*np.ones((4, *lead, first[-1])))
+        factors = Factors(*np.ones((4, *lead, first[-1]), like=values))
         for group, n, is_tapered in self._groups:
             active = self.active[group.index]
             if not np.delete(active, CORRECTIONS.index("shear"), axis=1).any():

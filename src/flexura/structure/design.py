@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
+from flexura.duals import Dual, plain
 from flexura.records import Latest, Record
 from flexura.registry import registered
 from flexura.structure.elements import Elements, ElementSlice
@@ -27,7 +28,8 @@ class Design(Record):
     """One design of a plan, or a stack of them along a leading axis.
 
     `parameters` are those that were replaced, `values` (..., s) the values, `geometry` where everything is at rest.
-    Matrices have the leading axis of `values`; whatever does not vary along it may lack it.
+    Matrices have the leading axis of `values`; whatever does not vary along it may lack it. Parameters may be numbers
+    with slopes (`Dual`), as in `with_slopes`; all that follows from them then has slopes too.
     """
 
     _shown = ("name", "parameters")
@@ -44,6 +46,16 @@ class Design(Record):
         Raises OptionError for unknown parameters and values outside their bounds.
         """
         return Design.at(plan, plan.values(parameters), parameters or {})
+
+    @staticmethod
+    def with_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequence[str]) -> Design:
+        """One design; all numbers that follow from it are `Dual`, with slopes by the parameters `names` in their order.
+
+        Raises OptionError as `of` does.
+        """
+        values = plan.parameter_values(parameters)
+        rows = zip(names, np.eye(len(names)), strict=True)
+        return Design.of(plan, {**parameters, **{name: Dual(np.array(values[name]), row) for name, row in rows}})
 
     @staticmethod
     def at(plan: Plan, values: Array, parameters: Mapping[str, ArrayLike]) -> Design:
@@ -121,9 +133,9 @@ class Design(Record):
         topology, geometry = self.plan.topology, self.geometry
         copies = topology.copies[name]
         Q = np.swapaxes(geometry.Q[..., copies.number, :, :], -1, -2)
-        axial = np.linalg.det(Q).round()[..., None, None] * Q
+        axial = np.linalg.det(plain(Q)).round()[..., None, None] * Q
         number = np.array(copies.offset)[:, None] + nodes
-        G = np.zeros((*Q.shape[:-3], *number.shape, 6, 6))
+        G = np.zeros((*Q.shape[:-3], *number.shape, 6, 6), like=Q)
         G[..., :3, :3] = Q[..., None, :, :]
         G[..., 3:, 3:] = axial[..., None, :, :]
         slaved = topology.is_rigid[number] & (topology.root[number] != number)

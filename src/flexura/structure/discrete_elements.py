@@ -18,6 +18,7 @@ from flexura.beam import (
     member_frame,
     rigid_arm,
 )
+from flexura.duals import zeros
 from flexura.mechanism import (
     Box,
     Cylinder,
@@ -63,7 +64,7 @@ class _Frame:
 
 def inertia_tensor(entries: Array) -> Array:
     """Symmetric tensor (..., 3, 3) from (..., 3) principal or (..., 6) entries (xx, yy, zz, xy, xz, yz)."""
-    tensor = np.zeros((*entries.shape[:-1], 3, 3))
+    tensor = np.zeros((*entries.shape[:-1], 3, 3), like=entries)
     for k, (i, j) in enumerate([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)][: entries.shape[-1]]):
         tensor[..., i, j] = tensor[..., j, i] = entries[..., k]
     return tensor
@@ -71,7 +72,7 @@ def inertia_tensor(entries: Array) -> Array:
 
 def rigid_mass(mass: Array, inertia: Array) -> Array:
     """Mass matrix (..., 6, 6) at the centre of mass from mass (...), kg, and inertia (..., 3, 3), kg m^2."""
-    M = np.zeros((*inertia.shape[:-2], 6, 6))
+    M = zeros((*inertia.shape[:-2], 6, 6), mass, inertia)
     for i in range(3):
         M[..., i, i] = mass
     M[..., 3:, 3:] = inertia
@@ -237,7 +238,7 @@ class PiezoElement:
         """Rows (..., 12): elongation from the displacements of both nodes at `positions` (..., 2, 3)."""
         axis = positions[..., 1, :] - positions[..., 0, :]
         axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
-        rows = np.zeros((*axis.shape[:-1], 12))
+        rows = np.zeros((*axis.shape[:-1], 12), like=axis)
         rows[..., :3], rows[..., 6:9] = -axis, axis
         return rows
 
@@ -274,7 +275,7 @@ class PiezoElement:
         assert s is not None
         E, rho = k * length / s.A, mass / (s.A * length)
         R = self.frame(positions)
-        T = np.zeros((*R.shape[:-2], 12, 12))
+        T = np.zeros((*R.shape[:-2], 12, 12), like=R)
         for i in range(4):
             T[..., 3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = R
         fields = (E * s.A, E / (2 * (1 + nu)) * s.J, E * s.Iy, E * s.Iz, 0.0, 0.0, rho * s.A, rho * (s.Iy + s.Iz))

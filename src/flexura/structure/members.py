@@ -85,14 +85,15 @@ class Members:
     def section_properties(self, values: Array, nu: Array, length: Array) -> SectionProperties:
         """Sections (..., e) at the middle of every element."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        table = np.empty((6, *lead, self.first[-1]))
+        table = np.empty((6, *lead, self.first[-1]), like=values)
         for family, (groups, elements, owner) in self._families.items():
-            sizes = np.empty((FAMILY_SIZES[family], *lead, len(elements)))
+            sizes = np.empty((FAMILY_SIZES[family], *lead, len(elements)), like=values)
             for group, own, middle in groups:
                 shape = (*lead, len(group.index), len(middle))
                 for row, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
                     row[..., own].reshape(shape)[...] = value
-            table[..., elements] = family_properties(family, list(sizes), nu[..., owner])
+            for row, own in zip(table, family_properties(family, list(sizes), nu[..., owner]), strict=True):
+                row[..., elements] = own
         return SectionProperties(*table)
 
     def stations(self, values: Array, nu: Array, length: Array, points: Array = STATIONS) -> Stations:

@@ -18,6 +18,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, member_frame, rigid_arm
+from flexura.duals import zeros
 from flexura.mechanism import TOP, Flexure, Layout, Link, matching
 from flexura.structure.channels import PartChannels
 from flexura.structure.discrete_elements import BodyElement, PointMassElement, SpringElement, least_aligned
@@ -235,7 +236,7 @@ class Part:
         """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3)."""
         own = values[..., self._position_entries]
         lead = np.broadcast_shapes(own.shape[:-2], foreign.shape[:-2])
-        positions = np.empty((*lead, self.n_nodes, 3))
+        positions = zeros((*lead, self.n_nodes, 3), own, foreign)
         positions[..., : self.n_own, :] = own
         positions[..., self.n_own : self.n_named, :] = foreign
         offsets = values[..., self._offset_entries]
@@ -255,7 +256,7 @@ class Part:
         """T (..., e, 12, 12): element-end displacements in element axes from node displacements, eqs. 21-23
         (theory eq. 37)."""
         R = geometry.R[..., self.table.element_member, :, :]
-        T = np.zeros((*R.shape[:-2], 12, 12))
+        T = np.zeros((*R.shape[:-2], 12, 12), like=R)
         for k in range(4):
             T[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = R
         for end, at in ((0, self.first[:-1]), (1, self.first[1:] - 1)):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.duals import Dual, plain
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
 from flexura.mechanism import (
@@ -73,7 +74,7 @@ class _ChildPlacement:
     def affine(self, values: Array) -> Affine:
         """Placement of the child in its parent for values (..., s)."""
         result = IDENTITY
-        constant = values.reshape(-1, values.shape[-1])[0]
+        constant = plain(values).reshape(-1, values.shape[-1])[0]
         for kind, fields, varies in self.steps:
             numbers = [values[..., f] if varies else constant[f] for f in fields]
             if kind is Turn:
@@ -270,7 +271,7 @@ class Plan(Record, Displayed):
         Raises OptionError for unknown parameters and values outside their bounds.
         """
         resolved, changed = self._parameters(parameters or {})
-        designs = {len(value) for name in changed if isinstance(value := resolved[name], np.ndarray)}
+        designs = {int(np.shape(resolved[name])[0]) for name in changed if np.ndim(resolved[name])}
         return self.value_table.fill(resolved, changed, designs.pop() if designs else None)
 
     def parameter_values(self, parameters: Mapping[str, ArrayLike] | None = None) -> dict[str, Any]:
@@ -282,7 +283,7 @@ class Plan(Record, Displayed):
         resolved, changed = self._parameters(parameters)
         if changed:
             replaced = {
-                name: p.replaced({"value": float(resolved[name]), "minimum": None, "maximum": None})
+                name: p.replaced({"value": float(plain(resolved[name])), "minimum": None, "maximum": None})
                 for name, p in self.mechanism.parameters.items()
             }
             found = problems(self.mechanism.replaced({"parameters": replaced}))
@@ -305,9 +306,11 @@ class Plan(Record, Displayed):
 
         When none of them varies along the design axis the result has no design axis.
         """
-        varying = values[..., self._geometry_entries]
+        varying: Any = values[..., self._geometry_entries]
         if varying.ndim > 1 and (varying == varying[0]).all():
             values, varying = values[0], varying[0]
+        if isinstance(values, Dual):
+            return self._compute_geometry(values) if varying.slope.any() else self.geometry(values.value)
         key = varying.tobytes() + str(varying.shape).encode()
         return self._latest.get(key, lambda: self._compute_geometry(values))
 
@@ -316,20 +319,20 @@ class Plan(Record, Displayed):
         affines = {name: [c.affine(values) for c in children] for name, children in self._children.items()}
         parts: dict[str, PartGeometry] = {}
         for name, part in self.parts.items():
-            foreign = np.empty((*lead, len(part.foreign), 3))
+            foreign = np.empty((*lead, len(part.foreign), 3), like=values)
             for k, (chain, source, node) in enumerate(self._foreign[name]):
                 where = parts[source].positions[..., self.parts[source].node_number[node], :][..., None, :]
                 foreign[..., k, :] = self._outward(name, chain, affines, where)[..., 0, :]
             parts[name] = part.geometry(values, foreign)
         count = len(self.topology.parent)
-        Q, t = np.empty((*lead, count, 3, 3)), np.empty((*lead, count, 3))
+        Q, t = np.empty((*lead, count, 3, 3), like=values), np.empty((*lead, count, 3), like=values)
         Q[..., 0, :, :], t[..., 0, :] = np.eye(3), 0.0
         for name, child, instances, parents in self._levels:
             own = affines[name][child]
             Q[..., instances, :, :] = Q[..., parents, :, :] @ own.Q[..., None, :, :]
             moved = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], own.t)
             t[..., instances, :] = moved + t[..., parents, :]
-        positions = np.empty((*lead, self.topology.n_nodes, 3))
+        positions = np.empty((*lead, self.topology.n_nodes, 3), like=values)
         for name, copies in self.topology.copies.items():
             x = parts[name].positions[..., None, :, :] @ np.swapaxes(Q[..., copies.number, :, :], -1, -2)
             x = x + t[..., copies.number, None, :]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.duals import with_slopes_of
 from flexura.expressions import Expression
 from flexura.mechanism import Scalar
 from flexura.records import Record
@@ -78,6 +79,9 @@ class ValueTable(Record):
         if self._defaults is None:
             raise RuntimeError("the table is still open")
         values = self._defaults.copy() if designs is None else np.tile(self._defaults, (designs, 1))
+        if (like := with_slopes_of(*(parameters[name] for name in changed))) is not None:
+            defaults, values = values, np.empty(values.shape, like=like)
+            values[...] = defaults
         for entry, names, evaluate in self._compiled:
             if not changed.isdisjoint(names):
                 values[..., entry] = evaluate(parameters)

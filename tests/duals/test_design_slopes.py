@@ -1,0 +1,58 @@
+"""Everything of a design has the slopes of its numbers, and the numbers stay as they are without slopes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.duals import Dual, plain
+from flexura.structure import Design, Plan
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def numbers(design):
+    found = {"positions": design.geometry.positions}
+    for name, own in design.matrices.items():
+        part = design.plan.parts[name]
+        found[name, "T"] = own.T
+        found[name, "G"] = design.node_transforms(name, np.arange(part.n_nodes))
+        if len(part.connectivity):
+            elements = own.elements
+            found.update({(name, key): getattr(elements, key) for key in ("K", "M", "C", "geometric")})
+            found[name, "torsion"] = elements.torsion.moments
+        for k, (_, _, K, M) in enumerate(own.discrete_elements):
+            found.update({(name, k, key): A for key, A in (("K", K), ("M", M)) if A is not None})
+    return found
+
+
+@pytest.mark.parametrize("example", ["amplifier/amplifier", "guide/guide", "pivot/pivot", "rpr/rpr_piezo"])
+def test_all_numbers_of_a_design_have_slopes(example):
+    plan = Plan(fx.load(EXAMPLES / f"{example}.yaml"))
+    at = {name: float(value) for name, value in plan.parameter_values().items() if value}
+    names = [name for name in at if plan.mechanism.parameters[name].unit not in ("", "1")]
+    names = [name for name in names if isinstance(plan.mechanism.parameters[name].value, float)]
+    found, bare = numbers(Design.with_slopes(plan, {}, names)), numbers(Design.of(plan))
+    for p, name in enumerate(names):
+        step = 1e-6 * at[name]
+        up, down = (numbers(Design.of(plan, {name: at[name] + sign * step})) for sign in (1, -1))
+        for key, own in found.items():
+            size = np.abs(bare[key]).max(initial=0.0)
+            np.testing.assert_allclose(plain(own), bare[key], rtol=1e-12, atol=1e-13 * size)
+            slope = own.slope[p] if isinstance(own, Dual) else np.zeros(np.shape(own))
+            assert np.abs(slope - (up[key] - down[key]) / (2 * step)).max(initial=0.0) <= 2e-8 * size / at[name]
+
+
+def test_geometry_that_stands_still_has_no_slopes():
+    plan = Plan(fx.load(EXAMPLES / "pivot" / "pivot.yaml"))
+    design = Design.with_slopes(plan, {}, ["thickness"])
+    assert isinstance(design.geometry.positions, np.ndarray)
+    assert Design.of(plan).geometry.positions is design.geometry.positions
+
+
+def test_a_design_with_slopes_leaves_those_without_alone():
+    plan = Plan(fx.load(EXAMPLES / "guide" / "guide.yaml"))
+    before = Design.of(plan)
+    assert isinstance(Design.with_slopes(plan, {}, ["length"]).geometry.positions, Dual)
+    assert Design.of(plan).geometry is before.geometry
