@@ -87,6 +87,8 @@ class CheckReport(Result):
     """An interval that is proven to hold the lowest frequency that is not one of a rigid motion; None where there is
     none, or none is proven."""
     doubts: tuple[Doubt, ...]
+    studies: dict[str, str]
+    """Studies of many designs by name, in words."""
     clashes: tuple[Clash, ...] = ()
     """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a doubt as well."""
 
@@ -118,6 +120,7 @@ class CheckReport(Result):
                 "sensors": _first(f"{name} ({text})" for name, text in self.sensors.items()),
                 "damping": self.damping,
                 "loads": _first(self.loads),
+                "studies": _first(f"{name} ({text})" for name, text in self.studies.items()),
                 "preloaded": "stiffness is about the state under loads and gravity" if self.is_preloaded else "",
             }
         )
@@ -182,6 +185,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
             *_coarse_meshes(full),
             *drawn,
         ),
+        studies={key: study.words for key, study in plan.mechanism.studies.items()},
         clashes=tuple(found),
     )
 

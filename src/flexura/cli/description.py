@@ -106,6 +106,7 @@ def print_check(report: CheckReport, pictures: Sequence[Path] = ()) -> None:
     _print_named(console, "sensor", report.sensors)
     if report.damping != "none" or report.actuators or report.sensors:
         console.print(f"damping: {report.damping}", markup=False)
+    _print_named(console, "study", report.studies)
     _print_loads(console, report)
     _print_free_motions(console, report)
     if report.doubts:

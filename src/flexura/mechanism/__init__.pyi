@@ -4,6 +4,8 @@ from flexura.mechanism.base import CONTROL as CONTROL
 from flexura.mechanism.base import LONGEST_TITLE as LONGEST_TITLE
 from flexura.mechanism.base import UNKNOWN_KEY as UNKNOWN_KEY
 from flexura.mechanism.base import Part as Part
+from flexura.mechanism.base import entry_of as entry_of
+from flexura.mechanism.base import key_of as key_of
 from flexura.mechanism.base import problems_of as problems_of
 from flexura.mechanism.base import validated as validated
 from flexura.mechanism.body import Box as Box
@@ -37,6 +39,7 @@ from flexura.mechanism.damping import Rayleigh as Rayleigh
 from flexura.mechanism.evaluation import ParameterTable as ParameterTable
 from flexura.mechanism.evaluation import bounds as bounds
 from flexura.mechanism.evaluation import evaluated as evaluated
+from flexura.mechanism.evaluation import parameter_at as parameter_at
 from flexura.mechanism.evaluation import parameter_dimensions as parameter_dimensions
 from flexura.mechanism.evaluation import parameter_order as parameter_order
 from flexura.mechanism.evaluation import parameter_values as parameter_values
@@ -92,6 +95,13 @@ from flexura.mechanism.section import Circle as Circle
 from flexura.mechanism.section import Rectangle as Rectangle
 from flexura.mechanism.section import SectionConstants as SectionConstants
 from flexura.mechanism.section import Tube as Tube
+from flexura.mechanism.studies import DescribedStudy as DescribedStudy
+from flexura.mechanism.studies import Goal as Goal
+from flexura.mechanism.studies import OptimumStudy as OptimumStudy
+from flexura.mechanism.studies import Range as Range
+from flexura.mechanism.studies import Spread as Spread
+from flexura.mechanism.studies import SweepStudy as SweepStudy
+from flexura.mechanism.studies import ToleranceStudy as ToleranceStudy
 from flexura.mechanism.substructure import DOF_NAMES as DOF_NAMES
 from flexura.mechanism.substructure import CircularPattern as CircularPattern
 from flexura.mechanism.substructure import Instance as Instance

@@ -48,7 +48,9 @@ class Part(BaseModel, metaclass=_Meta):
     """Base of every part of a description."""
 
     # built when first used, and all at once: what a mechanism needs is built with it
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, defer_build=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", arbitrary_types_allowed=True, defer_build=True, populate_by_name=True
+    )
 
     @classmethod
     def model_validate(cls, obj: Any, **how: Any) -> Self:
@@ -72,8 +74,8 @@ class Part(BaseModel, metaclass=_Meta):
         found = handler(schema)
         properties = handler.resolve_ref_schema(found).get("properties", {})
         for name, text in _described(cls).items():
-            if name in properties:
-                properties[name]["description"] = text
+            if (key := key_of(cls, name)) in properties:
+                properties[key]["description"] = text
         return found
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
@@ -98,6 +100,17 @@ class Part(BaseModel, metaclass=_Meta):
     def _refuse_change(self, name: str) -> NoReturn:
         hint = f"a changed copy: part.model_copy(update={{{name!r}: ...}})"
         raise ModelError([Problem((type(self).__name__, name), "", "a description does not change", hint)])
+
+
+def key_of(kind: type[Part], field: str) -> str:
+    """The key by which a file calls a field: that of `from_` is `from`, which is a word of Python."""
+    return kind.model_fields[field].alias or field if field in kind.model_fields else field
+
+
+def entry_of(part: Part, key: str) -> Any:
+    """What a part has at a key. Raises AttributeError where there is no such key."""
+    fields = {key_of(type(part), field): field for field in type(part).model_fields}
+    return getattr(part, fields.get(key, key))
 
 
 def _described(kind: type[Part]) -> dict[str, str]:
@@ -189,6 +202,8 @@ _RULES = {
     "too_long": "a list of at most {max_length} entries is expected here",
     "too_short": "a list of at least {min_length} entries is expected here",
     "string_type": "text is expected here",
+    "string_too_short": "text is expected here",
+    "string_too_long": "text of at most {max_length} characters is expected here",
     "float_type": "a number is expected here",
     "finite_number": "a finite number is expected here",
     "int_type": "a whole number is expected here",
@@ -210,7 +225,7 @@ def path_in(data: Any, location: Path, missing: bool = False) -> Path:
         if isinstance(data, str):
             continue
         try:
-            data = getattr(data, str(key)) if isinstance(data, Part) else data[key]
+            data = entry_of(data, str(key)) if isinstance(data, Part) else data[key]
         except (KeyError, IndexError, TypeError, AttributeError):
             continue
         path.append(key)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.duals import Dual, plain, real
 from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
 from flexura.expressions import Dimension, Expression
-from flexura.mechanism.base import AnyPart, Part
+from flexura.mechanism.base import AnyPart, Part, key_of
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Quantity, Scalar
 from flexura.mechanism.substructure import Mechanism
@@ -34,19 +34,19 @@ def scalars(part: Part) -> Iterator[tuple[Path, Quantity, Scalar]]:
 
 
 def _collect_part(part: Part, path: Path, found: Found) -> None:
-    for name, collect in _plan(type(part)):
+    for name, key, collect in _plan(type(part)):
         value = getattr(part, name)
         if value is not None:
-            collect(value, (*path, name), found)
+            collect(value, (*path, key), found)
 
 
 @cache
-def _plan(kind: type[Part]) -> tuple[tuple[str, Collect], ...]:
+def _plan(kind: type[Part]) -> tuple[tuple[str, str, Collect], ...]:
     plan = []
     for name, field in kind.model_fields.items():
         collect = _collector(field.annotation, tuple(field.metadata))
         if collect is not None:
-            plan.append((name, collect))
+            plan.append((name, key_of(kind, name), collect))
     return tuple(plan)
 
 
@@ -97,7 +97,7 @@ def _entries(inner: list[Collect | None]) -> Collect | None:
 
 def _alternatives(kinds: list[Any]) -> Collect | None:
     """A union: parts find their own way, and tuples are told apart by their lengths."""
-    tuples = {len(get_args(_bare(kind))): _collector(kind) for kind in kinds if get_origin(_bare(kind)) is tuple}
+    tuples = {_length(_bare(kind)): _collector(kind) for kind in kinds if get_origin(_bare(kind)) is tuple}
     others = [c for c in map(_collector, kinds) if c is not None]
     if not others:
         return None
@@ -107,15 +107,30 @@ def _alternatives(kinds: list[Any]) -> Collect | None:
         if isinstance(value, Part):
             _collect_part(value, path, found)
         elif isinstance(value, tuple):
-            (tuples.get(len(value)) or first)(value, path, found)
+            (tuples.get(len(value)) or tuples.get(ANY_LENGTH) or first)(value, path, found)
         elif isinstance(value, float | Expression):
             first(value, path, found)
 
     return collect
 
 
+ANY_LENGTH = -1
+
+
+def _length(kind: Any) -> int:
+    """How many entries a tuple of a kind has."""
+    return ANY_LENGTH if get_args(kind)[-1] is Ellipsis else len(get_args(kind))
+
+
 def _bare(annotation: Any) -> Any:
     return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+
+
+def parameter_at(path: Path) -> str:
+    """The parameter of which a number of any dimension at a path of a mechanism is a value, a bound or a deviation."""
+    if path[0] == "studies":
+        return str(path[4])
+    return str(path[1] if path[0] == "parameters" else path[-1])
 
 
 def evaluated(part: AnyPart, values: Mapping[str, float]) -> AnyPart:

@@ -72,7 +72,7 @@ class Quantity:
     def __get_pydantic_json_schema__(self, _: Any, __: GetJsonSchemaHandler) -> dict[str, Any]:
         text = f"{self.kind}, e.g. {self.example!r}; or an expression over parameters"
         numbers: dict[str, Any] = (
-            {"type": "number"} if self.dimension == dim.NUMBER and not self.angle else {"const": 0}
+            {"type": "number"} if self.dimension in (None, dim.NUMBER) and not self.angle else {"const": 0}
         )
         return {"anyOf": [{"type": "string"}, numbers], "description": text}
 

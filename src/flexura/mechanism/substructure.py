@@ -22,6 +22,7 @@ from flexura.mechanism.pose import Prescribed
 from flexura.mechanism.quantity import Angle
 from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
+from flexura.mechanism.studies import DescribedStudy
 from flexura.results import Displayed
 from flexura.tables import Facts, Table, quantity
 
@@ -160,6 +161,8 @@ class Mechanism(Substructure, Displayed):
     """The stroke of the mechanism."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
+    studies: dict[Name, DescribedStudy] = {}
+    """Studies of many designs."""
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{len(own)} {kind}" for kind, own in self._counts().items() if own)

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from flexura.errors import ExpressionError
 from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Name, Negative, Number, Tree
-from flexura.mechanism import Mechanism, parameter_dimensions, scalars
+from flexura.mechanism import Mechanism, parameter_at, parameter_dimensions, scalars
 
 MaybeDimension = Dimension | None
 
@@ -22,8 +22,7 @@ class Inference:
         uses: list[tuple[Tree, Dimension | str]] = []
         for path, quantity, value in scalars(mechanism):
             if isinstance(value, Expression):
-                # parameters and their bounds have the dimension of the parameter
-                uses.append((value.tree, str(path[1]) if quantity.dimension is None else quantity.dimension))
+                uses.append((value.tree, parameter_at(path) if quantity.dimension is None else quantity.dimension))
         before = None
         while before != self.known:
             before = dict(self.known)

@@ -6,7 +6,7 @@ from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from flexura.errors import Path
-from flexura.mechanism import Mechanism, Parameter, Part, Superelement, suggestion
+from flexura.mechanism import Mechanism, Parameter, Part, Superelement, key_of, suggestion
 
 _KINDS = ("type", "shape")
 FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",)}
@@ -18,7 +18,7 @@ def unknown_key_hint(path: Path, data: Any) -> str:
     part = _part_at(path[:-1], data)
     if part is None:
         return ""
-    allowed = [key for key in part.model_fields if key not in _NOT_IN_FILES.get(part, ())]
+    allowed = [key_of(part, name) for name in part.model_fields if name not in _NOT_IN_FILES.get(part, ())]
     allowed += FILE_ONLY.get(part, ())
     close = suggestion(str(path[-1]), allowed, "keys")
     listed = f"allowed: {', '.join(allowed)}"
@@ -39,8 +39,8 @@ def _part_at(path: Path, data: Any) -> type[Part] | None:
 
 def _inside(annotation: Any, key: str | int) -> Any:
     if isinstance(annotation, type) and issubclass(annotation, Part):
-        field = annotation.model_fields.get(str(key))
-        return field.annotation if field is not None else None
+        fields = {key_of(annotation, name): field for name, field in annotation.model_fields.items()}
+        return fields[str(key)].annotation if str(key) in fields else None
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is dict:
         return arguments[1]

@@ -7,7 +7,7 @@ from typing import Any
 
 from flexura.errors import ModelError, Path, Problem
 from flexura.expressions import NUMBER, Dimension, Expression, Number, format_tree
-from flexura.mechanism import Mechanism, Quantity, Scalar, scalars
+from flexura.mechanism import Mechanism, Quantity, Scalar, parameter_at, scalars
 from flexura.modelfile.inference import Inference
 from flexura.units import format_number, format_quantity
 
@@ -22,8 +22,7 @@ def written_scalars(mechanism: Mechanism) -> dict[Path, Any]:
     _settle(mechanism, dimensions)
     written: dict[Path, Any] = {}
     for path, quantity, value in scalars(mechanism):
-        is_parameter = quantity.dimension is None
-        dimension = dimensions[str(path[1])] if is_parameter else quantity.dimension
+        dimension = dimensions.get(parameter_at(path)) if quantity.dimension is None else quantity.dimension
         if isinstance(value, Expression):
             tree = inference.annotated(value.tree, dimension)
             written[path] = format_tree(tree, _literal)
@@ -37,8 +36,8 @@ def _settle(mechanism: Mechanism, dimensions: dict[str, Dimension | None]) -> No
     needed: set[str] = set()
     pending = [
         name
-        for _, quantity, value in scalars(mechanism)
-        if quantity.dimension is not None and isinstance(value, Expression)
+        for path, quantity, value in scalars(mechanism)
+        if (quantity.dimension is not None or path[0] != "parameters") and isinstance(value, Expression)
         for name in value.names
     ]
     while pending:

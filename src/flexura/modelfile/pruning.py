@@ -29,6 +29,7 @@ _NAMED = frozenset(
         "materials",
         "sections",
         "substructures",
+        "studies",
     ]
 )
 
@@ -80,12 +81,12 @@ class Pruned:
 
     def is_news(self, path: Path) -> bool:
         """False for a problem that a stand-in may have caused: of a mended member only its references are checked."""
-        entry = entry_of(path)
+        entry = entry_of_place(path)
         return entry not in self.mended or path[len(entry) : len(entry) + 1] in [(key,) for key in _REFERENCES]
 
     def _mend(self, path: Path) -> bool:
         """Put a stand-in for the faulty key of a member; False when there is none for it."""
-        entry = entry_of(path)
+        entry = entry_of_place(path)
         if len(path) <= len(entry) or path[len(entry) - 2 : len(entry) - 1] not in [("links",), ("flexures",)]:
             return False
         key = path[len(entry)]
@@ -105,7 +106,7 @@ class Pruned:
     def remove_all(self, places: list[tuple[Path, bool]]) -> None:
         """Remove unknown keys (True) themselves, and of other places the smallest named entry around them."""
         places = [(path, unknown) for path, unknown in places if unknown or not self._mend(path)]
-        paths = {path if unknown else entry_of(path) for path, unknown in places}
+        paths = {path if unknown else entry_of_place(path) for path, unknown in places}
         for path in sorted(paths, key=_last_first, reverse=True):
             unknown = (path, True) in places
             if not path:
@@ -138,7 +139,7 @@ class Pruned:
             return
 
 
-def entry_of(path: Path) -> Path:
+def entry_of_place(path: Path) -> Path:
     """The smallest named entry around a place: a member, a node, a material; or the key at the top level."""
     start = 2 if path[:1] == ("substructures",) and len(path) > 2 else 0
     inside = path[start:]

@@ -12,13 +12,14 @@ from pydantic import ValidationError
 from flexura.arguments import verb
 from flexura.errors import ModelError, OptionError, Path, Problem
 from flexura.expressions import Expression
-from flexura.mechanism import CONTEXT_KEY, UNKNOWN_KEY, Mechanism, Part, problems_of, validated
+from flexura.mechanism import CONTEXT_KEY, UNKNOWN_KEY, Mechanism, Part, entry_of, problems_of, validated
 from flexura.mechanism import problems as problems_of_whole
+from flexura.modelfile.bound_values import prepare_bound_values
 from flexura.modelfile.document import Node, parse
 from flexura.modelfile.extension import text_of, with_bases
 from flexura.modelfile.keys import unknown_key_hint
 from flexura.modelfile.parameters import prepare_parameters
-from flexura.modelfile.pruning import Pruned
+from flexura.modelfile.pruning import Pruned, entry_of_place
 from flexura.modelfile.quantities import QuantityReader
 from flexura.modelfile.superelements import prepare_superelement
 
@@ -60,6 +61,9 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
         if problem.path[2:] == ("unit",):
             pruned.remove_entry(problem.path[:2])
     found += more
+    for problem in prepare_bound_values(data, dimensions):
+        pruned.remove_entry(entry_of_place(problem.path))
+        found.append(problem)
     mechanism, more = _validated(data, pruned, QuantityReader(dimensions))
     found += more
     if mechanism is not None:
@@ -78,7 +82,7 @@ def _as_written(problem: Problem, path: Path, mechanism: Mechanism, root: Node) 
     try:
         expression: Any = mechanism
         for key in problem.path:
-            expression = getattr(expression, str(key)) if isinstance(expression, Part) else expression[key]
+            expression = entry_of(expression, str(key)) if isinstance(expression, Part) else expression[key]
         written: Any = root.at(path).value
     except (KeyError, IndexError, TypeError, AttributeError):
         return problem.value

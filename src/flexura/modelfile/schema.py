@@ -47,6 +47,7 @@ def schema() -> dict[str, Any]:
         "description": "units in which the matrices are given; SI where left out",
     }
     del parts["Parameter"]["properties"]["unit"]
+    _short_studies(parts)
     parts["Damping"] = {"anyOf": [*_SHORTHAND["anyOf"], parts["Damping"]]}
     parts["Support"] = {"anyOf": [{"const": "clamped"}, parts["Support"]]}
     parameters = result["properties"]["parameters"]
@@ -59,6 +60,17 @@ def schema() -> dict[str, Any]:
     about = "model file that this one is laid over: mappings are joined, null takes an entry out"
     result["properties"]["extends"] = {"type": "string", "description": about}
     return {"$schema": _DIALECT, **result, "title": "flexura model file"}
+
+
+def _short_studies(parts: dict[str, Any]) -> None:
+    """Let one question stand for a list of them, and text for a spread."""
+    for part in ("SweepStudy", "OptimumStudy", "ToleranceStudy"):
+        own = parts[part]["properties"]
+        for key in own.keys() & {"ask", "require", "subject_to"}:
+            _also(own, key, own[key]["items"])
+    spreads = parts["ToleranceStudy"]["properties"]["vary"]
+    spreads["additionalProperties"] = {"anyOf": [{"type": "string"}, spreads["additionalProperties"]]}
+    _also(parts["Spread"]["properties"], "uniform", _SHORTHAND)
 
 
 def _also(properties: dict[str, Any], key: str, alternative: dict[str, Any]) -> None:

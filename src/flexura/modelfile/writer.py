@@ -9,7 +9,7 @@ from typing import Any
 from flexura.arguments import verb
 from flexura.errors import Path
 from flexura.files import write_file
-from flexura.mechanism import DOF_NAMES, Matrix, Mechanism, Parameter, Part, Substructure, Support
+from flexura.mechanism import DOF_NAMES, Matrix, Mechanism, Parameter, Part, Substructure, Support, key_of
 from flexura.modelfile.document import resolve
 from flexura.modelfile.numbers import written_scalars
 from flexura.modelfile.reader import VERSION
@@ -27,8 +27,7 @@ _ORDER = (
     *("name", "description", "theory", "corrections", "damping", "reduction"),
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
-    *("ground", "gravity", "loads", "at", "motion"),
-    "test",
+    *("ground", "gravity", "loads", "at", "motion", "test", "studies"),
 )
 _NAMED = frozenset(_ORDER)
 
@@ -69,7 +68,8 @@ def _part(part: Part, path: Path, written: dict[Path, Any]) -> dict[str, Any]:
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         if name in _KINDS or field.is_required() or value != field.default:
-            result[name] = _data(value, (*path, name), written)
+            key = key_of(type(part), name)
+            result[key] = _data(value, (*path, key), written)
     return result
 
 

@@ -286,7 +286,7 @@ class Plan(Record, Displayed):
                 name: p.replaced({"value": float(plain(resolved[name])), "minimum": None, "maximum": None})
                 for name, p in self.mechanism.parameters.items()
             }
-            found = problems(self.mechanism.replaced({"parameters": replaced}))
+            found = problems(self.mechanism.replaced({"parameters": replaced, "studies": {}}))
             if found:
                 named = ", ".join(f"{name} = {resolved[name]:g}" for name in sorted(changed))
                 raise ModelError(replace(problem, hint=f"with {named}") for problem in found)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from flexura.errors import ExpressionError, Path, Problem
 from flexura.expressions import Dimension, Expression
 from flexura.mechanism.checks.survey import suggestion
-from flexura.mechanism.evaluation import parameter_dimensions, scalars
+from flexura.mechanism.evaluation import parameter_at, parameter_dimensions, scalars
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Quantity
 from flexura.mechanism.substructure import Mechanism
@@ -36,10 +36,11 @@ class _Use:
 
     def expected(self, parameters: Mapping[str, Parameter], of: Dimensions) -> Dimension | None:
         """The dimension that is due here."""
-        if self.quantity.dimension is not None or self.path[0] != "parameters":
+        if self.quantity.dimension is not None:
             return self.quantity.dimension
-        name = str(self.path[1])
-        return parameters[name].dimension if self.path[-1] == "value" else of[name]
+        name = parameter_at(self.path)
+        is_value = self.path == ("parameters", name, "value")
+        return parameters[name].dimension if is_value else of.get(name)
 
     def problem(self, parameters: Mapping[str, Parameter], of: Dimensions) -> Problem | None:
         """What is wrong with the units of the expression when the parameters have these dimensions."""

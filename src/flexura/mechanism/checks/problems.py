@@ -13,6 +13,7 @@ from flexura.mechanism.checks.bodies import check_bodies
 from flexura.mechanism.checks.connection import check_connection
 from flexura.mechanism.checks.members import check_members
 from flexura.mechanism.checks.references import check_not_empty, check_references
+from flexura.mechanism.checks.studies import check_studies
 from flexura.mechanism.checks.survey import Survey
 from flexura.mechanism.checks.values import check_values
 from flexura.mechanism.evaluation import evaluated
@@ -28,6 +29,7 @@ def problems(mechanism: Mechanism, *, ignore_missing: Collection[str] = (), part
     disconnected parts.
     """
     values, found = check_values(mechanism, ignore_missing)
+    found += check_studies(mechanism, values, ignore_missing)
     layout, lost, more = check_assembly(evaluated(mechanism, values), ignore_missing)
     found += more
     if layout is None:

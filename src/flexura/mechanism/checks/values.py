@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from flexura.errors import Path, Problem
 from flexura.expressions import CONSTANTS, FUNCTIONS, Expression
-from flexura.mechanism.base import Part, Vector, problems_of, validated
+from flexura.mechanism.base import Part, Vector, entry_of, problems_of, validated
 from flexura.mechanism.checks.dimensions import undefined, wrong_dimensions
 from flexura.mechanism.checks.survey import shown
 from flexura.mechanism.evaluation import evaluated, parameter_order, scalars
@@ -143,5 +143,5 @@ def shown_part(text: str, value: Any) -> str:
 
 def _at(data: Any, path: Path) -> Any:
     for key in path:
-        data = getattr(data, str(key)) if isinstance(data, Part) else data[key]  # type: ignore[index]
+        data = entry_of(data, str(key)) if isinstance(data, Part) else data[key]  # type: ignore[index]
     return data

@@ -1,0 +1,219 @@
+"""Studies: what is asked of many designs, and how these vary. Questions are kept as text."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Discriminator, Field, StringConstraints, Tag, model_validator
+
+from flexura.expressions import Expression
+from flexura.mechanism.base import Name, Part, refuse
+from flexura.mechanism.quantity import AnyQuantity, PositiveNumber
+
+MOST_SAMPLES = 2**53
+"""Designs of one study: more cannot be counted in double precision."""
+
+Count = Annotated[int, Field(ge=1, le=MOST_SAMPLES, strict=True)]
+Seed = Annotated[int, Field(ge=0, lt=2**63, strict=True)]
+
+
+def _one_or_more(raw: Any) -> Any:
+    return (raw,) if isinstance(raw, str) else raw
+
+
+Question = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
+Questions = Annotated[tuple[Question, ...], BeforeValidator(_one_or_more)]
+SomeQuestions = Annotated[tuple[Question, ...], Field(min_length=1), BeforeValidator(_one_or_more)]
+
+
+class Range(Part):
+    """From one value of a parameter to another, both included; an end that is left out is the parameter's bound."""
+
+    from_: Annotated[AnyQuantity | None, Field(alias="from")] = None
+    to: AnyQuantity | None = None
+    steps: Annotated[int, Field(ge=1, le=MOST_SAMPLES, strict=True)] | None = None
+    """Values on a grid, the ends included."""
+    scale: Literal["linear", "log"] = "linear"
+    """Whether equal steps are equal differences or equal ratios."""
+    integer: bool = False
+    """Whether only whole numbers are meant."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        low, high = self.from_, self.to
+        if isinstance(low, float) and isinstance(high, float) and low >= high:
+            raise refuse("a range goes from the smaller value to the larger one")
+        for end in (low, high):
+            if self.scale == "log" and isinstance(end, float) and end <= 0:
+                raise refuse("a range with equal ratios has positive ends", "write scale: linear")
+            if self.integer and isinstance(end, float) and not end.is_integer():
+                raise refuse("a range of whole numbers has whole ends")
+        return self
+
+
+Choice = Annotated[tuple[AnyQuantity, ...], Field(min_length=1)]
+"""The values that a parameter may have."""
+
+
+def _kind(raw: Any) -> str:
+    return "range" if isinstance(raw, dict | Range) else "choice"
+
+
+Variation = Annotated[Annotated[Range, Tag("range")] | Annotated[Choice, Tag("choice")], Discriminator(_kind)]
+"""A range, or a list of values."""
+
+
+class SweepStudy(Part):
+    """Answers over a grid of designs, or over so many samples of them."""
+
+    vary: Annotated[dict[Name, Variation], Field(min_length=1)]
+    """By parameter: `{from: ..., to: ..., steps: ...}`, or a list of values."""
+    ask: SomeQuestions
+    sampling: Literal["grid", "latin hypercube", "sobol"] = "grid"
+    samples: Count | None = None
+    """Designs of a Latin hypercube or a Sobol sequence."""
+    seed: Seed = 0
+
+    @model_validator(mode="after")
+    def _sampled(self) -> Self:
+        if self.sampling == "grid" and self.samples is not None:
+            raise refuse("samples are those of a Latin hypercube or a Sobol sequence", "write sampling: sobol")
+        if self.sampling != "grid" and self.samples is None:
+            raise refuse("samples says how many designs there are", "e.g. samples: 4096")
+        for name, own in self.vary.items():
+            if isinstance(own, Range) and (own.steps is None) == (self.sampling == "grid") and not own.integer:
+                rule = (
+                    f"{name} has no steps on the grid" if self.sampling == "grid" else f"{name} has steps, but no grid"
+                )
+                raise refuse(rule, "e.g. steps: 11" if self.sampling == "grid" else "leave steps out")
+        return self
+
+
+class Goal(Part):
+    """One of several quantities to be as large or as small as can be."""
+
+    maximise: Question | None = None
+    minimise: Question | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.maximise is None) == (self.minimise is None):
+            raise refuse("a goal is either maximise or minimise", "e.g. {maximise: f1}")
+        return self
+
+
+class OptimumStudy(Part):
+    """The best design: one quantity as large or as small as can be, or the front of several goals."""
+
+    vary: Annotated[dict[Name, Variation], Field(min_length=1)]
+    """By parameter: `{from: ..., to: ...}`, with `integer: true` for whole numbers alone, or a list of choices."""
+    maximise: Question | None = None
+    minimise: Question | None = None
+    goals: Annotated[tuple[Goal, ...], Field(min_length=2)] | None = None
+    """Several goals, between which there is a Pareto front."""
+    subject_to: Questions = ()
+    """What must hold, as `stress(left) <= 400 MPa at stroke 2 mm`."""
+    starts: Annotated[int, Field(ge=1, le=100_000, strict=True)] = 8
+    seed: Seed = 0
+
+    @model_validator(mode="after")
+    def _aims(self) -> Self:
+        if (self.maximise is not None) + (self.minimise is not None) + (self.goals is not None) != 1:
+            raise refuse("an optimum is one of maximise, minimise, goals", "e.g. maximise: f1")
+        for name, own in self.vary.items():
+            if isinstance(own, Range) and own.steps is not None:
+                raise refuse(f"{name} has steps, but an optimum is sought between the ends", "leave steps out")
+        return self
+
+
+def _both_sides(raw: Any) -> Any:
+    """One number stands for deviations as far down as up."""
+    if isinstance(raw, list | tuple):
+        return raw
+    if isinstance(raw, Expression):
+        return (-raw, raw)
+    if isinstance(raw, int | float) and not isinstance(raw, bool):
+        return (-raw, raw)
+    return raw
+
+
+class Spread(Part):
+    """How a parameter deviates from its value: evenly between two deviations, normally, or as was measured."""
+
+    uniform: Annotated[tuple[AnyQuantity, AnyQuantity], BeforeValidator(_both_sides)] | None = None
+    """Deviations between which all are as likely; one number stands for as far down as up."""
+    normal: AnyQuantity | None = None
+    """Standard deviation."""
+    within: PositiveNumber | None = None
+    """Standard deviations beyond which a normal deviation is sorted out; none is where it is left out."""
+    measured: Annotated[tuple[AnyQuantity, ...], Field(min_length=2)] | None = None
+    """Values, of which each is as likely."""
+    each: bool = True
+    """Whether every copy of a part deviates by its own; all deviate alike otherwise."""
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if (self.uniform is not None) + (self.normal is not None) + (self.measured is not None) != 1:
+            raise refuse("a spread is one of uniform, normal, measured", "e.g. ± 0.02 mm, or {normal: 0.01 mm}")
+        if self.within is not None and self.normal is None:
+            raise refuse("within belongs to a normal spread", "e.g. {normal: 0.01 mm, within: 3}")
+        if isinstance(self.normal, float) and self.normal <= 0:
+            raise refuse("a standard deviation must be positive")
+        low, high = self.uniform or (0.0, 1.0)
+        if isinstance(low, float) and isinstance(high, float) and not low < high:
+            raise refuse("the lower deviation is below the upper one", "e.g. +0.01/-0.03 mm")
+        return self
+
+
+class ToleranceStudy(Part):
+    """What spreads of parameters do to the answers."""
+
+    vary: Annotated[dict[Name, Spread], Field(min_length=1)]
+    """By parameter: `± 0.02 mm`, `+0.01/-0.03 mm`, `{normal: 0.01 mm, within: 3}` or `{measured: [...]}`."""
+    ask: Questions = ()
+    require: Questions = ()
+    """What a part must fulfil to be good, as `f1 >= 20 Hz`."""
+    samples: Count = 4096
+    seed: Seed = 0
+
+    @model_validator(mode="after")
+    def _asks(self) -> Self:
+        if not (self.ask or self.require):
+            raise refuse("a tolerance study has ask or require", "e.g. ask: [f1, f2]")
+        return self
+
+
+class DescribedStudy(Part):
+    """A study of many designs: one of a sweep, an optimum, tolerances."""
+
+    sweep: SweepStudy | None = None
+    optimize: OptimumStudy | None = None
+    tolerance: ToleranceStudy | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.sweep is not None) + (self.optimize is not None) + (self.tolerance is not None) != 1:
+            raise refuse("a study is one of sweep, optimize, tolerance", "e.g. sweep: {vary: ..., ask: f1}")
+        return self
+
+    @property
+    def kind(self) -> str:
+        """`sweep`, `optimize` or `tolerance`."""
+        return next(kind for kind in ("sweep", "optimize", "tolerance") if getattr(self, kind) is not None)
+
+    @property
+    def words(self) -> str:
+        """What it does, in one line."""
+        own = self.own
+        over = f"{self.kind} over {', '.join(own.vary)}"
+        if isinstance(own, OptimumStudy):
+            aims = own.goals or (Goal(maximise=own.maximise, minimise=own.minimise),)
+            told = ", ".join(f"maximise {aim.maximise}" if aim.maximise else f"minimise {aim.minimise}" for aim in aims)
+            return f"{over}: {told}" + (f", subject to {', '.join(own.subject_to)}" if own.subject_to else "")
+        return f"{over}: {', '.join((*own.ask, *getattr(own, 'require', ())))}"
+
+    @property
+    def own(self) -> SweepStudy | OptimumStudy | ToleranceStudy:
+        """What is described, whichever kind it is."""
+        found: SweepStudy | OptimumStudy | ToleranceStudy = getattr(self, self.kind)
+        return found

@@ -1,0 +1,100 @@
+"""Values of parameters that stand elsewhere in a model file: each is read with the dimension of its parameter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from flexura.errors import ExpressionError, Path, Problem
+from flexura.expressions import NUMBER, Dimension, Expression, parameter
+from flexura.mechanism import Quantity, Scalar
+from flexura.modelfile.parameters import measure
+from flexura.modelfile.quantities import QuantityReader
+from flexura.units import format_quantity
+
+_SYMMETRIC = re.compile(r"\s*(?:±|\+\s*/?\s*-)\s*(\S.*)", re.DOTALL)
+_SIDE = re.compile(r"([+-]?)\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_PERCENT = re.compile(r"(-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
+_VARIED = ("from", "to", "uniform", "normal", "measured")
+
+
+def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimension | None]) -> list[Problem]:
+    """Replace values of parameters in studies by numbers in SI and expressions, in place, and short forms of spreads
+    by long ones. Returns what cannot be read."""
+    reader = _Values(dimensions)
+    for path, vary in _varied(data):
+        for name, entry in vary.items():
+            if isinstance(entry, str) and path[2] == "tolerance":
+                vary[name] = reader.spread((*path, name), entry, name)
+                continue
+            holders = [(entry, key) for key in _VARIED if key in entry] if isinstance(entry, dict) else [(vary, name)]
+            for holder, key in holders:
+                at = (*path, name) if holder is vary else (*path, name, key)
+                holder[key] = reader.read(at, holder[key], name)
+    return reader.problems
+
+
+def _varied(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    studies = data.get("studies")
+    for name, study in studies.items() if isinstance(studies, dict) else ():
+        for kind, own in study.items() if isinstance(study, dict) else ():
+            if isinstance(own, dict) and isinstance(own.get("vary"), dict):
+                yield ("studies", name, kind, "vary"), own["vary"]
+
+
+class _Values:
+    """Reads values of parameters, and notes what cannot be read."""
+
+    def __init__(self, dimensions: Mapping[str, Dimension | None]) -> None:
+        self.reader, self.dimensions = QuantityReader(dimensions), dimensions
+        self.problems: list[Problem] = []
+
+    def read(self, path: Path, raw: Any, name: str) -> Any:
+        """A value of the parameter, or values; what is no number stays as it is."""
+        if isinstance(raw, list):
+            return [self.read((*path, i), entry, name) for i, entry in enumerate(raw)]
+        if raw is None or isinstance(raw, dict | bool | Expression):
+            return raw
+        try:
+            return self.value(raw, name)
+        except ExpressionError as error:
+            self.problems.append(Problem(path, repr(raw), error.rule, error.hint))
+            return raw
+
+    def value(self, raw: Any, name: str) -> Scalar:
+        """One value of the parameter, SI; raises ExpressionError."""
+        dimension = self.dimensions.get(name)
+        if dimension is None:
+            return measure(self.reader, raw)[0]
+        return self.reader(raw, Quantity(f"value of {name}", dimension, format_quantity(1e-3, dimension)))
+
+    def spread(self, path: Path, text: str, name: str) -> Any:
+        """The long form of `± 0.02 mm`, `± 5 %` or `+0.01/-0.03 mm`; other text stays as it is."""
+        try:
+            return {"uniform": self.deviations(text, name)}
+        except ExpressionError as error:
+            self.problems.append(Problem(path, repr(text), error.rule, error.hint))
+            return text
+
+    def deviations(self, text: str, name: str) -> list[Scalar]:
+        """The lower and the upper deviation that a text gives; raises ExpressionError."""
+        symmetric = _SYMMETRIC.fullmatch(text)
+        if symmetric is not None:
+            high = self.deviation(symmetric[1], name)
+            return [-high, high]
+        sides = [_SIDE.fullmatch(own.strip()) for own in text.split("/")]
+        if len(sides) != 2 or sides[0] is None or sides[1] is None:
+            raise ExpressionError("a spread is ± 0.02 mm, +0.01/-0.03 mm or a mapping", "e.g. {normal: 0.01 mm}")
+        both = sorted((float(sign + number), unit) for sign, number, unit in (own.groups() for own in sides if own))
+        if any(own and not own[1] and float(own[2]) for own in sides):
+            raise ExpressionError("each side of a spread has its sign", "e.g. +0.01/-0.03 mm")
+        shared = next((unit for _, unit in both if unit), "")
+        return [self.deviation(f"{size!r} {unit or shared}".strip(), name) if size else 0.0 for size, unit in both]
+
+    def deviation(self, text: str, name: str) -> Scalar:
+        """A deviation of the parameter; of quantities with a dimension, a share of the value where it is in %."""
+        percent = _PERCENT.fullmatch(text)
+        if percent is not None and self.dimensions.get(name) not in (None, NUMBER):
+            return float(percent[1]) / 100 * parameter(name)
+        return self.value(text, name)
