@@ -1,4 +1,4 @@
-"""What may be asked of a design: names, the arguments that they take, their units and what they mean."""
+"""What may be asked of a design: names, the arguments that they take and what they mean."""
 
 from __future__ import annotations
 
@@ -6,24 +6,39 @@ from dataclasses import dataclass
 from typing import Literal
 
 from flexura.expressions import Dimension
+from flexura.expressions import dimension as dimensions
 from flexura.mechanism import suggestion
 from flexura.units import parse_unit
 
-Argument = Literal["dof", "body"]
-"""What an argument names: the DOF of a node or a body."""
+Argument = Literal["dof", "body", "member", "actuator", "output", "input", "hertz", "parameter"]
+"""What an argument names or is."""
 
-SIGNS: dict[Argument, str] = {"dof": "NODE.DOF", "body": "BODY"}
+Poses = Literal["any", "needed", "same", "none"]
+"""Whether something is asked at rest or at a pose, at a pose alone, is the same everywhere, or is asked at rest alone.
+"""
+
+SIGNS: dict[Argument, str] = {
+    "dof": "NODE.DOF",
+    "body": "BODY",
+    "member": "MEMBER",
+    "actuator": "ACTUATOR",
+    "output": "OUTPUT",
+    "input": "INPUT",
+    "hertz": "HZ",
+    "parameter": "PARAMETER",
+}
 """How arguments are written where a name is explained."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A name that may be asked: its arguments, of which the last `optional` may be left out."""
+    """A name that may be asked: its arguments, of which the last `optional` may be left out, and where it is asked."""
 
     name: str
     meaning: str
     arguments: tuple[Argument, ...] = ()
     optional: int = 0
+    poses: Poses = "any"
 
     @property
     def written(self) -> str:
@@ -39,10 +54,30 @@ class Kind:
 
 FREQUENCY = "f"
 
-KINDS = {kind.name: kind for kind in (Kind("mass", "mass of everything, or of a body", ("body",), 1),)}
+KINDS = {
+    kind.name: kind
+    for kind in (
+        Kind("mass", "mass of everything, or of a rigid body", ("body",), 1, "same"),
+        Kind("parameter", "value of a parameter, as by its name alone", ("parameter",), 0, "same"),
+    )
+}
 
 NUMBERED = "f1, f2, ..."
 """How natural frequencies by number are asked."""
+
+_UNITS = {
+    dimensions.NUMBER: "1",
+    dimensions.FREQUENCY: "Hz",
+    dimensions.PRESSURE: "Pa",
+    dimensions.FORCE: "N",
+    dimensions.TRANSLATIONAL_STIFFNESS: "N/m",
+    dimensions.ROTATIONAL_STIFFNESS: "N*m",
+}
+
+
+def unit_of(dimension: Dimension) -> str:
+    """The SI unit of a dimension as it is shown, e.g. `Hz` or `kg*m^2`; 1 of a plain number."""
+    return _UNITS.get(dimension) or dimension.unit().replace("**", "^")
 
 
 @dataclass(frozen=True)
@@ -75,8 +110,8 @@ def askable() -> list[str]:
     return [NUMBERED, *(kind.written for kind in KINDS.values())]
 
 
-def unknown_name(name: str) -> str:
-    """What to say of a name that may not be asked."""
-    close = suggestion(name, [*KINDS, "f1"], "")
+def unknown_name(name: str, parameters: list[str]) -> str:
+    """What to say of a name that may not be asked of a mechanism with these parameters."""
+    close = suggestion(name, [*KINDS, "f1", *parameters], "")
     near = close if close.startswith("did you mean") else ""
     return f"{name!r} is nothing that can be asked; {near}{' ' if near else ''}known: {', '.join(askable())}"

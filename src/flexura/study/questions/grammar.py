@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from flexura.errors import ExpressionError, OptionError
-from flexura.expressions import Dimension
+from flexura.expressions import CONSTANTS, FUNCTIONS, Dimension
 from flexura.units import parse_quantity, split_quantity
 
 MAX_LENGTH = 20_000
@@ -25,7 +25,7 @@ STROKE = "stroke"
 
 _PATH = r"[^\W\d][\w.*?\[\]]*"
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_UNIT = r"(?:\[[^\[\]]*\]|(?!at\b)[A-Za-zµμ°%]+)"
+_UNIT = r"(?:\[[^\[\]]*\]|(?!at\b)[A-Za-zµμ°%]+(?![\w(]))"
 _TOKEN = re.compile(
     rf"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*{_UNIT}?)|(?P<name>[^\W\d]\w*)|(?P<other>\S))", re.DOTALL
 )
@@ -53,6 +53,14 @@ class Asked:
     at: tuple[Place, ...] = ()
 
 
+class Span(NamedTuple):
+    """Where an asked name stands in a text."""
+
+    asked: Asked
+    start: int
+    stop: int
+
+
 def separate(text: str) -> list[Asked]:
     """The names that a text asks for, separated by commas. Raises OptionError for anything else."""
     _refuse_long(text)
@@ -66,6 +74,40 @@ def separate(text: str) -> list[Asked]:
         if rest[0] != ",":
             raise OptionError(_unexpected(text, position))
         position = text.index(",", position) + 1
+
+
+def names_in(text: str) -> list[Span]:
+    """The asked names in a formula, in order; functions, constants, numbers with units and operators are passed over.
+
+    Raises OptionError for poses that cannot be read.
+    """
+    _refuse_long(text)
+    found, position, is_number = list[Span](), 0, False
+    while (match := _TOKEN.match(text, position)) is not None:
+        position, name, start = match.end(), match["name"], match.start("name")
+        if name is None:
+            is_number = match["number"] is not None
+            continue
+        if is_number:
+            raise OptionError(f"{text[:position].strip()!r}: a number is joined with what follows by an operator: *")
+        if name in CONSTANTS or name in FUNCTIONS:
+            continue
+        asked, position = _asked_at(text, start)
+        found.append(Span(asked, start, position))
+    return found
+
+
+def trailing_pose(text: str) -> tuple[str, tuple[Place, ...]]:
+    """A text without the pose that it ends with, and the places of this one; none where it has none."""
+    _refuse_long(text)
+    for match in reversed(list(_AT.finditer(text))):
+        head = text[: match.start()]
+        if head.count("(") == head.count(")"):
+            places, stop = _pose_at(text, match.end())
+            if not text[stop:].strip():
+                return head, places
+            return text, ()
+    return text, ()
 
 
 def _refuse_long(text: str) -> None:

@@ -47,6 +47,7 @@ class Questions(Record):
             out.say(design, why)
         self._frequencies(block, out)
         self._masses(block, out)
+        self._parameters(block, out)
         return out
 
     def _frequencies(self, block: Block, out: Answers) -> None:
@@ -73,6 +74,14 @@ class Questions(Record):
         for k, own in asked:
             body = own.arguments[0] if own.arguments else None
             out.value[designs, k] = body_mass(stack, body) if isinstance(body, str) else total_mass(stack)
+
+    def _parameters(self, block: Block, out: Answers) -> None:
+        designs = block.possible
+        asked = [(k, str(own.arguments[0])) for k, own in enumerate(self.quantities) if own.kind == "parameter"]
+        if asked and len(designs):
+            values = self.plan.parameter_values(block.some(designs))
+            for k, name in asked:
+                out.value[designs, k] = values[name]
 
 
 @verb

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from fnmatch import fnmatchcase
+from functools import cached_property
+from typing import Any, NamedTuple
 
-from flexura.errors import OptionError
-from flexura.expressions import LENGTH, NUMBER
-from flexura.mechanism import DOF_NAMES, suggestion
-from flexura.structure import Plan
-from flexura.study.questions.catalogue import FREQUENCY, KINDS, SIGNS, Argument, Kind, Quantity, unknown_name
+import numpy as np
+
+from flexura.errors import ExpressionError, FlexuraError, OptionError
+from flexura.expressions import FREQUENCY as HERTZ
+from flexura.expressions import LENGTH, NUMBER, Dimension
+from flexura.mechanism import DOF_NAMES, is_pattern, parameter_dimensions, suggestion
+from flexura.structure import Design, Plan
+from flexura.study.questions.catalogue import FREQUENCY, KINDS, SIGNS, Argument, Kind, Quantity, unit_of, unknown_name
 from flexura.study.questions.grammar import STROKE, Asked, Place
-from flexura.units import format_quantity
+from flexura.systems import Channel, InputPort, OutputPort, Ports, actuator_names, unit_of_response
+from flexura.units import format_quantity, parse_quantity
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 """Axes of displacements as they are shown; those of DOFs are read as well."""
@@ -39,6 +45,41 @@ class Freedom(NamedTuple):
         """Whether it is a rotation."""
         return self.component >= 3
 
+    @property
+    def channel(self) -> Channel:
+        """What a sensor of it reads."""
+        return Channel(self.name, "rotation" if self.turns else "displacement")
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class Members(NamedTuple):
+    """Members that are asked of, as placed, by one name for all: a member, an instance or a pattern."""
+
+    name: str
+    members: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class Hertz(float):
+    """A frequency that is asked at."""
+
+    def __str__(self) -> str:
+        return format_quantity(float(self), HERTZ)
+
+
+class Port(NamedTuple):
+    """An input or output that is asked of: its name as shown, and as `Ports` knows it."""
+
+    name: str
+    known: str
+
+    def __str__(self) -> str:
+        return self.name
+
 
 def pose_text(pose: Sequence[tuple[str, float]]) -> str:
     """A pose as it is written."""
@@ -55,48 +96,153 @@ class Reader:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
 
-    def quantity(self, asked: Asked) -> Quantity:
-        """What an asked name stands for."""
-        pose = self.pose(asked.at)
-        if pose:
-            raise OptionError(f"{asked.name} is not known at a pose; leave `at` out")
-        tail = f" at {pose_text(pose)}" if pose else ""
-        if (numbered := _NUMBERED.fullmatch(asked.name)) is not None:
-            if asked.arguments:
-                raise OptionError(f"{asked.name} takes no arguments; f(NODE.DOF) is the mode in which that moves most")
-            number = int(numbered[1])
-            most = min(self.plan.topology.n_dof, MOST_MODES)
-            if number > most:
-                raise OptionError(f"{asked.name}: there are frequencies from f1 to f{most}")
-            return Quantity(asked.name + tail, "Hz", FREQUENCY, (number,), pose)
-        kind = KINDS.get(asked.name)
+    @cached_property
+    def ports(self) -> Ports:
+        """What drives the default design, and what is read of it."""
+        return Ports(Design.of(self.plan.at_rest()))
+
+    def quantity(self, asked: Asked, places: Sequence[Place] = ()) -> Quantity:
+        """What an asked name stands for, at the pose of `places` where it has none of its own."""
+        name, arguments, mode = asked.name, asked.arguments, None
+        if name not in KINDS and not arguments and name in self.plan.mechanism.parameters:
+            name, arguments = "parameter", (name,)
+        if (numbered := _NUMBERED.fullmatch(name)) is not None:
+            mode = self.mode(asked, int(numbered[1]))
+        kind = Kind(FREQUENCY, "", poses="none") if mode else KINDS.get(name)
         if kind is None:
-            raise OptionError(unknown_name(asked.name))
-        read = self.arguments(kind, asked.arguments)
-        shown = ", ".join(str(own.name if isinstance(own, Freedom) else own) for own in read)
-        text = f"{kind.name}({shown})" if read else kind.name
-        return Quantity(text + tail, self.unit(kind, read), kind.name, read, pose)
+            raise OptionError(unknown_name(name, list(self.plan.mechanism.parameters)))
+        pose = self.pose(kind, asked.at or places, bool(asked.at))
+        read = (mode,) if mode else self.arguments(kind, arguments)
+        shown = ", ".join(map(str, read))
+        text = f"f{mode}" if mode else f"{kind.name}({shown})" if read else kind.name
+        if kind.name == "parameter" and shown not in KINDS and not _NUMBERED.fullmatch(shown):
+            text = shown
+        own = Quantity(text + (f" at {pose_text(pose)}" if pose else ""), self.unit(kind, read), kind.name, read, pose)
+        self.refuse_unloaded(own)
+        return own
+
+    def mode(self, asked: Asked, number: int) -> int:
+        """The number of a mode."""
+        most = min(self.plan.topology.n_dof, MOST_MODES)
+        if asked.arguments:
+            raise OptionError(f"{asked.name} takes no arguments; f(NODE.DOF) is the mode in which that moves most")
+        if number > most:
+            raise OptionError(f"{asked.name}: there are frequencies from f1 to f{most}")
+        return number
 
     def arguments(self, kind: Kind, texts: Sequence[str]) -> tuple[object, ...]:
         """What the arguments of a name stand for."""
         least, most = len(kind.arguments) - kind.optional, len(kind.arguments)
         if not least <= len(texts) <= most or not all(texts):
             raise OptionError(f"{kind.name} is asked as {kind.written}, not with ({', '.join(texts)})")
-        return tuple(self.argument(kind.name, own, text) for own, text in zip(kind.arguments, texts, strict=False))
+        found = tuple(self.argument(kind.name, own, text) for own, text in zip(kind.arguments, texts, strict=False))
+        if kind.name == "frf_peak" and not float(found[2]) < float(found[3]):  # type: ignore[arg-type]
+            raise OptionError(
+                f"frf_peak: a band goes from a lower frequency to a higher one, not {texts[2]}, {texts[3]}"
+            )
+        return found
 
     def argument(self, name: str, kind: Argument, text: str) -> object:
         """What one argument stands for."""
         if kind == "dof":
             return self.freedom(text, name)
-        if text not in self.plan.body_names:
-            raise OptionError(
-                f"{name}({SIGNS[kind]}): there is no body {text!r}; {suggestion(text, self.plan.body_names, 'bodies')}"
-            )
+        if kind == "member":
+            return self.members(name, text)
+        if kind == "hertz":
+            return self.hertz(name, text)
+        if kind in ("actuator", "input", "output"):
+            return self.port(name, kind, text)
+        known = self.plan.body_names if kind == "body" else list(self.plan.mechanism.parameters)
+        if text not in known:
+            many = "bodies" if kind == "body" else "parameters"
+            raise OptionError(f"{name}({SIGNS[kind]}): there is no {kind} {text!r}; {suggestion(text, known, many)}")
         return text
 
-    def unit(self, kind: Kind, _: Sequence[object]) -> str:
+    def members(self, name: str, text: str) -> Members:
+        """The members of a name: one, all of an instance, or all that match."""
+        known = self.yield_stresses
+        found = [own for own in known if own == text or own.startswith(f"{text}.")]
+        if is_pattern(text):
+            found = [own for own in known if fnmatchcase(own, text) or fnmatchcase(own, f"{text}.*")]
+        if not found:
+            steps = dict.fromkeys(".".join(own.split(".")[:k]) for own in known for k in range(1, own.count(".") + 2))
+            raise OptionError(
+                f"{name}(MEMBER): there is no member or instance {text!r}; {suggestion(text, steps, 'members')}"
+            )
+        if name == "margin":
+            found = [own for own in found if not np.isnan(known[own])]
+            if not found:
+                raise OptionError(f"margin({text}): no yield stress is known; give its material a `yield_stress`")
+        return Members(text, tuple(found))
+
+    @cached_property
+    def yield_stresses(self) -> dict[str, float]:
+        """Yield stress, Pa, of all members as placed, NaN where it is not known."""
+        found, values = dict[str, float](), self.plan.values()
+        for name, part in self.plan.parts.items():
+            limits = part.table.yield_stress(values) if part.members else ()
+            for path in self.plan.topology.copies[name].paths:
+                found |= {".".join((*path, key)): own for key, own in zip(part.members, limits, strict=True)}
+        return found
+
+    def hertz(self, name: str, text: str) -> Hertz:
+        """A frequency to ask at."""
+        try:
+            value, exponents = parse_quantity(text)
+        except ExpressionError as error:
+            raise OptionError(f"{name}(HZ): {error}") from None
+        if Dimension(*exponents) != HERTZ or "Hz" not in text or value <= 0:
+            raise OptionError(f"{name}(HZ): a positive frequency in Hz or kHz is expected, e.g. 20 Hz, not {text!r}")
+        return Hertz(value)
+
+    def port(self, name: str, kind: Argument, text: str) -> Port:
+        """An actuator or sensor, or a DOF."""
+        where, colon, word = text.partition(":")
+        axis = where.rpartition(".")[2]
+        described = where in {*self.ports.actuators, *self.ports.sensors}
+        shown, known = text, text
+        if not described and axis in _SPELLING and not where.startswith("ground."):
+            own = self.freedom(where, name)
+            shown, known = own.name + colon + word, f"{own.node}.{DOF_NAMES[own.component]}{colon}{word}"
+        try:
+            found: Sequence[InputPort | OutputPort] = (
+                self.ports.outputs([known]) if kind == "output" else self.ports.inputs([known])
+            )
+        except FlexuraError as error:
+            raise OptionError(f"{name}({SIGNS[kind]}): {error}") from None
+        if len(found) != 1:
+            raise OptionError(f"{name}({SIGNS[kind]}): {text!r} is several; name one")
+        if kind == "actuator" and isinstance(found[0], InputPort) and found[0].base is not None:
+            hint = suggestion("", actuator_names(self.plan), "actuators")
+            raise OptionError(f"{name}(ACTUATOR): {text} accelerates the base; {hint}")
+        return Port(shown, known)
+
+    def unit(self, kind: Kind, read: Sequence[Any]) -> str:
         """SI unit of what is asked."""
-        return "Hz" if kind.name == FREQUENCY else "kg"
+        match kind.name:
+            case "stiffness":
+                return "N*m/rad" if read[0].turns else "N/m"
+            case "compliance":
+                unit = "rad" if read[0].turns else "m"
+                return f"{unit}/(N*m)" if read[-1].turns else f"{unit}/N"
+            case "coupling":
+                return unit_of_response(read[1].channel, self.ports.inputs([read[0].known])[0].channel)
+            case "amplification":
+                moment = self.ports.inputs([read[0].known])[0].channel.quantity == "moment"
+                return unit_of_response(read[1].channel, Channel("", "rotation" if moment else "displacement"))
+            case "force":
+                return "N*m" if read[0].turns else "N"
+            case "reach":
+                return "rad" if read[0].turns else "m"
+            case "frf" | "frf_peak":
+                out, into = self.ports.outputs([read[0].known])[0], self.ports.inputs([read[1].known])[0]
+                return unit_of_response(out.channel, into.channel)
+            case "parameter":
+                dimension = parameter_dimensions(self.plan.mechanism.parameters)[read[0]]
+                if dimension is None:
+                    raise OptionError(f"{read[0]}: the dimension of this parameter is not known; give it a unit")
+                return unit_of(dimension)
+        return {FREQUENCY: "Hz", "mass": "kg", "stress": "Pa", "margin": "1", "buckling": "1"}[kind.name]
 
     def freedom(self, text: str, name: str = "at") -> Freedom:
         """The displacement of a name such as `platform.rz`, or `rz` where there is one body."""
@@ -114,13 +260,18 @@ class Reader:
         except OptionError:
             known = [*self.plan.body_names, *(own for own in topology.node_names if "[" not in own)]
             raise OptionError(f"{name}: there is no node {node!r}; {suggestion(node, known, 'nodes')}") from None
-        component = AXES.index(_SPELLING[axis])
-        if topology.held[topology.root[number]].all():
+        root, component = topology.root[number], AXES.index(_SPELLING[axis])
+        alone = not topology.is_rigid[number] and topology.held[root, component]
+        if alone or topology.held[root].all():
             raise OptionError(f"{name}: {text} cannot move: it is held by the ground")
         return Freedom(node, component)
 
-    def pose(self, places: Sequence[Place]) -> tuple[tuple[str, float], ...]:
-        """The displacements of a pose, m and rad."""
+    def pose(self, kind: Kind, places: Sequence[Place], is_own: bool) -> tuple[tuple[str, float], ...]:
+        """The displacements of the pose at which something is asked, m and rad."""
+        if kind.poses == "needed" and not places:
+            raise OptionError(f"{kind.name} is asked at a pose: {kind.written} at NODE.DOF = VALUE UNIT")
+        if kind.poses == "same" and not is_own:
+            return ()
         found: dict[str, float] = {}
         for place in places:
             name = self.stroke() if place.name == STROKE else place.name
@@ -132,6 +283,9 @@ class Reader:
             if own.name in found:
                 raise OptionError(f"at {own.name}: a displacement is given twice in one pose")
             found[own.name] = place.value
+        if found and kind.poses in ("same", "none"):
+            why = "is the same at every pose" if kind.poses == "same" else "is not known at a pose"
+            raise OptionError(f"{kind.name} {why}; leave `at` out")
         return tuple(found.items())
 
     def stroke(self) -> str:
@@ -141,3 +295,16 @@ class Reader:
             what = f"there are {len(moved)}: {', '.join(moved)}" if moved else "none is described"
             raise OptionError(f"`at stroke` is along the one displacement of `motion`; {what}; write at NODE.DOF = ...")
         return moved[0]
+
+    def refuse_unloaded(self, asked: Quantity) -> None:
+        """Raise OptionError for what is nothing without loads, where there are none, and for forces along what does not
+        hold a pose."""
+        is_bare = not (asked.pose or self.plan.is_loaded or self.plan.is_posed)
+        if is_bare and asked.kind in ("stress", "margin", "buckling"):
+            raise OptionError(
+                f"{asked.text}: nothing loads this mechanism; ask it at a pose, {asked.text} at NODE.DOF = 2 mm, or"
+                " describe `loads` or `gravity`"
+            )
+        if asked.kind == "force" and str(asked.arguments[0]) not in dict(asked.pose):
+            driven = ", ".join(name for name, _ in asked.pose)
+            raise OptionError(f"{asked.text}: a pose is held along its own displacements, {driven}")

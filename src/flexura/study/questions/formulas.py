@@ -1,0 +1,241 @@
+"""Formulas over asked names, and relations between them, with units.
+
+A pose that a formula ends with holds for all names in it that have none of their own, as in
+`stress(left) / 400 MPa + 2 * stress(right) / 400 MPa at stroke 2 mm`; elsewhere a pose belongs to the name before it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.arguments import verb
+from flexura.errors import ExpressionError, OptionError
+from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Number, Tree
+from flexura.expressions import format_tree as text_of
+from flexura.mechanism import Mechanism
+from flexura.records import Record
+from flexura.structure import Plan, plan_of
+from flexura.study.questions.catalogue import Quantity, unit_of
+from flexura.study.questions.grammar import Place, names_in, trailing_pose
+from flexura.study.questions.questions import Questions
+from flexura.study.questions.reading import Reader
+from flexura.units import format_quantity, parse_quantity
+
+Array = NDArray[np.float64]
+
+_RELATION = re.compile(r"<=|>=|=<|=>|==|!=|<|>|≤|≥")
+_SENSES = {"<=": 1, ">=": -1, "≤": 1, "≥": -1}
+
+
+@dataclass(frozen=True, repr=False)
+class Formula(Record):
+    """A number that follows from what is asked of a design: `text` as written, `questions` that it is made of, and
+    physical dimension."""
+
+    _shown = ("text",)
+
+    text: str
+    questions: Questions
+    expression: Expression
+    dimension: Dimension
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return unit_of(self.dimension)
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What is asked in it."""
+        return self.questions.quantities
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it asks nothing."""
+        return not self.quantities
+
+    def evaluate(self, values: Mapping[str, Any]) -> Any:
+        """The number from the values of what is asked by text, e.g. `f1`, SI: floats, arrays, or numbers with slopes.
+
+        Nothing is proven of it, and it is NaN where one of them is.
+        """
+        own = {_placeholder(k): values[asked.text] for k, asked in enumerate(self.quantities)}
+        with np.errstate(all="ignore"):
+            return self._compiled(own)
+
+    @cached_property
+    def _compiled(self) -> Callable[[Mapping[str, Any]], Any]:
+        return self.expression.compiled()
+
+    def values(self, parameters: Mapping[str, ArrayLike]) -> Array:
+        """The number (designs,) of designs, SI, as `Questions.values`; NaN where it cannot be worked out."""
+        found = self.questions.values(parameters)
+        own = {asked.text: found.value[:, k] for k, asked in enumerate(self.quantities)}
+        return np.broadcast_to(np.asarray(self.evaluate(own), dtype=float), found.value.shape[:1]).copy()
+
+
+@dataclass(frozen=True, repr=False)
+class Relation(Record):
+    """That one formula is at most, or at least, another; `margin` is positive or zero where it is met.
+
+    Margins are the difference of the sides over `scale`: the size of the side that asks nothing, or else that of the
+    right side at the default parameters; 1 where that is zero.
+    """
+
+    _shown = ("text",)
+
+    text: str
+    left: Formula
+    right: Formula
+    sense: int = field(repr=False)
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What is asked in it, each once."""
+        return tuple(dict.fromkeys((*self.left.quantities, *self.right.quantities)))
+
+    @cached_property
+    def questions(self) -> Questions:
+        """The questions that it is made of."""
+        return Questions(self.left.questions.plan, self.quantities)
+
+    @cached_property
+    def scale(self) -> float:
+        """What margins are relative to, SI."""
+        side = self.left if self.left.is_constant else self.right
+        size = abs(float(side.values({})[0]))
+        return size if np.isfinite(size) and size > 0 else 1.0
+
+    def evaluate(self, values: Mapping[str, Any]) -> Any:
+        """The margin from the values of what is asked, as `Formula.evaluate`."""
+        return self.sense * (self.right.evaluate(values) - self.left.evaluate(values)) / self.scale
+
+    def margin(self, parameters: Mapping[str, ArrayLike]) -> Array:
+        """The margin (designs,) of designs, NaN where it cannot be worked out."""
+        found = self.questions.values(parameters)
+        own = {asked.text: found.value[:, k] for k, asked in enumerate(self.quantities)}
+        return np.broadcast_to(np.asarray(self.evaluate(own), dtype=float), found.value.shape[:1]).copy()
+
+
+@verb
+def formula(plan: Mechanism | Plan, text: str) -> Formula:
+    """A formula over what may be asked of a mechanism, with units, e.g. `f2 - f1` or `stress(left) / 400 MPa`.
+
+    Raises OptionError for text that cannot be read, names that the mechanism lacks and dimensions that clash.
+    """
+    head, places = trailing_pose(text)
+    return _formula(plan_of(plan), head, text.strip(), places)
+
+
+@verb
+def relation(plan: Mechanism | Plan, text: str) -> Relation:
+    """That a formula is at most or at least another, e.g. `stress(left) <= 400 MPa at platform.x = 2 mm`.
+
+    Raises OptionError as `formula`, for no or several signs, and for sides of different dimensions.
+    """
+    head, places = trailing_pose(text)
+    signs = _RELATION.findall(re.sub(r"(?<![<>=!])=(?![<>=])", " ", head))
+    if len(signs) != 1 or signs[0] not in _SENSES:
+        said = "two relations" if len(signs) > 1 else "FORMULA <= FORMULA or FORMULA >= FORMULA"
+        raise OptionError(f"{text.strip()!r} is no relation: write {said}, e.g. stress(left) <= 400 MPa")
+    plan = plan_of(plan)
+    parts = head.split(signs[0])
+    left, right = (_formula(plan, part, part.strip(), places) for part in parts)
+    one, other = (side.expression.dimension(_dimensions(side.quantities)) for side in (left, right))
+    if one is not None and other is not None and one != other:
+        raise OptionError(
+            f"{text.strip()!r}: both sides of a relation have one dimension;"
+            f" {left.text} is {_in(left.dimension)} and {right.text} {_in(right.dimension)}"
+        )
+    if left.is_constant and right.is_constant:
+        raise OptionError(f"{text.strip()!r} asks nothing: both sides are numbers")
+    return Relation(text.strip(), left, right, _SENSES[signs[0]])
+
+
+def _formula(plan: Plan, text: str, shown: str, places: Sequence[Place]) -> Formula:
+    """The formula of a text without the pose that it ends with."""
+    reader, found, written, last = Reader(plan), list[Quantity](), "", 0
+    for span in names_in(text):
+        quantity = reader.quantity(span.asked, places)
+        if quantity not in found:
+            found.append(quantity)
+        written += f"{text[last : span.start]} {_placeholder(found.index(quantity))} "
+        last = span.stop
+    try:
+        expression = Expression.parse(written + text[last:], _unit)
+        dimension = expression.dimension(_dimensions(found))
+    except ExpressionError as error:
+        raise OptionError(f"{shown!r}: {_explained(written + text[last:], found, error)}") from None
+    return Formula(shown, Questions(plan, tuple(found)), expression, NUMBER if dimension is None else dimension)
+
+
+def _placeholder(number: int) -> str:
+    return f"_{number}"
+
+
+def _dimensions(quantities: Sequence[Quantity]) -> dict[str, Dimension | None]:
+    return {_placeholder(k): own.dimension for k, own in enumerate(quantities)}
+
+
+def _unit(number: str, text: str) -> tuple[float, Dimension]:
+    value, exponents = parse_quantity(f"{number} [{text}]")
+    return value, Dimension(*exponents)
+
+
+def _explained(text: str, quantities: Sequence[Quantity], error: ExpressionError) -> str:
+    """What is wrong with a formula: of clashing dimensions, those of which terms."""
+    try:
+        clash = _clash(Expression.parse(text, _unit).tree, quantities)
+    except ExpressionError:
+        clash = ""
+    return clash or str(error)
+
+
+def _clash(tree: Tree, quantities: Sequence[Quantity]) -> str:
+    """The first sum, or comparison, of terms of different dimensions, in words; nothing where there is none."""
+    pairs: tuple[Tree, ...] = ()
+    match tree:
+        case Negative(operand):
+            return _clash(operand, quantities)
+        case Binary(op, left, right):
+            pairs = (left, right)
+            joins = op in "+-"
+        case Call(function, arguments):
+            pairs, joins = arguments, function in ("min", "max", "atan2")
+        case _:
+            return ""
+    for part in pairs:
+        if found := _clash(part, quantities):
+            return found
+    if not joins:
+        return ""
+    known = _dimensions(quantities)
+    sizes = [Expression(part).dimension(known) for part in pairs]
+    if None in sizes or sizes[0] == sizes[1]:
+        return ""
+    said = " and ".join(
+        f"{_shown(part, quantities)} {_in(size)}" for part, size in zip(pairs, sizes, strict=True) if size
+    )
+    return f"terms of a sum, and what is compared, have one dimension; these are {said}"
+
+
+def _in(dimension: Dimension) -> str:
+    return "without unit" if dimension == NUMBER else f"in {unit_of(dimension)}"
+
+
+def _shown(tree: Tree, quantities: Sequence[Quantity]) -> str:
+    """Text of a part of a formula."""
+    names = {_placeholder(k): own.text for k, own in enumerate(quantities)}
+    written = text_of(tree, _literal)
+    return re.sub(r"\b_\d+\b", lambda match: names.get(match[0], match[0]), written)
+
+
+def _literal(number: Number) -> str:
+    return format_quantity(number.value, number.dimension or NUMBER)
