@@ -15,9 +15,12 @@ from flexura.beam.dynamic import transfer_turned as transfer_turned
 from flexura.beam.dynamic import turned as turned
 from flexura.beam.dynamic_series import SMALL as SMALL
 from flexura.beam.dynamic_series import BeamSeries as BeamSeries
+from flexura.beam.element import END_FLEXIBILITY_BASIS as END_FLEXIBILITY_BASIS
 from flexura.beam.element import MASS_BASIS as MASS_BASIS
+from flexura.beam.element import MASS_ENTRIES as MASS_ENTRIES
 from flexura.beam.element import STIFFNESS_BASIS as STIFFNESS_BASIS
 from flexura.beam.element import flexibility as flexibility
+from flexura.beam.element import flexibility_coefficients as flexibility_coefficients
 from flexura.beam.element import interpolation as interpolation
 from flexura.beam.element import mass as mass
 from flexura.beam.element import mass_coefficients as mass_coefficients

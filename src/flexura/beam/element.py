@@ -95,6 +95,27 @@ FLEXIBILITY_BASIS = basis_of(
     ],
 )
 
+_PAIR = (symmetric({(0, 0): 1}), symmetric({(0, 1): 1}), symmetric({(1, 1): 1}))
+END_FLEXIBILITY_BASIS = basis_of(
+    6,
+    [
+        (_AXIAL, {(0, 0): 1}),
+        (_TORSION, {(0, 0): 1}),
+        *((_END_XY, pattern) for pattern in _PAIR),
+        *((_END_XZ, pattern) for pattern in _PAIR),
+    ],
+)
+_FOUR = [symmetric({(i, j): 1}) for i in range(4) for j in range(i, 4)]
+MASS_ENTRIES = basis_of(
+    12,
+    [
+        *((_AXIAL, pattern) for pattern in _PAIR),
+        *((_TORSION, pattern) for pattern in _PAIR),
+        *((_BENDING_XY, pattern) for pattern in _FOUR),
+        *((_BENDING_XZ, pattern) for pattern in _FOUR),
+    ],
+)
+
 
 def phi(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> tuple[Real, Real]:
     """Return the shear parameters of the two bending planes (theory eq. 14).
@@ -130,6 +151,25 @@ def partial_flexibility(x: Real, E: Real, G: Real, section: SectionProperties, l
         *(deflection * by + slide / kz, half * by, force * by, x * by),
     )
     return combine(coefficients, FLEXIBILITY_BASIS, 6)
+
+
+def flexibility_coefficients(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+    """Return the eight numbers of which the flexibility is the linear combination with END_FLEXIBILITY_BASIS.
+
+    L/EA, L/GJ, then per bending plane (xy, xz) L^3/3EI + shear L/kGA, L^2/2EI, L/EI (theory eq. 12).
+
+    Arguments as in the module docstring. Returns (..., 8): m/N, 1/(N m), then per plane m/N, 1/N, 1/(N m).
+    """
+    A, Iy, Iz, J, ky, kz = section
+    half, third = length * length / 2, length * length * length / 3
+    slide = shear * length / (G * A)
+    by, bz = 1 / (E * Iy), 1 / (E * Iz)
+    return columns(
+        length / (E * A),
+        length / (G * J),
+        *(third * bz + slide / ky, half * bz, length * bz),
+        *(third * by + slide / kz, half * by, length * by),
+    )
 
 
 def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:

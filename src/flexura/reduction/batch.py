@@ -317,7 +317,7 @@ def _chains(plan: Plan, counts: dict[Kind, int] | None) -> ChainAssembler:
     def made() -> ChainAssembler:
         assembler = ChainAssembler(plan, low_order(plan).reducers)
         if counts:
-            assembler.keep(counts, Design.of(plan))
+            assembler.keep(counts, Design.of(plan).stacked())
         return assembler
 
     return plan.prepared.once(("chains", kept if any(kept) else ()), made)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Latest
-from flexura.reduction.chain import kinematics
+from flexura.reduction.chain import ChainKinematics, kinematics
 from flexura.reduction.chain_moments import EPS, ChainMoments, PoleFrame, interior_modes, moments
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
@@ -56,6 +56,8 @@ class ChainAssembler:
     def __init__(self, plan: Plan, reducers: dict[str, PartReducer]) -> None:
         self.plan, self.reducers = plan, reducers
         topology = plan.topology
+        sizes = np.cumsum([0, *(len(part.connectivity) for part in plan.parts.values())]).tolist()
+        self._first = dict(zip(plan.parts, sizes, strict=False))
         kept = np.zeros(topology.n_nodes, dtype=bool)
         for name, reducer in reducers.items():
             kept[topology.root[self._numbers(name, reducer.remaining)]] = True
@@ -108,10 +110,15 @@ class ChainAssembler:
         """Keep so many fixed-interface modes of each kind of chain, those of one design."""
         for kind, count in counts.items():
             name, g = kind
-            group = self.reducers[name].chains[g]
-            frame = PoleFrame(group, kinematics(self.reducers[name].part, group, design.geometry))
-            self.forces[kind] = interior_modes(frame, design.matrices[name].elements, count)
+            frame, _ = self._frame(name, g, design)
+            self.forces[kind] = interior_modes(frame, design.elements, count)
         self._number()
+
+    def _frame(self, name: str, g: int, design: Design) -> tuple[PoleFrame, ChainKinematics]:
+        """The chains of a kind in the geometry of a design."""
+        group = self.reducers[name].chains[g]
+        kin = kinematics(self.reducers[name].part, group, design.geometry)
+        return PoleFrame(group.elements + self._first[name], group.reverse, kin.X, kin.Xj_inverse), kin
 
     def _maps(self, design: Design) -> Maps:
         """What depends on geometry alone: for every kind of chain its pole frame and the map L (..., copies, c, 12, 12)
@@ -122,11 +129,11 @@ class ChainAssembler:
             chains, discrete_elements = {}, []
             for name, g in self._groups:
                 group = self.reducers[name].chains[g]
-                kin = kinematics(self.reducers[name].part, group, design.geometry)
+                frame, kin = self._frame(name, g, design)
                 G = design.node_transforms(name, group.nodes[:, [0, -1]].ravel())
                 T = block_diagonal(G.reshape(*G.shape[:-3], len(group.nodes), 2, 6, 6))
                 B = kin.B[..., None, :, :, :]
-                chains[name, g] = (PoleFrame(group, kin), B @ T, abs(B) @ abs(T))
+                chains[name, g] = (frame, B @ T, abs(B) @ abs(T))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.discrete_nodes():
                     discrete_elements.append(block_diagonal(design.node_transforms(name, np.array(nodes))))
@@ -145,7 +152,7 @@ class ChainAssembler:
         spread: list[Array] = []
         slowness, loss, slow = np.zeros(designs), np.zeros(designs), {}
         for kind, (frame, L, size) in chains.items():
-            own = moments(frame, matrices[kind[0]].elements, self.forces[kind])
+            own = moments(frame, design.elements, self.forces[kind])
             for out, A in zip((K, M, R), _placed(own, L), strict=True):
                 out.append(A)
             spread.append(_spread(own, size))

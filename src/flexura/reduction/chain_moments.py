@@ -13,15 +13,18 @@ flexibilities and of wrenches at one pole: no interior matrix is assembled, fact
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from flexura.beam import END_FLEXIBILITY_BASIS
 from flexura.linalg import Eigenpairs, inverse_roots, lowest
-from flexura.reduction.chain import ChainGroup, ChainKinematics, taken
-from flexura.structure import Elements, ElementSlice
+from flexura.structure import Elements
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 EPS = float(np.finfo(float).eps)
 
@@ -49,33 +52,104 @@ class ChainMoments:
 
 
 class PoleFrame:
-    """Maps Xd (..., c, e, 12, 12) from the twists of an element's first and second end, in walking order, to the
-    displacements of its ends i and j in its own axes."""
+    """Chains (c, e) of elements, numbered in one table of all elements, in twists at one pole for each.
 
-    def __init__(self, group: ChainGroup, kin: ChainKinematics) -> None:
-        self.kin, self.group = kin, group
-        X = kin.X
+    `X` (..., c, e, 12, 6) takes a twist to the displacements of an element's ends i and j in its own axes, `Xj_inverse`
+    is the inverse of its lower half, and `reverse` (c, e) says which elements are walked from j to i. Where no geometry
+    varies, flexibilities and masses are products of the elements' coefficients with bases that are worked out once.
+    """
+
+    def __init__(self, elements: Index, reverse: NDArray[np.bool_], X: Array, Xj_inverse: Array) -> None:
+        self.elements, self.Xj_inverse = elements, Xj_inverse
+        flat = elements.ravel()
+        consecutive = np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat)))
+        self._own: slice | Index = slice(int(flat[0]), int(flat[0]) + len(flat)) if consecutive else flat
         self.Xd = np.zeros((*X.shape[:-2], 12, 12))
         i, j = slice(0, 6), slice(6, 12)
-        for walked, first, second in ((~group.reverse, i, j), (group.reverse, j, i)):
+        for walked, first, second in ((~reverse, i, j), (reverse, j, i)):
             self.Xd[..., walked, first, :6] = X[..., walked, first, :]
             self.Xd[..., walked, second, 6:] = X[..., walked, second, :]
         self.Xt = np.ascontiguousarray(np.swapaxes(self.Xd, -1, -2))
+        e = elements.shape[1]
+        self.before = np.tri(e)
+        """Sums (e, e) over an element and those before it."""
+        self.beyond = np.triu(np.ones((e, e - 1)))
+        """Sums (e, e - 1) over the interior nodes beyond an element."""
+        self._mass_bases: tuple[int, Array] | None = None
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether the geometry is the same in all designs."""
+        return self.Xd.ndim == 4  # noqa: PLR2004
+
+    def taken(self, table: Array) -> Array:
+        """Rows (..., c, e, k) of a table (..., elements, k)."""
+        return table[..., self._own, :].reshape(*table.shape[:-2], *self.elements.shape, table.shape[-1])
+
+    @cached_property
+    def _flexibility_basis(self) -> Array:
+        """(c, e, 8, 36)."""
+        inverse = self.Xj_inverse[..., None, :, :]
+        found = inverse @ END_FLEXIBILITY_BASIS.reshape(-1, 6, 6) @ _t(inverse)
+        return found.reshape(*self.elements.shape, -1, 36)
+
+    def flexibilities(self, table: Elements) -> Array:
+        """Flexibility (..., c, e, 6, 6) of every element at the pole."""
+        coefficients = self.taken(table.flexibility_coefficients)
+        if self.is_fixed:
+            found = _contracted(coefficients, self._flexibility_basis)
+            return found.reshape(*found.shape[:-1], 6, 6)
+        C = (coefficients @ END_FLEXIBILITY_BASIS).reshape(*coefficients.shape[:-1], 6, 6)
+        return np.asarray(self.Xj_inverse @ C @ _t(self.Xj_inverse))
+
+    def masses(self, table: Elements) -> Array:
+        """Mass (..., c, e + 1, 6, 18) at the pole of every node of the chains, with the node before, itself and the
+        one after."""
+        coefficients = self.taken(table.mass_coefficients)
+        *lead, c, e, k = coefficients.shape
+        if not self.is_fixed:
+            M = (coefficients @ table.mass_basis).reshape(*lead, c, e, 12, 12)
+            m = self.Xt @ M @ self.Xd
+            band = np.zeros((*lead, c, e + 1, 6, 18))
+            band[..., 1:, :, :12] = m[..., 6:, :]
+            band[..., :-1, :, 6:] += m[..., :6, :]
+            return band
+        if self._mass_bases is None or self._mass_bases[0] != k:
+            self._mass_bases = k, self._mass_basis(table.mass_basis)
+        padded = np.zeros((*lead, c, (e + 2) * k))
+        padded[..., k:-k] = coefficients.reshape(*lead, c, e * k)
+        pairs = as_strided(padded, (*lead, c, e + 1, 2 * k), (*padded.strides[:-1], 8 * k, 8), writeable=False)
+        found = _contracted(pairs, self._mass_bases[1])
+        return found.reshape(*lead, c, e + 1, 6, 18)
+
+    def _mass_basis(self, basis: Array) -> Array:
+        """(c, e + 1, 2 k, 108) from that of an element in its own axes (k, 144)."""
+        m = self.Xt[..., None, :, :] @ basis.reshape(-1, 12, 12) @ self.Xd[..., None, :, :]
+        c, e, k, _, _ = m.shape
+        found = np.zeros((c, e + 1, 2, k, 6, 18))
+        found[:, 1:, 0, :, :, :12] = m[..., 6:, :]
+        found[:, :-1, 1, :, :, 6:] = m[..., :6, :]
+        return found.reshape(c, e + 1, 2 * k, 108)
 
     def internal(self, forces: Array) -> Array:
         """Wrenches (..., c, e, 6, k) in the elements of the chain, clamped at its first end and free at the other,
         under forces (c, e, 12, k) on the ends i, j of its elements in their axes, at its interior nodes."""
-        return _beyond(self.Xt @ forces)
+        wrenches = self.Xt @ forces
+        return _summed(self.beyond, wrenches[..., :-1, 6:, :] + wrenches[..., 1:, :6, :])
 
 
-def _beyond(wrenches: Array) -> Array:
-    """Running sums (..., e, 6, k) from the far end of wrenches (..., e, 12, k) at both ends of the elements; those on
-    the chain's own ends, which are held, are left out."""
-    out = np.zeros((*wrenches.shape[:-2], 6, wrenches.shape[-1]))
-    if wrenches.shape[-3] > 1:
-        at_nodes = wrenches[..., :-1, 6:, :] + wrenches[..., 1:, :6, :]
-        out[..., :-1, :, :] = np.cumsum(at_nodes[..., ::-1, :, :], axis=-3)[..., ::-1, :, :]
-    return out
+def _contracted(coefficients: Array, basis: Array) -> Array:
+    """Coefficients (designs, ..., k) times the basis (..., k, n) of each: (designs, ..., n), by products of matrices
+    over the designs."""
+    found = np.empty((*coefficients.shape[:-1], basis.shape[-1]))
+    np.matmul(np.moveaxis(coefficients, 0, -2), basis, out=np.moveaxis(found, 0, -2))
+    return found
+
+
+def _summed(sums: Array, A: Array) -> Array:
+    """Sums (n, m) over the axis m of A (..., m, r, k): (..., n, r, k)."""
+    m, r, k = A.shape[-3:]
+    return np.asarray((sums @ A.reshape(*A.shape[:-3], m, r * k)).reshape(*A.shape[:-3], len(sums), r, k))
 
 
 def _flat(A: Array) -> Array:
@@ -87,52 +161,68 @@ def _t(A: Array) -> Array:
     return np.swapaxes(A, -1, -2)
 
 
-def flexibilities(frame: PoleFrame, elements: Elements | ElementSlice) -> tuple[Array, Array]:
-    """Flexibility F (..., c, e, 6, 6) of every element at the pole, and its running sums (..., c, e, 6, 6)."""
-    inverse = frame.kin.Xj_inverse
-    F = inverse @ taken(elements.C, frame.group.elements, frame.kin.run) @ _t(inverse)
-    return F, np.cumsum(F, axis=-3)
+def _inverted(total: Array) -> Array:
+    k = np.asarray(np.linalg.inv(total), dtype=np.float64)
+    return (k + _t(k)) / 2
 
 
-def moments(frame: PoleFrame, elements: Elements | ElementSlice, forces: Array) -> ChainMoments:
-    """Moments of the chains of a group (theory eqs. N3-N5).
+def stiffness_and_mass(frame: PoleFrame, table: Elements) -> tuple[Array, Array]:
+    """k (..., c, 6, 6) against the relative twist of the ends, and the mass M (..., c, 12, 12) by constraint modes."""
+    F = frame.flexibilities(table)
+    running = _summed(frame.before, F)
+    k = _inverted(running[..., -1, :, :])
+    V = _motions(running, k, 0)
+    return k, _t(_flat(V[..., 1:-1, :, :])) @ _flat(_loads(frame.masses(table), V))
+
+
+def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
+    """Moments of the chains of a group, designs along the leading axis (theory eqs. N3-N5).
 
     The kept motions are the static response of the interior to `forces` (c, e, 12, k), N and N m, at the ends of the
     elements in their axes. Raises LinAlgError when a flexibility is singular.
     """
-    F, running = flexibilities(frame, elements)
-    total = running[..., -1, :, :]
-    k = np.asarray(np.linalg.inv(total), dtype=np.float64)
-    k = (k + _t(k)) / 2
-    m = frame.Xt @ taken(elements.M, frame.group.elements, frame.kin.run) @ frame.Xd
-    P = np.zeros((*running.shape[:-3], running.shape[-3] + 1, 6, 6))
-    np.matmul(running[..., :-1, :, :], k[..., None, :, :], out=P[..., 1:-1, :, :])
-    P[..., -1, :, :] = np.eye(6)
-    kept = forces.shape[-1]
-    E = np.empty((*m.shape[:-1], 12 + kept))
-    E[..., :6, :6] = E[..., 6:, :6] = np.eye(6)
-    E[..., :6, 6:12], E[..., 6:, 6:12] = P[..., :-1, :, :], P[..., 1:, :, :]
-    Ft = _t(_flat(F))
+    F = frame.flexibilities(table)
+    running = _summed(frame.before, F)
+    total, Ft, kept = running[..., -1, :, :], _t(_flat(F)), forces.shape[-1]
+    k = _inverted(total)
+    V = _motions(running, k, kept)
     bent, k_modes = np.zeros((*F.shape[:-1], 0)), np.zeros((*k.shape[:-2], 0, 0))
     if kept:
         bent = _closed(frame.internal(forces), Ft, k)
         stretched = F @ bent
         k_modes = _t(_flat(bent)) @ _flat(stretched)
-        moved = np.cumsum(stretched, axis=-3)
-        moved[..., -1, :, :] = 0.0
-        E[..., 6:, 12:], E[..., 0, :6, 12:] = moved, 0.0
-        E[..., 1:, :6, 12:] = moved[..., :-1, :, :]
-    loads = m @ E
-    M = _t(_flat(E)) @ _flat(loads)
-    slowness = _trace(m, F, running, P)
-    W = _closed(_beyond(loads), Ft, k)
+        V[..., 2:-2, :, 12:] = _summed(frame.before, stretched)[..., :-1, :, :]
+    band = frame.masses(table)
+    loads = _loads(band, V)
+    M = _t(_flat(V[..., 1:-1, :, :])) @ _flat(loads)
+    loss = _loss(total, k, F.shape[-3])
+    slowness = _trace(band, running, M, loss)
+    W = _closed(_summed(frame.beyond, loads[..., 1:-1, :, :]), Ft, k)
     if kept:
         c = np.linalg.solve(k_modes, _t(_flat(F @ bent)) @ _flat(W))
         W = W - bent @ c[..., None, :, :]
         slowness = slowness - np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
         slowness = slowness + 64 * kept * EPS * np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
     R = _t(_flat(W)) @ _flat(F @ W)
-    return ChainMoments(k, k_modes, M, R, slowness, _loss(total, k, F.shape[-3]))
+    return ChainMoments(k, k_modes, M, R, slowness, loss)
+
+
+def _motions(running: Array, k: Array, kept: int) -> Array:
+    """Twists (..., e + 3, 6, 12 + kept) of the nodes of a chain, with one more before and after, for unit twists of the
+    first end and relative twists of the ends; room for kept motions."""
+    *lead, e, _, _ = running.shape
+    V = np.zeros((*lead, e + 3, 6, 12 + kept))
+    V[..., 1:-1, :, :6] = V[..., -2, :, 6:12] = np.eye(6)
+    inner = running[..., :-1, :, :].reshape(*lead, 6 * (e - 1), 6) @ k
+    V[..., 2:-2, :, 6:12] = inner.reshape(*lead, e - 1, 6, 6)
+    return V
+
+
+def _loads(band: Array, V: Array) -> Array:
+    """Mass times motions, (..., e + 1, 6, n), from the `masses` of a chain and motions (..., e + 3, 6, n)."""
+    n = V.shape[-1]
+    shape = (*V.shape[:-3], V.shape[-3] - 2, 18, n)
+    return np.asarray(band @ as_strided(V, shape, V.strides, writeable=False))
 
 
 def _closed(W: Array, Ft: Array, k: Array) -> Array:
@@ -142,15 +232,15 @@ def _closed(W: Array, Ft: Array, k: Array) -> Array:
     return W - (k @ (Ft @ _flat(W)))[..., None, :, :]
 
 
-def _trace(m: Array, F: Array, running: Array, P: Array) -> Array:
-    """Sum of 1/omega^2 over all motions of the interior, ends held: tr(G M) element by element (theory eq. N5)."""
-    if F.shape[-3] == 1:
-        return np.zeros(F.shape[:-3])
-    G = running[..., :-1, :, :] - P[..., 1:-1, :, :] @ running[..., :-1, :, :]
-    cross = G[..., :-1, :, :] - P[..., 1:-2, :, :] @ F[..., 1:-1, :, :]
-    at_nodes = m[..., :-1, 6:, 6:] + m[..., 1:, :6, :6]
-    own = np.einsum("...eij,...eij->...", at_nodes, G)
-    return own + 2 * np.einsum("...eij,...eij->...", m[..., 1:-1, :6, 6:], cross)
+def _trace(band: Array, running: Array, M: Array, loss: Array) -> Array:
+    """Sum of 1/omega^2 over all motions of the interior, ends held, from above: that of the chain held at its first end
+    less what its other end takes back (theory eq. N5)."""
+    own, after = band[..., 1:, :, 6:12], band[..., 1:, :, 12:]
+    free = np.einsum("...eij,...eij->...", running, own) + 2 * np.einsum("...eij,...eij->...", running, after)
+    total, held = running[..., -1, :, :], M[..., 6:12, 6:12]
+    size = np.einsum("...eii,...eii->...", running, own) + np.einsum("...ii,...ii->...", total, held)
+    taken_back = np.einsum("...ij,...ij->...", total, held)
+    return np.asarray(free - taken_back + 6 * (3 * (running.shape[-3] + 64) * EPS + loss) * size)
 
 
 def _loss(total: Array, k: Array, count: int) -> Array:
@@ -163,11 +253,11 @@ def _loss(total: Array, k: Array, count: int) -> Array:
     return 6 * ELEMENT_TERMS * (count + 16) * EPS / 2 * spread + inverse
 
 
-def interior_modes(frame: PoleFrame, elements: Elements | ElementSlice, count: int) -> Array:
-    """Forces (c, e, 12, count) of inertia of the lowest fixed-interface modes of each chain, one design, scaled to unit
+def interior_modes(frame: PoleFrame, table: Elements, count: int) -> Array:
+    """Forces (c, e, 12, count) of inertia of the lowest fixed-interface modes of each chain, a stack of one design, scaled to unit
     strain energy, at the ends of the elements in their axes: what `moments` asks for."""
-    F, _ = flexibilities(frame, elements)
-    M = taken(elements.M, frame.group.elements, frame.kin.run)
+    F = frame.flexibilities(table)[0]
+    M = (frame.taken(table.mass_coefficients) @ table.mass_basis)[0].reshape(*F.shape[:2], 12, 12)
     mass = frame.Xt @ M @ frame.Xd
     length = F.shape[1]
     found = []

@@ -92,7 +92,7 @@ class Design(Record):
     @cached_property
     def matrices(self) -> dict[str, PartMatrices]:
         """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
-        elements, discrete_elements = self._elements(), self.discrete_elements()
+        elements, discrete_elements = self.elements, self.discrete_elements()
         found, start = {}, 0
         for name, part in self.plan.parts.items():
             stop = start + len(part.connectivity)
@@ -114,10 +114,11 @@ class Design(Record):
 
     def element_coefficients(self) -> tuple[Array, Array]:
         """Coefficients (elements * 10,) and (elements * 14,) of all prototypes' elements in the bases of K and M."""
-        K, M = self._elements().coefficients()
+        K, M = self.elements.coefficients()
         return K.ravel(), M.ravel()
 
-    def _elements(self) -> Elements:
+    @cached_property
+    def elements(self) -> Elements:
         """The elements of all prototypes in one table."""
         lengths = np.concatenate([g.length for g in self.geometry.parts.values()], axis=-1)
         return self.plan.members.elements(self.values, lengths)

@@ -136,7 +136,27 @@ class Elements:
         if self._stations:
             raise OptionError("elements with integration: tapered have no coefficients; use stepped ones")
         K = element.stiffness_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
-        return K, element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
+        return K, self.mass_coefficients
+
+    @cached_property
+    def flexibility_coefficients(self) -> Array:
+        """Coefficients (..., e, 8) of C in `END_FLEXIBILITY_BASIS`."""
+        found = element.flexibility_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
+        for at, C, _ in self._tapered:
+            found[..., at, :] = _picked(C, element.END_FLEXIBILITY_BASIS)
+        return found
+
+    @property
+    def mass_basis(self) -> Array:
+        """The basis (k, 144) of the mass: `MASS_BASIS`, or with tapered elements `MASS_ENTRIES`."""
+        return element.MASS_ENTRIES if self._stations else element.MASS_BASIS
+
+    @cached_property
+    def mass_coefficients(self) -> Array:
+        """Coefficients (..., e, k) of M in `mass_basis`."""
+        if self._stations:
+            return _picked(self.M, element.MASS_ENTRIES)
+        return element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
 
     @cached_property
     def uniform(self) -> UniformBeam:
@@ -265,3 +285,10 @@ def _uniform(
     turn_y, turn_z = rho * rotary * section.Iy, rho * rotary * section.Iz
     fields = (E * A, G * J, E * Iy, E * Iz, slide / ky, slide / kz, mass, polar, turn_y, turn_z)
     return UniformBeam(*np.broadcast_arrays(*fields, length))
+
+
+def _picked(matrices: Array, basis: Array) -> Array:
+    """Coefficients (..., k) of matrices (..., m, m) in a basis (k, m m) each of whose entries stands in one term only."""
+    at = np.argmax(basis != 0, axis=1)
+    flat = matrices.reshape(*matrices.shape[:-2], basis.shape[1])
+    return np.asarray(flat[..., at] * basis[np.arange(len(at)), at])
