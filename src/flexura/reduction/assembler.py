@@ -78,7 +78,8 @@ class LowOrderAssembler:
         Raises ImpossibleDesignError.
         """
         lead, matrices = design.values.shape[:-1], design.matrices
-        refuse_impossible(matrices, math.prod(lead))
+        discrete = [element for own in matrices.values() for element in own.discrete_elements]
+        refuse_impossible(design.elements, discrete, math.prod(lead))
         transforms = self.transforms(design)
         K, M = [], []
         for name, reducer in self.reducers.items():

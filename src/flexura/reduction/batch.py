@@ -17,7 +17,8 @@ from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
 from flexura.reduction.assembler import low_order
 from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
-from flexura.reduction.chain_assembler import ChainAssembler, ChainOrder, Kind
+from flexura.reduction.arrow import Arrow
+from flexura.reduction.chain_assembler import ChainAssembler, Kind
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
 from flexura.reduction.stacks import STACK, ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
@@ -242,7 +243,7 @@ class _Batch:
         chains = _chains(plan, None)
         self.is_stacked = False
         self.counts = dict.fromkeys(chains.forces, 0)
-        self._recent: tuple[ChainAssembler, int, ChainOrder] | None = None
+        self._recent: tuple[ChainAssembler, int, Arrow] | None = None
         self._use(self.counts)
         if chains.order <= LARGEST_ORDER:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
@@ -271,7 +272,7 @@ class _Batch:
             if number is not None:
                 self._recent = self.chains, number, own
             if self.chains.order >= self.count and np.isfinite(self.chains.start(self.count).values).all():
-                bounds = chain_bounds(own, self.count, self.chains.start(self.count), HEADROOM * self.tolerance)
+                bounds = chain_bounds(own.dense, self.count, self.chains.start(self.count), HEADROOM * self.tolerance)
                 if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
                     return
                 top = float(bounds.upper[0, -1])
@@ -290,7 +291,7 @@ class _Batch:
             found[name or "mechanism"] += forces.shape[0] * forces.shape[-1]
         return found
 
-    def _order(self, design: Design, first: int) -> ChainOrder:
+    def _order(self, design: Design, first: int) -> Arrow:
         try:
             return self.chains(design)
         except ImpossibleDesignError as error:
@@ -304,7 +305,7 @@ class _Batch:
                 order = recent[2]
             else:
                 order = self._order(self._designs(values, own), own.start)
-            return _hertz(chain_bounds(order, self.count, self.chains.start(self.count), self.tolerance))
+            return _hertz(chain_bounds(order.dense, self.count, self.chains.start(self.count), self.tolerance))
         found = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(own.start, own.stop)]
         f, low, up = (np.array(column) for column in zip(*found, strict=True))
         return f, low, up

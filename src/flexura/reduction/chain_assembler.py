@@ -1,11 +1,12 @@
 """Assembly of a mechanism over the ends of its chains, many designs at once, with a bound on what is left out.
 
-The coordinates are the displacements of every node that no chain passes through, held ones left out, then the kept
-motions of the chains' interiors.
+The coordinates are the displacements of every node that no chain passes through, held ones left out, and the kept
+motions of the chains' interiors: those inside branches in the axes of these, and those of the core.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,248 +14,350 @@ from numpy.typing import NDArray
 
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Latest
-from flexura.reduction.chain import ChainKinematics, kinematics
-from flexura.reduction.chain_moments import EPS, ChainMoments, PoleFrame, interior_modes, moments
+from flexura.reduction.arrow import ROUNDING, Arrow, Block, Order
+from flexura.reduction.branches import Copy, find_branches, interface_maps, part_transforms
+from flexura.reduction.chain import kinematics
+from flexura.reduction.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
-from flexura.structure import Design, DiscreteElement, Plan, Scatter, block_diagonal
+from flexura.structure import Design, DiscreteElement, Plan, block_diagonal
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-ROUNDING = 64 * EPS
-"""Relative error of an entry of L' A L, as a part of |L|' |A| |L|: two products of some twenty terms and their sums
-(theory eq. N10)."""
-
 Kind = tuple[str, int]
-Maps = tuple[dict[Kind, tuple[PoleFrame, Array, Array]], list[Array]]
 """A group of chains of equal length: its prototype, and its position among that prototype's groups."""
 
 
 @dataclass(frozen=True)
-class ChainOrder:
-    """Designs over the ends of their chains: K, M, R (designs, n, n) of the dynamic stiffness
-    K - lambda M - lambda^2 R + ... (theory eq. N2), SI.
+class _Placed:
+    """Where copies of a part stand: the `copies` (k,) themselves, the instance in whose axes each is placed, the
+    coordinates (k, nodes, 6) of the nodes used, -1 where held, and which of these meet the core."""
 
-    `slack` (3, designs, n): the errors of K, M and R lie between these diagonals and their negatives. `slowness`
-    (designs,) is at least 1/mu for all motions left out, `loss` (designs,) bounds the relative error in energy of
-    chains. `slow` is the slowness by kind of chain.
-    """
+    copies: list[int]
+    base: list[int]
+    place: Index
+    meets: NDArray[np.bool_]
 
-    K: Array
-    M: Array
-    R: Array
-    slack: Array
-    slowness: Array
-    loss: Array
-    slow: dict[Kind, float]
+    def of(self, rows: Index) -> tuple[Index, NDArray[np.bool_]]:
+        """Coordinates (k, n, 6) and flags (k, n) of some of the nodes."""
+        return self.place[:, rows], self.meets[:, rows]
+
+
+@dataclass(frozen=True)
+class _Maps:
+    """What depends on geometry alone: for each set of chains its frame, the maps L (..., p, n, n) to the chains'
+    coordinates from those where they are placed, and |L| before digits cancel; maps of the discrete elements; T of
+    every block."""
+
+    chains: list[tuple[PoleFrame, Array, Array]]
+    discrete_elements: list[Array]
+    T: list[Array]
 
 
 class ChainAssembler:
-    """Numbers the ends of all chains of a plan and assembles their moments, springs, bodies and superelements."""
+    """Numbers the ends of all chains of a plan and assembles their moments, springs, bodies and superelements.
+
+    Chains of equal length and equally many kept motions are worked out together, whatever their prototypes.
+    """
 
     def __init__(self, plan: Plan, reducers: dict[str, PartReducer]) -> None:
         self.plan, self.reducers = plan, reducers
-        topology = plan.topology
         sizes = np.cumsum([0, *(len(part.connectivity) for part in plan.parts.values())]).tolist()
         self._first = dict(zip(plan.parts, sizes, strict=False))
-        kept = np.zeros(topology.n_nodes, dtype=bool)
-        for name, reducer in reducers.items():
-            kept[topology.root[self._numbers(name, reducer.remaining)]] = True
-        physical = np.flatnonzero((topology.dof >= 0) & kept[:, None])
-        self._dof = np.full(topology.dof.size, -1, dtype=np.intp)
-        self._dof[physical] = np.arange(len(physical))
-        self._dof = self._dof.reshape(topology.dof.shape)
-        self.n_nodal = len(physical)
-        """Coordinates that are displacements of nodes."""
-        self._groups = [(name, g) for name, reducer in reducers.items() for g in range(len(reducer.chains))]
+        self.branches = find_branches(plan, {name: reducer.remaining for name, reducer in reducers.items()})
+        self._row = {name: {int(n): k for k, n in enumerate(own.remaining)} for name, own in reducers.items()}
+        kinds = [(name, g) for name, reducer in reducers.items() for g in range(len(reducer.chains))]
         self.forces: dict[Kind, Array] = {
-            (name, g): np.zeros((*reducers[name].chains[g].elements.shape, 12, 0)) for name, g in self._groups
+            (name, g): np.zeros((*reducers[name].chains[g].elements.shape, 12, 0)) for name, g in kinds
         }
         """Forces to which the kept motions of every kind of chain are the response."""
         self._number()
-        self._starts: dict[int, Eigenpairs] = {}
-        self._latest: Latest[Maps] = Latest()
 
-    def _numbers(self, name: str, nodes: Index) -> Index:
-        return np.array(self.plan.topology.copies[name].offset, dtype=np.intp)[:, None] + np.ravel(nodes)
-
-    def _nodal(self, name: str, nodes: Index) -> Index:
-        """Coordinates (copies, nodes, 6) of nodes of a prototype; -1 where held."""
-        return self._dof[self.plan.topology.root[self._numbers(name, nodes)]]
+    def _rows(self, name: str, nodes: Index | list[int]) -> Index:
+        return np.array([self._row[name][int(n)] for n in np.ravel(nodes)], dtype=np.intp)
 
     def _number(self) -> None:
-        """Number the coordinates for the kept motions that there are."""
-        first, chains, discrete_elements = self.n_nodal, [], []
-        for name, g in self._groups:
-            group, kept = self.reducers[name].chains[g], self.forces[name, g].shape[-1]
-            ends = self._nodal(name, group.nodes[:, [0, -1]])
-            copies, c = len(ends), len(group.nodes)
-            own = first + np.arange(copies * c * kept).reshape(copies * c, kept)
-            chains.append(np.hstack([ends.reshape(copies * c, 12), own]))
-            first += own.size
-        self.order = first
-        for name, reducer in self.reducers.items():
-            for nodes, _, _ in reducer.part.discrete_nodes():
-                dofs = self._nodal(name, np.array(nodes))
-                discrete_elements.append(dofs.reshape(len(dofs), -1))
-        self._places = [*chains, *discrete_elements]
-        has = [k_m for reducer in self.reducers.values() for k_m in reducer.part.discrete_nodes()]
-        self._scatters = (
-            Scatter([*chains, *(p for p, (_, K, _) in zip(discrete_elements, has, strict=True) if K)], first),
-            Scatter([*chains, *(p for p, (_, _, M) in zip(discrete_elements, has, strict=True) if M)], first),
-            Scatter(chains, first),
+        """Number the coordinates for the kept motions that there are: blocks of branches, then the core."""
+        self._latest: Latest[_Maps] = Latest()
+        self._targets: dict[tuple[int, int], Index] = {}
+        self._starts: dict[int, Eigenpairs] = {}
+        topology, found = self.plan.topology, self.branches
+        self._sets: dict[tuple[int, int], list[Kind]] = {}
+        for kind, forces in self.forces.items():
+            self._sets.setdefault((forces.shape[1], forces.shape[-1]), []).append(kind)
+        shapes: dict[tuple[int, int], list[int]] = {}
+        for number, kind in enumerate(found.kinds):
+            shapes.setdefault((kind.inside + self._kept(kind.copies), 6 * kind.nodes.shape[1]), []).append(number)
+        self._blocks = [(inside, inside + ends, kinds) for (inside, ends), kinds in shapes.items()]
+        self.n_core = found.n_core + self._kept(found.core_copies)
+        placed: dict[str, list[tuple[int, int, Index, NDArray[np.bool_]]]] = {name: [] for name in self.reducers}
+        self._modal: dict[tuple[Kind, int], Index] = {}
+        vectors, entries = 0, 0
+        zones: dict[Copy, tuple[int, int, int]] = {}
+        for inside, n, kinds in self._blocks:
+            for number in kinds:
+                kind = found.kinds[number]
+                first = kind.inside
+                for copy, place, meets in zip(kind.copies, kind.place, kind.meets, strict=True):
+                    shifted = np.where(place >= kind.inside, place + inside - kind.inside, place)
+                    placed[copy[0]].append((copy[1], kind.instances[0], shifted, meets))
+                    zones[copy] = (vectors, entries, n)
+                    first = self._number_modes(copy, first)
+                vectors, entries = vectors + n, entries + n * n
+        first = found.n_core
+        for copy in found.core_copies:
+            name, k = copy
+            own = topology.copies[name].offset[k] + self.reducers[name].remaining
+            place = found.core[topology.root[own]]
+            placed[name].append((k, 0, place, np.zeros(len(own), dtype=bool)))
+            zones[copy] = (vectors, entries, self.n_core)
+            first = self._number_modes(copy, first)
+        self._size = vectors + self.n_core, entries + self.n_core**2
+        self._placed = {
+            name: _Placed(
+                [o[0] for o in own], [o[1] for o in own], np.stack([o[2] for o in own]), np.stack([o[3] for o in own])
+            )
+            for name, own in placed.items()
+        }
+        self.order = self.n_core + sum(
+            inside * len(found.kinds[number].instances) for inside, _, kinds in self._blocks for number in kinds
+        )
+        self._zones = zones
+        self._index()
+
+    def _kept(self, copies: list[Copy]) -> int:
+        """Kept motions of the chains of some copies."""
+        return sum(
+            forces.shape[0] * forces.shape[-1] * sum(name == own for own, _ in copies)
+            for (name, _), forces in self.forces.items()
         )
 
-    def keep(self, counts: dict[Kind, int], design: Design) -> None:
-        """Keep so many fixed-interface modes of each kind of chain, those of one design."""
+    def _number_modes(self, copy: Copy, first: int) -> int:
+        for (name, g), forces in self.forces.items():
+            if name == copy[0]:
+                c, kept = forces.shape[0], forces.shape[-1]
+                self._modal[(name, g), copy[1]] = first + np.arange(c * kept).reshape(c, kept)
+                first += c * kept
+        return first
+
+    def _index(self) -> None:
+        """Where rows and entries of all that is placed go in the vectors and matrices of blocks and core."""
+        rows, entries = [], []
+        for kinds in self._sets.values():
+            for kind in kinds:
+                name, g = kind
+                ends, _ = self._placed[name].of(self._rows(name, self.reducers[name].chains[g].nodes[:, [0, -1]]))
+                ends = ends.reshape(len(ends), -1, 12)
+                modal = np.stack([self._modal[kind, k] for k in self._placed[name].copies])
+                self._add(rows, entries, name, np.concatenate([ends, modal], axis=-1))
+        for name, reducer in self.reducers.items():
+            for nodes, _, _ in reducer.part.discrete_nodes():
+                place, _ = self._placed[name].of(self._rows(name, nodes))
+                self._add(rows, entries, name, place.reshape(len(place), 1, -1))
+        self._row_target, self._entry_target = (
+            np.concatenate(own) if own else np.empty(0, int) for own in (rows, entries)
+        )
+
+    def _add(self, rows: list[Index], entries: list[Index], name: str, place: Index) -> None:
+        """Targets of matrices at coordinates (copies, c, n); those of held ones lie one past the end."""
+        for k, own in zip(self._placed[name].copies, place, strict=True):
+            vector, entry, n = self._zones[name, k]
+            rows.append(np.where(own < 0, self._size[0], vector + own).ravel())
+            both = (own[:, :, None] >= 0) & (own[:, None, :] >= 0)
+            entries.append(np.where(both, entry + own[:, :, None] * n + own[:, None, :], self._size[1]).ravel())
+
+    def keep(self, counts: Mapping[Kind, int], design: Design) -> None:
+        """Keep so many fixed-interface modes of each kind of chain, those of a stack of one design."""
         for kind, count in counts.items():
-            name, g = kind
-            frame, _ = self._frame(name, g, design)
+            frame, _ = self._frame([kind], design)
             self.forces[kind] = interior_modes(frame, design.elements, count)
         self._number()
 
-    def _frame(self, name: str, g: int, design: Design) -> tuple[PoleFrame, ChainKinematics]:
-        """The chains of a kind in the geometry of a design."""
-        group = self.reducers[name].chains[g]
-        kin = kinematics(self.reducers[name].part, group, design.geometry)
-        return PoleFrame(group.elements + self._first[name], group.reverse, kin.X, kin.Xj_inverse), kin
+    def _frame(self, kinds: list[Kind], design: Design) -> tuple[PoleFrame, list[Array]]:
+        """The chains of some kinds in the geometry of a design, and the maps to their coordinates from displacements of
+        their ends."""
+        groups = [self.reducers[name].chains[g] for name, g in kinds]
+        kin = [
+            kinematics(self.reducers[name].part, group, design.geometry)
+            for (name, _), group in zip(kinds, groups, strict=True)
+        ]
+        numbers = np.concatenate([g.elements + self._first[name] for (name, _), g in zip(kinds, groups, strict=True)])
+        reverse = np.concatenate([group.reverse for group in groups])
+        X, inverse = np.concatenate([k.X for k in kin], axis=-4), np.concatenate([k.Xj_inverse for k in kin], axis=-4)
+        return PoleFrame(numbers, reverse, X, inverse), [k.B for k in kin]
 
-    def _maps(self, design: Design) -> Maps:
-        """What depends on geometry alone: for every kind of chain its pole frame and the map L (..., copies, c, 12, 12)
-        from global displacements of its ends to its twists, with |L| before digits cancel; maps of the discrete
-        elements."""
-
-        def found() -> Maps:
-            chains, discrete_elements = {}, []
-            for name, g in self._groups:
-                group = self.reducers[name].chains[g]
-                frame, kin = self._frame(name, g, design)
-                G = design.node_transforms(name, group.nodes[:, [0, -1]].ravel())
-                T = block_diagonal(G.reshape(*G.shape[:-3], len(group.nodes), 2, 6, 6))
-                B = kin.B[..., None, :, :, :]
-                chains[name, g] = (frame, B @ T, abs(B) @ abs(T))
+    def _maps(self, design: Design) -> _Maps:
+        def found() -> _Maps:
+            chains, discrete_elements = [], []
+            for (_, kept), kinds in self._sets.items():
+                frame, ends = self._frame(kinds, design)
+                L, size = [], []
+                for (name, g), B in zip(kinds, ends, strict=True):
+                    nodes = self.reducers[name].chains[g].nodes[:, [0, -1]]
+                    G = self._transforms(design, name, nodes)
+                    T = block_diagonal(G.reshape(*G.shape[:-3], len(nodes), 2, 6, 6))
+                    L.append(_joined(B[..., None, :, :, :] @ T))
+                    size.append(_joined(abs(B)[..., None, :, :, :] @ abs(T)))
+                whole = [_bordered(np.concatenate(own, axis=-3), kept) for own in (L, size)]
+                chains.append((frame, whole[0], whole[1]))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.discrete_nodes():
-                    discrete_elements.append(block_diagonal(design.node_transforms(name, np.array(nodes))))
-            return chains, discrete_elements
+                    discrete_elements.append(block_diagonal(self._transforms(design, name, np.array(nodes))))
+            return _Maps(chains, discrete_elements, [self._interface(design, kinds) for _, _, kinds in self._blocks])
 
         return self._latest.get(design.geometry, found)
 
-    def __call__(self, design: Design) -> ChainOrder:
+    def _transforms(self, design: Design, name: str, nodes: Index) -> Array:
+        own = self._placed[name]
+        flat = np.ravel(nodes)
+        return part_transforms(design, name, own.copies, flat, own.base, own.of(self._rows(name, flat))[1])
+
+    def _interface(self, design: Design, kinds: list[int]) -> Array:
+        """T (..., q, r, i, c) of a block."""
+        own = [interface_maps(design, self.branches.kinds[k], self.branches) for k in kinds]
+        most = max(T.shape[-3] for T in own)
+        out = np.zeros((*own[0].shape[:-3], len(own), most, own[0].shape[-2], self.n_core))
+        for q, T in enumerate(own):
+            out[..., q, : T.shape[-3], :, : T.shape[-1]] = T
+        return out
+
+    def unproven(self, design: Design) -> Arrow:
+        """A stack of designs with constraint modes alone and no bounds: R and slack are empty.
+
+        Raises ImpossibleDesignError.
+        """
+        placed: list[Array] = []
+        discrete, maps = self._checked(design)
+        for kinds, (frame, L, _) in zip(self._sets.values(), maps.chains, strict=True):
+            A = stiffness_and_mass(frame, design.elements)[:, :, self._chain_numbers(kinds)]
+            placed.append(np.swapaxes(L, -1, -2) @ A @ L)
+        for element, T in zip(discrete, maps.discrete_elements, strict=True):
+            placed.append(np.swapaxes(T, -1, -2) @ _stacked(element, len(design.values))[:2] @ T)
+        none = np.zeros((0, len(design.values)))
+        return self._arranged(placed, [], maps.T, none, none)
+
+    def __call__(self, design: Design) -> Arrow:
         """Assemble a stack of designs. Raises ImpossibleDesignError."""
-        designs, matrices = len(design.values), design.matrices
-        refuse_impossible(matrices, designs)
-        chains, discrete_maps = self._maps(design)
-        K: list[Array] = []
-        M: list[Array] = []
-        R: list[Array] = []
-        spread: list[Array] = []
+        designs = len(design.values)
+        discrete, maps = self._checked(design)
+        placed, spreads = [], []
         slowness, loss, slow = np.zeros(designs), np.zeros(designs), {}
-        for kind, (frame, L, size) in chains.items():
-            own = moments(frame, design.elements, self.forces[kind])
-            for out, A in zip((K, M, R), _placed(own, L), strict=True):
-                out.append(A)
-            spread.append(_spread(own, size))
+        for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
+            own = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
+            A = own.A[:, :, self._chain_numbers(kinds)]
+            placed.append(np.swapaxes(L, -1, -2) @ A @ L)
+            spreads.append(_spread(A, size))
             slowness = np.maximum(slowness, own.slowness.max(axis=-1))
             loss = np.maximum(loss, own.loss.max(axis=-1))
-            slow[kind] = float(own.slowness.max())
-        discrete_elements = [discrete for name in self.reducers for discrete in matrices[name].discrete_elements]
-        for discrete, T in zip(discrete_elements, discrete_maps, strict=True):
-            for out, A in ((K, discrete.K), (M, discrete.M)):
-                if A is not None:
-                    out.append(np.swapaxes(T, -1, -2) @ A[..., None, :, :] @ T)
-            spread.append(_discrete_spread(discrete, T))
-        lead = (designs,)
-        k, m, r = (scatter.dense(A, lead) for scatter, A in zip(self._scatters, (K, M, R), strict=True))
-        return ChainOrder(k, m, r, self._slack(spread, designs), slowness * (1 + 1e-6), loss, slow)
+            first = np.cumsum([0, *(len(self.forces[kind]) for kind in kinds)])
+            slow |= {k: float(own.slowness[:, a:b].max()) for k, a, b in zip(kinds, first, first[1:], strict=False)}
+        for element, T in zip(discrete, maps.discrete_elements, strict=True):
+            A = _stacked(element, designs)
+            placed.append(np.swapaxes(T, -1, -2) @ A @ T)
+            spreads.append(_spread(A, abs(T)))
+        return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow)
 
-    def _slack(self, spread: list[Array], designs: int) -> Array:
-        """Diagonals (3, designs, n) from spreads (3, ..., copies, m) at the places of the matrices."""
-        n = self.order + 1
-        out = np.zeros((3 * designs, n))
-        for place, s in zip(self._places, spread, strict=True):
-            m = place.shape[-1]
-            flat = np.broadcast_to(s, (3, designs, *s.shape[-2:])).reshape(3 * designs, -1)
-            at = (np.arange(3 * designs)[:, None] * n + np.where(place < 0, n - 1, place).ravel()).ravel()
-            weights = (ROUNDING * m) * flat.ravel()
-            out += np.bincount(at, weights=weights, minlength=3 * designs * n).reshape(3 * designs, n)
-        return out[:, :-1].reshape(3, designs, -1)
+    def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
+        found = design.discrete_elements()
+        discrete = [element for name in self.reducers for element in found[name]]
+        refuse_impossible(design.elements, discrete, len(design.values))
+        return discrete, self._maps(design)
+
+    def _chain_numbers(self, kinds: list[Kind]) -> Index:
+        """Which chain of a set stands at every place."""
+        found, first = [], 0
+        for kind in kinds:
+            c = len(self.forces[kind])
+            found.append(np.tile(first + np.arange(c), len(self._placed[kind[0]].copies)))
+            first += c
+        return np.concatenate(found)
+
+    def _arranged(
+        self,
+        placed: list[Array],
+        spreads: list[Array],
+        T: list[Array],
+        slowness: Array,
+        loss: Array,
+        slow: Mapping[Kind, float] | None = None,
+    ) -> Arrow:
+        """Blocks and core of matrices (r, designs, p, n, n) and spreads (r, designs, p, n) at their places."""
+        r, designs = len(placed[0]) if placed else 3, slowness.shape[-1]
+        A = self._summed(placed, self._entry_target, self._size[1], r, designs)
+        d = self._summed(spreads, self._row_target, self._size[0], r if spreads else 0, designs)
+        blocks, row, entry = [], 0, 0
+        for (inside, n, kinds), own in zip(self._blocks, T, strict=True):
+            q = len(kinds)
+            rows, entries = slice(row, row + q * n), slice(entry, entry + q * n * n)
+            shaped = A[..., entries].reshape(r, designs, q, n, n)
+            blocks.append(Block(shaped, d[..., rows].reshape(*d.shape[:2], q, n), inside, own))
+            row, entry = rows.stop, entries.stop
+        c = self.n_core
+        core = Order(A[..., entry:].reshape(r, designs, c, c), d[..., row:], slowness, loss)
+        return Arrow(tuple(blocks), core, dict(slow or {}))
+
+    def _summed(self, parts: list[Array], target: Index, size: int, r: int, designs: int) -> Array:
+        """Sums (r, designs, size) of all entries (r, designs, ...) at their targets."""
+        if not r or not parts:
+            return np.zeros((r, designs, size))
+        data = np.concatenate([own.reshape(r * designs, -1) for own in parts], axis=1)
+        key = (r * designs, size)
+        if key not in self._targets:
+            self._targets[key] = (np.arange(r * designs)[:, None] * (size + 1) + target).ravel()
+        summed = np.bincount(self._targets[key], weights=data.ravel(), minlength=r * designs * (size + 1))
+        return summed.reshape(r, designs, size + 1)[..., :-1]
 
     def start(self, count: int) -> Eigenpairs:
         """Eigenpairs of the default design from which the search for `count` frequencies of others starts."""
         if count not in self._starts:
-            own = self(Design.of(self.plan).stacked())
-            self._starts[count] = self._lowest(own, count)
+            own = self(Design.of(self.plan).stacked()).dense
+            pairs = lowest(own.K[0], own.M[0], count + GUARD)
+            if rigid := int((pairs.values == 0).sum()):
+                pairs = lowest(own.K[0], own.M[0], count + GUARD + min(rigid, 6))
+            self._starts[count] = pairs
         return self._starts[count]
-
-    @staticmethod
-    def _lowest(own: ChainOrder, count: int) -> Eigenpairs:
-        """So many elastic eigenpairs and GUARD more, with the rigid ones."""
-        pairs = lowest(own.K[0], own.M[0], count + GUARD)
-        rigid = int((pairs.values == 0).sum())
-        return lowest(own.K[0], own.M[0], count + GUARD + 6) if rigid else pairs
 
     def most(self, kind: Kind) -> int:
         """How many modes a kind of chain has: as many as its interior has displacements, unless some lack mass."""
         name, g = kind
         return 6 * (self.reducers[name].chains[g].elements.shape[1] - 1)
 
-    def order_with(self, counts: dict[Kind, int]) -> int:
+    def order_with(self, counts: Mapping[Kind, int]) -> int:
         """Number of coordinates with so many kept modes."""
         placed = self.plan.topology.copies
-        return self.n_nodal + sum(
-            count * len(self.forces[name, g]) * len(placed[name].offset) for (name, g), count in counts.items()
-        )
+        kept = {(name, g): len(own) * len(placed[name].offset) for (name, g), own in self.forces.items()}
+        now = sum(kept[kind] * own.shape[-1] for kind, own in self.forces.items())
+        return self.order - now + sum(kept[kind] * count for kind, count in counts.items())
 
 
-def _placed(own: ChainMoments, L: Array) -> tuple[Array, Array, Array]:
-    """K, M, R (designs, copies c, 12 + k, 12 + k) of the chains where they are placed."""
-    kept = own.k_modes.shape[-1]
-    n = 12 + kept
-    lead = np.broadcast_shapes(own.k.shape[:-3], L.shape[:-4])
-    shape = (*lead, L.shape[-4] * L.shape[-3], n, n)
-    relative = L[..., 6:, :]
-    K = np.swapaxes(relative, -1, -2) @ own.k[..., None, :, :, :] @ relative
-    if kept:
-        wide = np.zeros((*L.shape[:-2], n, n))
-        wide[..., :12, :12] = L
-        wide[..., np.arange(12, n), np.arange(12, n)] = 1.0
-        L = wide
-        whole = np.zeros((*K.shape[:-2], n, n))
-        whole[..., :12, :12], whole[..., 12:, 12:] = K, own.k_modes[..., None, :, :, :]
-        K = whole
-    Lt = np.swapaxes(L, -1, -2)
-    M, R = (Lt @ A[..., None, :, :, :] @ L for A in (own.M, own.R))
-    return K.reshape(shape), M.reshape(shape), R.reshape(shape)
+def _joined(A: Array) -> Array:
+    """(..., copies, c, n, n) as (..., copies c, n, n)."""
+    return A.reshape(*A.shape[:-4], A.shape[-4] * A.shape[-3], *A.shape[-2:])
 
 
-def _spread(own: ChainMoments, size: Array) -> Array:
-    """Squares (3, designs, copies c, 12 + k) of |L|' sqrt(diag A) for K, M and R."""
-    roots = np.zeros((*own.M.shape[:-1], 3))
-    roots[..., 6:12, 0] = np.sqrt(abs(np.einsum("...ii->...i", own.k)))
-    roots[..., 12:, 0] = np.sqrt(abs(np.einsum("...ii->...i", own.k_modes)))
-    roots[..., 1] = np.sqrt(abs(np.einsum("...ii->...i", own.M)))
-    roots[..., 2] = np.sqrt(abs(np.einsum("...ii->...i", own.R)))
-    nodal = np.swapaxes(size, -1, -2) @ roots[..., None, :, :12, :]
-    modal = np.broadcast_to(roots[..., None, :, 12:, :], (*nodal.shape[:-2], own.k_modes.shape[-1], 3))
-    s = np.concatenate([nodal, modal], axis=-2) ** 2
-    flat = s.reshape(*_joined(s.shape), 3)
-    return np.moveaxis(flat, -1, 0)
+def _bordered(L: Array, kept: int) -> Array:
+    """Maps (..., 12, 12) with an identity for so many kept motions."""
+    if not kept:
+        return L
+    wide = np.zeros((*L.shape[:-2], 12 + kept, 12 + kept))
+    wide[..., :12, :12] = L
+    wide[..., np.arange(12, 12 + kept), np.arange(12, 12 + kept)] = 1.0
+    return wide
 
 
-def _joined(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """A shape (..., copies, c, n, 3) as (..., copies c, n)."""
-    *lead, copies, chains, n, _ = shape
-    return (*lead, copies * chains, n)
+def _stacked(element: DiscreteElement, designs: int) -> Array:
+    """K, M and R (3, designs, 1, m, m) of a discrete element."""
+    m = 6 * len(element.nodes)
+    A = np.zeros((3, designs, 1, m, m))
+    for out, own in zip(A, (element.K, element.M), strict=False):
+        if own is not None:
+            out[:, 0] = own
+    return A
 
 
-def _discrete_spread(discrete: DiscreteElement, T: Array) -> Array:
-    """The same (3, ..., copies, m) of a discrete element."""
-    found = []
-    for A in (discrete.K, discrete.M):
-        diagonal = np.zeros(T.shape[-1]) if A is None else np.einsum("...ii->...i", A)
-        found.append(np.einsum("...ij,...i->...j", abs(T), np.sqrt(abs(diagonal))[..., None, :]) ** 2)
-    shape = np.broadcast_shapes(*(f.shape for f in found))
-    shape = shape if len(shape) > 2 else (1, *shape)
-    return np.stack([np.broadcast_to(f, shape) for f in (*found, np.zeros(1))])
+def _spread(A: Array, size: Array) -> Array:
+    """Diagonals (3, designs, p, n) that bound the error of placing A by the map |L| (..., p, n, n) (theory eq. N10)."""
+    roots = np.sqrt(abs(np.einsum("...ii->...i", A)))
+    s = np.swapaxes(size, -1, -2) @ roots[..., None]
+    return np.asarray(ROUNDING * A.shape[-1] * s[..., 0] ** 2)

@@ -8,6 +8,7 @@ proven by a Cholesky factorisation (theory eqs. N6-N11).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from flexura.linalg import GUARD, Eigenpairs, lowest_pairs, small_pencils
-from flexura.reduction.chain_assembler import ChainOrder
+from flexura.reduction.arrow import Order
 from flexura.reduction.chain_moments import EPS
 
 Array = NDArray[np.float64]
@@ -59,7 +60,7 @@ class _Small:
     values: Array
 
 
-def chain_bounds(own: ChainOrder, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
+def chain_bounds(own: Order, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
     """Bounds on the `count` lowest eigenvalues of every design, as narrow as they come, or to `tolerance` relative in
     frequency; `start` holds eigenpairs of a design like these.
 
@@ -71,30 +72,47 @@ def chain_bounds(own: ChainOrder, count: int, start: Eigenpairs, tolerance: floa
         start = Eigenpairs(start.values + shift, start.vectors)
     pairs = lowest_pairs(own.K + shift * own.M if shift else own.K, own.M, wanted, start, RITZ)
     small = _projected(own, pairs.vectors)
-    upper, _ = small_pencils(*_from_above(small, own.slowness))
+    upper, _ = small_pencils(
+        *from_above(small.K + small.slack[0], small.M - small.slack[1], small.R, small.values, own.slowness)
+    )
     margin = np.einsum("dii->di", small.slack[0]) + EPS * own.K.shape[-1] * shift
-    zero = small.values < 4 * margin
-    elastic = np.where(zero, np.inf, small.values).min(axis=1, keepdims=True)
-    zero &= (4 * margin <= ZERO**2 * elastic) & np.isfinite(elastic)
-    upper = np.maximum(np.maximum.accumulate(upper, axis=1), np.where(zero, 4 * margin, 0.0))
+    zero, upper = settled(small.values, upper, margin)
     guess, Z = small_pencils(*_from_below(small, own.slowness))
     vectors = own.M @ (small.X @ Z)
-    moved = np.maximum(small.values - guess, 0.0)
-    careful = guess - 0.05 * np.maximum(upper - guess, 0.0) - 4 * moved**2 / np.maximum(guess, EPS) - 1e-10 * guess
-    wide = upper * (1 - 0.999 * tolerance) ** 2
     lower = np.zeros((len(own.K), count))
+    tried = list(attempts(small.values, guess, upper, tolerance))
     for j in range(count):
-        for attempt in (careful[:, j], wide[:, j]):
-            open_ = np.flatnonzero((lower[:, j] == 0) & ~zero[:, j] & (attempt > 0))
-            open_ = open_[attempt[open_] * own.slowness[open_] < REACH]
+        for attempt in tried:
+            ell = attempt[:, j]
+            open_ = np.flatnonzero((lower[:, j] == 0) & ~zero[:, j] & (ell > 0) & (ell * own.slowness < REACH))
             if len(open_):
-                proven = _fewer_than(own, open_, attempt[open_], vectors[open_, :, :j])
-                lower[open_[proven], j] = attempt[open_[proven]]
-    lower = np.maximum.accumulate(lower, axis=1) * np.maximum(1 - LOSSES * own.loss, 0.0)[:, None]
-    return ChainBounds(lower, upper[:, :count] * (1 + LOSSES * own.loss[:, None]), zero[:, :count])
+                proven = _fewer_than(own, open_, ell[open_], vectors[open_, :, :j])
+                lower[open_[proven], j] = ell[open_[proven]]
+    return enclosed(lower, upper[:, :count], zero[:, :count], own.loss)
 
 
-def _projected(own: ChainOrder, X: Array) -> _Small:
+def settled(values: Array, upper: Array, margin: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Which eigenvalues (designs, p) round-off alone makes, of that `margin`, and upper bounds that rise."""
+    zero = values < 4 * margin
+    elastic = np.where(zero, np.inf, values).min(axis=1, keepdims=True)
+    zero &= (4 * margin <= ZERO**2 * elastic) & np.isfinite(elastic)
+    return zero, np.maximum(np.maximum.accumulate(upper, axis=1), np.where(zero, 4 * margin, 0.0))
+
+
+def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Iterator[Array]:
+    """Lower bounds (designs, p) to be tried: a little below a guess from Ritz values, then at the tolerance."""
+    moved = np.maximum(values - guess, 0.0)
+    yield guess - 0.05 * np.maximum(upper - guess, 0.0) - 4 * moved**2 / np.maximum(guess, EPS) - 1e-10 * guess
+    yield upper * (1 - 0.999 * tolerance) ** 2
+
+
+def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -> ChainBounds:
+    """Bounds with what the chains have lost (designs,)."""
+    lower = np.maximum.accumulate(lower, axis=1) * np.maximum(1 - LOSSES * loss, 0.0)[:, None]
+    return ChainBounds(lower, upper * (1 + LOSSES * loss[:, None]), zero)
+
+
+def _projected(own: Order, X: Array) -> _Small:
     Xt = np.swapaxes(X, -1, -2)
     K, M, R = (Xt @ (A @ X) for A in (own.K, own.M, own.R))
     rump = _rump(X.shape[-2], X.shape[-1]) * np.einsum("dii->di", own.K)
@@ -103,16 +121,15 @@ def _projected(own: ChainOrder, X: Array) -> _Small:
     return _Small(K, M, R, slack, X, np.maximum(values, 0.0))
 
 
-def _from_above(small: _Small, slowness: Array) -> tuple[Array, Array]:
+def from_above(K: Array, M: Array, R: Array, values: Array, slowness: Array) -> tuple[Array, Array]:
     """The pencil whose eigenvalues bound those of the full order from above (theory eq. N6): Ritz values of motions
-    x + lambda G M x, but for a part of their mass that is left out."""
+    x + lambda G M x, but for a part of their mass that is left out, from projections (designs, p, p) of K, from above,
+    M, from below, and R."""
     # x'R x <= x'M x / mu, so that a factor below 1/2 keeps the mass positive
-    scale = np.where(small.values * slowness[:, None] < CORRECTED, small.values, 0.0)
-    response = small.R * scale[:, None, :]
-    stiffness = small.K + small.slack[0] + scale[:, :, None] * response
+    scale = np.where(values * slowness[:, None] < CORRECTED, values, 0.0)
+    response = R * scale[:, None, :]
     # R, from above in `_from_below`, must come from below in the mass
-    mass = small.M - small.slack[1] + (1 - 1e-7) * (response + np.swapaxes(response, -1, -2))
-    return stiffness, mass
+    return K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + np.swapaxes(response, -1, -2))
 
 
 def _from_below(small: _Small, slowness: Array) -> tuple[Array, Array]:
@@ -122,7 +139,7 @@ def _from_below(small: _Small, slowness: Array) -> tuple[Array, Array]:
     return small.K - small.slack[2] - h[:, :, None] * small.R * h[:, None, :], small.M + small.slack[1]
 
 
-def _fewer_than(own: ChainOrder, at: NDArray[np.intp], ell: Array, vectors: Array) -> NDArray[np.bool_]:
+def _fewer_than(own: Order, at: NDArray[np.intp], ell: Array, vectors: Array) -> NDArray[np.bool_]:
     """True for the designs `at` for which fewer than j eigenvalues of the full order are proven to lie below ell
     (designs,); `vectors` (designs, n, j - 1), M times the lower modes, are lifted out of the way (theory eqs. N7, N8).
     """

@@ -38,15 +38,11 @@ class ChainMoments:
     """Matrices of each chain (..., c, ...) in its coordinates: twist of the first end and relative twist of the ends at
     the pole, then kept motions a (k,) of the interior.
 
-    `k` (6, 6) is the stiffness against the relative twist, `k_modes` (k, k) that of kept motions; M and R (12 + k,
-    12 + k). `slowness`, s^2/rad^2, is at least 1/mu, mu the lowest squared frequency of the motions left out. `loss`
+    A (3, ..., c, 12 + k, 12 + k) are K, M and R. `slowness`, s^2/rad^2, is at least 1/mu, mu the lowest squared frequency of the motions left out. `loss`
     bounds the relative error in energy that round-off has left in k and in the constraint modes.
     """
 
-    k: Array
-    k_modes: Array
-    M: Array
-    R: Array
+    A: Array
     slowness: Array
     loss: Array
 
@@ -166,13 +162,16 @@ def _inverted(total: Array) -> Array:
     return (k + _t(k)) / 2
 
 
-def stiffness_and_mass(frame: PoleFrame, table: Elements) -> tuple[Array, Array]:
-    """k (..., c, 6, 6) against the relative twist of the ends, and the mass M (..., c, 12, 12) by constraint modes."""
+def stiffness_and_mass(frame: PoleFrame, table: Elements) -> Array:
+    """K and M (2, designs, c, 12, 12) of chains by constraint modes alone, in the coordinates of `ChainMoments`."""
     F = frame.flexibilities(table)
     running = _summed(frame.before, F)
     k = _inverted(running[..., -1, :, :])
     V = _motions(running, k, 0)
-    return k, _t(_flat(V[..., 1:-1, :, :])) @ _flat(_loads(frame.masses(table), V))
+    A = np.zeros((2, *k.shape[:-2], 12, 12))
+    A[0, ..., 6:, 6:] = k
+    np.matmul(_t(_flat(V[..., 1:-1, :, :])), _flat(_loads(frame.masses(table), V)), out=A[1])
+    return A
 
 
 def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
@@ -203,8 +202,10 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
         W = W - bent @ c[..., None, :, :]
         slowness = slowness - np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
         slowness = slowness + 64 * kept * EPS * np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
-    R = _t(_flat(W)) @ _flat(F @ W)
-    return ChainMoments(k, k_modes, M, R, slowness, loss)
+    A = np.zeros((3, *M.shape))
+    A[0, ..., 6:12, 6:12], A[0, ..., 12:, 12:], A[1] = k, k_modes, M
+    np.matmul(_t(_flat(W)), _flat(F @ W), out=A[2])
+    return ChainMoments(A, slowness, loss)
 
 
 def _motions(running: Array, k: Array, kept: int) -> Array:

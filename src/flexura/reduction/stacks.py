@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.beam import END_FLEXIBILITY_BASIS
 from flexura.errors import ModelError, OptionError
-from flexura.structure import PartMatrices, Plan
+from flexura.structure import DiscreteElement, Elements, Plan
 
 STACK = 32
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
@@ -27,19 +28,22 @@ def stacks(designs: int) -> list[slice]:
     return [slice(k, min(k + STACK, designs)) for k in range(0, designs, STACK)]
 
 
-def refuse_impossible(matrices: Mapping[str, PartMatrices], designs: int) -> None:
+def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteElement], designs: int) -> None:
     """Raise ImpossibleDesignError for the first design with an element, of a beam or discrete, that is not positive
     and finite."""
     good = np.ones(designs, dtype=bool)
-    for own in matrices.values():
-        for diagonals, least in ((own.elements.C, np.finfo(float).tiny), (own.elements.M, 0.0)):
-            found = np.einsum("...ii->...i", diagonals)
-            good &= ((found >= least) & (found < np.inf)).all(axis=(-1, -2))
-        for discrete in own.discrete_elements:
-            for A in (discrete.K, discrete.M):
-                if A is not None:
-                    found = np.einsum("...ii->...i", A)
-                    good &= ((found >= 0) & (found < np.inf)).all(axis=-1)
+    for coefficients, basis, least in (
+        (elements.flexibility_coefficients, END_FLEXIBILITY_BASIS, np.finfo(float).tiny),
+        (elements.mass_coefficients, elements.mass_basis, 0.0),
+    ):
+        n = round(basis.shape[1] ** 0.5)
+        found = coefficients[..., (basis[:, :: n + 1] != 0).any(axis=1)]
+        good &= ((found >= least) & (found < np.inf)).all(axis=(-1, -2))
+    for discrete in discrete_elements:
+        for A in (discrete.K, discrete.M):
+            if A is not None:
+                found = np.einsum("...ii->...i", A)
+                good &= ((found >= 0) & (found < np.inf)).all(axis=-1)
     if not good.all():
         raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
 

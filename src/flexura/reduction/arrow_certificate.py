@@ -1,0 +1,194 @@
+"""Proven intervals of many designs whose stiffness and mass are an arrow, by elimination of its branches.
+
+Above: Ritz values of motions in which the core moves and the branches follow, with their response to their own inertia.
+Below: as in `chain_certificate`; the inside of every branch is eliminated by a Cholesky factorisation, once for all
+branches that are equal, and what is left is as small as the core (theory eqs. N12-N14).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.linalg import small_pencils
+from flexura.reduction.arrow import FIXED, ROUNDING, Arrow, Block
+from flexura.reduction.chain_certificate import (
+    CORRECTED,
+    REACH,
+    ChainBounds,
+    attempts,
+    enclosed,
+    from_above,
+    settled,
+)
+from flexura.reduction.chain_moments import EPS
+
+Array = NDArray[np.float64]
+
+RESPONSES = 4
+"""How often the response of the branches to their own inertia is added to a Ritz vector."""
+
+SMALL = 0.2
+"""Largest part of the lowest frequency of a branch by itself, squared, up to which branches are eliminated."""
+
+
+@dataclass(frozen=True)
+class _Ritz:
+    """Ritz vectors: `core` (designs, c, p) and for each block X (designs, q, r, n, p), inside and interface; squared
+    frequencies `values` (designs, p)."""
+
+    core: Array
+    branches: list[Array]
+    values: Array
+
+
+def _t(A: Array) -> Array:
+    return np.swapaxes(A, -1, -2)
+
+
+def _ritz(arrow: Arrow) -> _Ritz:
+    """Approximations of the lowest modes, as many as the core has coordinates: static shapes of the branches, with their
+    response to inertia added as a series that ends after a few terms."""
+    K, M = arrow.core.K, arrow.core.M
+    for block in arrow.blocks:
+        K = K + _placed(block.followed[0], block.T)
+        M = M + _placed(block.followed[1], block.T)
+    values, Z = small_pencils((K + _t(K)) / 2, (M + _t(M)) / 2)
+    values = np.maximum(values, 0.0)
+    branches = []
+    for block in arrow.blocks:
+        m, lam = block.inside, values[:, None, None, None, :]
+        ends = block.T @ Z[:, None, None]
+        X = block.motion[:, :, None] @ ends
+        inertia = block.A[1, ..., :m, :]
+        response = (block.inverse @ (inertia @ block.motion))[:, :, None] @ ends * lam
+        dynamic = block.inverse @ inertia[..., :m]
+        X[..., :m, :] += response
+        for _ in range(RESPONSES - 1):
+            response = dynamic[:, :, None] @ response * lam
+            X[..., :m, :] += response
+        branches.append(X)
+    return _Ritz(Z, branches, values)
+
+
+def _placed(A: Array, T: Array) -> Array:
+    """Sum (designs, c, c) of A (designs, q, i, i) over the branches placed by T (..., q, r, i, c)."""
+    return np.asarray((_t(T) @ A[:, :, None] @ T).sum(axis=(-4, -3)))
+
+
+def arrow_bounds(arrow: Arrow, count: int, tolerance: float) -> ChainBounds:
+    """Bounds on the `count` lowest eigenvalues of every design, no more than the core has coordinates, as narrow as they
+    come, or to `tolerance` relative in frequency.
+
+    Nothing is proven for designs where a branch by itself is not much stiffer than what is asked for. Raises
+    SolverError when a stiffness is singular inside a branch.
+    """
+    ritz, slowness = _ritz(arrow), arrow.core.slowness
+    K, M, R, margin = _projected(arrow, ritz)
+    upper, Z = small_pencils(*from_above(K, M, R, ritz.values, slowness))
+    upper = upper + 8 * K.shape[-1] * EPS * upper[:, -1:]
+    K, M, R, margin = (_t(Z) @ A @ Z for A in (K, M, R, margin))
+    values, least, mass, more = (np.einsum("dii->di", A) for A in (K, K - 2 * margin, M, R))
+    zero, upper = settled(values / mass, upper, np.einsum("dii->di", margin))
+    values = np.maximum(values / mass, 0.0)
+    guess = (least - values**2 / np.maximum(1 - values * slowness[:, None], CORRECTED) * more) / mass
+    lower = np.zeros((len(K), count))
+    core = ritz.core @ Z
+    for attempt in attempts(values, guess, upper, tolerance):
+        ell = attempt[:, :count]
+        wanted = (lower == 0) & ~zero[:, :count] & (ell > 0) & (ell * slowness[:, None] < REACH)
+        at = np.flatnonzero(wanted.any(axis=1))
+        if len(at):
+            proven = _fewer_than(arrow.take(at), np.where(wanted, ell, 0.0)[at], core[at])
+            lower[at] = np.where(proven & wanted[at], ell[at], lower[at])
+    return enclosed(lower, upper[:, :count], zero[:, :count], arrow.core.loss)
+
+
+def _projected(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Array]:
+    """K, M and R on the Ritz vectors (designs, p, p), K with all that it may be more, M less, and the part of it that is
+    error."""
+    found = []
+    for A, slack, X in (
+        (arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None]),
+        *(
+            (block.A[:, :, :, None], block.slack[:, :, :, None], X)
+            for block, X in zip(arrow.blocks, ritz.branches, strict=True)
+        ),
+    ):
+        Xt, n = _t(X), X.shape[-2]
+        K, M, R = ((Xt @ (own @ X)).sum(axis=(1, 2)) for own in A)
+        d = np.einsum("...ii->...i", A[0])
+        error = slack[0] + n * (n + 11) * EPS * d
+        margin = (Xt @ (error[..., None] * X)).sum(axis=(1, 2))
+        found.append((K + margin, M - (Xt @ (slack[1][..., None] * X)).sum(axis=(1, 2)), R, margin))
+    K, M, R, margin = (np.sum(own, axis=0) for own in zip(*found, strict=True))
+    return K, M, R, margin
+
+
+def _fewer_than(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
+    """Where (designs, j) fewer than j + 1 eigenvalues of the full order are proven to lie below ell (designs, j); V
+    (designs, c, p) are the core's displacements in the lowest modes (theory eqs. N12-N14)."""
+    core, c = arrow.core, arrow.core.A.shape[-1]
+    h = ell**2 / (1 - ell * core.slowness[:, None]) * (1 + 1e-9)
+    S, size, error = _dynamic(core.A, core.slack, ell, h)
+    for block in arrow.blocks:
+        T = block.T[:, None] if block.T.ndim > FIXED else block.T
+        inner, a = _eliminated(block, ell, h)
+        S = S + (_t(T) @ inner[..., None, :, :] @ T).sum(axis=(-4, -3))
+        placed = (_t(abs(T)) @ np.sqrt(a)[..., None, :, None])[..., 0] ** 2
+        size = size + placed.sum(axis=(-3, -2))
+        error = error + (ROUNDING + T.shape[-4] * T.shape[-3] * EPS) * T.shape[-2] * placed.sum(axis=(-3, -2))
+    lifts = ell.shape[1] - 1
+    for i in range(lifts):
+        rest, v = S[:, i + 1 :], V[:, None, :, i]
+        moved = np.einsum("djab,djb->dja", rest, np.broadcast_to(v, rest.shape[:-1]))
+        energy = -(moved * v).sum(axis=-1)
+        with np.errstate(divide="ignore"):
+            moved = moved * np.sqrt(np.where(energy > 0, 2 / energy, 0.0))[..., None]
+        rest += moved[..., :, None] * moved[..., None, :]
+        size[:, i + 1 :] += moved**2
+    np.einsum("djii->dji", S)[...] -= error + c * (c + 11 + lifts) * EPS / 2 * size
+    return factors(S.reshape(-1, c, c))[1].reshape(ell.shape)
+
+
+def _dynamic(A: Array, slack: Array, ell: Array, h: Array) -> tuple[Array, Array, Array]:
+    """K - ell M - h R (designs, j, ..., n, n) of A (3, designs, ..., n, n); the sum of the sizes of its diagonals, and
+    the error (designs, j, ..., n) that is left in it."""
+    K, M, R = (own[:, None] for own in A)
+    more = (1,) * (A.ndim - 4)
+    ell, h = ell.reshape(*ell.shape, *more, 1), h.reshape(*h.shape, *more, 1)
+    found = K - ell[..., None] * M
+    found -= h[..., None] * R
+    size = sum(f * np.einsum("...ii->...i", B) for f, B in ((1.0, K), (ell, M), (h, R)))
+    error = slack[0][:, None] + ell * slack[1][:, None] + h * slack[2][:, None]
+    return found, np.asarray(size), error
+
+
+def _eliminated(block: Block, ell: Array, h: Array) -> tuple[Array, Array]:
+    """S (designs, j, q, i, i), no more than what the branches add to their interfaces, NaN where their inside is not
+    proven positive definite, and a (designs, j, q, i) with |S_ik| <= sqrt(a_i a_k)."""
+    m, n = block.inside, block.A.shape[-1]
+    B, size, error = _dynamic(block.A, block.slack, ell, h)
+    # with the diagonal made larger at the interface one factorisation serves inside and interface
+    inertia = np.einsum("...ii->...i", block.followed)[:, :, None]
+    shift = np.zeros_like(size)
+    shift[..., m:] = 4 * (n - m) * (ell[..., None, None] * inertia[1] + h[..., None, None] * inertia[2])
+    np.einsum("...ii->...i", B)[...] += shift - error - n * (n + 11) * EPS / 2 * (size + shift)
+    L = factors(B.reshape(-1, n, n))[0].reshape(B.shape)[..., m:, m:]
+    S = L @ _t(L)
+    a = np.einsum("...ii->...i", S) + shift[..., m:]
+    np.einsum("...ii->...i", S)[...] -= shift[..., m:]
+    return S, a
+
+
+def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Cholesky factors of matrices (k, n, n), NaN where there is none, and where there is one (k,)."""
+    try:
+        return np.linalg.cholesky(A), np.ones(len(A), dtype=bool)
+    except np.linalg.LinAlgError:
+        if len(A) == 1:
+            return np.full(A.shape, np.nan), np.zeros(1, dtype=bool)
+        halves = [factors(own) for own in np.array_split(A, 2)]
+        return np.concatenate([L for L, _ in halves]), np.concatenate([good for _, good in halves])

@@ -1,0 +1,200 @@
+"""Branches of a mechanism: instances at top level that meet the rest in a few nodes, equal ones found.
+
+The nodes of a plan fall into a core and the insides of branches, so that K and M are an arrow: the inside of a branch
+meets the core alone. In axes of their own, branches of one prototype that are held and attached alike are equal, however
+they are turned and mirrored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import rigid_arm
+from flexura.structure import Design, Plan
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Copy = tuple[str, int]
+"""A prototype, and the number among its copies."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Branches that are equal in their own axes.
+
+    `instances` are their numbers among all instances. `copies` are the parts of the first one. `place` has, for every
+    one of these, the local coordinates (nodes, 6) of the nodes that are used, -1 where held; those from `inside` on
+    belong to the interface, whose `nodes` (branches, i) of each branch follow roots in the core. `meets` says which of
+    the nodes used are such nodes.
+    """
+
+    instances: list[int]
+    copies: list[Copy]
+    place: list[Index]
+    meets: list[NDArray[np.bool_]]
+    inside: int
+    nodes: Index
+
+
+@dataclass
+class Branches:
+    """How the nodes that are used, by prototype, make up kinds of branches and a core.
+
+    `core` (nodes, 6) numbers the `n_core` coordinates of roots in the core, -1 elsewhere; `core_copies` are the parts
+    that belong to no branch.
+    """
+
+    kinds: list[Kind]
+    core: Index
+    n_core: int
+    core_copies: list[Copy] = field(default_factory=list)
+
+
+def find_branches(plan: Plan, used: Mapping[str, Index]) -> Branches:
+    """The branches of a plan for the nodes (n,) that are `used` of each prototype."""
+    topology = plan.topology
+    inside_of: dict[str, list[Copy]] = {}
+    for name in used:
+        for k, path in enumerate(topology.copies[name].paths):
+            inside_of.setdefault(path[0] if path else "", []).append((name, k))
+    top = inside_of.pop("", [])
+    owner = np.full(topology.n_nodes, -2)
+    """The one branch that uses a root; -2 nobody, -1 several of them, or something else does."""
+
+    def roots(copies: list[Copy]) -> Index:
+        found = [topology.root[topology.copies[name].offset[k] + used[name]] for name, k in copies]
+        return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.intp)
+
+    for number, copies in enumerate(inside_of.values()):
+        own = roots(copies)
+        owner[own] = np.where(owner[own] == -2, number, -1)
+    owner[roots(top)] = -1
+    free = topology.dof >= 0
+    partly = topology.has_position & free.any(axis=1) & ~free.all(axis=1)
+    lies = np.full(topology.n_nodes, -1)
+    for name, copies in topology.copies.items():
+        for path, offset in zip(copies.paths, copies.offset, strict=True):
+            if path and path[0] in inside_of:
+                lies[offset : offset + plan.parts[name].n_nodes] = list(inside_of).index(path[0])
+    owner[partly | (lies != owner)] = np.where(owner[partly | (lies != owner)] == -2, -2, -1)
+    is_inside = (owner >= 0) & free.any(axis=1)
+    attached = [
+        number
+        for number, copies in enumerate(inside_of.values())
+        if (free[roots(copies)].any(1) & ~is_inside[roots(copies)]).any()
+    ]
+    is_inside &= np.isin(owner, attached)
+    core = np.full(topology.dof.shape, -1, dtype=np.intp)
+    in_core = (
+        free & (~is_inside & np.isin(np.arange(topology.n_nodes), roots([*top, *sum(inside_of.values(), [])])))[:, None]
+    )
+    core[in_core] = np.arange(int(in_core.sum()))
+    found: dict[tuple[object, ...], Kind] = {}
+    instance = {path: n for own in topology.copies.values() for path, n in zip(own.paths, own.number, strict=True)}
+    prototype = {path: name for name, own in topology.copies.items() for path in own.paths}
+    for number, (branch, copies) in enumerate(inside_of.items()):
+        if not is_inside[owner == number].any():
+            top = [*top, *copies]
+            continue
+        place, meets, inside, nodes = _numbered(plan, used, copies, is_inside)
+        pattern = (place_.tobytes() for place_ in place), (own.tobytes() for own in meets)
+        relative = tuple((name, topology.copies[name].paths[k][1:]) for name, k in copies)
+        key = (prototype[(branch,)], relative, *map(tuple, pattern))
+        if key in found:
+            kind = found[key]
+            found[key] = Kind(
+                [*kind.instances, instance[(branch,)]],
+                *(kind.copies, kind.place, kind.meets),
+                inside,
+                np.vstack([kind.nodes, nodes]),
+            )
+        else:
+            found[key] = Kind([instance[(branch,)]], copies, place, meets, inside, nodes[None])
+    return Branches(list(found.values()), core, int(in_core.sum()), top)
+
+
+def _numbered(
+    plan: Plan, used: Mapping[str, Index], copies: list[Copy], is_inside: NDArray[np.bool_]
+) -> tuple[list[Index], list[NDArray[np.bool_]], int, Index]:
+    """Local coordinates of the nodes used of each copy, whether they are nodes that meet the core, the number of
+    coordinates inside, and the nodes of the interface."""
+    topology = plan.topology
+    free = topology.dof >= 0
+    numbers = [topology.copies[name].offset[k] + used[name] for name, k in copies]
+    local: dict[int, Index] = {}
+    first = 0
+    for root in dict.fromkeys(int(r) for own in numbers for r in topology.root[own] if is_inside[r]):
+        local[root] = np.where(free[root], first + np.cumsum(free[root]) - 1, -1)
+        first += int(free[root].sum())
+    inside, nodes, met = first, [], {}
+    place, meets = [], []
+    for own in numbers:
+        rows, flags = [], []
+        for node in own.tolist():
+            root = int(topology.root[node])
+            meet = not is_inside[root] and bool(free[root].any())
+            if meet:
+                key = node if topology.is_rigid[node] else -1 - root
+                if key not in met:
+                    met[key] = first + np.arange(6)
+                    nodes.append(node)
+                    first += 6
+                rows.append(met[key])
+            else:
+                rows.append(local[root] if is_inside[root] else np.full(6, -1))
+            flags.append(meet)
+        place.append(np.array(rows, dtype=np.intp).reshape(-1, 6))
+        meets.append(np.array(flags, dtype=bool))
+    return place, meets, inside, np.array(nodes, dtype=np.intp)
+
+
+def turned_into(design: Design, instances: Index | list[int]) -> Array:
+    """(..., k, 6, 6): displacements in global axes from those in the axes of instances, which mirroring reverses."""
+    Q = design.geometry.Q[..., instances, :, :]
+    out = np.zeros((*Q.shape[:-2], 6, 6))
+    out[..., :3, :3] = Q
+    out[..., 3:, 3:] = np.linalg.det(Q).round()[..., None, None] * Q
+    return out
+
+
+def part_transforms(
+    design: Design, name: str, which: list[int], nodes: Index, base: list[int], meets: NDArray[np.bool_]
+) -> Array:
+    """G (..., k, nodes, 6, 6): displacements of nodes of the copies `which` (k,) of a prototype, in its frame, from
+    those of their roots in the axes of the instances `base` (k,); nodes that meet the core (k, nodes) stand for
+    themselves."""
+    topology, copies = design.plan.topology, design.plan.topology.copies[name]
+    own = turned_into(design, [copies.number[k] for k in which])
+    onto = turned_into(design, base)
+    turn = np.swapaxes(own, -1, -2) @ onto
+    number = np.array([copies.offset[k] for k in which], dtype=np.intp)[:, None] + nodes
+    G = np.repeat(turn[..., None, :, :], len(nodes), axis=-3)
+    slaved = topology.is_rigid[number] & (topology.root[number] != number) & ~meets
+    if slaved.any():
+        at = number[slaved]
+        arm = design.geometry.positions[..., at, :] - design.geometry.positions[..., topology.root[at], :]
+        Q = design.geometry.Q[..., base, :, :][..., np.nonzero(slaved)[0], :, :]
+        G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(np.einsum("...ji,...j->...i", Q, arm))
+    G[..., nodes >= design.plan.parts[name].n_positioned, :, :] = np.eye(6)
+    return G
+
+
+def interface_maps(design: Design, kind: Kind, branches: Branches) -> Array:
+    """T (..., branches, 6 i, c): displacements of the interface of each branch, in its axes, from the coordinates of the
+    core."""
+    topology, x = design.plan.topology, design.geometry.positions
+    count, i = kind.nodes.shape
+    node = kind.nodes.ravel()
+    root = topology.root[node]
+    arm = np.where(topology.is_rigid[node][:, None], x[..., node, :] - x[..., root, :], 0.0)
+    onto = np.repeat(turned_into(design, kind.instances), i, axis=-3)
+    D = np.swapaxes(onto, -1, -2) @ rigid_arm(arm)
+    D[..., ~topology.has_position[node], :, :] = np.eye(6)
+    out = np.zeros((*D.shape[:-2], branches.n_core + 1, 6))
+    out[..., np.arange(len(node))[:, None], branches.core[root], :] = np.swapaxes(D, -1, -2)
+    maps = np.swapaxes(out[..., :-1, :], -1, -2)
+    return maps.reshape(*D.shape[:-3], count, 6 * i, branches.n_core)
