@@ -26,7 +26,7 @@ ROUNDING = 64 * EPS
 @dataclass(frozen=True)
 class Block:
     """Kinds of branches of one shape: matrices A (3, designs, q, n, n), K, M and R, in axes of their own, `inside`
-    coordinates first. The errors of K, M and R lie between the diagonals `slack` (3, designs, q, n) and their negatives.
+    coordinates first. The errors of K, M and R lie between the diagonals `slack` (3, designs, q, n) and minus these.
 
     T (..., q, r, n - inside, c) takes the core's coordinates to those of the interface of each of r branches of a kind;
     it is zero where a kind has fewer.
@@ -44,6 +44,13 @@ class Block:
         d = inverse_roots(np.einsum("...ii->...i", inner))
         both = d[..., :, None] * d[..., None, :]
         return np.asarray(np.linalg.inv(inner * both) * both)
+
+    @cached_property
+    def slowest(self) -> Array:
+        """At least 1/omega^2 (designs,) of the lowest frequency of any branch with its interface held: the sum over all
+        of its frequencies."""
+        inner = self.A[1, ..., : self.inside, : self.inside]
+        return np.asarray(np.einsum("dqij,dqij->dq", self.inverse, inner).max(axis=1))
 
     @cached_property
     def motion(self) -> Array:
@@ -116,6 +123,15 @@ class Arrow:
             return self
         return Arrow(tuple(block.take(designs) for block in self.blocks), self.core.take(designs), self.slow)
 
+    @cached_property
+    def followed(self) -> tuple[Array, Array]:
+        """K and M (designs, c, c) of the core with static motions of the branches."""
+        K, M = self.core.A[0], self.core.A[1]
+        for block in self.blocks:
+            K = K + placed(block.followed[0], block.T)
+            M = M + placed(block.followed[1], block.T)
+        return (K + np.swapaxes(K, -1, -2)) / 2, (M + np.swapaxes(M, -1, -2)) / 2
+
     @property
     def dense(self) -> Order:
         """All coordinates in one matrix: those inside the branches, in their own axes, then those of the core."""
@@ -138,10 +154,10 @@ class Arrow:
                 A[..., -c:, -c:] += np.swapaxes(T, -1, -2) @ own[..., m:, m:] @ T
                 slack[..., at] = block.slack[:, :, q, :m]
                 size = np.sqrt(abs(np.einsum("...ii->...i", own)))
-                placed = ROUNDING * own.shape[-1]
-                slack[..., at] = block.slack[:, :, q, :m] + placed * size[..., :m] ** 2
+                error = ROUNDING * own.shape[-1]
+                slack[..., at] = block.slack[:, :, q, :m] + error * size[..., :m] ** 2
                 slack[..., -c:] += spread(block.slack[:, :, q, m:], T)
-                slack[..., -c:] += placed * np.einsum("...ij,...i->...j", abs(T), size[..., m:]) ** 2
+                slack[..., -c:] += error * np.einsum("...ij,...i->...j", abs(T), size[..., m:]) ** 2
                 first += m
         return Order(A, slack, core.slowness, core.loss)
 
@@ -150,3 +166,8 @@ def spread(slack: Array, T: Array) -> Array:
     """Diagonal (..., c) that bounds T' diag(slack) T, from slack (..., n) and T (..., n, c), each of whose rows has the
     six coordinates of one root at most."""
     return np.asarray(6 * np.einsum("...ij,...i->...j", T * T, slack))
+
+
+def placed(A: Array, T: Array) -> Array:
+    """Sum (..., c, c) of A (..., q, i, i) over the branches placed by T (..., q, r, i, c)."""
+    return np.asarray((np.swapaxes(T, -1, -2) @ A[..., None, :, :] @ T).sum(axis=(-4, -3)))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import small_pencils
-from flexura.reduction.arrow import FIXED, ROUNDING, Arrow, Block
+from flexura.reduction.arrow import FIXED, ROUNDING, Arrow, Block, placed
 from flexura.reduction.chain_certificate import (
     CORRECTED,
     REACH,
@@ -30,8 +30,10 @@ Array = NDArray[np.float64]
 RESPONSES = 4
 """How often the response of the branches to their own inertia is added to a Ritz vector."""
 
-SMALL = 0.2
-"""Largest part of the lowest frequency of a branch by itself, squared, up to which branches are eliminated."""
+
+SETTLED = 0.08
+"""Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, bounded from below, at
+which the series of responses ends below 1e-10."""
 
 
 @dataclass(frozen=True)
@@ -49,17 +51,15 @@ def _t(A: Array) -> Array:
 
 
 def _ritz(arrow: Arrow) -> _Ritz:
-    """Approximations of the lowest modes, as many as the core has coordinates: static shapes of the branches, with their
+    """Approximations of the lowest modes, as many as the core has coordinates: static shapes of the branches, and their
     response to inertia added as a series that ends after a few terms."""
-    K, M = arrow.core.K, arrow.core.M
-    for block in arrow.blocks:
-        K = K + _placed(block.followed[0], block.T)
-        M = M + _placed(block.followed[1], block.T)
-    values, Z = small_pencils((K + _t(K)) / 2, (M + _t(M)) / 2)
+    values, Z = small_pencils(*arrow.followed)
     values = np.maximum(values, 0.0)
     branches = []
     for block in arrow.blocks:
-        m, lam = block.inside, values[:, None, None, None, :]
+        m = block.inside
+        # so that the series ends; nothing depends on whether these are the frequencies
+        lam = np.minimum(values, CORRECTED / np.maximum(block.slowest, EPS**4)[:, None])[:, None, None, None, :]
         ends = block.T @ Z[:, None, None]
         X = block.motion[:, :, None] @ ends
         inertia = block.A[1, ..., :m, :]
@@ -73,14 +73,24 @@ def _ritz(arrow: Arrow) -> _Ritz:
     return _Ritz(Z, branches, values)
 
 
-def _placed(A: Array, T: Array) -> Array:
-    """Sum (designs, c, c) of A (designs, q, i, i) over the branches placed by T (..., q, r, i, c)."""
-    return np.asarray((_t(T) @ A[:, :, None] @ T).sum(axis=(-4, -3)))
+def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
+    """The `count` lowest eigenvalues (designs, count) of K and M, and for which designs (designs,) the response of the
+    branches has settled."""
+    ritz = _ritz(arrow)
+    found = []
+    for A, X in (
+        (arrow.core.A[:, :, None, None], ritz.core[:, None, None]),
+        *((block.A[:, :, :, None], X) for block, X in zip(arrow.blocks, ritz.branches, strict=True)),
+    ):
+        found.append([(_t(X) @ (own @ X)).sum(axis=(1, 2)) for own in A[:2]])
+    K, M = (np.sum(own, axis=0) for own in zip(*found, strict=True))
+    values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
+    return values, values[:, -1] * np.max([block.slowest for block in arrow.blocks], axis=0) < SETTLED
 
 
 def arrow_bounds(arrow: Arrow, count: int, tolerance: float) -> ChainBounds:
-    """Bounds on the `count` lowest eigenvalues of every design, no more than the core has coordinates, as narrow as they
-    come, or to `tolerance` relative in frequency.
+    """Bounds on the `count` lowest eigenvalues of every design, no more than the core has coordinates, as narrow as
+    they come, or to `tolerance` relative in frequency.
 
     Nothing is proven for designs where a branch by itself is not much stiffer than what is asked for. Raises
     SolverError when a stiffness is singular inside a branch.
@@ -107,8 +117,8 @@ def arrow_bounds(arrow: Arrow, count: int, tolerance: float) -> ChainBounds:
 
 
 def _projected(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Array]:
-    """K, M and R on the Ritz vectors (designs, p, p), K with all that it may be more, M less, and the part of it that is
-    error."""
+    """K, M and R on the Ritz vectors (designs, p, p), K with all that it may be more, M less, and what K may
+    be more by."""
     found = []
     for A, slack, X in (
         (arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None]),
@@ -136,10 +146,10 @@ def _fewer_than(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
     for block in arrow.blocks:
         T = block.T[:, None] if block.T.ndim > FIXED else block.T
         inner, a = _eliminated(block, ell, h)
-        S = S + (_t(T) @ inner[..., None, :, :] @ T).sum(axis=(-4, -3))
-        placed = (_t(abs(T)) @ np.sqrt(a)[..., None, :, None])[..., 0] ** 2
-        size = size + placed.sum(axis=(-3, -2))
-        error = error + (ROUNDING + T.shape[-4] * T.shape[-3] * EPS) * T.shape[-2] * placed.sum(axis=(-3, -2))
+        S = S + placed(inner, T)
+        sizes = (_t(abs(T)) @ np.sqrt(a)[..., None, :, None])[..., 0] ** 2
+        size = size + sizes.sum(axis=(-3, -2))
+        error = error + (ROUNDING + T.shape[-4] * T.shape[-3] * EPS) * T.shape[-2] * sizes.sum(axis=(-3, -2))
     lifts = ell.shape[1] - 1
     for i in range(lifts):
         rest, v = S[:, i + 1 :], V[:, None, :, i]
@@ -186,7 +196,8 @@ def _eliminated(block: Block, ell: Array, h: Array) -> tuple[Array, Array]:
 def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Cholesky factors of matrices (k, n, n), NaN where there is none, and where there is one (k,)."""
     try:
-        return np.linalg.cholesky(A), np.ones(len(A), dtype=bool)
+        L = np.asarray(np.linalg.cholesky(A), dtype=np.float64)
+        return L, np.isfinite(L).all(axis=(-1, -2))  # what is no number is not always refused
     except np.linalg.LinAlgError:
         if len(A) == 1:
             return np.full(A.shape, np.nan), np.zeros(1, dtype=bool)

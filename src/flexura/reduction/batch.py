@@ -15,10 +15,10 @@ from flexura.arguments import verb
 from flexura.deadline import Listener, Progress
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
-from flexura.reduction.assembler import low_order
-from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
 from flexura.reduction.arrow import Arrow
-from flexura.reduction.chain_assembler import ChainAssembler, Kind
+from flexura.reduction.arrow_certificate import arrow_bounds
+from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
+from flexura.reduction.chain_assembler import ChainAssembler, Kind, chain_assembler
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
 from flexura.reduction.stacks import STACK, ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
@@ -162,7 +162,7 @@ def natural_frequencies(
     Parameters may be arrays over designs. Every chain of elements is reduced to its ends, and fixed-interface modes of
     chains are kept until the intervals of the default design and of a few others are within `tolerance`, relative. The
     intervals are those of the full-order model of each design, number by number, round-off included (theory eqs.
-    N1-N11). Designs for which they are wider are not hidden: the result says which, and `resolved()` solves them one by
+    N1-N14). Designs for which they are wider are not hidden: the result says which, and `resolved()` solves them one by
     one. `progress` is told of every stack of designs. Mechanisms with many coordinates between chains are solved one by
     one from the start. Raises OptionError, with the design where one has a size that has gone through zero, and
     ModelError and SolverError.
@@ -240,7 +240,7 @@ class _Batch:
         samples: int = SAMPLES,
     ) -> None:
         self.plan, self.count, self.tolerance, self.parameters = plan, count, tolerance, parameters
-        chains = _chains(plan, None)
+        chains = chain_assembler(plan)
         self.is_stacked = False
         self.counts = dict.fromkeys(chains.forces, 0)
         self._recent: tuple[ChainAssembler, int, Arrow] | None = None
@@ -258,7 +258,7 @@ class _Batch:
         return self.counts
 
     def _use(self, counts: dict[Kind, int]) -> None:
-        self.counts, self.chains = dict(counts), _chains(self.plan, counts)
+        self.counts, self.chains = dict(counts), chain_assembler(self.plan, counts)
 
     def _designs(self, values: Array, own: slice) -> Design:
         """Some designs of all."""
@@ -272,7 +272,7 @@ class _Batch:
             if number is not None:
                 self._recent = self.chains, number, own
             if self.chains.order >= self.count and np.isfinite(self.chains.start(self.count).values).all():
-                bounds = chain_bounds(own.dense, self.count, self.chains.start(self.count), HEADROOM * self.tolerance)
+                bounds = self._bounds(own, HEADROOM * self.tolerance)
                 if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
                     return
                 top = float(bounds.upper[0, -1])
@@ -297,6 +297,18 @@ class _Batch:
         except ImpossibleDesignError as error:
             raise named(error, first, self.parameters) from None
 
+    def _bounds(self, order: Arrow, tolerance: float) -> ChainBounds:
+        """Bounds on the squared frequencies of a stack: branch by branch where these alone are much stiffer, and
+        in one matrix for designs for which that does not prove enough."""
+        if not self.chains.is_arrow(self.count):
+            return chain_bounds(order.dense, self.count, self.chains.start(self.count), tolerance)
+        found = arrow_bounds(order, self.count, tolerance)
+        missed = np.flatnonzero(~_is_proven(*_hertz(found), tolerance))
+        if len(missed):
+            own = chain_bounds(order.take(missed).dense, self.count, self.chains.start(self.count), tolerance)
+            found.lower[missed], found.upper[missed], found.zero[missed] = own.lower, own.upper, own.zero
+        return found
+
     def __call__(self, values: Array, own: slice) -> tuple[Array, Array, Array]:
         """Frequencies, lower and upper bounds (designs, count), Hz, of the designs of a stack."""
         if self.is_stacked:
@@ -305,23 +317,10 @@ class _Batch:
                 order = recent[2]
             else:
                 order = self._order(self._designs(values, own), own.start)
-            return _hertz(chain_bounds(order.dense, self.count, self.chains.start(self.count), self.tolerance))
+            return _hertz(self._bounds(order, self.tolerance))
         found = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(own.start, own.stop)]
         f, low, up = (np.array(column) for column in zip(*found, strict=True))
         return f, low, up
-
-
-def _chains(plan: Plan, counts: dict[Kind, int] | None) -> ChainAssembler:
-    """The prepared assembly of a plan with so many kept modes of its default design."""
-    kept = tuple((counts or {}).values())
-
-    def made() -> ChainAssembler:
-        assembler = ChainAssembler(plan, low_order(plan).reducers)
-        if counts:
-            assembler.keep(counts, Design.of(plan).stacked())
-        return assembler
-
-    return plan.prepared.once(("chains", kept if any(kept) else ()), made)
 
 
 def _hertz(bounds: ChainBounds) -> tuple[Array, Array, Array]:

@@ -1,14 +1,14 @@
 """Branches of a mechanism: instances at top level that meet the rest in a few nodes, equal ones found.
 
 The nodes of a plan fall into a core and the insides of branches, so that K and M are an arrow: the inside of a branch
-meets the core alone. In axes of their own, branches of one prototype that are held and attached alike are equal, however
-they are turned and mirrored.
+meets the core alone. In axes of their own, branches of one prototype that are held and attached alike are equal,
+however they are turned and mirrored.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ Copy = tuple[str, int]
 """A prototype, and the number among its copies."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Kind:
     """Branches that are equal in their own axes.
 
@@ -51,7 +51,7 @@ class Branches:
     kinds: list[Kind]
     core: Index
     n_core: int
-    core_copies: list[Copy] = field(default_factory=list)
+    core_copies: list[Copy]
 
 
 def find_branches(plan: Plan, used: Mapping[str, Index]) -> Branches:
@@ -62,59 +62,63 @@ def find_branches(plan: Plan, used: Mapping[str, Index]) -> Branches:
         for k, path in enumerate(topology.copies[name].paths):
             inside_of.setdefault(path[0] if path else "", []).append((name, k))
     top = inside_of.pop("", [])
-    owner = np.full(topology.n_nodes, -2)
-    """The one branch that uses a root; -2 nobody, -1 several of them, or something else does."""
-
-    def roots(copies: list[Copy]) -> Index:
-        found = [topology.root[topology.copies[name].offset[k] + used[name]] for name, k in copies]
-        return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.intp)
-
-    for number, copies in enumerate(inside_of.values()):
-        own = roots(copies)
-        owner[own] = np.where(owner[own] == -2, number, -1)
-    owner[roots(top)] = -1
-    free = topology.dof >= 0
-    partly = topology.has_position & free.any(axis=1) & ~free.all(axis=1)
-    lies = np.full(topology.n_nodes, -1)
-    for name, copies in topology.copies.items():
-        for path, offset in zip(copies.paths, copies.offset, strict=True):
-            if path and path[0] in inside_of:
-                lies[offset : offset + plan.parts[name].n_nodes] = list(inside_of).index(path[0])
-    owner[partly | (lies != owner)] = np.where(owner[partly | (lies != owner)] == -2, -2, -1)
-    is_inside = (owner >= 0) & free.any(axis=1)
-    attached = [
-        number
-        for number, copies in enumerate(inside_of.values())
-        if (free[roots(copies)].any(1) & ~is_inside[roots(copies)]).any()
-    ]
-    is_inside &= np.isin(owner, attached)
+    is_inside = _insides(plan, used, top, inside_of)
+    every = _roots(plan, used, [*top, *(copy for copies in inside_of.values() for copy in copies)])
+    in_core = topology.dof >= 0
+    in_core &= (~is_inside & np.isin(np.arange(topology.n_nodes), every))[:, None]
     core = np.full(topology.dof.shape, -1, dtype=np.intp)
-    in_core = (
-        free & (~is_inside & np.isin(np.arange(topology.n_nodes), roots([*top, *sum(inside_of.values(), [])])))[:, None]
-    )
     core[in_core] = np.arange(int(in_core.sum()))
     found: dict[tuple[object, ...], Kind] = {}
     instance = {path: n for own in topology.copies.values() for path, n in zip(own.paths, own.number, strict=True)}
     prototype = {path: name for name, own in topology.copies.items() for path in own.paths}
-    for number, (branch, copies) in enumerate(inside_of.items()):
-        if not is_inside[owner == number].any():
+    for branch, copies in inside_of.items():
+        if not is_inside[_roots(plan, used, copies)].any():
             top = [*top, *copies]
             continue
         place, meets, inside, nodes = _numbered(plan, used, copies, is_inside)
-        pattern = (place_.tobytes() for place_ in place), (own.tobytes() for own in meets)
         relative = tuple((name, topology.copies[name].paths[k][1:]) for name, k in copies)
-        key = (prototype[(branch,)], relative, *map(tuple, pattern))
-        if key in found:
-            kind = found[key]
-            found[key] = Kind(
-                [*kind.instances, instance[(branch,)]],
-                *(kind.copies, kind.place, kind.meets),
-                inside,
-                np.vstack([kind.nodes, nodes]),
-            )
-        else:
-            found[key] = Kind([instance[(branch,)]], copies, place, meets, inside, nodes[None])
+        pattern = tuple(own.tobytes() for own in (*place, *meets))
+        like = found.setdefault(
+            (prototype[(branch,)], relative, pattern),
+            Kind([], copies, place, meets, inside, np.empty((0, len(nodes)), int)),
+        )
+        like.instances.append(instance[(branch,)])
+        like.nodes = np.vstack([like.nodes, nodes])
     return Branches(list(found.values()), core, int(in_core.sum()), top)
+
+
+def _roots(plan: Plan, used: Mapping[str, Index], copies: list[Copy]) -> Index:
+    """Roots of the nodes used of some copies."""
+    topology = plan.topology
+    found = [topology.root[topology.copies[name].offset[k] + used[name]] for name, k in copies]
+    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.intp)
+
+
+def _insides(
+    plan: Plan, used: Mapping[str, Index], top: list[Copy], inside_of: Mapping[str, list[Copy]]
+) -> NDArray[np.bool_]:
+    """Roots (nodes,) that lie in a branch and that nothing else uses, in branches that meet anything else; none that is
+    held in directions that do not turn with its branch."""
+    topology = plan.topology
+    number = {branch: k for k, branch in enumerate(inside_of)}
+    lies = np.full(topology.n_nodes, -1)
+    for name, copies in topology.copies.items():
+        for path, offset in zip(copies.paths, copies.offset, strict=True):
+            lies[offset : offset + plan.parts[name].n_nodes] = number.get(path[0], -1) if path else -1
+    free = topology.dof >= 0
+    partly = topology.has_position & free.any(axis=1) & ~free.all(axis=1)
+    users = np.zeros(topology.n_nodes, dtype=np.intp)
+    alone = np.zeros(topology.n_nodes, dtype=bool)
+    own = {branch: _roots(plan, used, copies) for branch, copies in inside_of.items()}
+    for branch, roots in own.items():
+        users[roots] += 1
+        alone[roots] |= lies[roots] == number[branch]
+    users[_roots(plan, used, top)] += 1
+    is_inside = alone & (users == 1) & free.any(axis=1) & ~partly
+    for roots in own.values():
+        if not (free[roots].any(axis=1) & ~is_inside[roots]).any():
+            is_inside[roots] = False
+    return is_inside
 
 
 def _numbered(
@@ -184,7 +188,7 @@ def part_transforms(
 
 
 def interface_maps(design: Design, kind: Kind, branches: Branches) -> Array:
-    """T (..., branches, 6 i, c): displacements of the interface of each branch, in its axes, from the coordinates of the
+    """T (..., branches, 6 i, c): displacements of the interface of each branch, in its axes, from coordinates of the
     core."""
     topology, x = design.plan.topology, design.geometry.positions
     count, i = kind.nodes.shape

@@ -12,18 +12,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.linalg import GUARD, Eigenpairs, lowest
+from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
 from flexura.records import Latest
-from flexura.reduction.arrow import ROUNDING, Arrow, Block, Order
+from flexura.reduction.arrow import Arrow, Block, Order
+from flexura.reduction.assembler import low_order
 from flexura.reduction.branches import Copy, find_branches, interface_maps, part_transforms
 from flexura.reduction.chain import kinematics
 from flexura.reduction.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
 from flexura.reduction.parts import PartReducer
+from flexura.reduction.placing import bordered, joined, placing_error, stacked
 from flexura.reduction.stacks import refuse_impossible
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+STIFFER = 0.2
+"""Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, its interface held, at
+which branches are eliminated."""
+
+MASSLESS = 1e-8
+"""Least part of the core's mass, scaled, in any of its directions with which frequencies follow from it."""
 
 Kind = tuple[str, int]
 """A group of chains of equal length: its prototype, and its position among that prototype's groups."""
@@ -82,6 +91,7 @@ class ChainAssembler:
         self._latest: Latest[_Maps] = Latest()
         self._targets: dict[tuple[int, int], Index] = {}
         self._starts: dict[int, Eigenpairs] = {}
+        self._arrows: dict[int, bool] = {}
         topology, found = self.plan.topology, self.branches
         self._sets: dict[tuple[int, int], list[Kind]] = {}
         for kind, forces in self.forces.items():
@@ -197,9 +207,9 @@ class ChainAssembler:
                     nodes = self.reducers[name].chains[g].nodes[:, [0, -1]]
                     G = self._transforms(design, name, nodes)
                     T = block_diagonal(G.reshape(*G.shape[:-3], len(nodes), 2, 6, 6))
-                    L.append(_joined(B[..., None, :, :, :] @ T))
-                    size.append(_joined(abs(B)[..., None, :, :, :] @ abs(T)))
-                whole = [_bordered(np.concatenate(own, axis=-3), kept) for own in (L, size)]
+                    L.append(joined(B[..., None, :, :, :] @ T))
+                    size.append(joined(abs(B)[..., None, :, :, :] @ abs(T)))
+                whole = [bordered(np.concatenate(own, axis=-3), kept) for own in (L, size)]
                 chains.append((frame, whole[0], whole[1]))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.discrete_nodes():
@@ -233,7 +243,7 @@ class ChainAssembler:
             A = stiffness_and_mass(frame, design.elements)[:, :, self._chain_numbers(kinds)]
             placed.append(np.swapaxes(L, -1, -2) @ A @ L)
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            placed.append(np.swapaxes(T, -1, -2) @ _stacked(element, len(design.values))[:2] @ T)
+            placed.append(np.swapaxes(T, -1, -2) @ stacked(element, len(design.values))[:2] @ T)
         none = np.zeros((0, len(design.values)))
         return self._arranged(placed, [], maps.T, none, none)
 
@@ -247,15 +257,15 @@ class ChainAssembler:
             own = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
             A = own.A[:, :, self._chain_numbers(kinds)]
             placed.append(np.swapaxes(L, -1, -2) @ A @ L)
-            spreads.append(_spread(A, size))
+            spreads.append(placing_error(A, size))
             slowness = np.maximum(slowness, own.slowness.max(axis=-1))
             loss = np.maximum(loss, own.loss.max(axis=-1))
             first = np.cumsum([0, *(len(self.forces[kind]) for kind in kinds)])
             slow |= {k: float(own.slowness[:, a:b].max()) for k, a, b in zip(kinds, first, first[1:], strict=False)}
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            A = _stacked(element, designs)
+            A = stacked(element, designs)
             placed.append(np.swapaxes(T, -1, -2) @ A @ T)
-            spreads.append(_spread(A, abs(T)))
+            spreads.append(placing_error(A, abs(T)))
         return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
@@ -306,7 +316,7 @@ class ChainAssembler:
         if key not in self._targets:
             self._targets[key] = (np.arange(r * designs)[:, None] * (size + 1) + target).ravel()
         summed = np.bincount(self._targets[key], weights=data.ravel(), minlength=r * designs * (size + 1))
-        return summed.reshape(r, designs, size + 1)[..., :-1]
+        return summed.astype(float, copy=False).reshape(r, designs, size + 1)[..., :-1]
 
     def start(self, count: int) -> Eigenpairs:
         """Eigenpairs of the default design from which the search for `count` frequencies of others starts."""
@@ -317,6 +327,30 @@ class ChainAssembler:
                 pairs = lowest(own.K[0], own.M[0], count + GUARD + min(rigid, 6))
             self._starts[count] = pairs
         return self._starts[count]
+
+    def is_arrow(self, count: int) -> bool:
+        """Whether branches by themselves are so much stiffer than the `count` lowest modes that these follow from the
+        core, as in the default design."""
+        if not self._blocks or count > self.n_core:
+            return False
+        if count not in self._arrows:
+            own = self(Design.of(self.plan).stacked())
+            top = float(self.start(count).values[count - 1])
+            fastest = [
+                np.linalg.eigvals(block.inverse @ block.A[1, ..., : block.inside, : block.inside])
+                for block in own.blocks
+            ]
+            slowest = max(float(abs(values).max()) for values in fastest)
+            mass = own.followed[1]
+            massive = np.linalg.eigvalsh(scaled(mass, unit_scale(mass)))
+            self._arrows[count] = 0 < top * slowest < STIFFER and bool(massive.min() > MASSLESS * massive.max())
+        return self._arrows[count]
+
+    def is_paper(self, count: int) -> bool:
+        """Whether `unproven` has the coordinates of constraint modes of whole substructures, and the `count` lowest
+        modes follow from the core."""
+        boundaries = all(len(own.remaining) == len(own.part.boundary) for own in self.reducers.values())
+        return boundaries and self.is_arrow(count)
 
     def most(self, kind: Kind) -> int:
         """How many modes a kind of chain has: as many as its interior has displacements, unless some lack mass."""
@@ -331,33 +365,14 @@ class ChainAssembler:
         return self.order - now + sum(kept[kind] * count for kind, count in counts.items())
 
 
-def _joined(A: Array) -> Array:
-    """(..., copies, c, n, n) as (..., copies c, n, n)."""
-    return A.reshape(*A.shape[:-4], A.shape[-4] * A.shape[-3], *A.shape[-2:])
+def chain_assembler(plan: Plan, counts: Mapping[Kind, int] | None = None) -> ChainAssembler:
+    """The prepared assembly of a plan with so many kept modes of its default design."""
+    kept = tuple((counts or {}).values())
 
+    def made() -> ChainAssembler:
+        assembler = ChainAssembler(plan, low_order(plan).reducers)
+        if counts:
+            assembler.keep(counts, Design.of(plan).stacked())
+        return assembler
 
-def _bordered(L: Array, kept: int) -> Array:
-    """Maps (..., 12, 12) with an identity for so many kept motions."""
-    if not kept:
-        return L
-    wide = np.zeros((*L.shape[:-2], 12 + kept, 12 + kept))
-    wide[..., :12, :12] = L
-    wide[..., np.arange(12, 12 + kept), np.arange(12, 12 + kept)] = 1.0
-    return wide
-
-
-def _stacked(element: DiscreteElement, designs: int) -> Array:
-    """K, M and R (3, designs, 1, m, m) of a discrete element."""
-    m = 6 * len(element.nodes)
-    A = np.zeros((3, designs, 1, m, m))
-    for out, own in zip(A, (element.K, element.M), strict=False):
-        if own is not None:
-            out[:, 0] = own
-    return A
-
-
-def _spread(A: Array, size: Array) -> Array:
-    """Diagonals (3, designs, p, n) that bound the error of placing A by the map |L| (..., p, n, n) (theory eq. N10)."""
-    roots = np.sqrt(abs(np.einsum("...ii->...i", A)))
-    s = np.swapaxes(size, -1, -2) @ roots[..., None]
-    return np.asarray(ROUNDING * A.shape[-1] * s[..., 0] ** 2)
+    return plan.prepared.once(("chains", kept if any(kept) else ()), made)

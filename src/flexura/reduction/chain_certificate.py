@@ -70,7 +70,8 @@ def chain_bounds(own: Order, count: int, start: Eigenpairs, tolerance: float) ->
     wanted = max(count, start.vectors.shape[-1] - GUARD)
     if shift:
         start = Eigenpairs(start.values + shift, start.vectors)
-    pairs = lowest_pairs(own.K + shift * own.M if shift else own.K, own.M, wanted, start, RITZ)
+    K, within = (own.K + shift * own.M, RITZ * ZERO) if shift else (own.K, RITZ)
+    pairs = lowest_pairs(K, own.M, wanted, start, within)
     small = _projected(own, pairs.vectors)
     upper, _ = small_pencils(
         *from_above(small.K + small.slack[0], small.M - small.slack[1], small.R, small.values, own.slowness)
@@ -103,7 +104,7 @@ def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Ite
     """Lower bounds (designs, p) to be tried: a little below a guess from Ritz values, then at the tolerance."""
     moved = np.maximum(values - guess, 0.0)
     yield guess - 0.05 * np.maximum(upper - guess, 0.0) - 4 * moved**2 / np.maximum(guess, EPS) - 1e-10 * guess
-    yield upper * (1 - 0.999 * tolerance) ** 2
+    yield upper * (1 - 0.99 * tolerance) ** 2
 
 
 def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -> ChainBounds:

@@ -38,8 +38,9 @@ class ChainMoments:
     """Matrices of each chain (..., c, ...) in its coordinates: twist of the first end and relative twist of the ends at
     the pole, then kept motions a (k,) of the interior.
 
-    A (3, ..., c, 12 + k, 12 + k) are K, M and R. `slowness`, s^2/rad^2, is at least 1/mu, mu the lowest squared frequency of the motions left out. `loss`
-    bounds the relative error in energy that round-off has left in k and in the constraint modes.
+    A (3, ..., c, 12 + k, 12 + k) are K, M and R. `slowness`, s^2/rad^2, is at least 1/mu, mu the lowest squared
+    frequency of the motions left out. `loss` bounds the relative error in energy that round-off has left in the
+    stiffness against relative twists and in the constraint modes.
     """
 
     A: Array
@@ -76,7 +77,7 @@ class PoleFrame:
     @property
     def is_fixed(self) -> bool:
         """Whether the geometry is the same in all designs."""
-        return self.Xd.ndim == 4  # noqa: PLR2004
+        return self.Xd.ndim == 4
 
     def taken(self, table: Array) -> Array:
         """Rows (..., c, e, k) of a table (..., elements, k)."""
@@ -255,8 +256,8 @@ def _loss(total: Array, k: Array, count: int) -> Array:
 
 
 def interior_modes(frame: PoleFrame, table: Elements, count: int) -> Array:
-    """Forces (c, e, 12, count) of inertia of the lowest fixed-interface modes of each chain, a stack of one design, scaled to unit
-    strain energy, at the ends of the elements in their axes: what `moments` asks for."""
+    """Forces (c, e, 12, count) of inertia of the lowest fixed-interface modes of each chain of one design, in a stack
+    by itself, scaled to unit strain energy, at the ends of the elements in their axes: what `moments` asks for."""
     F = frame.flexibilities(table)[0]
     M = (frame.taken(table.mass_coefficients) @ table.mass_basis)[0].reshape(*F.shape[:2], 12, 12)
     mass = frame.Xt @ M @ frame.Xd

@@ -11,7 +11,9 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import lowest_values
 from flexura.mechanism import Mechanism
-from flexura.reduction.assembler import low_order
+from flexura.reduction.arrow_certificate import arrow_values
+from flexura.reduction.assembler import LowOrderAssembler, low_order
+from flexura.reduction.chain_assembler import ChainAssembler, chain_assembler
 from flexura.reduction.stacks import ImpossibleDesignError, named, refuse_turned, some_of, stacks
 from flexura.structure import Design, Plan, plan_of
 
@@ -33,7 +35,7 @@ def unproven_frequencies(
     parameters = parameters or {}
     values = plan.values(parameters)
     refuse_turned(plan, values, parameters)
-    assembler = low_order(plan)
+    assembler, chains = low_order(plan), chain_assembler(plan)
     if n < 1:
         raise OptionError(f"the number of frequencies is at least 1, not {n}")
     count = min(n, len(assembler.physical))
@@ -41,9 +43,27 @@ def unproven_frequencies(
     found = np.empty((len(many), count))
     for own in stacks(len(many)):
         try:
-            K, M = assembler.stack(Design.at(plan, many[own], some_of(parameters, own)))
+            design = Design.at(plan, many[own], some_of(parameters, own))
+            found[own] = (
+                _by_branches(chains, design, count) if chains.is_paper(count) else _of(assembler, design, count)
+            )
         except ImpossibleDesignError as error:
             raise named(error, own.start, parameters) from None
-        found[own] = lowest_values(K, M, count, assembler.start(count))
     hz = np.sqrt(np.maximum(found, 0.0)) / (2 * np.pi)
     return hz if values.ndim > 1 else hz[0]
+
+
+def _of(assembler: LowOrderAssembler, design: Design, count: int) -> Array:
+    """Lowest eigenvalues (designs, count) of a stack."""
+    return lowest_values(*assembler.stack(design), count, assembler.start(count))
+
+
+def _by_branches(chains: ChainAssembler, design: Design, count: int) -> Array:
+    """The same from the core, and in one matrix for designs whose branches are not much stiffer by themselves."""
+    arrow = chains.unproven(design)
+    values, is_settled = arrow_values(arrow, count)
+    left = np.flatnonzero(~is_settled)
+    if len(left):
+        own = arrow.take(left).dense
+        values[left] = lowest_values(own.K, own.M, count, chains.start(count))
+    return values
