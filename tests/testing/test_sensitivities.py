@@ -7,7 +7,8 @@ import pytest
 
 import flexura as fx
 from flexura.linalg import lowest
-from flexura.sensitivity.variation import FullOrderFamily, LowOrderFamily, changes_of
+from flexura.sensitivity.low_order import LowOrderFamily
+from flexura.sensitivity.variation import FullOrderFamily
 from helpers import samples
 
 RPR = "examples/rpr/rpr.yaml"
@@ -48,7 +49,6 @@ def test_frequencies_of_a_cantilever_against_high_precision(name):
         k = int(np.argmin(abs(found.frequency_hz - f)))
         assert found.frequency_hz[k] == pytest.approx(f, rel=1e-8)
         assert found.derivative[k, 0] == pytest.approx(slope, rel=1e-6)
-    assert found.error[0] < 1e-6
 
 
 def test_kept_modes_mean_the_same_away_from_the_start():
@@ -60,7 +60,7 @@ def test_kept_modes_mean_the_same_away_from_the_start():
     pairs = lowest(model.K, model.M, 4)
     KX, MX, _ = family.products(at, pairs.vectors)
     assert np.abs(KX - MX * pairs.values).max() < 1e-9 * np.abs(KX).max()
-    for name, change in zip(at, changes_of(family, at, list(at), pairs.vectors), strict=True):
+    for name, change in zip(at, family.changes(at, list(at), pairs.vectors), strict=True):
         slopes = np.einsum("ik,ik->k", pairs.vectors, change.K - pairs.values * change.M)
         h = 1e-4 * at[name]
         up, down = (fx.reduce(plan, {**at, name: at[name] + s * h}, keep=4) for s in (1, -1))

@@ -1,4 +1,5 @@
 from flexura.duals.dual import Dual as Dual
+from flexura.duals.dual import moves as moves
 from flexura.duals.dual import plain as plain
 from flexura.duals.dual import real as real
 from flexura.duals.dual import with_slopes_of as with_slopes_of

@@ -30,6 +30,11 @@ def plain(x: Any) -> Any:
     return x
 
 
+def moves(x: Any) -> bool:
+    """Whether any slope of something is not zero."""
+    return isinstance(x, Dual) and (bool(np.any(plain(x.slope))) or moves(x.slope) or moves(x.value))
+
+
 def with_slopes_of(*sources: Any) -> Any:
     """The first of some numbers and arrays that implements NumPy's functions itself, as `Dual` does; None without."""
     return next((x for x in sources if not isinstance(x, np.ndarray) and hasattr(x, "__array_function__")), None)
@@ -139,9 +144,9 @@ class Dual:
         """In a row."""
         return self.reshape(-1)
 
-    def transpose(self, *axes: int) -> Dual:
+    def transpose(self, axes: tuple[int, ...] | None = None) -> Dual:
         """With axes in another order, reversed when none are given."""
-        return Dual(*arrangement.transpose(Pair(self.value, self.slope), axes or None))
+        return Dual(*arrangement.transpose(Pair(self.value, self.slope), axes))
 
     def astype(self, _: Any) -> Dual:
         """Itself: slopes are those of floats."""

@@ -134,7 +134,7 @@ def parameter_at(path: Path) -> str:
 
 
 def evaluated(part: AnyPart, values: Mapping[str, float]) -> AnyPart:
-    """The same part with every expression replaced by its value; nothing is validated anew.
+    """The same part with every expression replaced by its value, which may have slopes; nothing is validated anew.
 
     Raises ExpressionError when `values` lacks a parameter.
     """
@@ -144,7 +144,7 @@ def evaluated(part: AnyPart, values: Mapping[str, float]) -> AnyPart:
 
 def _evaluated(item: Any, values: Mapping[str, float]) -> Any:
     if isinstance(item, Expression):
-        return float(item.evaluate(values))
+        return _float_or_array(item.evaluate(values))
     if isinstance(item, Part):
         changed = {name: new for name, old in item.__dict__.items() if (new := _evaluated(old, values)) is not old}
         return item.replaced(changed) if changed else item

@@ -6,6 +6,9 @@ from flexura.sensitivity.frequencies import Sensitivities as Sensitivities
 from flexura.sensitivity.frequencies import family_of as family_of
 from flexura.sensitivity.frequencies import free_names as free_names
 from flexura.sensitivity.frequencies import sensitivities as sensitivities
+from flexura.sensitivity.low_order import Family as Family
+from flexura.sensitivity.low_order import Matrices as Matrices
+from flexura.sensitivity.low_order import ModelOrder as ModelOrder
 from flexura.sensitivity.points import Reading as Reading
 from flexura.sensitivity.points import displacement_rows as displacement_rows
 from flexura.sensitivity.responses import Reader as Reader
@@ -15,8 +18,3 @@ from flexura.sensitivity.responses import modal_response as modal_response
 from flexura.sensitivity.responses import response_sensitivities as response_sensitivities
 from flexura.sensitivity.responses import static_vectors as static_vectors
 from flexura.sensitivity.variation import Change as Change
-from flexura.sensitivity.variation import Family as Family
-from flexura.sensitivity.variation import Matrices as Matrices
-from flexura.sensitivity.variation import ModelOrder as ModelOrder
-from flexura.sensitivity.variation import changes_of as changes_of
-from flexura.sensitivity.variation import unbounded as unbounded

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,7 +107,11 @@ class Branch:
     Q: Array
 
 
-def branches(cluster: Cluster, change: Change, p: int) -> Branch:
+Bends = Callable[[Array], tuple[Array, Array]]
+"""K'' X and M'' X (n, k) of vectors X (n, k), by one parameter."""
+
+
+def branches(cluster: Cluster, change: Change, p: int, bends: Bends) -> Branch:
     """Derivatives of a cluster's eigenvalues and M-normalised eigenvectors for parameter p (theory eqs. K4-K9).
 
     Distinct derivatives part a repeated eigenvalue, and fix its vectors (Ojalvo 1988; Mills-Curran 1988; Dailey 1989);
@@ -119,11 +123,12 @@ def branches(cluster: Cluster, change: Change, p: int) -> Branch:
     mass = Q.T @ cluster.mass[p] @ Q
     C = -mass / 2
     if len(at) > 1:
-        bend = Q.T @ X.T @ (change.K2[:, at] - value * change.M2[:, at]) @ Q
-        force = (change.K[:, at] - value * change.M[:, at]) @ Q
-        top = bend + 2 * force.T @ V - 2 * mass * slopes
         apart = slopes - slopes[:, None]
         scale = np.abs(slopes).max(initial=0.0)
         split = np.abs(apart) > 1e-5 * scale if scale else np.zeros_like(apart, dtype=bool)
-        C = np.where(split, top / (2 * np.where(split, apart, 1.0)), C)
+        if split.any():
+            K2, M2 = bends(X)
+            force = (change.K[:, at] - value * change.M[:, at]) @ Q
+            top = Q.T @ X.T @ (K2 - value * M2) @ Q + 2 * force.T @ V - 2 * mass * slopes
+            C = np.where(split, top / (2 * np.where(split, apart, 1.0)), C)
     return Branch(slopes, V + Z @ C, Q)

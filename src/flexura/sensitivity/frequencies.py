@@ -14,23 +14,13 @@ from flexura.errors import OptionError
 from flexura.expressions import Expression
 from flexura.mechanism import Mechanism
 from flexura.results import Tabular
-from flexura.sensitivity.eigenpairs import branches, moved_clusters, whole_clusters
-from flexura.sensitivity.variation import (
-    Family,
-    FullOrderFamily,
-    LowOrderFamily,
-    ModelOrder,
-    Rows,
-    changes_of,
-    unbounded,
-)
-from flexura.structure import Plan, one_design
+from flexura.sensitivity.eigenpairs import Bends, branches, moved_clusters, whole_clusters
+from flexura.sensitivity.low_order import Family, LowOrderFamily, ModelOrder
+from flexura.sensitivity.variation import FullOrderFamily, Rows
+from flexura.structure import Plan, one_design, plan_of
 from flexura.tables import Facts, Table, percent
 
 Array = NDArray[np.float64]
-
-UNSURE = 1e-5
-"""Relative error of differenced matrices from which on it is said."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,19 +30,18 @@ class Sensitivities(Tabular):
     `derivative` (n, P) is in Hz per SI unit of the parameter; `relative` (n, P), (p/f) df/dp, compares parameters.
     `shapes` (N, n) are M-normalised DOF vectors of the full-order model and `shape_derivative` (P, N, n) their
     derivatives. A repeated frequency has a branch for every distinct derivative; both are those of the branches,
-    ascending, of which `branch_shapes` (P, N, n) are the shapes. `error` (P,) is estimated, relative to the largest
-    entry of the differenced products.
+    ascending, of which `branch_shapes` (P, N, n) are the shapes. Where the design is at a kink of a parameter, as a
+    notch whose end is a corner of its contour, nothing has a derivative by it: these are NaN, and `notes` says so.
     """
 
     _shown = ("name", "free", "frequency_hz", "order")
-    _told = ("name", "free", "values", "frequency_hz", "derivative", "relative", "error", "order")
+    _told = ("name", "free", "values", "frequency_hz", "derivative", "relative", "order")
 
     name: str
     free: tuple[str, ...]
     values: Array
     frequency_hz: Array
     derivative: Array
-    error: Array
     shapes: Array
     shape_derivative: Array
     branch_shapes: Array
@@ -97,11 +86,13 @@ def sensitivities(
     """Derivatives of the `n` lowest natural frequencies and mode shapes with respect to the parameters `free`.
 
     lambda' = x' (K' - lambda M') x (Fox and Kapoor 1968) and shapes by a bordered solve (after Nelson 1976), repeated
-    frequencies along their branches (Dailey 1989; theory eqs. K1-K9). K' x and M' x are differenced to high order, of
-    the full-order model or of the low-order one (`order="low"`, with `keep` normal modes in each substructure). All
-    parameters that are numbers are taken when none are named. Raises ModelError, OptionError and SolverError.
+    frequencies along their branches (Dailey 1989; theory eqs. K1-K9). K' x and M' x are exact: the formulas of the plan
+    are differentiated as they are worked out, of the full-order model or of the low-order one (`order="low"`, with
+    `keep` normal modes in each substructure). All parameters that are numbers are taken when none are named. Raises
+    ModelError, OptionError and SolverError.
     """
-    plan = unbounded(model, parameters)
+    plan = plan_of(model, parameters)
+    plan.refuse_pose("sensitivities")
     chosen = free_names(plan, free)
     at = one_design(parameters)
     family = family_of(plan, order, at, keep)
@@ -110,41 +101,54 @@ def sensitivities(
     if n < 1:
         raise OptionError(f"the number of modes is at least 1, not {n}")
     pairs = whole_clusters(solved.K, solved.M, n)
-    point = {**at, **{name: values[name] for name in chosen}}
-    changes = changes_of(family, point, chosen, pairs.vectors)
+    changes = family.changes(at, chosen, pairs.vectors)
     moved = moved_clusters(solved.K, solved.M, pairs, changes)
     count, N = len(pairs.values), plan.topology.n_dof
     slopes = np.zeros((count, len(chosen)))
     slope_shapes, branch_shapes = np.zeros((2, len(chosen), N, count))
-    for p in range(len(chosen)):
+    notes = [
+        f"{name}: the design is at a kink, such as a corner of a contour, where nothing has a derivative by it"
+        for name, change in zip(chosen, changes, strict=True)
+        if not change.is_smooth
+    ]
+    for p, name in enumerate(chosen):
         for cluster in moved:
-            found = branches(cluster, changes[p], p)
+            found = branches(cluster, changes[p], p, _bends(family, at, name))
+            if np.isnan(found.vectors).any():
+                notes.append(
+                    f"shapes at {pairs.values[cluster.at[0]] ** 0.5 / (2 * np.pi):.5g} Hz part with {name}; {FULL}"
+                )
             slopes[cluster.at, p] = found.value
             slope_shapes[p][:, cluster.at] = changes[p].Y[:, cluster.at] @ found.Q
             slope_shapes[p][:, cluster.at] += family.readings(at, found.vectors)
             branch_shapes[p][:, cluster.at] = family.readings(at, cluster.X @ found.Q)
+        if not changes[p].is_smooth:
+            slopes[:, p] = slope_shapes[p] = np.nan
     omega = np.sqrt(np.maximum(pairs.values, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         derivative = np.where(omega[:, None] > 0, slopes / (4 * np.pi * np.where(omega, omega, 1.0)[:, None]), 0.0)
-    error = np.array([c.error for c in changes])
-    notes = [
-        f"matrices differenced over {name} are uncertain by {e:.1g}: it may reach a corner of a contour nearby"
-        for name, e in zip(chosen, error, strict=True)
-        if e > UNSURE
-    ]
     return Sensitivities(
         plan.mechanism.name,
         chosen,
         np.array([values[name] for name in chosen]),
         omega[:n] / (2 * np.pi),
         derivative[:n],
-        error,
         family.readings(at, pairs.vectors)[:, :n],
         slope_shapes[:, :, :n],
         branch_shapes[:, :, :n],
         solved.order,
         tuple(notes),
     )
+
+
+FULL = "how they turn is known at order full alone"
+
+
+def _bends(family: Family, at: Mapping[str, float], name: str) -> Bends:
+    """Second derivatives of a family's products, NaN where they are not known."""
+    if isinstance(family, LowOrderFamily):
+        return lambda X: (np.full(X.shape, np.nan), np.full(X.shape, np.nan))
+    return lambda X: family.bends(at, name, X)
 
 
 def family_of(

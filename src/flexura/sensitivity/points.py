@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.beam import rigid_arm
+from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.sensitivity.variation import Rows
@@ -52,14 +54,15 @@ def displacement_rows(places: Sequence[Reading]) -> Rows:
             six[at, :3], six[at, 3:] = place.direction, np.cross(place.arm, place.direction)
 
     def rows(design: Design) -> Any:
-        found = np.zeros((len(places), design.plan.topology.n_dof))
-        if own:
-            numbers = design.plan.topology.numbers([places[k].node for k in own])
-            of_nodes = design.node_rows(numbers).toarray().reshape(len(own), 6, -1)
-            found[own] = np.einsum("oi,oin->on", six, of_nodes)
+        topology, x = design.plan.topology, design.positions
+        numbers = topology.numbers([places[k].node for k in own])
+        root = topology.root[numbers]
+        D = rigid_arm(np.where(topology.is_rigid[numbers, None], x[numbers] - x[root], 0.0))
+        found = zeros((len(places), topology.n_dof + 1), D)
+        found[np.array(own, dtype=np.intp)[:, None], topology.dof[root]] = np.einsum("oi,oij->oj", six, D)
         for k, place in enumerate(places):
             if place.row is not None:
-                found[k] = place.row
-        return found
+                found[k, :-1] = place.row
+        return found[:, :-1]
 
     return rows

@@ -17,9 +17,10 @@ from flexura.reduction import stored_flexibility
 from flexura.results import Result
 from flexura.sensitivity.eigenpairs import Cluster, moved_clusters, whole_clusters
 from flexura.sensitivity.frequencies import family_of, free_names
+from flexura.sensitivity.low_order import Matrices, ModelOrder
 from flexura.sensitivity.points import Reading, displacement_rows
-from flexura.sensitivity.variation import Change, Matrices, ModelOrder, changes_of, unbounded
-from flexura.structure import FullOrderModel, Plan, one_design
+from flexura.sensitivity.variation import Change
+from flexura.structure import FullOrderModel, Plan, one_design, plan_of
 from flexura.tables import Facts, Table, percent
 
 Array = NDArray[np.float64]
@@ -28,7 +29,8 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, repr=False)
 class ResponseSensitivities(Result):
-    """H (f, p, m) at `frequency_hz` (f,), and dH/dp (P, f, p, m) per SI unit of the parameters `free`."""
+    """H (f, p, m) at `frequency_hz` (f,), and dH/dp (P, f, p, m) per SI unit of the parameters `free`: NaN by one at a
+    kink of which the design is."""
 
     free: tuple[str, ...]
     values: Array
@@ -66,7 +68,8 @@ def response_sensitivities(
     The `n` lowest modes with one damping ratio, and static correction (theory eqs. K10-K12). Raises ModelError,
     OptionError and SolverError.
     """
-    plan = unbounded(model, parameters)
+    plan = plan_of(model, parameters)
+    plan.refuse_pose("sensitivities")
     chosen, at = free_names(plan, free), one_design(parameters)
     hz = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
     if not (damping > 0 and np.isfinite(hz).all() and (hz > 0).all()):
@@ -78,9 +81,10 @@ def response_sensitivities(
     G = static_vectors(family, at)
     values = {name: float(plan.parameter_values(at)[name]) for name in chosen}
     X = np.hstack([pairs.vectors, G])
-    changes = changes_of(family, {**at, **values}, chosen, X)
+    changes = family.changes(at, chosen, X)
     moved = moved_clusters(solved.K, solved.M, pairs, [first_columns(c, len(pairs.values)) for c in changes])
     H, dH = modal_response(family, at, pairs, moved, G, changes, hz, len(outputs), damping)
+    dH[[not c.is_smooth for c in changes]] = np.nan
     return ResponseSensitivities(chosen, np.array(list(values.values())), hz, H, dH)
 
 
@@ -114,8 +118,7 @@ def static_vectors(family: Model, at: Mapping[str, float]) -> Array:
 
 def first_columns(own: Change, count: int) -> Change:
     """A change of the first vectors alone."""
-    cut = (f[:, :count] for f in (own.K, own.M, own.Y, own.K2, own.M2))
-    return Change(*cut, error=own.error)
+    return Change(own.K[:, :count], own.M[:, :count], own.Y[:, :count], own.is_smooth)
 
 
 def modal_response(

@@ -48,14 +48,20 @@ class Design(Record):
         return Design.at(plan, plan.values(parameters), parameters or {})
 
     @staticmethod
-    def with_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequence[str]) -> Design:
+    def with_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequence[str], order: int = 1) -> Design:
         """One design; all numbers that follow from it are `Dual`, with slopes by the parameters `names` in their order.
+
+        With `order` 2 the slopes have slopes themselves.
 
         Raises OptionError as `of` does.
         """
         values = plan.parameter_values(parameters)
-        rows = zip(names, np.eye(len(names)), strict=True)
-        return Design.of(plan, {**parameters, **{name: Dual(np.array(values[name]), row) for name, row in rows}})
+        rows = dict(zip(names, np.eye(len(names)), strict=True))
+        moved = {name: Dual(np.array(values[name]), row) for name, row in rows.items()}
+        if order == 2:
+            still = np.zeros((len(names), len(names)))
+            moved = {name: Dual(own, Dual(rows[name], still)) for name, own in moved.items()}
+        return Design.of(plan, {**parameters, **moved})
 
     @staticmethod
     def at(plan: Plan, values: Array, parameters: Mapping[str, ArrayLike]) -> Design:

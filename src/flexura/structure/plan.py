@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.duals import Dual, plain
+from flexura.duals import Dual, moves, plain
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
 from flexura.mechanism import (
@@ -307,10 +307,10 @@ class Plan(Record, Displayed):
         When none of them varies along the design axis the result has no design axis.
         """
         varying: Any = values[..., self._geometry_entries]
+        if isinstance(values, Dual):
+            return self._compute_geometry(values) if moves(varying) else self.geometry(values.value)
         if varying.ndim > 1 and (varying == varying[0]).all():
             values, varying = values[0], varying[0]
-        if isinstance(values, Dual):
-            return self._compute_geometry(values) if varying.slope.any() else self.geometry(values.value)
         key = varying.tobytes() + str(varying.shape).encode()
         return self._latest.get(key, lambda: self._compute_geometry(values))
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.beam import rigid_arm
+from flexura.duals import zeros
 from flexura.records import Latest
-from flexura.sensitivity import Family, Matrices
+from flexura.sensitivity import Change, Family, Matrices
 from flexura.structure import Design, FullOrderModel
 from flexura.testing.rig.test_points import TestPoints
 
@@ -39,12 +42,20 @@ class MassLoadedFamily:
             return replace(own, M=sp.csc_matrix(own.M + added.on()))
         return replace(own, M=own.M + added.on(self._family.over_coordinates(at, added.motion)))
 
-    def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
-        """K X, M X (n, k) with the sensors, and readings (o, k), for one design."""
-        KX, MX, Y = self._family.products(parameters, X)
-        added = self._points(parameters).added(self._placements)
-        rows = self._family.over_coordinates(parameters, added.motion)
-        return KX, MX + rows.T @ (np.repeat(added.mass, 3)[:, None] * (rows @ X)), Y
+    def changes(self, parameters: Mapping[str, float], names: Sequence[str], X: Array) -> list[Change]:
+        """Derivatives by each of some parameters of K X and M X (n, k) with the sensors, and of readings."""
+        return self._family.changes(parameters, names, X, self._sensors)
+
+    def _sensors(self, design: Design, X: Array) -> Any:
+        """The sensors' mass times displacements X (n, k) of the full-order model, of a design that may have slopes."""
+        topology, x = design.plan.topology, design.geometry.positions
+        padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
+        found = zeros(padded.shape, design.values)
+        for mass, number, at in TestPoints(design).masses(self._placements):
+            root = topology.root[number]
+            D, dof = rigid_arm(at - x[root])[:3], topology.dof[root]
+            found[dof] += D.T @ (mass * (D @ padded[dof]))
+        return found[:-1]
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off coordinate vectors X: (o, k)."""

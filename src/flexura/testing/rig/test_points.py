@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.duals import real
 from flexura.errors import OptionError
 from flexura.mechanism import Accelerometer, HammerPoint, ModalTest, evaluated
 from flexura.structure import Design, FullOrderModel, Plan
@@ -74,7 +75,7 @@ class TestPoints:
             raise OptionError(f"{design.name} describes no test: add the key test to its file")
         self._values = design.plan.parameter_values(design.parameters)
         numbers = evaluated(described, self._values)  # type: ignore[arg-type]
-        self.test = ModalTest(**{name: getattr(numbers, name) for name in ModalTest.model_fields})
+        self.test = ModalTest.model_construct(**{name: getattr(numbers, name) for name in ModalTest.model_fields})
 
     @cached_property
     def hammer(self) -> dict[str, TestPoint]:
@@ -88,14 +89,45 @@ class TestPoints:
 
     def added(self, placements: Sequence[str]) -> AddedMass:
         """Mean mass of the sensors of some placements, less those that the mechanism itself has (theory eq. H15)."""
-        placed, own = self.test.placed(), self.accelerometers
-        share = {name: sum(name in placed[k] for k in placements) / max(len(placements), 1) for name in own}
-        weight = [own[name].mass * (share[name] - isinstance(self.test.accelerometers[name], str)) for name in own]
-        used = [k for k, w in enumerate(weight) if w]
-        points = list(own.values())
+        own = self.accelerometers
+        weight = {name: own[name].mass * share for name, share in self._shares(placements).items()}
+        used = [name for name, w in weight.items() if w]
         n = self.design.plan.topology.n_dof
-        motion = sp.vstack([sp.csr_array((0, n)), *(points[k].motion for k in used)], format="csr")
-        return AddedMass(np.array([weight[k] for k in used], dtype=float), motion)
+        motion = sp.vstack([sp.csr_array((0, n)), *(own[name].motion for name in used)], format="csr")
+        return AddedMass(np.array([weight[name] for name in used], dtype=float), motion)
+
+    def masses(self, placements: Sequence[str]) -> list[tuple[Any, int, Any]]:
+        """The same as masses, kg, with the number of the node that carries each and where it is (3,), m; of a design
+        that may have slopes."""
+        found = []
+        for name, share in self._shares(placements).items():
+            sensor, position = self.test.accelerometers[name], self.design.geometry.positions
+            if isinstance(sensor, str):
+                number, part = self._own(sensor)
+                found.append((share * part.mass, number, position[number]))
+            else:
+                number = int(self.design.plan.topology.numbers([sensor.node])[0])
+                at = position[number] if sensor.at is None else np.stack([real(x) for x in sensor.at])
+                found.append((share * sensor.mass, number, at))
+        return found
+
+    def _shares(self, placements: Sequence[str]) -> dict[str, float]:
+        """In how much of the placements each accelerometer is, less 1 for those of the mechanism itself."""
+        placed, count = self.test.placed(), max(len(placements), 1)
+        return {
+            name: sum(name in placed[k] for k in placements) / count - isinstance(sensor, str)
+            for name, sensor in self.test.accelerometers.items()
+        }
+
+    def _own(self, described: str) -> tuple[int, Any]:
+        """The number of the node of a sensor of the mechanism, and its numbers."""
+        *path, key = described.split(".")
+        for placed in self.design.plan.topology.copies.values():
+            part = placed.part.channels.sensors.get(key)
+            if part is not None and tuple(path) in placed.paths:
+                number = placed.offset[placed.paths.index(tuple(path))] + placed.part.channels.nodes["sensor", key][0]
+                return number, evaluated(part, self._values)  # type: ignore[arg-type]
+        raise OptionError(f"test: there is no sensor {described!r}")
 
     def _hammer(self, name: str, point: HammerPoint | str) -> TestPoint:
         if isinstance(point, str):

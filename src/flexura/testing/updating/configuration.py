@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from flexura.errors import OptionError
 from flexura.mechanism import Mechanism, Parameter
-from flexura.sensitivity import free_names, unbounded
+from flexura.sensitivity import free_names
 from flexura.structure import Plan, plan_of
 from flexura.testing.updating.targets import Target
 
@@ -37,7 +37,7 @@ class Configuration:
 
     def settled(self, mechanism: Mechanism) -> Configuration:
         """The same with its ends settled anew at the sizes of a mechanism."""
-        return replace(self, plan=unbounded(mechanism))
+        return replace(self, plan=_unbounded(plan_of(mechanism)))
 
 
 def configurations(
@@ -69,8 +69,18 @@ def configurations(
         fixed = {n: v for n, v in values.items() if n not in moved}
         taken = {c.label for c in found}
         label = next(s for s in (label, *(f"{label} ({k})" for k in range(2, 99))) if s not in taken)
-        found.append(Configuration(label, plan, unbounded(plan), moved, fixed, tuple(targets)))
+        found.append(Configuration(label, plan, _unbounded(plan), moved, fixed, tuple(targets)))
     return tuple(found)
+
+
+def _unbounded(plan: Plan) -> Plan:
+    """A plan whose parameters have no bounds: a search may look beyond them on its way."""
+    plan.refuse_pose("calibration")
+    own = plan.mechanism
+    if all(p.minimum is None and p.maximum is None for p in own.parameters.values()):
+        return plan
+    free = {name: p.model_copy(update={"minimum": None, "maximum": None}) for name, p in own.parameters.items()}
+    return Plan(own.model_copy(update={"parameters": free}))
 
 
 def _plan(mechanism: Mechanism | Plan, at: Mapping[str, float]) -> Plan:

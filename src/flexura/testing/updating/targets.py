@@ -159,11 +159,11 @@ class ResponseTarget:
         with np.errstate(divide="ignore"):
             ratios = self.damping + self.decay / np.sqrt(np.maximum(state.pairs.values, 1e-300))
         cut = _Cut(state.family, rows)
-        own = [Change(c.K, c.M, c.Y[rows], c.K2, c.M2, c.error) for c in state.changes]
+        own = [Change(c.K, c.M, c.Y[rows]) for c in state.changes]
         G = state.G[:, rows] if state.G.shape[1] else state.G
         keep = np.r_[: len(state.pairs.values), len(state.pairs.values) + np.arange(rows.start, rows.stop)]
         if state.G.shape[1]:
-            own = [Change(c.K[:, keep], c.M[:, keep], c.Y[:, keep], c.K2, c.M2, c.error) for c in own]
+            own = [Change(c.K[:, keep], c.M[:, keep], c.Y[:, keep]) for c in own]
         H, dH = modal_response(
             cut,
             state.at,

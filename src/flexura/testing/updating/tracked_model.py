@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.modal import track_modes
 from flexura.sensitivity import (
     ModelOrder,
-    changes_of,
     displacement_rows,
     family_of,
     first_columns,
@@ -32,9 +32,6 @@ EXTRA = 4
 
 BEYOND = 2.0
 """Modes up to so many times the highest frequency of a response are in its modal sum."""
-
-LEVELS = 2
-"""Difference steps of the sensitivities: steps of the search need fewer digits than reported sensitivities."""
 
 
 class TrackedModel:
@@ -93,7 +90,10 @@ class TrackedModel:
         G = static_vectors(self.family, at) if self._has_responses else np.zeros((model.order, 0))
         vectors = np.hstack([pairs.vectors, G])
         Y = self.family.readings(at, pairs.vectors) if self._has_shapes else np.zeros((0, len(pairs.values)))
-        changes = changes_of(self.family, at, names, vectors, LEVELS) if names else []
+        changes = self.family.changes(at, names, vectors) if names else []
+        for name, change in zip(names, changes, strict=True):
+            if not change.is_smooth:
+                raise SolverError(f"{name}: the design is at a kink, where nothing has a derivative by it")
         own = [first_columns(c, len(pairs.values)) for c in changes]
         moved = moved_clusters(model.K, model.M, pairs, own, shapes=self._has_shapes and bool(names))
         return State(self.family, dict(at), pairs, Y, tracked, G, moved, changes)
