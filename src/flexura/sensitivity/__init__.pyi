@@ -6,6 +6,8 @@ from flexura.sensitivity.frequencies import Sensitivities as Sensitivities
 from flexura.sensitivity.frequencies import family_of as family_of
 from flexura.sensitivity.frequencies import free_names as free_names
 from flexura.sensitivity.frequencies import sensitivities as sensitivities
+from flexura.sensitivity.frequency_slopes import FrequencySlopes as FrequencySlopes
+from flexura.sensitivity.frequency_slopes import frequency_slopes as frequency_slopes
 from flexura.sensitivity.low_order import Family as Family
 from flexura.sensitivity.low_order import Matrices as Matrices
 from flexura.sensitivity.low_order import ModelOrder as ModelOrder

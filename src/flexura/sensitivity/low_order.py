@@ -17,7 +17,7 @@ from flexura.linalg import factorise, inverse_roots, scaled
 from flexura.modal import REPEATED_EIGENVALUES, close_groups
 from flexura.reduction import LowOrderModel, reduce
 from flexura.sensitivity.variation import Change, FullOrderFamily, Loads, Rows
-from flexura.structure import FullOrderModel, Plan
+from flexura.structure import FullOrderModel, Plan, unloaded
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -47,7 +47,7 @@ class LowOrderFamily:
         self, plan: Plan, at: Mapping[str, float], keep: int | Mapping[str, int] = 0, rows: Rows | None = None
     ) -> None:
         self.plan, self._keep, self._rows = plan, keep, rows
-        self._full = FullOrderFamily(plan, rows)
+        self._full, self._elastic = FullOrderFamily(plan, rows), FullOrderFamily(plan, loaded=False)
         self._at = self._last = reduce(plan, at, keep=keep)
 
     def model(self, parameters: Mapping[str, float]) -> Matrices:
@@ -93,7 +93,7 @@ class LowOrderFamily:
         Q = self._turn(low)
         own = Q @ X
         model = self._full.model(parameters)
-        recovery = _Recovery(low, model)
+        recovery = _Recovery(low, unloaded(self.plan, parameters))
         T = recovery.T
         u = T @ own
         Ku, Mu, _ = self._full.products(parameters, u)
@@ -101,7 +101,7 @@ class LowOrderFamily:
             Mu = Mu + loads(low.design, u)
         found = []
         for name, fixed in zip(names, self._full.changes(parameters, names, u, loads), strict=True):
-            whole = self._full.changes(parameters, [name], T)[0]
+            whole = self._elastic.changes(parameters, [name], T)[0]
             if not whole.is_smooth:
                 found.append(Change(np.zeros(X.shape), np.zeros(X.shape), np.zeros(fixed.Y.shape), False))
                 continue
@@ -138,7 +138,7 @@ class LowOrderFamily:
 
 
 class _Recovery:
-    """T (N, n) that recovers the displacements of the full-order model, and how it moves (theory eq. K3).
+    """T (N, n) that recovers the displacements of the elastic full-order model, and how it moves (theory eq. K3).
 
     The first columns are constraint modes, the others kept normal modes. The basis of these that does not turn within
     them is the one differentiated: it spans the same, whatever parameter moves.

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import rigid_arm
 from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
@@ -54,12 +53,10 @@ def displacement_rows(places: Sequence[Reading]) -> Rows:
             six[at, :3], six[at, 3:] = place.direction, np.cross(place.arm, place.direction)
 
     def rows(design: Design) -> Any:
-        topology, x = design.plan.topology, design.positions
-        numbers = topology.numbers([places[k].node for k in own])
-        root = topology.root[numbers]
-        D = rigid_arm(np.where(topology.is_rigid[numbers, None], x[numbers] - x[root], 0.0))
+        topology = design.plan.topology
+        D, dof = design.node_arms(topology.numbers([places[k].node for k in own]))
         found = zeros((len(places), topology.n_dof + 1), D)
-        found[np.array(own, dtype=np.intp)[:, None], topology.dof[root]] = np.einsum("oi,oij->oj", six, D)
+        found[np.array(own, dtype=np.intp)[:, None], dof] = np.einsum("oi,oij->oj", six, D)
         for k, place in enumerate(places):
             if place.row is not None:
                 found[k, :-1] = place.row

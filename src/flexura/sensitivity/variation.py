@@ -14,15 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.duals import Dual, zeros
+from flexura.duals import Dual, plain, zeros
+from flexura.linalg import factorise
 from flexura.structure import (
     Design,
     FullOrderModel,
     PartGeometry,
     PartMatrices,
     Plan,
+    dead_load,
     described_prestress,
+    full_order,
     full_order_model,
+    geometric_forces,
 )
 
 Array = NDArray[np.float64]
@@ -61,16 +65,24 @@ def _changes(slopes: Sequence[Array]) -> list[Change]:
     return found
 
 
+def _solved(solve: Callable[[Array], Array], x: Any) -> Any:
+    """Solutions of right sides (..., n), which may have slopes, of a system that has none."""
+    if isinstance(x, Dual):
+        return Dual(_solved(solve, x.value), _solved(solve, x.slope))
+    return solve(x.reshape(-1, x.shape[-1]).T).T.reshape(x.shape)
+
+
 def _bend(x: Any) -> Array:
     """Second slopes of something with slopes by one parameter, whose slopes have slopes by it."""
     return x.slope.slope[0, 0] if isinstance(x, Dual) else np.zeros(x.shape)
 
 
 class FullOrderFamily:
-    """The full-order models of a plan over its parameters."""
+    """The full-order models of a plan over its parameters; not `loaded`, without what described loads do to them."""
 
-    def __init__(self, plan: Plan, rows: Rows | None = None) -> None:
+    def __init__(self, plan: Plan, rows: Rows | None = None, loaded: bool = True) -> None:
         self.plan, self._rows = plan, rows
+        self._is_loaded = loaded and plan.is_loaded
 
     def model(self, parameters: Mapping[str, float]) -> FullOrderModel:
         """The model for one design."""
@@ -96,8 +108,28 @@ class FullOrderFamily:
         return _bend(KX), _bend(MX)
 
     def _products(self, design: Design, X: Array) -> tuple[Any, Any, Any]:
+        KX, MX = self._elastic(design, X)
+        if self._is_loaded:
+            KX = KX + self._geometric(design, X)
+        return KX, MX, self._read(design, X)
+
+    def _geometric(self, design: Design, X: Array) -> Any:
+        """K_g X of the state under the loads that are described; where the design has slopes, so has its displacement:
+        K u = f is solved once for every order of them."""
+        if not isinstance(design.values, Dual):
+            return described_prestress(design).K_g @ X
+        bare = Design.at(self.plan, plain(design.values), {})
+        model = FullOrderModel(design, *full_order(self.plan).elastic(bare))
+        loads, solve = self.plan.loads, factorise(model.K).solve
+        load = dead_load(model, loads.gravity(design.values), loads.wrenches(design.values))
+        u = described_prestress(bare).displacement
+        for _ in range(2):
+            u = u + _solved(solve, load - self._elastic(design, u[:, None])[0][:, 0])
+        return geometric_forces(model, u, X)
+
+    def _elastic(self, design: Design, X: Any) -> tuple[Any, Any]:
         topology = self.plan.topology
-        KX, MX = zeros((2, topology.n_dof + 1, X.shape[1]), design.values)
+        KX, MX = zeros((2, topology.n_dof + 1, X.shape[1]), design.values, X)
         padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
         for name, own in design.matrices.items():
             part = self.plan.parts[name]
@@ -110,9 +142,7 @@ class FullOrderFamily:
                     if f is not None:
                         back = np.swapaxes(G[:, nodes], -1, -2) @ f.reshape(*u[:, nodes].shape)
                         np.add.at(into, dofs[:, nodes], back)
-        if self.plan.is_loaded:
-            KX[:-1] += described_prestress(design).K_g @ X
-        return KX[:-1], MX[:-1], self._read(design, X)
+        return KX[:-1], MX[:-1]
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off DOF vectors X: (o, k)."""

@@ -18,6 +18,7 @@ from flexura.structure.full_order import full_order_model as full_order_model
 from flexura.structure.full_order import stiffness_and_mass as stiffness_and_mass
 from flexura.structure.full_order import unloaded as unloaded
 from flexura.structure.model import FullOrderModel as FullOrderModel
+from flexura.structure.model import dead_load as dead_load
 from flexura.structure.part import DiscreteElement as DiscreteElement
 from flexura.structure.part import Part as Part
 from flexura.structure.part import PartGeometry as PartGeometry
@@ -29,7 +30,7 @@ from flexura.structure.plan import plan_of as plan_of
 from flexura.structure.pose import Posed as Posed
 from flexura.structure.prestress import Drive as Drive
 from flexura.structure.prestress import Pushes as Pushes
-from flexura.structure.prestress import dead_load as dead_load
+from flexura.structure.prestress import geometric_forces as geometric_forces
 from flexura.structure.prestress import prestress as prestress
 from flexura.structure.prestress import solve_definite as solve_definite
 from flexura.structure.scatter import Scatter as Scatter

@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
+from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.records import Latest
 from flexura.structure.design import Design
@@ -110,7 +111,7 @@ class FullOrderAssembler:
 
         This is M times `rigid_body_motions` and, beside it, the inertia of members between free and held nodes.
         """
-        topology, found = self.plan.topology, np.zeros((self.plan.topology.n_dof + 1, 6))
+        topology, found = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
         for name, G in self._transforms(design).items():
             part, own = self.plan.parts[name], design.matrices[name]
             number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)

@@ -153,19 +153,23 @@ class Design(Record):
         G[..., np.asarray(nodes) >= self.plan.parts[name].n_positioned, :, :] = np.eye(6)
         return G
 
+    def node_arms(self, numbers: Index) -> tuple[Array, Index]:
+        """D (k, 6, 6), displacements of the nodes `numbers` (k,), global frame, from those of their roots, and the DOFs
+        (k, 6) of these, -1 where held. One design."""
+        topology, x = self.plan.topology, self.positions
+        root = topology.root[numbers]
+        return rigid_arm(np.where(topology.is_rigid[numbers, None], x[numbers] - x[root], 0.0)), topology.dof[root]
+
     def node_rows(self, numbers: Index) -> sp.csr_matrix:
         """B (6k, n): displacements of the nodes `numbers` (k,), global frame, from the DOFs of the full-order model.
 
         One design.
         """
-        topology, x = self.plan.topology, self.positions
-        root = topology.root[numbers]
-        arm = np.where(topology.is_rigid[numbers, None], x[numbers] - x[root], 0.0)
-        D, dof = rigid_arm(arm), topology.dof[root]
+        D, dof = self.node_arms(numbers)
         free = np.broadcast_to((dof >= 0)[:, None, :], D.shape) & (D != 0)
         row = np.broadcast_to(np.arange(6 * len(numbers)).reshape(-1, 6, 1), D.shape)
         column = np.broadcast_to(dof[:, None, :], D.shape)
-        return sp.csr_matrix((D[free], (row[free], column[free])), shape=(6 * len(numbers), topology.n_dof))
+        return sp.csr_matrix((D[free], (row[free], column[free])), shape=(6 * len(numbers), self.plan.topology.n_dof))
 
 
 class OfDesign:

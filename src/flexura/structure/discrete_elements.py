@@ -249,8 +249,9 @@ class PiezoElement:
             beam, T = self.prism(values, positions)
             return T.T @ geometric_basis(beam) @ T
         axis = positions[1] - positions[0]
-        length = float(np.linalg.norm(axis))
-        across, string = (np.eye(3) - np.outer(axis, axis) / length**2) / length, np.zeros((12, 12))
+        length = np.sqrt(axis @ axis)
+        across = (np.eye(3) - axis[:, None] * axis / length**2) / length
+        string = np.zeros((12, 12), like=across)
         for i, j, sign in ((0, 0, 1), (6, 6, 1), (0, 6, -1), (6, 0, -1)):
             string[i : i + 3, j : j + 3] = sign * across
         return np.stack([string, string]) / 2

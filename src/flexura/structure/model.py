@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.duals import real
 from flexura.errors import OptionError
 from flexura.records import Kept
 from flexura.results import Result
@@ -125,7 +126,9 @@ class FullOrderModel(OfDesign, Result):
 def dead_load(model: FullOrderModel, gravity: ArrayLike, wrenches: Mapping[str, Array]) -> Array:
     """Load vector (n,) of the weight of everything and of forces and moments (6,) by node; OptionError for unknown
     nodes."""
-    load = model.base_inertia_forces[:, :3] @ np.asarray(gravity, dtype=float)
+    load = model.base_inertia_forces[:, :3] @ real(gravity)
     for node, wrench in wrenches.items():
-        load = load + model.design.node_rows(model.plan.topology.numbers([node])).T @ wrench
+        D, dof = model.design.node_arms(model.plan.topology.numbers([node]))
+        at = dof[0] >= 0
+        load[dof[0][at]] += (D[0].T @ wrench)[at]
     return load

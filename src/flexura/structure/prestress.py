@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import arm_stiffness
+from flexura.duals import Dual, plain, zeros
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import critical_factors, factorise, is_definite
 from flexura.records import Record
@@ -73,25 +74,54 @@ def prestress(
     arms, of members, springs, loads and weights, the stiffness that turning these arms takes (theory eqs. P3-P8).
     Raises OptionError for unknown nodes and superelements between nodes, SolverError when something can move freely.
     """
-    g, drive = np.asarray(gravity, dtype=float), drive or Drive()
-    load = dead_load(model, g, wrenches) + drive.load
+    drive = drive or Drive()
+    load = dead_load(model, gravity, wrenches) + drive.load
     u = solve_definite(model.K, load)
-    state = _State(model, np.append(u, 0.0), g, drive)
-    K: list[tuple[Index, Array]] = []
-    pushes = [*drive.pushes, *_loads_on_arms(model, wrenches)]
     forces: dict[str, tuple[float, float]] = {}
-    for name in model.matrices:
+    K = _geometric(_State(model, np.append(u, 0.0), np.asarray(gravity, dtype=float), drive), wrenches, forces)
+    K_g = Scatter([dof for dof, _ in K], model.order).sparse([matrices for _, matrices in K])
+    return Prestress(load, u, ((K_g + K_g.T) / 2).tocsc(), forces)
+
+
+def geometric_forces(model: FullOrderModel, u: Any, X: Array) -> Any:
+    """K_g X (n, k) under the loads and gravity that are described, in which the displacement is u (n,).
+
+    The design of the model and u may have slopes; the matrices of the model itself are not used.
+    """
+    loads, values = model.plan.loads, model.values
+    state = _State(model, np.concatenate([u, np.zeros(1)]), loads.gravity(values), Drive())
+    padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
+    found = zeros(padded.shape, u, values)
+    for dof, matrices in _geometric(state, loads.wrenches(values), {}):
+        np.add.at(found, dof, (matrices + np.swapaxes(matrices, -1, -2)) / 2 @ padded[dof])
+    return found[:-1]
+
+
+def _geometric(
+    state: _State, wrenches: Mapping[str, Array], forces: dict[str, tuple[float, float]]
+) -> list[tuple[Index, Any]]:
+    """DOFs (e, m), -1 where held, and geometric stiffness (e, m, m) over them of everything in a state of load; notes
+    the axial forces of members."""
+    K: list[tuple[Index, Array]] = []
+    pushes = [*state.drive.pushes, *_loads_on_arms(state.model, wrenches)]
+    for name in state.model.matrices:
         own = _PartState(state, name)
         own.refuse_superelements()
         for part in (own.members(forces), own.springs(), own.stacks(), own.weights()):
             for entry in part:
                 (pushes if isinstance(entry, Pushes) else K).append(entry)  # type: ignore[arg-type]
     for dof, force, arm in pushes:
-        at = (np.abs(arm).max(axis=-1, initial=0.0) > 0) & (np.abs(force).max(axis=-1, initial=0.0) > 0)
+        at = _is_some(arm) & _is_some(force)
         if at.any():
             K.append((dof[at, 3:], arm_stiffness(force[at], arm[at])))
-    K_g = Scatter([dof for dof, _ in K], model.order).sparse([matrices for _, matrices in K])
-    return Prestress(load, u, ((K_g + K_g.T) / 2).tocsc(), forces)
+    return K
+
+
+def _is_some(vectors: Any) -> NDArray[Any]:
+    """Which vectors (k, 3) are not zero, or have slopes that are not."""
+    if isinstance(vectors, Dual):
+        return _is_some(vectors.value) | np.any([_is_some(slope) for slope in vectors.slope], axis=0)
+    return np.abs(vectors).max(axis=-1, initial=0.0) > 0
 
 
 def refuse_buckled(K: sp.csc_matrix, K_g: sp.csc_matrix) -> None:
@@ -171,7 +201,7 @@ class _PartState:
         if not len(nodes):
             return
         ends = T @ self.v[:, nodes].reshape(len(self.v), len(nodes), 12, 1)
-        weight = np.zeros(ends.shape)
+        weight = zeros(ends.shape, ends, self.pull)
         R = np.stack([T[:, :3, :3], T[:, 6:9, 6:9]], axis=1)
         weight.reshape(*ends.shape[:2], 2, 6)[..., :3] = np.einsum("ebij,cj->cebi", R, self.pull)
         inner = (elements.K @ ends - elements.M @ weight)[..., 0]
@@ -179,12 +209,12 @@ class _PartState:
         K = np.einsum("ceb,ebij->ceij", axial, elements.geometric)
         yield self._over(nodes, np.swapaxes(T, -1, -2) @ K @ T)
         six = inner.reshape(*inner.shape[:2], 2, 6)[..., :3]
-        offset = T.reshape(-1, 2, 6, 2, 6)[:, [0, 1], :, [0, 1]].swapaxes(0, 1)
+        offset = np.swapaxes(T.reshape(-1, 2, 6, 2, 6)[:, [0, 1], :, [0, 1]], 0, 1)
         own_arm = _arm_of(np.swapaxes(R, -1, -2) @ offset[..., :3, 3:])
-        force, arm = self._global(np.einsum("ebji,cebj->cebi", R, six)), self._global(np.array([own_arm] * len(self.v)))
+        force, arm = self._global(np.einsum("ebji,cebj->cebi", R, six)), self._global(np.stack([own_arm] * len(self.v)))
         yield Pushes.of(self.dof[:, nodes], force, self.arm[:, nodes] + arm)
         for k, key in enumerate(self.part.members):
-            span = axial[:, self.part.first[k] : self.part.first[k + 1]].reshape(len(self.v), -1)
+            span = plain(axial)[:, self.part.first[k] : self.part.first[k + 1]].reshape(len(self.v), -1)
             low, high = span.min(axis=1), span.max(axis=1)
             forces.update({n: (float(a), float(b)) for n, a, b in zip(self._names(key), low, high, strict=True)})
 
@@ -195,7 +225,7 @@ class _PartState:
             K = spring.matrix(self.state.model.values, here)
             force = (K @ self.v[:, spring.nodes].reshape(len(self.v), -1, 1)).reshape(len(self.v), -1, 6)[..., :3]
             reach = spring.point(self.state.model.values, here) - here
-            arm = self.arm[:, spring.nodes] + self._global(np.array([reach] * len(self.v)))
+            arm = self.arm[:, spring.nodes] + self._global(np.stack([reach] * len(self.v)))
             yield Pushes.of(self.dof[:, spring.nodes], self._global(force), arm)
 
     def refuse_superelements(self) -> None:
@@ -215,9 +245,9 @@ class _PartState:
             ends = self.v[:, piezo.nodes].reshape(len(self.v), 12)
             K, M = piezo.matrices(self.state.model.values, x)
             row = piezo.elongation(x)
-            weight = np.zeros((len(self.v), 2, 6))
+            weight = zeros((len(self.v), 2, 6), self.pull)
             weight[..., :3] = self.pull[:, None]
-            driven = float(piezo.stiffness(self.state.model.values)) * free[:, None] * row
+            driven = piezo.stiffness(self.state.model.values) * free[:, None] * row
             inner = ends @ K - weight.reshape(-1, 12) @ M - driven
             pull = (inner * row).reshape(-1, 2, 6).sum(axis=-1)
             yield self._over(piezo.nodes, np.einsum("cb,bij->cij", pull, piezo.geometric(self.state.model.values, x)))
@@ -231,7 +261,7 @@ class _PartState:
             if len(placed) > 1 or discrete.M is None or not discrete.M[0, 0] > 0:
                 continue
             centre = _arm_of(discrete.M[:3, 3:6] / discrete.M[0, 0])
-            arm = self.arm[:, placed] + self._global(np.array([[centre]] * len(self.v)))
+            arm = self.arm[:, placed] + self._global(np.stack([centre[None]] * len(self.v)))
             yield Pushes.of(self.dof[:, placed], -discrete.M[0, 0] * self.state.gravity, arm)
 
 

@@ -132,7 +132,7 @@ def node_dofs(nodes: Any) -> Index:
 def block_diagonal(blocks: Array) -> Array:
     """Blocks (..., k, 6, 6) on the diagonal of (..., 6k, 6k)."""
     k = blocks.shape[-3]
-    out = np.zeros((*blocks.shape[:-3], 6 * k, 6 * k))
+    out = np.zeros((*blocks.shape[:-3], 6 * k, 6 * k), like=blocks)
     for i in range(k):
         out[..., 6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = blocks[..., i, :, :]
     return out
