@@ -47,7 +47,9 @@ from flexura.analysis.stress import MemberStress as MemberStress
 from flexura.analysis.stress import Stresses as Stresses
 from flexura.analysis.stress import StressProfile as StressProfile
 from flexura.analysis.stress import member_stresses as member_stresses
+from flexura.analysis.stress import ratios_to_yield as ratios_to_yield
 from flexura.analysis.stress import stress_rows as stress_rows
+from flexura.analysis.stress import worst_stresses as worst_stresses
 from flexura.analysis.stroke import Stroke as Stroke
 from flexura.analysis.stroke import stroke as stroke
 from flexura.analysis.stroke_pose import StrokePose as StrokePose

@@ -24,10 +24,12 @@ from flexura.motion.model import MovingModel as MovingModel
 from flexura.motion.path import Path as Path
 from flexura.motion.path import Point as Point
 from flexura.motion.path import Stopped as Stopped
+from flexura.motion.pose import Holding as Holding
 from flexura.motion.pose import Pose as Pose
 from flexura.motion.posed import PosedDesign as PosedDesign
 from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import posed as posed
+from flexura.motion.posed import reached as reached
 from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.substructures import kept_frames as kept_frames
 from flexura.motion.turning import TurningModel as TurningModel

@@ -22,6 +22,7 @@ from flexura.motion.loads import NO_LOADS, Loads, described_loads
 from flexura.motion.model import MovingModel
 from flexura.motion.path import Path, Point, Stopped
 from flexura.motion.pose import Pose
+from flexura.records import Latest
 from flexura.structure import Design, OfDesign, Scatter
 from flexura.systems import Ports
 
@@ -143,12 +144,28 @@ class PosedDesign:
 
 
 def posed(design: Design) -> PosedDesign:
-    """A design at the pose that its description names, reached from rest by a way of equilibria under the loads and
-    gravity that are described.
+    """A design at the pose that its description names, as `reached`.
 
-    Raises OptionError for what cannot turn, and SolverError where the way ends before, with the pose that it reached,
-    and where the pose is not stable with the drives free under the forces that hold it.
+    Raises SolverError also where the pose is not stable with the drives free under the forces that hold it.
     """
+    found = reached(design)
+    if not is_definite(found.pose.K):
+        said = found.words.removeprefix("about the pose ").partition(", drives free")[0]
+        raise SolverError(f"at {said} the mechanism is not stable: nothing stays linear about that pose for long")
+    return found
+
+
+def reached(design: Design) -> PosedDesign:
+    """A design at the pose that its description names, reached from rest by a way of equilibria under the loads and
+    gravity that are described; the last one is kept with the plan.
+
+    Raises OptionError for what cannot turn, and SolverError where the way ends before, with the pose that it reached.
+    """
+    latest: Latest[PosedDesign] = design.plan.prepared.once("reached", Latest)
+    return latest.get(design.values.tobytes(), lambda: _reached(design))
+
+
+def _reached(design: Design) -> PosedDesign:
     plan = design.plan
     moved = plan.pose.moved(design.values)
     model = MovingModel.of(design)
@@ -180,11 +197,8 @@ def posed(design: Design) -> PosedDesign:
                 " flexura stroke shows how far it goes"
             )
         state = found
-    here = Pose(equations, state)
-    if not is_definite(here.K):
-        raise SolverError(f"at {said} the mechanism is not stable: nothing stays linear about that pose for long")
     drive = ", drives free under the forces that hold it" if drives else ""
-    return PosedDesign(here, f"about the pose {said}{drive}")
+    return PosedDesign(Pose(equations, state), f"about the pose {said}{drive}")
 
 
 def _loads(model: MovingModel) -> tuple[Loads, list[str]]:

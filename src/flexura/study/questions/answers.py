@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,22 @@ from flexura.records import Record
 Array = NDArray[np.float64]
 
 
+class Bounded(NamedTuple):
+    """Frequencies (..., n), Hz, with their lower and upper bounds, NaN where nothing is proven."""
+
+    hertz: Array
+    lower: Array
+    upper: Array
+
+
 @dataclass(frozen=True, repr=False)
 class Answers(Record):
     """What was asked of each of some designs, SI.
 
-    `value` (designs, q), NaN where a quantity could not be worked out, for which `reason` (designs,) has the words,
-    empty where nothing is to be said. `lower` and `upper` (designs, q) are proven bounds, NaN where none are claimed;
-    `is_proven` (designs,) says that there are some, all as narrow as asked for.
+    `value` (designs, q), NaN where a quantity could not be worked out, for which `reason` (designs,) has the words. It
+    also says where the mode that moves something is in doubt, beside a value, and is empty otherwise. `lower` and
+    `upper` (designs, q) are proven bounds, NaN where none are claimed; `is_proven` (designs,) says that frequencies
+    were asked for and that all of them are proven within 0.1 %.
     """
 
     value: Array
@@ -31,10 +41,20 @@ class Answers(Record):
     def of(designs: int, quantities: int) -> Answers:
         """Answers that are still to be worked out."""
         value, lower, upper = np.full((3, designs, quantities), np.nan)
-        return Answers(value, lower, upper, np.ones(designs, dtype=bool), np.full(designs, "", dtype=object))
+        return Answers(value, lower, upper, np.zeros(designs, dtype=bool), np.full(designs, "", dtype=object))
+
+    def tell(self, designs: int | slice, place: int, found: Bounded, number: int) -> None:
+        """Take frequency `number`, from 0, of those that were found as the answer at a place."""
+        for own, bound in zip((self.value, self.lower, self.upper), found, strict=True):
+            own[designs, place] = bound[..., number]
 
     def say(self, design: int, text: str) -> None:
         """Add a reason for a design, once."""
         said = self.reason[design]
         if text not in said.split("; "):
             self.reason[design] = f"{said}; {text}" if said else text
+
+    def within(self, tolerance: float) -> NDArray[np.bool_]:
+        """Where bounds (designs, q) are within a relative error, or a value is proven to be zero."""
+        with np.errstate(all="ignore"):
+            return (self.upper - self.lower <= tolerance * self.lower) | ((self.value == 0) & (self.lower == 0))

@@ -57,7 +57,19 @@ FREQUENCY = "f"
 KINDS = {
     kind.name: kind
     for kind in (
+        Kind(FREQUENCY, "natural frequency of the mode in which this moves most", ("dof",)),
         Kind("mass", "mass of everything, or of a rigid body", ("body",), 1, "same"),
+        Kind("stiffness", "force for a unit displacement, everything else free", ("dof",)),
+        Kind("compliance", "displacement by a unit force there, or at the second place", ("dof", "dof"), 1),
+        Kind("coupling", "displacement by a unit command", ("actuator", "dof")),
+        Kind("amplification", "displacement over the elongation of the actuator that makes it", ("actuator", "dof")),
+        Kind("stress", "largest von Mises stress, of all members or of some", ("member",), 1),
+        Kind("margin", "least yield stress over stress, of all members or of some", ("member",), 1),
+        Kind("force", "force that holds a pose, along a displacement of it", ("dof",), 0, "needed"),
+        Kind("reach", "stroke to either side until something yields", ("dof",), 0, "none"),
+        Kind("buckling", "factor on all loads at which it buckles"),
+        Kind("frf", "magnitude of the frequency response", ("output", "input", "hertz")),
+        Kind("frf_peak", "its largest magnitude in a band", ("output", "input", "hertz", "hertz")),
         Kind("parameter", "value of a parameter, as by its name alone", ("parameter",), 0, "same"),
     )
 }

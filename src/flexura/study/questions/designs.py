@@ -14,6 +14,9 @@ from flexura.structure import Plan
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+FAILURES = (FlexuraError, ArithmeticError, np.linalg.LinAlgError, ValueError)
+"""What a design that cannot be worked out may end in."""
+
 
 class Block:
     """Some designs of a plan: `parameters` (designs,) by name, `count` of them, and `refused`, why a design cannot be,

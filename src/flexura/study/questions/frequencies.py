@@ -5,46 +5,36 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import FlexuraError
 from flexura.reduction import independent_frequencies
-from flexura.study.questions.designs import Block, reason_of
+from flexura.study.questions.answers import Bounded
+from flexura.study.questions.designs import FAILURES, Block, reason_of
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-3
-"""Relative error within which frequencies are to be proven."""
-
-FAILURES = (FlexuraError, ArithmeticError, np.linalg.LinAlgError, ValueError)
-"""What a design that cannot be solved may end in."""
-
 
 class Frequencies:
-    """The `n` lowest frequencies of a block of designs and their bounds (designs, n), Hz, NaN where there are none, for
-    which `failed` has the reasons by the number of the design."""
+    """The `n` lowest frequencies of a block of designs and their bounds, `bounded` (designs, n), Hz, NaN where there
+    are none, for which `failed` has the reasons by the number of the design."""
 
-    def __init__(self, block: Block, n: int) -> None:
-        self.hertz, self.lower, self.upper = np.full((3, block.count, n), np.nan)
-        self.failed = dict(block.refused)
-        designs = block.possible
-        if not len(designs):
-            return
+    def __init__(self, block: Block, n: int, tolerance: float) -> None:
+        self.bounded = Bounded(*np.full((3, block.count, n), np.nan))
+        self.failed: dict[int, str] = {}
         try:
-            self._solve(block, designs)
+            self._solve(block, block.possible, tolerance)
         except FAILURES:
-            for d in designs:
+            for d in block.possible:
                 try:
-                    self._solve(block, np.array([d]))
+                    self._solve(block, np.array([d]), tolerance)
                 except FAILURES as error:
                     self.failed[int(d)] = reason_of(error)
 
-    def _solve(self, block: Block, designs: NDArray[np.intp]) -> None:
-        n = self.hertz.shape[1]
+    def _solve(self, block: Block, designs: NDArray[np.intp], tolerance: float) -> None:
+        n = self.bounded.hertz.shape[1]
         with np.errstate(all="ignore"):
-            found = independent_frequencies(block.plan, block.some(designs), n=n, tolerance=TOLERANCE)
-        self.hertz[designs], self.lower[designs], self.upper[designs] = found
+            found = independent_frequencies(block.plan, block.some(designs), n=n, tolerance=tolerance)
+        for own, bound in zip(self.bounded, found, strict=True):
+            own[designs] = bound
 
-    @property
-    def is_proven(self) -> NDArray[np.bool_]:
-        """Where the interval of a frequency is within the tolerance (designs, n)."""
-        with np.errstate(all="ignore"):
-            return (self.upper - self.lower <= TOLERANCE * self.lower) | (self.hertz == 0)
+    def of(self, design: int) -> Bounded:
+        """Those of one design (n,)."""
+        return Bounded(*(own[design] for own in self.bounded))

@@ -14,11 +14,16 @@ from flexura.records import Record
 from flexura.structure import Design, Plan, plan_of
 from flexura.study.questions.answers import Answers
 from flexura.study.questions.catalogue import FREQUENCY, Quantity, askable
-from flexura.study.questions.designs import Block
+from flexura.study.questions.designs import FAILURES, Block, reason_of
+from flexura.study.questions.followed import MODES
 from flexura.study.questions.frequencies import Frequencies
 from flexura.study.questions.grammar import separate
 from flexura.study.questions.masses import body_mass, total_mass
 from flexura.study.questions.reading import Reader
+from flexura.study.questions.single import OneDesign
+
+TOLERANCE = 1e-3
+"""Relative error within which frequencies are to be proven."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,43 +50,69 @@ class Questions(Record):
         out = Answers.of(block.count, len(self.quantities))
         for design, why in block.refused.items():
             out.say(design, why)
-        self._frequencies(block, out)
-        self._masses(block, out)
-        self._parameters(block, out)
+        if len(block.possible):
+            self._masses(block, out)
+            self._parameters(block, out)
+            self._others(block, out, self._frequencies(block, out))
+        asked = self._of(FREQUENCY)
+        out.is_proven[:] = out.within(TOLERANCE)[:, asked].all(axis=1) & bool(asked)
         return out
 
-    def _frequencies(self, block: Block, out: Answers) -> None:
-        asked = {k: own.arguments[0] for k, own in enumerate(self.quantities) if own.kind == FREQUENCY}
-        numbers = {k: own - 1 for k, own in asked.items() if isinstance(own, int)}
-        if not numbers:
-            out.is_proven[:] = False
-            return
-        found = Frequencies(block, max(numbers.values()) + 1)
-        own, at = list(numbers), list(numbers.values())
-        out.value[:, own], out.lower[:, own], out.upper[:, own] = (
-            bound[:, at] for bound in (found.hertz, found.lower, found.upper)
-        )
-        out.is_proven[:] = found.is_proven[:, at].all(axis=1)
-        for design, why in found.failed.items():
-            out.say(design, why)
+    def _of(self, kind: str) -> list[int]:
+        """Places of what is asked of a kind."""
+        return [k for k, own in enumerate(self.quantities) if own.kind == kind]
 
     def _masses(self, block: Block, out: Answers) -> None:
-        designs = block.possible
-        asked = [(k, own) for k, own in enumerate(self.quantities) if own.kind == "mass"]
-        if not asked or not len(designs):
+        asked, designs = self._of("mass"), block.possible
+        if not asked:
             return
         stack = Design.of(self.plan, block.some(designs))
-        for k, own in asked:
-            body = own.arguments[0] if own.arguments else None
+        for k in asked:
+            body = next(iter(self.quantities[k].arguments), None)
             out.value[designs, k] = body_mass(stack, body) if isinstance(body, str) else total_mass(stack)
 
     def _parameters(self, block: Block, out: Answers) -> None:
-        designs = block.possible
-        asked = [(k, str(own.arguments[0])) for k, own in enumerate(self.quantities) if own.kind == "parameter"]
-        if asked and len(designs):
-            values = self.plan.parameter_values(block.some(designs))
-            for k, name in asked:
-                out.value[designs, k] = values[name]
+        asked, designs = self._of("parameter"), block.possible
+        values = self.plan.parameter_values(block.some(designs)) if asked else {}
+        for k in asked:
+            out.value[designs, k] = values[str(self.quantities[k].arguments[0])]
+
+    def _frequencies(self, block: Block, out: Answers) -> Frequencies | None:
+        """Frequencies of all designs at once, of what is at rest without loads, and tell those by number."""
+        asked = {k: self.quantities[k].arguments[0] for k in self._of(FREQUENCY) if not self.quantities[k].pose}
+        if not asked or self.plan.is_loaded or self.plan.is_posed:
+            return None
+        most = max(own if isinstance(own, int) else MODES for own in asked.values())
+        found = Frequencies(block, min(most, self.plan.topology.n_dof), TOLERANCE)
+        for design, why in found.failed.items():
+            out.say(design, why)
+        for k, number in asked.items():
+            if isinstance(number, int):
+                out.tell(slice(None), k, found.bounded, number - 1)
+        return found
+
+    def _others(self, block: Block, out: Answers, found: Frequencies | None) -> None:
+        """Answer what is asked of one design after another."""
+        numbered = [k for k in self._of(FREQUENCY) if isinstance(self.quantities[k].arguments[0], int)]
+        told = {*self._of("mass"), *self._of("parameter")}
+        told |= {k for k in numbered if found is not None and not self.quantities[k].pose}
+        asked = {k: own for k, own in enumerate(self.quantities) if k not in told}
+        for design in block.possible if asked else ():
+            single = OneDesign(self.plan, block.one(design), self.quantities)
+            for k, own in asked.items():
+                try:
+                    if own.kind != FREQUENCY:
+                        out.value[design, k] = single.read(own)
+                        continue
+                    number, doubt = single.mode(own)
+                    if found is not None and not own.pose:
+                        out.tell(design, k, found.of(design), number)
+                    else:
+                        out.tell(design, k, single.frequencies(own), number)
+                    if doubt:
+                        out.say(design, doubt)
+                except FAILURES as error:
+                    out.say(design, f"{own.text}: {reason_of(error)}")
 
 
 @verb

@@ -108,7 +108,7 @@ class Reader:
             name, arguments = "parameter", (name,)
         if (numbered := _NUMBERED.fullmatch(name)) is not None:
             mode = self.mode(asked, int(numbered[1]))
-        kind = Kind(FREQUENCY, "", poses="none") if mode else KINDS.get(name)
+        kind = KINDS[FREQUENCY] if mode else KINDS.get(name)
         if kind is None:
             raise OptionError(unknown_name(name, list(self.plan.mechanism.parameters)))
         pose = self.pose(kind, asked.at or places, bool(asked.at))
@@ -118,7 +118,7 @@ class Reader:
         if kind.name == "parameter" and shown not in KINDS and not _NUMBERED.fullmatch(shown):
             text = shown
         own = Quantity(text + (f" at {pose_text(pose)}" if pose else ""), self.unit(kind, read), kind.name, read, pose)
-        self.refuse_unloaded(own)
+        self.refuse_meaningless(own)
         return own
 
     def mode(self, asked: Asked, number: int) -> int:
@@ -169,10 +169,6 @@ class Reader:
             raise OptionError(
                 f"{name}(MEMBER): there is no member or instance {text!r}; {suggestion(text, steps, 'members')}"
             )
-        if name == "margin":
-            found = [own for own in found if not np.isnan(known[own])]
-            if not found:
-                raise OptionError(f"margin({text}): no yield stress is known; give its material a `yield_stress`")
         return Members(text, tuple(found))
 
     @cached_property
@@ -296,15 +292,19 @@ class Reader:
             raise OptionError(f"`at stroke` is along the one displacement of `motion`; {what}; write at NODE.DOF = ...")
         return moved[0]
 
-    def refuse_unloaded(self, asked: Quantity) -> None:
-        """Raise OptionError for what is nothing without loads, where there are none, and for forces along what does not
-        hold a pose."""
+    def refuse_meaningless(self, asked: Quantity) -> None:
+        """Raise OptionError for what is nothing without loads or yield stresses, where there are none, and for forces
+        along what does not hold a pose."""
         is_bare = not (asked.pose or self.plan.is_loaded or self.plan.is_posed)
         if is_bare and asked.kind in ("stress", "margin", "buckling"):
             raise OptionError(
                 f"{asked.text}: nothing loads this mechanism; ask it at a pose, {asked.text} at NODE.DOF = 2 mm, or"
                 " describe `loads` or `gravity`"
             )
+        if asked.kind in ("margin", "reach"):
+            own = [own.members for own in asked.arguments if isinstance(own, Members)] or [tuple(self.yield_stresses)]
+            if np.isnan([self.yield_stresses[name] for name in own[0]]).all():
+                raise OptionError(f"{asked.text}: no yield stress is known; give the material a `yield_stress`")
         if asked.kind == "force" and str(asked.arguments[0]) not in dict(asked.pose):
             driven = ", ".join(name for name, _ in asked.pose)
             raise OptionError(f"{asked.text}: a pose is held along its own displacements, {driven}")

@@ -1,0 +1,118 @@
+"""How far something moves before anything yields, with large displacements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.optimize import brentq
+
+from flexura.analysis import ratios_to_yield
+from flexura.errors import SolverError
+from flexura.motion import (
+    NO_LOADS,
+    Drive,
+    Equations,
+    Equilibrium,
+    MovingModel,
+    Path,
+    Point,
+    Stopped,
+    described_loads,
+    end_forces,
+)
+from flexura.structure import Plan, at_rest
+from flexura.study.questions.reading import Freedom
+
+SMALL = 1e-4
+"""First step, over the size of the mechanism or in rad, from which the stroke at yield is estimated."""
+
+PARTS = 4
+"""Steps to the stroke at which it would yield if it were linear."""
+
+MOST = 200
+"""Steps after which nothing is said to yield."""
+
+EXACT = 1e-10
+"""Relative error of a reach."""
+
+HALF_TURN = 3.1
+"""Largest rotation that is looked at, rad."""
+
+
+class _Stroke:
+    """One displacement of a design, prescribed from rest on."""
+
+    def __init__(self, plan: Plan, parameters: Mapping[str, float], of: Freedom) -> None:
+        self.full = at_rest(plan, parameters)
+        self.of = of
+        model = MovingModel.of(self.full.design)
+        number = int(self.full.plan.topology.numbers([of.node])[0])
+        self.equations = Equations(model, [Drive(of.name, number, int(model.root[number]), of.component)])
+        self.equations.independent()
+        self.loads = described_loads(self.full.design)
+        self.size = 1.0 if of.turns else self.equations.size
+        start = self.equations.at_rest()
+        self.rest = self.there(start, Point(np.zeros(1), NO_LOADS), 0.0)
+
+    def there(self, start: Equilibrium, at: Point, value: float) -> Equilibrium:
+        """The state at a value of the displacement, from another one. Raises SolverError where there is none."""
+        found = next(iter(Path(self.equations, start, at).through([self.point(value)])))
+        if isinstance(found, Stopped):
+            raise SolverError(f"nothing yields before its way ends near {self.of.name} = {self.said(start)}")
+        return found
+
+    def point(self, value: float) -> Point:
+        """What is prescribed there."""
+        return Point(np.array([value]), self.loads)
+
+    def said(self, state: Equilibrium) -> str:
+        """The displacement of a state in words."""
+        return f"{self.equations.travelled(state.frames)[0]:.4g} {'rad' if self.of.turns else 'm'}"
+
+    def ratio(self, state: Equilibrium) -> float:
+        """Largest stress over yield stress."""
+        forces = end_forces(self.equations.model, [state])
+        return float(ratios_to_yield(self.full, forces.__getitem__, 1).ratio.max())
+
+    def until(self, side: float, most: float) -> float:
+        """The displacement, to one side, at which something yields first, or more than `most`, m or rad."""
+        last, before, step = self.rest, 0.0, SMALL * self.size
+        reached = self.ratio(last)
+        if reached >= 1:
+            return 0.0
+        for count in range(MOST):
+            value = min(before + step, HALF_TURN) if self.of.turns else before + step
+            if before >= most or value <= before:
+                return np.inf
+            state = self.there(last, self.point(side * before), side * value)
+            now = self.ratio(state)
+            if now >= 1:
+                return self._first(last, before, value, side)
+            if count == 0:
+                step = value * (1 - reached) / max(now - reached, 1e-12) / PARTS
+                step = min(max(step, value), self.size)
+            last, before = state, value
+        raise SolverError(f"nothing yields up to {self.of.name} = {self.said(last)}")
+
+    def _first(self, last: Equilibrium, low: float, high: float, side: float) -> float:
+        """Where between two displacements the stress reaches yield; `last` is the state at the first one."""
+
+        def beyond(value: float) -> float:
+            state = last if value == low else self.there(last, self.point(side * low), side * value)
+            return self.ratio(state) - 1
+
+        return float(brentq(beyond, low, high, xtol=EXACT * high, rtol=4 * EXACT))
+
+
+def reach(plan: Plan, parameters: Mapping[str, float], of: Freedom) -> float:
+    """Stroke, m or rad, to either side at which something yields first, the lesser of both, described loads on.
+
+    Raises SolverError where a way of equilibria ends before, and where nothing yields.
+    """
+    stroke = _Stroke(plan, parameters, of)
+    found = stroke.until(1.0, np.inf)
+    found = min(found, stroke.until(-1.0, found))
+    if not np.isfinite(found):
+        raise SolverError(f"nothing yields up to {of.name} = {HALF_TURN} rad")
+    return found

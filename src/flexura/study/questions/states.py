@@ -1,0 +1,253 @@
+"""One design in the states that it is asked in: at rest or about the pose that is described, and at poses; what each
+state is asked is worked out from one assembly, one factorisation and one equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis import Stresses, preload, statics, worst_stresses
+from flexura.errors import SolverError
+from flexura.linalg import counted_intervals, factorise, is_definite
+from flexura.mechanism import at
+from flexura.motion import Holding, Pose, PosedDesign, buckling_factor, reached
+from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_pairs
+from flexura.structure import FullOrderModel, Plan, assemble, checked_design
+from flexura.study.questions.answers import Bounded
+from flexura.study.questions.reading import Freedom, Members, Port, pose_text
+from flexura.systems import InputPort, Ports
+
+Array = NDArray[np.float64]
+
+ROUNDING = 1e-8
+"""Compliances below so much of their bound, sqrt(C_ii C_jj), are round-off."""
+
+HELD = 1e-9
+"""Part of the compliance of something free that is left of it where a pose holds it, by round-off."""
+
+
+class AtRest:
+    """A design as its description leaves it: at rest, or about the state of load or the pose that is described."""
+
+    def __init__(self, plan: Plan, parameters: Mapping[str, float]) -> None:
+        self.plan, self.parameters = plan, parameters
+        self._moved: dict[str, tuple[Array, Array]] = {}
+
+    @cached_property
+    def model(self) -> FullOrderModel:
+        """Its full-order model."""
+        return assemble(self.plan, self.parameters)
+
+    @cached_property
+    def _ports(self) -> Ports:
+        return Ports(self.model.design)
+
+    @cached_property
+    def _solve(self) -> Any:
+        return flexibility(self.model).held
+
+    def _row(self, what: Freedom | InputPort) -> tuple[Array, Array]:
+        """The row (n,) that reads a motion, and displacements (n,) by a unit force along it."""
+        name = what.name if isinstance(what, Freedom) else f"{what.channel.name} as an input"
+        if name not in self._moved:
+            if isinstance(what, Freedom):
+                number = self.plan.topology.numbers([what.node])
+                row = self.model.design.node_rows(number).toarray()[what.component]
+            else:
+                row = what.row
+            self._moved[name] = row, self._solve(np.ascontiguousarray(row[:, None]))[:, 0]
+        return self._moved[name]
+
+    def _between(self, one: Freedom | InputPort, other: Freedom | InputPort) -> float:
+        """Displacement along one by a unit force along the other, symmetric to the last digit."""
+        (a, by_a), (b, by_b) = self._row(one), self._row(other)
+        return float((a @ by_b + b @ by_a) / 2)
+
+    def compliance(self, to: Freedom, by: Freedom) -> float:
+        """Displacement per force or moment."""
+        return self._between(to, by)
+
+    def stiffness(self, of: Freedom) -> float:
+        """Force or moment per displacement, everything else free."""
+        return 1 / self.compliance(of, of)
+
+    def _input(self, actuator: Port) -> InputPort:
+        return self._ports.inputs([actuator.known])[0]
+
+    def coupling(self, actuator: Port, to: Freedom) -> float:
+        """Displacement per unit command."""
+        into = self._input(actuator)
+        gain = into.stiffness * into.stroke if into.stiffness else 1.0
+        moved, bound = self._between(to, into), self._between(to, to) * self._between(into, into)
+        return 0.0 if abs(moved) < ROUNDING * np.sqrt(abs(bound)) else moved * gain
+
+    def amplification(self, actuator: Port, to: Freedom) -> float:
+        """Displacement per elongation of the actuator that makes it."""
+        into = self._input(actuator)
+        gain = into.stiffness * into.stroke if into.stiffness else 1.0
+        return self.coupling(actuator, to) / abs(self._between(into, into) * gain)
+
+    @cached_property
+    def stresses(self) -> Stresses:
+        """Stresses under the loads and gravity, or at the pose, that are described."""
+        return statics(self.model).stresses()
+
+    @property
+    def buckling(self) -> float:
+        """Factor on all loads and gravity; infinite where they do not buckle it."""
+        if self.plan.is_posed:
+            return _pose_factor(reached(checked_design(self.plan, self.parameters)).pose)
+        return preload(self.plan, self.parameters).buckling_factor
+
+    def frequencies(self, count: int) -> Bounded:
+        """The lowest natural frequencies with proven bounds."""
+        full = chained(self.model)
+        proof = certificate(full, lowest_pairs(full, count), count)
+        lower = np.where(proof.is_indexed, proof.lower_hz, 0.0)[:count]
+        upper = np.where(proof.is_indexed, proof.upper_hz, np.inf)[:count]
+        return Bounded(np.clip(proof.frequency_hz[:count], lower, upper), lower, upper)
+
+    def moved(self, of: Freedom, count: int) -> tuple[Array, Array, float]:
+        """The lowest frequencies (k,), Hz, the displacement (k,) in each mode of unit modal mass, and the largest one
+        of its kind, translation or rotation, of any node in any of them."""
+        full = chained(self.model)
+        pairs = lowest_pairs(full, count)
+        hertz = np.sqrt(np.maximum(pairs.values[:count], 0)) / HERTZ
+        return hertz, *_moved(self.model, full.recover(pairs.vectors[:, :count]), of)
+
+
+class AtPose:
+    """A design at a pose with large displacements; the displacements of the pose hold it."""
+
+    def __init__(self, plan: Plan, parameters: Mapping[str, float], pose: Sequence[tuple[str, float]]) -> None:
+        self.words = pose_text(pose)
+        self.plan: Plan = plan.prepared.once(("posed", tuple(pose)), lambda: Plan(at(plan.mechanism, dict(pose))))
+        self.parameters = parameters
+
+    @cached_property
+    def _posed(self) -> PosedDesign:
+        found = reached(checked_design(self.plan, self.parameters))
+        if not is_definite(found.pose.matrices(held=True)[0]):
+            raise SolverError(f"at {self.words} it is not stable")
+        return found
+
+    @property
+    def _pose(self) -> Pose:
+        return self._posed.pose
+
+    @cached_property
+    def free(self) -> AtRest:
+        """What is linear about the pose with nothing held but by forces that stay as they are."""
+        return AtRest(self.plan, self.parameters)
+
+    @cached_property
+    def _model(self) -> FullOrderModel:
+        return FullOrderModel(checked_design(self.plan, self.parameters), self._posed.K, self._posed.M)
+
+    def _drive(self, of: Freedom) -> int | None:
+        """Number of the displacement of the pose that this is."""
+        names = [drive.name for drive in self._pose.equations.drives]
+        return names.index(of.name) if of.name in names else None
+
+    def compliance(self, to: Freedom, by: Freedom) -> float:
+        """Displacement per force or moment, the displacements of the pose held but for those asked of.
+
+        Raises SolverError where the pose holds one of them.
+        """
+        pose, numbers = self._pose, [self.plan.topology.numbers([own.node])[0] for own in (to, by)]
+        rows = np.stack([pose.rows(int(n))[own.component] for n, own in zip(numbers, (to, by), strict=True)])
+        others = [k for k in range(len(pose.equations.drives)) if k not in (self._drive(to), self._drive(by))]
+        holding = Holding.of(pose.state.tangent.rows[others], pose.equations.scale)
+        left = holding.rows(rows)
+        scale = pose.equations.scale
+        sizes = [np.linalg.norm(own / by_unit, axis=1) for own, by_unit in ((left, scale[holding.left]), (rows, scale))]
+        for own, size, whole in zip((to, by), *sizes, strict=True):
+            if not size > HELD * whole:
+                raise SolverError(f"{own.name} is held by the pose")
+        moved = factorise(holding.matrix(pose.K)).solve(np.ascontiguousarray(left.T))
+        return float((left[0] @ moved[:, 1] + left[1] @ moved[:, 0]) / 2)
+
+    def stiffness(self, of: Freedom) -> float:
+        """Force or moment per displacement, the other displacements of the pose held."""
+        return 1 / self.compliance(of, of)
+
+    def coupling(self, actuator: Port, to: Freedom) -> float:
+        """Displacement per unit command, nothing held but by forces that stay as they are."""
+        return self.free.coupling(actuator, to)
+
+    def amplification(self, actuator: Port, to: Freedom) -> float:
+        """Displacement per elongation of the actuator that makes it, likewise."""
+        return self.free.amplification(actuator, to)
+
+    @cached_property
+    def stresses(self) -> Stresses:
+        """Stresses at the pose."""
+        return worst_stresses(self._model, self._posed.end_forces.__getitem__)
+
+    def force(self, of: Freedom) -> float:
+        """Force or moment that holds a displacement of the pose."""
+        number = self._drive(of)
+        assert number is not None
+        return float(self._pose.state.drive[number])
+
+    @property
+    def buckling(self) -> float:
+        """Factor on all loads and on the forces that hold the pose; infinite where nothing buckles."""
+        return _pose_factor(self._pose)
+
+    def frequencies(self, count: int) -> Bounded:
+        """The lowest natural frequencies with proven bounds, nothing held but by forces that stay as they are."""
+        pose = self._pose
+        pairs = self._modes(count)
+        lower, upper, proven = counted_intervals(pose.K, pose.M, pairs.values, pairs.vectors)
+        lower, upper = (np.sqrt(np.maximum(own, 0)) / HERTZ if proven else own * np.nan for own in (lower, upper))
+        return Bounded(np.sqrt(pairs.values) / HERTZ, lower, upper)
+
+    def _modes(self, count: int) -> Any:
+        pairs = self._pose.modes(count)
+        if len(pairs.values) and pairs.values[0] < 0:
+            raise SolverError(f"at {self.words} it is not stable under the forces that hold it")
+        return pairs
+
+    def moved(self, of: Freedom, count: int) -> tuple[Array, Array, float]:
+        """As `AtRest.moved`."""
+        pairs = self._modes(count)
+        return np.sqrt(pairs.values) / HERTZ, *_moved(self._model, pairs.vectors, of)
+
+
+State = AtRest | AtPose
+
+
+def largest_stress(state: State, of: Members | None) -> float:
+    """Largest von Mises stress, Pa, notch factors included, of all members or of some; of sections that are known."""
+    chosen = None if of is None else set(of.members)
+    found = [own.von_mises for own in state.stresses.members if chosen is None or own.name in chosen]
+    known = [own for own in found if own is not None]
+    if not known:
+        raise SolverError("no stress is known of sections that are given by constants")
+    return max(known)
+
+
+def least_margin(state: State, of: Members | None) -> float:
+    """Least yield stress over stress of all members or of some, of those whose yield stress is known."""
+    chosen = None if of is None else set(of.members)
+    found = [own.factor_to_yield for own in state.stresses.members if chosen is None or own.name in chosen]
+    return min((own for own in found if own is not None), default=np.inf)
+
+
+def _moved(model: FullOrderModel, vectors: Array, of: Freedom) -> tuple[Array, float]:
+    """A displacement (k,) in motions of DOF vectors (n, k), and the largest of its kind of any node in any of them."""
+    u = model.node_displacements(vectors)[model.plan.topology.has_position]
+    alike = np.linalg.norm(u[:, 3:] if of.turns else u[:, :3], axis=1)
+    number = model.plan.topology.numbers([of.node])
+    row = model.design.node_rows(number).toarray()[of.component]
+    return row @ vectors, float(alike.max(initial=0.0))
+
+
+def _pose_factor(pose: Pose) -> float:
+    factor = buckling_factor(pose)
+    return np.inf if factor is None else factor
