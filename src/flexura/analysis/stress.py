@@ -15,11 +15,12 @@ from flexura.analysis.internal_forces import end_forces, find_member, internal_f
 from flexura.analysis.numbers import finite_numbers
 from flexura.arguments import verb
 from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
+from flexura.duals import plain
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
 from flexura.records import Record
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Part, SectionGroup
+from flexura.structure import Design, FullOrderModel, Part, SectionGroup
 from flexura.tables import ROWS, Facts, Table, number
 
 Array = NDArray[np.float64]
@@ -237,48 +238,68 @@ def yield_ratios(model: FullOrderModel, u: Array, gravity: Sequence[float] | Non
 
 def ratios_to_yield(model: FullOrderModel, forces: EndForces, count: int) -> YieldRatios:
     """How near the members come to yield under internal forces of `count` states."""
+    names, stress, position, limit = largest_stresses(model, forces, count, yielding=True)
+    return YieldRatios(names, stress / limit[:, None], position)
+
+
+class LargestStresses(NamedTuple):
+    """Of placed members (m,): `names`, and in each of k states the largest von Mises stress with notch factors, Pa,
+    `von_mises` (m, k), and where along the member that is, `position` (m, k); yield stresses (m,), NaN without one."""
+
+    names: tuple[str, ...]
+    von_mises: Array
+    position: Array
+    yield_stress: Array
+
+
+def largest_stresses(
+    model: FullOrderModel | Design, forces: EndForces, count: int, *, yielding: bool = False
+) -> LargestStresses:
+    """The largest stresses under internal forces of `count` states, of all members whose section is known, or of those
+    whose yield stress is known too. With slopes where the forces and the design have them."""
     names: list[str] = []
-    ratios, positions = [np.empty((0, count))], [np.empty((0, count))]
+    found: list[tuple[Array, ...]] = [(np.empty((0, count)), np.empty((0, count)), np.empty(0))]
     for name in model.matrices:
         part = model.plan.parts[name]
         limit = part.table.yield_stress(model.values) if part.members else np.empty(0)
-        known = [group for group in part.table.groups if not np.isnan(limit[group[0].index]).all()]
-        known = [(group, n) for group, n, _ in known if group.family != "constants"]
+        wanted = ~np.isnan(limit) | (not yielding)
+        known = [(group, n) for group, n, _ in part.table.groups if group.family != "constants"]
+        known = [(group, n) for group, n in known if wanted[group.index].any()]
         if not known:
             continue
         ends, keys = forces(name), list(part.members)
+        paths = model.plan.topology.copies[name].paths
         for group, n in known:
-            has = np.flatnonzero(~np.isnan(limit[group.index]))
-            for values, block in zip((ratios, positions), _largest(model, part, group, n, ends), strict=True):
-                values.append(block[:, has].reshape(-1, count))
-            ratios[-1] /= np.tile(limit[group.index[has]], len(ends[0]))[:, None]
-            paths = model.plan.topology.copies[name].paths
+            has = np.flatnonzero(wanted[group.index])
+            own = (block[:, has].reshape(-1, count) for block in _largest(model, part, group, n, ends))
+            found.append((*own, np.tile(limit[group.index[has]], len(paths))))
             names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
-    return YieldRatios(tuple(names), np.concatenate(ratios), np.concatenate(positions))
+    return LargestStresses(tuple(names), *(np.concatenate(own) for own in zip(*found, strict=True)))
 
 
 def _largest(
-    model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
+    model: FullOrderModel | Design, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
 ) -> tuple[Array, Array]:
     """Largest von Mises stresses (i, m, k) of the members of a group in each state, and where they are along them."""
     largest, position = [], []
     for _, x, _, raised, _ in _stresses(model, part, group, n, ends):
-        station = leading(raised, axis=2)
+        station = leading(plain(raised), axis=2)
         largest.append(raised.max(axis=2))
         position.append(x[np.arange(len(x))[None, :, None], station])
     return np.concatenate(largest, axis=-1), np.concatenate(position, axis=-1)
 
 
 def _stresses(
-    model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
+    model: FullOrderModel | Design, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
 ) -> Iterator[tuple[int, Array, Array, Array, Array]]:
     """Blocks of states: the first of them, stations x (m, stations), internal forces (i, m, stations, k, 6), and von
     Mises stresses (i, m, stations, k) with notch factors and without."""
     length = model.geometry.parts[part.name].length[group.index]
     regular = np.broadcast_to(np.linspace(0, 1, STATIONS), (len(group.index), STATIONS))
-    x = np.sort(np.concatenate([regular, group.corners(model.values, length)], axis=1), axis=1)
+    x = np.concatenate([regular, group.corners(model.values, length)], axis=1)
+    x = x[np.arange(len(x))[:, None], np.argsort(x, axis=1)]
     copies, _, _, states = ends[0].shape
-    element = np.minimum((x * n).astype(int), n - 1)
+    element = np.minimum(plain(x * n).astype(int), n - 1)
     share = (x * n - element)[..., None]
     at = part.table.first[group.index][:, None] + element
     step = max(1, BLOCK // (6 * copies * x.size))
@@ -302,7 +323,7 @@ def _at_stations(start: Array, end: Array, share: Array, length: Array, n: int) 
 
 
 def _von_mises(
-    model: FullOrderModel, part: Part, group: SectionGroup, length: Array, x: Array, force: Array
+    model: FullOrderModel | Design, part: Part, group: SectionGroup, length: Array, x: Array, force: Array
 ) -> tuple[Array, Array]:
     """Stresses (i, m, stations, k), with notch factors and without, under internal forces at fractions x."""
     if group.family == "constants":

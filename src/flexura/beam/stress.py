@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from flexura.beam._columns import FloatArray, Real
 from flexura.beam.section import rectangle, tube
+from flexura.duals import real
 
 CATALAN = 0.915965594177219
 """1 - 1/3^2 + 1/5^2 - ..."""
@@ -24,9 +25,10 @@ def rectangle_torsion_stress(width: ArrayLike, thickness: ArrayLike) -> tuple[Fl
 
     width, thickness: (...) m. Returns (...), 1/m^3. Free warping.
     """
-    b, t = np.broadcast_arrays(np.asarray(width, dtype=float), np.asarray(thickness, dtype=float))
-    short = np.minimum(b, t)
-    ratio = np.maximum(b, t) / short
+    b, t = np.broadcast_arrays(real(width), real(thickness))
+    flat = t <= b
+    short, long = np.where(flat, t, b), np.where(flat, b, t)
+    ratio = long / short
     over_long, over_short = np.zeros_like(short), np.full_like(short, CATALAN)
     for n, sign in ((1, 1), (3, -1), (5, 1), (7, -1), (9, 1), (11, -1), (13, 1), (15, -1)):
         q = np.exp(-n * np.pi * ratio)
@@ -34,7 +36,7 @@ def rectangle_torsion_stress(width: ArrayLike, thickness: ArrayLike) -> tuple[Fl
         over_short -= sign * 2 * q / (1 + q) / n**2
     J = rectangle(b, t, 0.0).J
     on_long, on_short = short / J * (1 - 8 / np.pi**2 * over_long), short / J * 8 / np.pi**2 * over_short
-    return np.where(t <= b, on_long, on_short), np.where(t <= b, on_short, on_long)
+    return np.where(flat, on_long, on_short), np.where(flat, on_short, on_long)
 
 
 def flat_notch_factors(ratio: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -44,7 +46,7 @@ def flat_notch_factors(ratio: ArrayLike) -> tuple[FloatArray, FloatArray]:
     Neuber (1937) for hyperbolic notches; Peterson's Stress Concentration Factors, ch. 2. ratio: (...) half the web
     over the radius of the root, -; 0 gives 1, infinity infinity.
     """
-    x = np.asarray(ratio, dtype=float)
+    x = real(ratio)
     sharp = ~np.isfinite(x)
     x = np.where(sharp, 1.0, x)
     s = np.sqrt(x)
@@ -64,7 +66,7 @@ def round_notch_factors(ratio: ArrayLike, nu: ArrayLike) -> tuple[FloatArray, Fl
     Neuber (1937) for hyperbolic grooves; Peterson's Stress Concentration Factors, ch. 2. ratio: (...) radius of the
     neck over the radius of the root, -; nu: (...) Poisson's ratio, -.
     """
-    x, nu = np.broadcast_arrays(np.asarray(ratio, dtype=float), np.asarray(nu, dtype=float))
+    x, nu = np.broadcast_arrays(real(ratio), real(nu))
     sharp = ~np.isfinite(x)
     x = np.where(sharp, 1.0, x)
     s = np.sqrt(x + 1)
@@ -107,12 +109,12 @@ def round_von_mises(force: FloatArray, outer: Real, inner: Real, factors: Factor
     N, Vy, Vz, T, My, Mz = np.moveaxis(force, -1, 0)
     section = tube(outer, inner, 0.0)
     kN, kM, kT = factors
-    c = np.asarray(outer) / 2
+    c = real(outer) / 2
     stretch, twist = _raised(kN, N / section.A), _raised(kT, T * c / section.J)
-    d = np.asarray(inner) / outer
+    d = real(inner) / outer
     slide = 4 / 3 * (1 + d + d * d) / (1 + d * d) / section.A
     bending, shear = np.hypot(My, Mz), np.hypot(Vy, Vz)
-    by_bending, by_shear = np.where(bending > 0, bending, 1.0), np.where(shear > 0, shear, 1.0)
+    by_bending, by_shear = bending + (bending == 0), shear + (shear == 0)
     found = np.zeros(np.shape(N))
     for y, z in ((-Mz / by_bending, My / by_bending), (Vz / by_shear, -Vy / by_shear)):
         bent, slid = _raised(kM, (My * z - Mz * y) * c / section.Iy), slide * (Vz * y - Vy * z)
@@ -123,5 +125,5 @@ def round_von_mises(force: FloatArray, outer: Real, inner: Real, factors: Factor
 
 def _raised(factor: Real, stress: FloatArray) -> FloatArray:
     """The factor times the stress, where nothing times infinity is nothing."""
-    factor, stress = np.broadcast_arrays(np.asarray(factor, dtype=float), stress)
-    return np.multiply(factor, stress, out=np.zeros(stress.shape), where=stress != 0)
+    factor, stress = np.broadcast_arrays(real(factor), stress)
+    return np.where(np.isinf(factor) & (stress == 0), 0.0, factor) * stress

@@ -207,3 +207,14 @@ def diag(x: Pair) -> Pair:
     at = np.arange(len(x.value))
     slope[:, at, at] = x.slope
     return Pair(np.diag(x.value), slope)
+
+
+def bincount(at: Any, weights: Pair, minlength: int) -> Pair:
+    """Sums (n,) of weights (k,) by their numbers (k,)."""
+    slope = [np.bincount(at, own, minlength) for own in weights.slope]
+    return Pair(np.bincount(at, weights.value, minlength), np.array(slope))
+
+
+def contiguous(x: Pair) -> Pair:
+    """In memory that is in a row."""
+    return Pair(np.ascontiguousarray(x.value), np.ascontiguousarray(x.slope))

@@ -35,6 +35,11 @@ def moves(x: Any) -> bool:
     return isinstance(x, Dual) and (bool(np.any(plain(x.slope))) or moves(x.slope) or moves(x.value))
 
 
+def slope_of(x: Any) -> NDArray[np.float64]:
+    """The slopes (P, ...) of numbers that have some."""
+    return x.slope
+
+
 def with_slopes_of(*sources: Any) -> Any:
     """The first of some numbers and arrays that implements NumPy's functions itself, as `Dual` does; None without."""
     return next((x for x in sources if not isinstance(x, np.ndarray) and hasattr(x, "__array_function__")), None)
@@ -172,6 +177,10 @@ class Dual:
         """The smallest along an axis."""
         return np.min(self, axis=axis, keepdims=keepdims)  # type: ignore[call-overload, no-any-return]
 
+    def any(self, axis: Any = None) -> Any:
+        """Where entries are not zero or do not stay zero, a plain array."""
+        return np.any((np.asarray(self.value) != 0) | (self.slope != 0).any(axis=0), axis=axis)
+
     def _in_place(self, changed: Dual) -> Dual:
         self[...] = changed
         return self
@@ -298,6 +307,8 @@ _REDUCED: dict[Any, Any] = {
 _NEW: frozenset[Any] = frozenset({np.empty, np.zeros, np.ones, np.full})
 
 _FUNCTIONS: dict[Any, Any] = {
+    np.bincount: lambda at, weights, minlength=0: Dual(*arrangement.bincount(at, _pair(weights), minlength)),
+    np.ascontiguousarray: _first(arrangement.contiguous),
     **{
         f: _of_value(f)
         for f in (np.shape, np.ndim, np.size, np.argmin, np.argmax, np.argsort, np.round, np.iscomplexobj)

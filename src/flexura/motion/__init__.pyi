@@ -31,5 +31,7 @@ from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import posed as posed
 from flexura.motion.posed import reached as reached
 from flexura.motion.se3 import rotation_vector as rotation_vector
+from flexura.motion.slopes import Repeated as Repeated
+from flexura.motion.slopes import SlopedPose as SlopedPose
 from flexura.motion.substructures import kept_frames as kept_frames
 from flexura.motion.turning import TurningModel as TurningModel

@@ -87,7 +87,7 @@ def pulled(ends: Ends, pull: Array, stiffness: Array) -> tuple[Array, Array]:
 
 def _rows(ends: Ends) -> Array:
     """Displacements (e, 3, 12) of end 2 from end 1 by those of the frames."""
-    B = np.zeros((len(ends.arm), 3, 12))
+    B = np.zeros((len(ends.arm), 3, 12), like=ends.arm)
     for end, sign in ((0, -1.0), (1, 1.0)):
         B[:, :, 6 * end : 6 * end + 3] = sign * np.eye(3)
         B[:, :, 6 * end + 3 : 6 * end + 6] = -sign * skew(ends.arm[:, end])

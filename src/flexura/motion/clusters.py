@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import skew
+from flexura.duals import plain
 from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response
 from flexura.motion.inertia import accelerating
 from flexura.motion.polynomial import Polynomial
@@ -49,18 +50,19 @@ class Superelements:
         """
         own = int(placed.sum())
         x = rest.x[frames[:own]] + arm[:own]
-        rigid = np.zeros((len(K), 6))
+        rigid = np.zeros((len(K), 6), like=x)
         for i in range(own):
             rigid[6 * i : 6 * i + 6] = np.eye(6)
             rigid[6 * i : 6 * i + 3, 3:] = np.cross(np.eye(3), axes.T @ (x[i] - x[0])).T
         size = np.abs(K).max(initial=0.0)
-        if own < 2 or np.abs(K @ rigid).max() > RIGID * size * max(np.abs(rigid).max(), 1.0):
+        motions = plain(rigid)
+        if own < 2 or np.abs(K @ motions).max() > RIGID * size * max(np.abs(motions).max(), 1.0):
             frames, arm = np.append(ground, frames), np.concatenate([x[:1], arm])
             K, M = (np.pad(matrix, ((6, 0), (6, 0))) for matrix in (K, M))
             own += 1
         placed_arm = arm[None, :own]
         logs = _seen_from_first(Ends.of(rest, frames[None, :own], axes[None, None], placed_arm))
-        J = np.eye(len(K) - 6)
+        J = np.eye(len(K) - 6, like=logs.e)
         for i, after in enumerate(logs.after[0]):
             J[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = np.linalg.inv(after)
         k = J.T @ K[6:, 6:] @ J
@@ -108,7 +110,7 @@ class Superelements:
 
     def _rows(self, twists: Array, log: Logarithm) -> Array:
         e, size, inner = len(self.node), 6 * self.node.shape[1], 6 * (self.own - 1)
-        B = np.zeros((e, size - 6, size))
+        B = np.zeros((e, size - 6, size), like=twists)
         B[:, range(inner, size - 6), range(inner + 6, size)] = 1.0
         B[:, :inner, :6] = (-log.before @ twists[:, :1]).reshape(e, inner, 6)
         for i, own in enumerate(np.moveaxis(log.after @ twists[:, 1:], 1, 0)):
@@ -124,10 +126,10 @@ class Superelements:
         """Mass matrices (e, 6k, 6k) by velocities of the frames."""
         ends = self._ends(frames)
         e, k = self.node.shape
-        twists = ends.twists(ends.axes[:, :1].repeat(self.own, axis=1))
+        twists = ends.twists(np.repeat(ends.axes[:, :1], self.own, axis=1))
         seen = np.concatenate([twists, np.tile(np.eye(6), (e, k - self.own, 1, 1))], axis=1)
-        M = np.swapaxes(seen, -1, -2)[:, :, None] @ self.mass.reshape(e, k, 6, k, 6).swapaxes(2, 3) @ seen[:, None]
-        return M.swapaxes(2, 3).reshape(e, 6 * k, 6 * k)
+        M = np.swapaxes(seen, -1, -2)[:, :, None] @ np.swapaxes(self.mass.reshape(e, k, 6, k, 6), 2, 3) @ seen[:, None]
+        return np.swapaxes(M, 2, 3).reshape(e, 6 * k, 6 * k)
 
     def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
         """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
@@ -177,8 +179,8 @@ class Sagging:
     def response(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Forces (k, 12) of the weight, and their derivatives (k, 12, 12): those of the energy -z'WR'g."""
         first, amplitudes = self.node.T
-        force, slope = np.zeros((len(first), 12)), np.zeros((len(first), 12, 12))
         by_direction = self.weight @ np.swapaxes(frames.R[first], -1, -2)
+        force, slope = (np.zeros((len(first), *size), like=by_direction) for size in ((12,), (12, 12)))
         centre = (frames.z[amplitudes][:, None] @ by_direction)[:, 0]
         force[:, 3:6], force[:, 6:] = np.cross(centre, gravity), by_direction @ gravity
         slope[:, 3:6, 3:6] = skew(gravity) @ skew(centre)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import skew
+from flexura.duals import zeros
 from flexura.motion.inertia import accelerating
 from flexura.motion.se3 import Logarithm, rotation
 from flexura.motion.strain import Strain
@@ -78,7 +79,7 @@ class Ends(NamedTuple):
     def twists(self, axes: Array | None = None) -> Array:
         """Matrices (e, 2, 6, 6) that make twists of the ends, in their own `axes`, of displacements of the frames."""
         back = np.swapaxes(self.axes if axes is None else axes, -1, -2)
-        out = np.zeros((*back.shape[:-2], 6, 6))
+        out = zeros((*back.shape[:-2], 6, 6), back, self.arm)
         out[..., :3, :3] = out[..., 3:, 3:] = back
         out[..., :3, 3:] = -back @ skew(self.arm)
         return out
@@ -234,14 +235,14 @@ def _middle(ends: Ends, log: Logarithm) -> Array:
 
 def carried(mass: Array, twists: Array) -> Array:
     """Mass matrices (e, 12, 12) by velocities of the frames, from those by twists (e, 2, 6, 6) of the ends."""
-    ends = mass.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3)
+    ends = np.swapaxes(mass.reshape(-1, 2, 6, 2, 6), 2, 3)
     blocks = np.swapaxes(twists, -1, -2)[:, :, None] @ ends @ twists[:, None]
-    return blocks.swapaxes(2, 3).reshape(-1, 12, 12)
+    return np.swapaxes(blocks, 2, 3).reshape(-1, 12, 12)
 
 
 def _rows(log: Logarithm, twists: Array) -> Array:
     """Derivatives (e, 6, 12) of the logarithm by displacements of the frames (theory eq. G4)."""
-    B = np.empty((len(twists), 6, 12))
+    B = np.empty((len(twists), 6, 12), like=twists)
     B[..., :6] = -log.before @ twists[:, 0]
     B[..., 6:] = log.after @ twists[:, 1]
     return B
@@ -249,7 +250,7 @@ def _rows(log: Logarithm, twists: Array) -> Array:
 
 def turned(force: Array) -> Array:
     """Derivatives (n, 6, 6) by the rotations of frames of forces (n, 6) in them that turn along (theory eq. G7)."""
-    out = np.zeros((len(force), 6, 6))
+    out = np.zeros((len(force), 6, 6), like=force)
     out[:, :3, 3:] = -skew(force[:, :3])
     out[:, 3:, 3:] = -skew(force[:, 3:])
     return out

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import skew
+from flexura.duals import plain
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise
 from flexura.motion.elements import Frames
@@ -88,7 +89,7 @@ class Equations:
         self.model, self.drives = model, tuple(drives)
         self._free = model.dof >= 0
         self._dof = model.dof[self._free]
-        x = model.rest.x[:-1]
+        x = plain(model.rest.x[:-1])
         self.size = float(np.linalg.norm(x.max(axis=0) - x.min(axis=0))) or 1.0
         """Diagonal of the box around the mechanism, m."""
         self.scale = np.ones(model.n_dof)
@@ -114,17 +115,20 @@ class Equations:
 
     def free(self, of_frames: Array) -> Array:
         """The entries (n,) of values (n + 1, 6) of frames that belong to free displacements."""
-        out = np.zeros(self.model.n_dof)
+        out = np.zeros(self.model.n_dof, like=of_frames)
         out[self._dof] = of_frames[self._free]
         return out
 
     def travelled(self, frames: Frames) -> Array:
         """The driven displacements (d,), m and rad, in a state."""
-        return np.array([self._drive(frames, drive)[0] for drive in self.drives])
+        found = np.zeros(len(self.drives), like=frames.x)
+        for i, drive in enumerate(self.drives):
+            found[i] = self._drive(frames, drive)[0]
+        return found
 
-    def _drive(self, frames: Frames, drive: Drive) -> tuple[float, Array, Array]:
+    def _drive(self, frames: Frames, drive: Drive) -> tuple[np.float64, Array, Array]:
         """A driven displacement, its derivatives (6,) by those of its frame, and theirs (6, 6)."""
-        row, second = np.zeros(6), np.zeros((6, 6))
+        row, second = np.zeros(6, like=frames.x), np.zeros((6, 6), like=frames.x)
         k, root = drive.component, drive.root
         if k < 3:
             arm = self.model.arm[drive.node]
@@ -134,13 +138,13 @@ class Equations:
             row[3:] = np.cross(now, axis)
             second[3:, 3:] = skew(axis) @ skew(now)
             moved = frames.x[root] + now - self.model.rest.x[root] - arm
-            return float(moved[k]), row, second
+            return moved[k], row, second
         log = Logarithm(frames.R[root], np.zeros(3))
         row[3:] = log.before[k, 3:]
         unit = np.zeros(6)
         unit[k] = 1.0
         second[3:, 3:] = log.second(unit)[0][3:, 3:] @ log.before[3:, 3:]
-        return float(log.e[k]), row, second
+        return log.e[k], row, second
 
     def tangent(self, frames: Frames, loads: Loads, multipliers: Array) -> tuple[Tangent, Array]:
         """The tangent in a state, and the forces (n,) that are missing for its equilibrium without the drives."""
@@ -148,7 +152,7 @@ class Equations:
         local = forces.blocks[-1]
         external, slope = loads.external(self.model, frames)
         local -= slope
-        rows = np.zeros((len(self.drives), self.model.n_dof))
+        rows = np.zeros((len(self.drives), self.model.n_dof), like=frames.x)
         for i, drive in enumerate(self.drives):
             _, row, second = self._drive(frames, drive)
             dof = self.model.dof[drive.root]

@@ -85,5 +85,5 @@ def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium]) -> tuple
     if gravity.any():
         per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
         own = own - (per_fall @ (back @ gravity))[..., 0]
-    start, end = np.moveaxis(own, 0, -1).swapaxes(0, 1)
+    start, end = np.swapaxes(np.moveaxis(own, 0, -1), 0, 1)
     return -start, end

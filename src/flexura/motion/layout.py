@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,8 +83,8 @@ class _Builder:
         self.dof = np.concatenate([topology.dof, np.full((1, 6), -1)])
         arm = geometry.positions - geometry.positions[topology.root]
         self.arm = np.concatenate([np.where(topology.is_rigid[:, None], arm, 0.0), np.zeros((1, 3))])
-        self.inertia = np.zeros((n + 1, 6, 6))
-        self.weight = np.zeros((n + 1, 6, 3))
+        self.inertia = np.zeros((n + 1, 6, 6), like=design.values)
+        self.weight = np.zeros((n + 1, 6, 3), like=design.values)
 
     def laid(self) -> Laid:
         passive, actuators = self._groups()
@@ -171,7 +172,7 @@ class _Copy:
         if not len(part.connectivity):
             return []
         member = part.table.element_member
-        reach = np.zeros((len(member), 2, 3))
+        reach = np.zeros((len(member), 2, 3), like=self.local.offsets)
         reach[part.first[:-1], 0] = self.local.offsets[:, 0]
         reach[part.first[1:] - 1, 1] = self.local.offsets[:, 1]
         axes = self._axes(self.local.R[member])
@@ -232,7 +233,8 @@ class _Copy:
             length = np.linalg.norm(axis)
             wrench = None
             if turns or d is not None:
-                wrench = np.append(np.zeros(3), axis / length) if turns else np.append(axis / length, np.zeros(3))
+                six = (np.zeros(3), axis / length) if turns else (axis / length, np.zeros(3))
+                wrench = np.concatenate(six)
             if length > 0:
                 arm = self._arms(nodes, np.zeros((2, 3)))
                 yield Push(self._frames(nodes)[None], arm[None], wrench), (self.prefix + key,)
@@ -243,7 +245,7 @@ class _Copy:
         for key, piezo in self.part.channels.piezos.items():
             x = self.local.positions[piezo.nodes]
             nodes = np.array([piezo.nodes])
-            length = np.array([float(np.linalg.norm(x[1] - x[0]))])
+            length: Any = np.reshape(np.linalg.norm(x[1] - x[0]), 1)
             axes = self._axes(piezo.frame(x))
             axes = np.stack([axes, axes])[None]
             reach = np.zeros((1, 2, 3))
@@ -252,14 +254,16 @@ class _Copy:
             if piezo.section(values) is not None:
                 yield self._between(nodes, axes, reach, K, M, (length, PLAIN)), names
                 continue
-            stiffness = np.array([float(piezo.stiffness(values))])
+            stiffness = np.reshape(piezo.stiffness(values), 1)
             yield Bars(self._frames(nodes), self._arms(nodes, reach), length, stiffness, M), names
 
     def _stack_matrices(self, key: str) -> tuple[Array, Array]:
         """K and M (1, 12, 12) of a stack in its own right-handed axes; M of a pinned one is the same in all axes."""
         piezo, x = self.part.channels.piezos[key], self.local.positions[self.part.channels.piezos[key].nodes]
         K, M = piezo.matrices(self.design.values, x)
-        T = np.kron(np.eye(4), piezo.frame(x))
+        T, frame = np.zeros((12, 12), like=x), piezo.frame(x)
+        for k in range(0, 12, 3):
+            T[k : k + 3, k : k + 3] = frame
         return self._signed((T @ K @ T.T)[None]), self._signed((T @ M @ T.T)[None])
 
     def superelements(self) -> Iterator[Named]:

@@ -49,7 +49,7 @@ class Loads:
 
     def forces(self, model: MovingModel, frames: Frames) -> Array:
         """Dead and follower loads (n + 1, 6) on the frames."""
-        found = np.zeros(model.dof.shape)
+        found = np.zeros(model.dof.shape, like=frames.R)
         for node, wrench in self.dead.items():
             found[model.root[node]] += _at_root(model, frames, node, wrench[:3], wrench[3:])
         for node, wrench in self.follower.items():
@@ -59,7 +59,7 @@ class Loads:
 
     def external(self, model: MovingModel, frames: Frames) -> tuple[Array, Array]:
         """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""
-        slope = np.zeros((*model.dof.shape, 6))
+        slope = np.zeros((*model.dof.shape, 6), like=frames.R)
         for node, wrench in self.dead.items():
             root = model.root[node]
             slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(frames.R[root] @ model.arm[node])
@@ -73,7 +73,7 @@ class Loads:
 def _at_root(model: MovingModel, frames: Frames, node: int, force: Array, moment: Array) -> Array:
     """A force and a moment (3,) at a node as they act (6,) on the frame that it follows."""
     arm = frames.R[model.root[node]] @ model.arm[node]
-    return np.append(force, moment + skew(arm) @ force)
+    return np.concatenate([force, moment + skew(arm) @ force])
 
 
 def described_loads(design: Design) -> Loads:

@@ -53,9 +53,13 @@ class MovingModel(Laid):
     @cached_property
     def pattern(self) -> Scatter:
         """Where derivatives by the free displacements go."""
+        return Scatter(self._places, self.n_dof, symmetric=False)
+
+    @cached_property
+    def _places(self) -> list[Index]:
+        """The displacements that blocks are by."""
         columns = [self.dof[e.node].reshape(len(e.node), -1) for e in self.elements]
-        dofs = [*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof]
-        return Scatter(dofs, self.n_dof, symmetric=False)
+        return [*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof]
 
     def commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
         """The elements, those of actuators under their commands, by name."""
@@ -70,7 +74,7 @@ class MovingModel(Laid):
     def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
         """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,
         m, N and N m by name."""
-        total = np.zeros(self.dof.shape)
+        total = np.zeros(self.dof.shape, like=frames.x)
         responses = [elements.response(frames) for elements in self.commanded(actuators)]
         for elements, own in zip(self.elements, responses, strict=True):
             at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
@@ -83,7 +87,7 @@ class MovingModel(Laid):
             inside, inside_slope = self.sagging.response(frames, gravity)
             np.add.at(weight, self.sagging.node.ravel(), inside.reshape(-1, 6))
             total, local = total - weight, local - slope
-        energy = sum(float(own.energy.sum()) for own in responses)
+        energy = sum(own.energy.sum() for own in responses)
         return Forces(energy, total, [*(own.tangent for own in responses), -inside_slope, local], responses)
 
     @property
@@ -98,8 +102,12 @@ class MovingModel(Laid):
 
     def material(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Matrix:
         """Derivatives (n, n) of the forces of free displacements in a state, as if nothing were under force there."""
+        return self.matrix(self.material_blocks(frames, actuators))
+
+    def material_blocks(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> list[Array]:
+        """The blocks of `material`, in the order of the pattern."""
         none = np.zeros((*self.dof.shape, 6))
-        return self.matrix([*(e.material(frames) for e in self.commanded(actuators)), self._no_sagging, none])
+        return [*(e.material(frames) for e in self.commanded(actuators)), self._no_sagging, none]
 
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
@@ -115,11 +123,24 @@ class MovingModel(Laid):
 
     def mass(self, frames: Frames) -> Matrix:
         """M (n, n) of the free displacements in a state, symmetric."""
-        return self.matrix([*(e.masses(frames) for e in self.elements), self._no_sagging, self.carried_inertia(frames)])
+        return self.matrix(self.mass_blocks(frames))
+
+    def mass_blocks(self, frames: Frames) -> list[Array]:
+        """The blocks of `mass`, in the order of the pattern."""
+        return [*(e.masses(frames) for e in self.elements), self._no_sagging, self.carried_inertia(frames)]
+
+    def form(self, blocks: Sequence[Array], X: Array) -> Array:
+        """X' A X (k, k) for the symmetric part A of a sum of blocks and free displacements X (n, k)."""
+        padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
+        found = np.zeros((X.shape[1], X.shape[1]))
+        for dofs, block in zip(self._places, blocks, strict=True):
+            own = padded[dofs]
+            found = found + np.einsum("eic,eid->cd", own, block @ own)
+        return (found + found.T) / 2
 
     def carried_inertia(self, frames: Frames) -> Array:
         """The mass (n + 1, 6, 6) that frames carry, in global axes."""
-        R = np.zeros((len(frames.R), 6, 6))
+        R = np.zeros((len(frames.R), 6, 6), like=frames.R)
         R[:, :3, :3] = R[:, 3:, 3:] = frames.R
         return R @ self.inertia @ np.swapaxes(R, -1, -2)
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.beam import skew
+from flexura.beam import rigid_arm
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, Factor, Matrix, factorise, is_definite, next_to
 from flexura.motion.equilibrium import Equations, Equilibrium
@@ -120,10 +120,9 @@ class Pose:
         """Displacements (6, n) of a node from the free displacements."""
         model = self.equations.model
         root = int(model.root[node])
-        G = np.eye(6)
-        G[:3, 3:] = -skew(self.state.frames.R[root] @ model.arm[node])
+        G = rigid_arm(self.state.frames.R[root] @ model.arm[node])
         dof = model.dof[root]
-        out = np.zeros((6, model.n_dof))
+        out = np.zeros((6, model.n_dof), like=G)
         out[:, dof[dof >= 0]] = G[:, dof >= 0]
         return out
 
@@ -165,7 +164,7 @@ class Pose:
         model, frames = self.equations.model, self.state.frames
         root = int(model.root[node])
         moved = frames.x[root] - model.rest.x[root] + (frames.R[root] - np.eye(3)) @ model.arm[node]
-        return np.append(moved, rotation_vector(frames.R[root]))
+        return np.concatenate([moved, rotation_vector(frames.R[root])])
 
 
 def lowest_of_any(K: Matrix, M: Matrix, n: int, shapes: bool = True) -> Eigenpairs:

@@ -39,10 +39,10 @@ class Push:
             return Response(np.zeros(1), *pulled(ends, np.array([-self.size]), np.zeros(1)))
         R = frames.R[self.node[0, 0]]
         f, m = self.size * R @ self.wrench[:3], self.size * R @ self.wrench[3:]
-        force, tangent = np.zeros((2, 6)), np.zeros((2, 6, 2, 6))
+        force, tangent = (np.zeros(size, like=f) for size in ((2, 6), (2, 6, 2, 6)))
         for end, sign in ((0, 1.0), (1, -1.0)):
             a = ends.arm[0, end]
-            force[end] = sign * np.append(f, m + np.cross(a, f))
+            force[end, :3], force[end, 3:] = sign * f, sign * (m + np.cross(a, f))
             tangent[end, :3, 0, 3:] -= sign * skew(f)
             tangent[end, 3:, 0, 3:] -= sign * (skew(m) + skew(a) @ skew(f))
             tangent[end, 3:, end, 3:] += sign * skew(f) @ skew(a)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import skew
+from flexura.duals import plain, real, zeros
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ LARGEST = 0.9 * math.pi
 
 def ad(e: Array) -> Array:
     """Return ad(e) (..., 6, 6) of twists (..., 6)."""
-    out = np.zeros((*e.shape, 6))
+    out = np.zeros((*e.shape, 6), like=e)
     out[..., :3, :3] = out[..., 3:, 3:] = skew(e[..., 3:])
     out[..., :3, 3:] = skew(e[..., :3])
     return out
@@ -45,7 +46,8 @@ def ad(e: Array) -> Array:
 
 def _sinc(angle: Array) -> Array:
     """Sines of angles over these."""
-    return np.divide(np.sin(angle), angle, out=np.ones_like(angle), where=angle > 0)
+    some = angle > 0
+    return np.where(some, np.sin(angle) / np.where(some, angle, 1.0), 1.0)
 
 
 def rotation(w: Array) -> Array:
@@ -111,11 +113,11 @@ _RATIO = (2 * math.pi) ** 2
 
 def _coefficients(angle_square: Array) -> Array:
     """c2, c4 and their derivatives by y = -angle^2, (..., 4); as many terms as the largest angle needs."""
-    largest = float(angle_square.max(initial=0.0))
+    largest = float(plain(angle_square).max(initial=0.0))
     terms = 4 if largest < 1e-6 else min(len(_SERIES), 3 + math.ceil(40 / math.log(_RATIO / largest)))
-    powers = np.ones((*angle_square.shape, terms))
+    powers = np.ones((*angle_square.shape, terms), like=real(angle_square))
     powers[..., 1:] = -angle_square[..., None]
-    return np.multiply.accumulate(powers, axis=-1) @ _SERIES[:terms]
+    return np.cumprod(powers, axis=-1) @ _SERIES[:terms]
 
 
 class Logarithm:
@@ -150,7 +152,7 @@ class Logarithm:
     def second(self, n: Array) -> tuple[Array, Array]:
         """Derivatives (..., 6, 6) by e of before' n and after' n, n (..., 6) fixed, conjugate to e (theory eq. G6)."""
         At, At2 = np.swapaxes(self._A, -1, -2), np.swapaxes(self._A2, -1, -2)
-        powers = np.empty((4, *n.shape))
+        powers = zeros((4, *n.shape), n, At)
         powers[0], powers[1] = n, (At @ n[..., None])[..., 0]
         powers[2:] = (At2 @ powers[:2, ..., None])[..., 0]
         n4 = (At2 @ powers[2, ..., None])[..., 0]
@@ -169,7 +171,7 @@ def co_ad(n: Array) -> Array:
 
     ad(v, w)' (p, q) = (-w x p, -v x p - w x q) = (p x w, p x v + q x w).
     """
-    out = np.zeros((*n.shape, 6))
+    out = np.zeros((*n.shape, 6), like=n)
     P = skew(n[..., :3])
     out[..., :3, 3:] = out[..., 3:, :3] = P
     out[..., 3:, 3:] = skew(n[..., 3:])

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.duals import Dual, plain, zeros
 from flexura.motion.se3 import Logarithm
 from flexura.structure import Torsion
 
@@ -125,14 +127,17 @@ class Strain:
     def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Motions q (e, q) with those inside at rest, energy, gradient and Hessian there, and what the motions inside
         still lack and how they follow those of the ends, (e, q - 6, 7), negative."""
-        q = np.zeros((len(d), self.curvature.shape[-1]))
+        q = np.zeros((len(d), self.curvature.shape[-1]), like=d)
         q[:, :6] = d
-        for _ in range(ITERATIONS):
+        follows = isinstance(q, Dual)  # slopes settle a step after values
+        for _ in range(ITERATIONS + follows):
             energy, gradient, hessian = self._derivatives(q)
             both = np.concatenate([gradient[:, 6:, None], hessian[:, 6:, :6]], axis=-1)
-            inner = np.asarray(np.linalg.solve(hessian[:, 6:, 6:], both), dtype=float)
-            if np.abs(inner[..., 0]).max(initial=0.0) < SETTLED:
-                break
+            inner: Any = np.linalg.solve(hessian[:, 6:, 6:], both)
+            if np.abs(plain(inner[..., 0])).max(initial=0.0) < SETTLED:
+                if not follows:
+                    break
+                follows = False
             q[:, 6:] -= inner[..., 0]
         return q, energy, gradient, hessian, inner
 
@@ -166,7 +171,8 @@ class Strain:
     def _by_motion(self) -> Array:
         """Derivatives (e, q, s q) of the slope by each motion, side by side in memory."""
         e, m, n, _ = self.curvature.shape
-        return np.ascontiguousarray(np.moveaxis(self.curvature, -1, 1)).reshape(e, n, m * n)
+        by_motion = np.moveaxis(self.curvature, -1, 1)
+        return np.ascontiguousarray(by_motion, like=by_motion).reshape(e, n, m * n)
 
     def _stress(self, q: Array, slope: Array) -> tuple[Array, Array]:
         """Strains (e, s), and what is conjugate to them."""
@@ -236,7 +242,7 @@ def _own(motion: str) -> str:
 def _curvature(length: Array, bent: dict[str, Array], torsion: Torsion) -> Array:
     """H (e, s, q, q) of beams, of whose translations across the shares `bent` (e,) are of bending."""
     n = len(_NAMES)
-    H = np.zeros((len(length), len(_AT), n, n))
+    H = zeros((len(length), len(_AT), n, n), length, *bent.values(), torsion.polar)
     for of, *pair, factor in _SECOND_ORDER:
         size = _size(of, tuple(pair), factor, length, bent)
         first, second = (_AT[_own(motion)] for motion in pair)
@@ -251,7 +257,7 @@ def _curvature(length: Array, bent: dict[str, Array], torsion: Torsion) -> Array
 
 def _stiffness(k: Array, length: Array, torsion: Torsion) -> Array:
     """k (e, s, s) by all strains from that by those of the pose (e, 6, 6)."""
-    stiffness = np.zeros((len(k), len(_AT), len(_AT)))
+    stiffness = np.zeros((len(k), len(_AT), len(_AT)), like=k)
     stiffness[:, :6, :6] = k
     for name, of in (("c2", 4), ("c3", 5)):
         stiffness[:, _AT[name], _AT[name]] = k[:, of, of] / 5
@@ -269,7 +275,7 @@ def _twist_stiffness(k: Array, moments: Array) -> Array:
     that their compliance is that of the products, by `moments` (e, 4) of single polynomials.
     """
     one, two, three, four = moments.T
-    c = np.empty((len(k), 3, 3))
+    c = zeros((len(k), 3, 3), k, moments)
     c[:, 0, 0], c[:, 1, 1], c[:, 2, 2] = 1.0, (1 + 2 * two) / 3, 1 / 5 + 2 / 7 * two + 18 / 35 * four
     c[:, 0, 1] = c[:, 1, 0] = one
     c[:, 0, 2] = c[:, 2, 0] = two

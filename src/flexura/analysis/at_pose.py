@@ -1,0 +1,171 @@
+"""What a design is at one pose of large displacements, with exact derivatives by its parameters where it has slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.stress import LargestStresses, largest_stresses
+from flexura.analysis.stroke_ways import Given, course
+from flexura.duals import Dual, plain, slope_of
+from flexura.errors import SolverError
+from flexura.linalg import is_definite
+from flexura.motion import (
+    NO_LOADS,
+    Equations,
+    Equilibrium,
+    MovingModel,
+    Path,
+    Point,
+    Pose,
+    Repeated,
+    SlopedPose,
+    Stopped,
+    described_loads,
+    end_forces,
+)
+from flexura.records import Record
+from flexura.structure import Design
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class AtPose(Record):
+    """A design where displacements are prescribed, under the loads and gravity that are described; m, rad, N, N m, Hz.
+
+    Of a `design` whose values have slopes, all that is read has exact derivatives by its parameters, those of the
+    state of equilibrium included. They are those of one smooth branch: a slope is NaN where members or sections are
+    stressed alike and part as a parameter moves, and where something is zero of which the size counts.
+    """
+
+    _shown = ("move",)
+
+    design: Design
+    move: Mapping[str, Any]
+    state: SlopedPose
+
+    @property
+    def forces(self) -> dict[str, Any]:
+        """The forces and moments that hold the prescribed displacements, by their names."""
+        return {name: self.state.best.state.drive[k] for k, name in enumerate(self.move)}
+
+    def displacement(self, node: str) -> Array:
+        """Displacement (6,) of a node from rest, with its rotation vector. Raises OptionError for unknown nodes."""
+        return self.state.best.displacement(self._number(node))
+
+    def compliance(self, node: str, held: bool = True) -> Array:
+        """Displacements (6, 6) of a node per force and moment on it, with the prescribed displacements held, or free
+        under their forces.
+
+        Raises OptionError for unknown nodes and SolverError where the state has lost its stiffness.
+        """
+        return self.state.compliance(self._number(node), held)
+
+    @cached_property
+    def stresses(self) -> LargestStresses:
+        """The largest stresses in the members whose sections are known, (m, 1)."""
+        return stresses_of(self.design, self.state.best)
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether the state is stable with the prescribed displacements held."""
+        return is_definite(self.state.pose.matrices(held=True)[0])
+
+    def frequencies(self, n: int, held: bool = False) -> list[Repeated]:
+        """The n lowest natural frequencies, Hz, and further copies of the last, with the prescribed displacements held,
+        or free under their forces; negative for ways in which the state springs away."""
+        return [_hertz(own) for own in self.state.eigenvalues(n, held)]
+
+    @property
+    def buckling_factor(self) -> Repeated | None:
+        """The factor on all loads and forces at which the state would buckle with the prescribed displacements held,
+        linear from the pose; None where nothing buckles."""
+        return self.state.buckling_factor()
+
+    def _number(self, node: str) -> int:
+        return int(self.design.plan.topology.numbers([node])[0])
+
+
+def _hertz(own: Repeated) -> Repeated:
+    """A frequency from an eigenvalue; without a derivative at zero."""
+    omega = float(np.sqrt(abs(own.value)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = own.slope / (4 * np.pi * omega)
+    return own._replace(value=float(np.sign(own.value)) * omega / (2 * np.pi), slope=slope)
+
+
+def at_pose(design: Design, move: Mapping[str, Any]) -> AtPose:
+    """A design with displacements prescribed by name, `carriage.y` or `platform.rz`, m or rad, which may have slopes as
+    its values may, under the loads and gravity that are described.
+
+    It is reached from rest by a way of equilibria (theory eqs. G1-G31). Raises OptionError for unknown nodes and axes
+    and what cannot turn, and SolverError where no equilibrium leads there, or where the state has lost its stiffness.
+    """
+    way = Way(design, list(move))
+    return way.at([move[name] for name in move])
+
+
+class Way:
+    """The equilibria of a design over displacements (d,) that are prescribed, one after another."""
+
+    def __init__(self, design: Design, names: list[str]) -> None:
+        self.design, self.names = design, names
+        self._plain = plain_design(design)
+        model = MovingModel.of(self._plain)
+        planned = course(model, Given(dict.fromkeys(names, 0.0), {}, {}, None, {}), 1)
+        self.equations = Equations(model, planned.drives)
+        self.equations.independent()
+        self.loads = planned.rest.loads
+        start = self.equations.at_rest()
+        self._path = Path(self.equations, start, Point(planned.rest.targets, NO_LOADS))
+        if self.loads.any:
+            self.to(planned.rest.targets)
+
+    def to(self, targets: Array) -> Equilibrium:
+        """The state at displacements (d,), from the last one. Raises SolverError where no equilibrium leads there."""
+        for drive, target in zip(self.equations.drives, targets.tolist(), strict=True):
+            drive.refuse_half_turn(target)
+        found = next(iter(self._path.through([Point(targets, self.loads)])))
+        if isinstance(found, Stopped):
+            said = ", ".join(f"{name} = {target:.4g}" for name, target in zip(self.names, targets, strict=True))
+            share = f"{100 * found.share:.3g} %"
+            raise SolverError(f"at {said}: no equilibrium is found beyond {share} of the way; flexura stroke shows it")
+        return found
+
+    def at(self, targets: list[Any]) -> AtPose:
+        """What the design is at displacements (d,)."""
+        values = np.array([float(plain(own)) for own in targets])
+        pose = Pose(self.equations, self.to(values))
+        move = dict(zip(self.names, targets, strict=True))
+        if not isinstance(self.design.values, Dual):
+            return AtPose(self.design, move, SlopedPose(pose))
+        slopes = [
+            own.slope if isinstance(own, Dual) else np.zeros(len(slope_of(self.design.values))) for own in targets
+        ]
+        wanted: Any = Dual(values, np.stack(slopes, axis=1))
+        return AtPose(self.design, move, SlopedPose.of(pose, self.design, described_loads(self.design), wanted))
+
+
+def stresses_of(design: Design, pose: Pose) -> LargestStresses:
+    """The largest stresses in the members of a design at a pose."""
+    forces = end_forces(pose.equations.model, [pose.state])
+    return largest_stresses(design, forces.__getitem__, 1)
+
+
+def plain_design(design: Design) -> Design:
+    """The design without slopes."""
+    if not isinstance(design.values, Dual):
+        return design
+    values = plain(design.values)
+    return replace(
+        design,
+        parameters={k: plain(v) for k, v in design.parameters.items()},
+        values=values,
+        geometry=design.plan.geometry(values),
+    )

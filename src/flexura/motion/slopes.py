@@ -1,0 +1,168 @@
+"""Exact derivatives of states of equilibrium, and of what a mechanism is there, by the parameters of its design.
+
+Forces of a design whose numbers have slopes are worked out in a state by the code that found it. What they miss of
+equilibrium says how the state moves (theory eq. V5); at the state that moves along, whatever is worked out has its
+total derivative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.beam import skew
+from flexura.duals import Dual, plain, slope_of
+from flexura.motion.buckling import critical_state, material_at
+from flexura.motion.elements import Frames
+from flexura.motion.equilibrium import Equations, Equilibrium
+from flexura.motion.loads import Loads
+from flexura.motion.model import MovingModel
+from flexura.motion.pose import Pose, lowest_of_any
+from flexura.sensitivity import clusters
+from flexura.structure import Design
+
+Array = NDArray[np.float64]
+
+GUARD = 3
+"""Eigenvalues worked out beyond those wanted, to see whether the last one is repeated."""
+
+
+class Repeated(NamedTuple):
+    """An eigenvalue of multiplicity m, numbers `at` (m,), with the derivatives (P, m, m) of its space: their
+    eigenvalues are the slopes of the branches into which it goes as a parameter moves (theory eq. K5)."""
+
+    at: list[int]
+    value: float
+    slope: Array
+
+
+@dataclass(frozen=True)
+class SlopedPose:
+    """A pose, and the same of a design with slopes, `moving` along, of which what is read has exact derivatives.
+
+    Without slopes there is none, and derivatives are those by no parameters.
+    """
+
+    pose: Pose
+    moving: Pose | None = None
+
+    @staticmethod
+    def of(pose: Pose, design: Design, loads: Loads, targets: Array) -> SlopedPose:
+        """The pose of a `design` whose values have slopes, those of the pose being its values.
+
+        `loads` and the `targets` (d,) of the drives, m and rad, are those of the pose, and may have slopes. Raises
+        SolverError where the mechanism has lost its stiffness: there the state has no derivative.
+        """
+        state, equations = pose.state, pose.equations
+        own = Equations(MovingModel.of(design), equations.drives)
+        frames = _carried(own.model.rest, state.frames, len(slope_of(design.values)))
+        tangent, missing = own.tangent(frames, loads, state.drive)
+        missing = missing + state.drive @ tangent.rows
+        gap = targets - own.travelled(frames)
+        step, drive = equations.solver(state.tangent)(slope_of(missing).T, slope_of(gap).T)
+        frames = _stepped(frames, np.stack([equations.displacements(column) for column in step.T]))
+        force: Any = Dual(state.drive, drive.T)
+        at = Equilibrium(frames, force, loads, own.tangent(frames, loads, force)[0], state.iterations)
+        return SlopedPose(pose, Pose(own, at))
+
+    @property
+    def best(self) -> Pose:
+        """The pose with slopes where it has some."""
+        return self.moving or self.pose
+
+    def compliance(self, node: int, held: bool = False) -> Any:
+        """Displacements (6, 6) of a node per force and moment on it, with slopes, the drives free or held (theory eq.
+        V6). Raises SolverError where the state has lost its stiffness."""
+        x = self.pose.pushed(node, held)
+        if self.moving is None:
+            return self.pose.compliance(node, held)
+        G: Any = self.moving.rows(node)
+        C = G.value @ x
+        change = G.slope @ x - self._form(self._stiffness, x) / 2
+        if held:
+            change = change + self._pulled(x, self.pose.K @ x - G.value.T)
+        return Dual((C + C.T) / 2, change + np.swapaxes(change, 1, 2))
+
+    def eigenvalues(self, n: int, held: bool = False) -> list[Repeated]:
+        """The n lowest eigenvalues, (rad/s)^2, and further copies of the last, with slopes (theory eq. V7)."""
+        K, M = self.pose.matrices(held)
+        pairs = lowest_of_any(K, M, min(n + GUARD, K.shape[0]))
+        X = self.pose.holding.motions(pairs.vectors) if held else pairs.vectors
+        found = []
+        masses = [] if self.moving is None else self.moving.equations.model.mass_blocks(self.moving.state.frames)
+        for at in clusters(pairs.values):
+            if at[0] >= n:
+                break
+            value, x = float(np.mean(pairs.values[at])), X[:, at]
+            slope = self._form(self._stiffness, x) - value * self._form(masses, x)
+            if held:
+                pull = self._pulled(x, self.pose.K @ x - value * (self.pose.M @ x))
+                slope = slope - pull - np.swapaxes(pull, 1, 2)
+            found.append(Repeated(at, value, slope))
+        return found
+
+    def buckling_factor(self) -> Repeated | None:
+        """The factor on all loads and drive forces at which the state would buckle with the drives held, with slopes
+        (theory eq. V8); None where `flexura.motion.buckling_factor` is."""
+        found = critical_state(self.pose, 1 + GUARD)
+        if found is None:
+            return None
+        factors, shapes = found
+        at = clusters(factors)[0]
+        value, x = float(np.mean(factors[at])), self.pose.holding.motions(shapes[:, at])
+        rest, whole = (self._form(blocks, x) for blocks in (self._material, self._stiffness))
+        force = (1 - value) * (material_at(self.pose) @ x) + value * (self.pose.K @ x)
+        pull = self._pulled(x, force)
+        slope = value * ((1 - value) * rest + value * whole - pull - np.swapaxes(pull, 1, 2))
+        return Repeated(at, value, slope)
+
+    @property
+    def _stiffness(self) -> Sequence[Array]:
+        """Blocks of the tangent stiffness with slopes."""
+        return self.best.state.tangent.forces.blocks
+
+    @property
+    def _material(self) -> Sequence[Array]:
+        """Blocks of the stiffness without forces, with slopes."""
+        state = self.best.state
+        return self.best.equations.model.material_blocks(state.frames, state.loads.actuators)
+
+    def _form(self, blocks: Sequence[Array], x: Array) -> Array:
+        """Slopes (P, k, k) of x' A x, x (n, k), for the symmetric part A of a sum of blocks."""
+        if self.moving is None:
+            return np.zeros((0, x.shape[1], x.shape[1]))
+        return slope_of(self.moving.equations.model.form(blocks, x))
+
+    def _pulled(self, x: Array, forces: Array) -> Array:
+        """Work (P, k, k), on motions x (n, k), of slopes of the rows that hold the drives, under forces (n, k) that
+        these exert."""
+        if self.moving is None:
+            return np.zeros((0, x.shape[1], x.shape[1]))
+        rows: Any = self.moving.state.tangent.rows
+        pull = np.linalg.lstsq(rows.value.T, forces, rcond=None)[0]
+        return np.swapaxes(rows.slope @ x, 1, 2) @ pull
+
+
+def _carried(rest: Frames, at: Frames, count: int) -> Frames:
+    """Frames `at` a state with the slopes that they have where displacements from rest stay as they are."""
+    moved = slope_of(rest.x) if isinstance(rest.x, Dual) else np.zeros((count, *at.x.shape))
+    R, z = (np.zeros((count, *own.shape)) for own in (at.R, at.z))
+    return _frames(at, moved, R, z)
+
+
+def _stepped(frames: Frames, step: Array) -> Frames:
+    """Frames with slopes (P, n, 6) of displacements added to theirs."""
+    moves = frames.placed[:, None]
+    turned = skew(np.where(moves, step[..., 3:], 0.0)) @ plain(frames.R)
+    slopes = np.where(moves, step[..., :3], 0.0), turned, np.where(moves, 0.0, step)
+    return _frames(frames, *(slope_of(own) + more for own, more in zip(frames, slopes, strict=False)))
+
+
+def _frames(at: Frames, *slopes: Array) -> Frames:
+    """Frames with slopes of positions, rotations and amplitudes."""
+    x, R, z = (Dual(plain(own), slope) for own, slope in zip(at, slopes, strict=False))
+    return at._replace(x=x, R=R, z=z)

@@ -1,0 +1,76 @@
+"""Derivatives at poses of large displacements, against differences of high order of what has no slopes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.analysis import AtPose, at_pose
+from flexura.structure import Design, Plan
+from helpers.richardson import derivative
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+POSES = {
+    "guide": {"x": 2e-3},
+    "pivot": {"rz": 0.05},
+    "xy_stage": {"x": 1e-4, "y": -5e-5},
+    "tip_tilt": {"rx": 5e-4},
+}
+
+SMALL = 1e-2
+"""Size of readings, beside the largest of their kind, below which errors are told over this size."""
+
+
+def unbounded(example: str) -> Plan:
+    own = fx.load(EXAMPLES / example / f"{example}.yaml")
+    free = {key: p.replaced({"minimum": None, "maximum": None}) for key, p in own.parameters.items()}
+    return Plan(own.replaced({"parameters": free, "gravity": (0.5, -1.0, -9.81)}))
+
+
+def readings(at: AtPose, node: str) -> list[object]:
+    """Numbers of one kind each: forces, motions and rotations, stresses, compliances with the drives held and free."""
+    held, free = (np.diagonal(at.compliance(node, held=own)) for own in (True, False))
+    u = at.displacement(node)
+    return [*at.forces.values(), u[:3], u[3:], at.stresses.von_mises, held[:3], held[3:], free[:3], free[3:]]
+
+
+def single(at: AtPose) -> list[list[object]]:
+    """Frequencies with the drives free and held and the buckling factor, those that are not repeated."""
+    groups = at.frequencies(4), at.frequencies(4, held=True), [at.buckling_factor]
+    return [[own for own in group if own is not None and len(own.at) == 1] for group in groups]
+
+
+def numbers(at: AtPose, node: str, of: list[list[object]]) -> np.ndarray:
+    found = [np.ravel(own) for own in readings(at, node)]
+    groups = at.frequencies(5), at.frequencies(5, held=True), [at.buckling_factor]
+    flat = [{j: own.value for own in group if own is not None for j in own.at} for group in groups]
+    return np.concatenate([*found, *([f[o.at[0]] for o in own] for f, own in zip(flat, of, strict=True))])
+
+
+@pytest.mark.parametrize(
+    "example", ["guide", "pivot", *(pytest.param(own, marks=pytest.mark.slow) for own in ("xy_stage", "tip_tilt"))]
+)
+def test_readings_at_a_pose_have_the_derivatives_of_differences(example):
+    plan = unbounded(example)
+    node = plan.body_names[0]
+    move = {f"{node}.{axis}": value for axis, value in POSES[example].items()}
+    names = [key for key, p in plan.mechanism.parameters.items() if isinstance(p.value, float)]
+    values = plan.parameter_values()
+    own = at_pose(Design.with_slopes(plan, {}, names), move)
+    found, alone = readings(own, node), single(own)
+    assert all(alone[:2])
+    kinds = [np.abs(np.ravel(kind.value)) for kind in found]
+    sizes = np.concatenate([*(np.maximum(k, SMALL * k.max()) for k in kinds), [abs(o.value) for s in alone for o in s]])
+    slopes = [np.reshape(kind.slope, (len(names), -1)) for kind in found]
+    slopes = np.concatenate([*slopes, *(o.slope[:, :, 0] for s in alone for o in s)], axis=1)
+    for k, name in enumerate(names):
+        there = lambda x, name=name: numbers(at_pose(Design.of(plan, {name: x}), move), node, alone)  # noqa: E731
+        slope, apart = derivative(there, values[name])
+        per_cent = abs(values[name]) / sizes
+        allowed = 1e-7 * np.maximum(1.0, np.abs(slope) * per_cent)
+        assert (apart * per_cent < 10 * allowed).all(), name
+        assert (np.abs(slopes[k] - slope) * per_cent < allowed + 2 * apart * per_cent).all(), name
