@@ -10,12 +10,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.duals import Dual
 from flexura.errors import ExpressionError, OptionError
 from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Number, Tree
 from flexura.expressions import format_tree as text_of
@@ -32,6 +33,13 @@ Array = NDArray[np.float64]
 
 _RELATION = re.compile(r"<=|>=|=<|=>|==|!=|<|>|≤|≥")
 _SENSES = {"<=": 1, ">=": -1, "≤": 1, "≥": -1}
+
+
+class Sloped(NamedTuple):
+    """A number of one design, SI, and its derivatives `slope` (P,) by P parameters."""
+
+    value: float
+    slope: Array
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,6 +88,14 @@ class Formula(Record):
         own = {asked.text: found.value[:, k] for k, asked in enumerate(self.quantities)}
         return np.broadcast_to(np.asarray(self.evaluate(own), dtype=float), found.value.shape[:1]).copy()
 
+    def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> Sloped:
+        """The number of one design with its derivatives by the parameters `names`, as `Questions.slopes`.
+
+        Where `min` or `max` has the choice between equal numbers that part as a parameter moves, the derivative by it
+        is NaN.
+        """
+        return _sloped(self.evaluate(self.questions.slopes(parameters, names).numbers), len(names))
+
 
 @dataclass(frozen=True, repr=False)
 class Relation(Record):
@@ -122,6 +138,16 @@ class Relation(Record):
         found = self.questions.values(parameters)
         own = {asked.text: found.value[:, k] for k, asked in enumerate(self.quantities)}
         return np.broadcast_to(np.asarray(self.evaluate(own), dtype=float), found.value.shape[:1]).copy()
+
+    def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> Sloped:
+        """The margin of one design with its derivatives by the parameters `names`, as `Formula.slopes`."""
+        return _sloped(self.evaluate(self.questions.slopes(parameters, names).numbers), len(names))
+
+
+def _sloped(found: Any, count: int) -> Sloped:
+    if isinstance(found, Dual):
+        return Sloped(float(found.value), np.array(found.slope, dtype=float))
+    return Sloped(float(found), np.zeros(count))
 
 
 @verb

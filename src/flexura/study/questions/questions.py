@@ -11,7 +11,8 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.mechanism import Mechanism
 from flexura.records import Record
-from flexura.structure import Design, Plan, plan_of
+from flexura.sensitivity import free_names
+from flexura.structure import Design, Plan, one_design, plan_of
 from flexura.study.questions.answers import Answers
 from flexura.study.questions.catalogue import FREQUENCY, Quantity, askable
 from flexura.study.questions.designs import FAILURES, Block, reason_of
@@ -21,6 +22,7 @@ from flexura.study.questions.grammar import separate
 from flexura.study.questions.masses import body_mass, total_mass
 from flexura.study.questions.reading import Reader
 from flexura.study.questions.single import OneDesign
+from flexura.study.questions.slopes import Exact, Slopes, differences, steps
 
 TOLERANCE = 1e-3
 """Relative error within which frequencies are to be proven."""
@@ -57,6 +59,27 @@ class Questions(Record):
         asked = self._of(FREQUENCY)
         out.is_proven[:] = out.within(TOLERANCE)[:, asked].all(axis=1) & bool(asked)
         return out
+
+    def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> Slopes:
+        """What is asked of one design with its derivatives by the parameters `names`, in their order.
+
+        Exact where that is known, else by differences of fourth order of values at nearby designs, which
+        `Slopes.is_exact` tells. Raises OptionError for names that are unknown, or follow from others.
+        """
+        chosen, at = free_names(self.plan, names), one_design(parameters)
+        own = Exact(self.plan, at, chosen, self.quantities)
+        rest = [k for k, exact in enumerate(own.is_exact) if not exact]
+        if rest:
+            others = Questions(self.plan, tuple(self.quantities[k] for k in rest))
+            known = self.plan.parameter_values(at)
+            here = others.values(at)
+            beside, h = steps({**at, **{name: float(known[name]) for name in chosen}}, chosen)
+            around = others.values(beside)
+            own.value[rest], own.slope[rest] = here.value[0], differences(around.value, h)
+            for k in rest:
+                own.reason[k] = next(filter(None, (here.reason[0], *around.reason)), "")
+        groups = tuple(own.repeated), tuple(own.directional)
+        return Slopes(self.quantities, chosen, own.value, own.slope, own.is_exact, own.reason, *groups)
 
     def _of(self, kind: str) -> list[int]:
         """Places of what is asked of a kind."""

@@ -1,0 +1,163 @@
+"""Derivatives of what is asked of one design, by its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.duals import Dual
+from flexura.records import Record
+from flexura.reduction import flexibility
+from flexura.sensitivity import FrequencySlopes, Reading, displacement_rows, family_of, frequency_slopes
+from flexura.structure import Design, Plan, assemble
+from flexura.study.questions.catalogue import FREQUENCY, Quantity
+from flexura.study.questions.designs import FAILURES, reason_of
+from flexura.study.questions.followed import MODES
+from flexura.study.questions.masses import body_mass, total_mass
+from flexura.study.questions.reading import Freedom
+from flexura.study.questions.single import OneDesign
+
+Array = NDArray[np.float64]
+
+STEP = 1e-3
+"""Relative step of differences."""
+
+
+@dataclass(frozen=True, repr=False)
+class Slopes(Record):
+    """What was asked of one design, `value` (q,), and derivatives `slope` (q, P) by P parameters, all SI.
+
+    `is_exact` (q,) says which are exact; others are differences of high order, of values at nearby designs. Of
+    frequencies that coincide `repeated` has the places of those that were asked for, and `directional` for each such
+    group the matrix (m, m, P), Hz per SI unit, whose eigenvalues along a direction in the space of parameters are the
+    derivatives of the m frequencies along it; their rows of `slope` are those along one parameter each, ascending.
+    Where something has no derivative it is NaN, and `reason` (q,) has the words.
+    """
+
+    _shown = ("quantities", "names")
+
+    quantities: tuple[Quantity, ...]
+    names: tuple[str, ...]
+    value: Array
+    slope: Array
+    is_exact: NDArray[np.bool_]
+    reason: list[str]
+    repeated: tuple[tuple[int, ...], ...] = ()
+    directional: tuple[Array, ...] = field(default=(), compare=False)
+
+    @property
+    def numbers(self) -> dict[str, Dual]:
+        """Values with their slopes by the text of what was asked, as `Formula.evaluate` takes them."""
+        return {own.text: Dual(np.array(self.value[k]), self.slope[k].copy()) for k, own in enumerate(self.quantities)}
+
+
+class Exact:
+    """What is asked of one design with exact derivatives; what has none is left NaN in `value` (q,)."""
+
+    def __init__(
+        self, plan: Plan, parameters: Mapping[str, float], names: Sequence[str], asked: tuple[Quantity, ...]
+    ) -> None:
+        self.plan, self.parameters, self.names, self.asked = plan, dict(parameters), list(names), asked
+        self.value, self.slope = np.full(len(asked), np.nan), np.full((len(asked), len(names)), np.nan)
+        self.is_exact = np.zeros(len(asked), dtype=bool)
+        self.reason = [""] * len(asked)
+        self.repeated: list[tuple[int, ...]] = []
+        self.directional: list[Array] = []
+        for kinds, work in ((("mass", "parameter"), self._numbers), (("compliance", "stiffness"), self._compliances)):
+            self._try([k for k, own in enumerate(asked) if own.kind in kinds and not own.pose], work)
+        self._try([k for k, own in enumerate(asked) if own.kind == FREQUENCY and not own.pose], self._frequencies)
+
+    def _try(self, places: list[int], work: Any) -> None:
+        if not places or self.plan.is_posed:
+            return
+        try:
+            with np.errstate(all="ignore"):
+                work(places)
+        except FAILURES as error:
+            for k in places:
+                self.reason[k] = f"{self.asked[k].text}: {reason_of(error)}"
+                self.is_exact[k] = True
+
+    def _tell(self, place: int, found: Any) -> None:
+        """Take a number, with slopes or without, as an answer."""
+        with_slopes = isinstance(found, Dual)
+        self.value[place] = float(found.value if with_slopes else found)
+        self.slope[place] = found.slope if with_slopes else 0.0
+        self.is_exact[place] = True
+
+    def _numbers(self, places: list[int]) -> None:
+        """Masses and parameters."""
+        design = Design.with_slopes(self.plan, self.parameters, self.names)
+        values = self.plan.parameter_values(design.parameters)
+        for k in places:
+            of = next(iter(self.asked[k].arguments), None)
+            if self.asked[k].kind == "parameter":
+                self._tell(k, values[str(of)])
+            else:
+                self._tell(k, body_mass(design, of) if isinstance(of, str) else total_mass(design))
+
+    def _compliances(self, places: list[int]) -> None:
+        """Of r K^-1 s with rows r and s: r' K^-1 s + r K^-1 s' - r K^-1 K' K^-1 s."""
+        pairs = {k: (own[0], own[-1]) for k in places if (own := self.asked[k].arguments)}
+        freedoms = list(dict.fromkeys(of for pair in pairs.values() for of in pair if isinstance(of, Freedom)))
+        rows = displacement_rows(
+            [Reading(of.node, np.eye(3)[of.component % 3], of.turns, np.zeros(3)) for of in freedoms]
+        )
+        model = assemble(self.plan, self.parameters)
+        R = rows(model.design)
+        X = flexibility(model).held(np.ascontiguousarray(R.T))
+        C = R @ X
+        changes = family_of(self.plan, "full", self.parameters, rows=rows).changes(self.parameters, self.names, X)
+        kinked = np.array([not change.is_smooth for change in changes], dtype=bool)
+        dC = np.array([change.Y + change.Y.T - X.T @ change.K for change in changes]).reshape(-1, *C.shape)
+        for k, pair in pairs.items():
+            i, j = (freedoms.index(of) for of in pair if isinstance(of, Freedom))
+            value, slope = (C[i, j] + C[j, i]) / 2, np.where(kinked, np.nan, (dC[:, i, j] + dC[:, j, i]) / 2)
+            if self.asked[k].kind == "stiffness":
+                value, slope = 1 / value, -slope / value**2
+            self._tell(k, Dual(np.array(value), slope))
+
+    def _frequencies(self, places: list[int]) -> None:
+        single = OneDesign(self.plan, self.parameters, self.asked)
+        numbers = dict[int, int]()
+        for k in places:
+            numbers[k], self.reason[k] = single.mode(self.asked[k])
+        followed = any(isinstance(self.asked[k].arguments[0], Freedom) for k in places)
+        count = max(MODES if followed else 0, *(n + 1 for n in numbers.values()))
+        found = frequency_slopes(self.plan, self.parameters, self.names, min(count, self.plan.topology.n_dof))
+        for k, number in numbers.items():
+            self._tell(k, Dual(np.array(found.frequency_hz[number]), found.slope[number]))
+        self._groups(found, numbers)
+
+    def _groups(self, found: FrequencySlopes, numbers: Mapping[int, int]) -> None:
+        """Frequencies that coincide; one that is followed by what moves has no derivative of its own there."""
+        for group, matrix in zip(found.repeated, found.directional, strict=True):
+            own = tuple(k for k, number in numbers.items() if number in group)
+            if own:
+                self.repeated.append(own)
+                self.directional.append(matrix)
+            for k in own:
+                if isinstance(self.asked[k].arguments[0], Freedom):
+                    self.slope[k] = np.nan
+                    self.reason[k] = f"{self.asked[k].text}: it coincides with others, and has no derivative by itself"
+
+
+def steps(at: Mapping[str, float], names: Iterable[str]) -> tuple[dict[str, Array], Array]:
+    """Designs beside one, four for each parameter, by name, and the steps (P,) that they are apart."""
+    names = list(names)
+    h = np.array([STEP * (abs(at[name]) or 1.0) for name in names])
+    out = {name: np.full(4 * len(names), value) for name, value in at.items()}
+    for p, name in enumerate(names):
+        out[name][4 * p : 4 * p + 4] += h[p] * np.array([-2.0, -1.0, 1.0, 2.0])
+    return out, h
+
+
+def differences(values: Array, h: Array) -> Array:
+    """Derivatives (q, P) from values (4 P, q) at the designs of `steps`, of fourth order in the steps."""
+    own = values.reshape(len(h), 4, -1)
+    weights = np.array([1.0, -8.0, 8.0, -1.0]) / 12
+    return (np.einsum("s,psq->pq", weights, own) / h[:, None]).T

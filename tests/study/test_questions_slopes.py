@@ -1,0 +1,149 @@
+"""Derivatives of what is asked, against closed forms and against differences of high order of the verbs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.study.questions import formula, questions, relation
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+TEXT = (EXAMPLES / "guide" / "guide.yaml").read_text()
+GUIDE = fx.loads(TEXT)
+HUNG = fx.loads(TEXT + "\ngravity: [0, 0, -9.81 m/s^2]\nloads: {carriage: {force: [1 N, 0, -20 N]}}\n")
+NAMES = ("length", "width", "thickness", "distance")
+AT = {"thickness": 4.5e-4}
+
+BLOCK = """
+flexura: 1
+parameters:
+  kx: {value: 200 N/mm}
+  ky: {value: 200 N/mm}
+  m: {value: 2 kg}
+bodies:
+  stage: {centre: [0, 0, 0], mass: m, inertia: [4 g*m^2, 4 g*m^2, 4 g*m^2]}
+springs:
+  all:
+    nodes: [stage]
+    stiffness: {tx: kx, ty: ky, tz: 500 N/mm, rx: 901 N*m/rad, ry: 1200 N*m/rad, rz: 1500 N*m/rad}
+"""
+
+
+def eighth_order(value, at, step):
+    """The derivative of a function by differences of eighth order (Fornberg 1988)."""
+    weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+    return sum(w * (value(at + k * step) - value(at - k * step)) for k, w in weights.items()) / step
+
+
+@pytest.mark.parametrize("model", [GUIDE, HUNG], ids=["bare", "hung"])
+def test_slopes_of_frequencies_are_those_of_full_order_modes(model):
+    found = questions(model, "f1, f4, f(carriage.x)").slopes(AT, NAMES)
+    assert found.is_exact.all()
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    for p, name in enumerate(NAMES):
+
+        def hertz(value, name=name):
+            own = fx.modes(model, {**AT, name: value}, n=4, order="full").modes
+            return np.array([own[k].frequency_hz for k in (0, 3, 0)])
+
+        np.testing.assert_allclose(found.slope[:, p], eighth_order(hertz, at[name], 0.01 * at[name]), rtol=2e-6)
+
+
+@pytest.mark.parametrize("model", [GUIDE, HUNG], ids=["bare", "hung"])
+def test_slopes_of_stiffness_and_compliance_are_those_of_the_verb(model):
+    asked = "stiffness(x), compliance(carriage.x, carriage.ry), compliance(leaf1.head.z, ry)"
+    found = questions(model, asked).slopes(AT, NAMES)
+    assert found.is_exact.all()
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    for p, name in enumerate(NAMES):
+
+        def read(value, name=name):
+            C = fx.compliance(model, {**AT, name: value}, nodes=["carriage", "leaf1.head"])
+            return np.array([1 / C[0, 0], C[0, 4], C[8, 4]])
+
+        wanted = eighth_order(read, at[name], 0.01 * at[name])
+        np.testing.assert_allclose(found.slope[:, p], wanted, rtol=1e-5, atol=1e-9 * abs(found.value).max())
+
+
+def test_slopes_of_masses_are_those_of_density_times_volume():
+    found = questions(GUIDE, "mass, mass(carriage), thickness, parameter(length)").slopes({}, ["thickness", "length"])
+    rho, w, L, t = 7850, 0.02, 0.06, 5e-4
+    np.testing.assert_allclose(found.slope, [[2 * rho * w * L, 2 * rho * w * t], [0, 0], [1, 0], [0, 1]], rtol=1e-12)
+    assert found.is_exact.all()
+
+
+def test_frequencies_of_a_block_on_springs_have_closed_slopes():
+    """f = sqrt(k / m) / 2 pi."""
+    found = questions(fx.loads(BLOCK), "f(stage.x), f(stage.y)").slopes({"ky": 3e5}, ["kx", "ky", "m"])
+    fx_, fy = (np.sqrt(k / 2) / (2 * np.pi) for k in (2e5, 3e5))
+    np.testing.assert_allclose(found.slope, [[fx_ / 4e5, 0, -fx_ / 4], [0, fy / 6e5, -fy / 4]], rtol=1e-9, atol=1e-12)
+    assert found.repeated == ()
+
+
+def test_frequencies_that_coincide_are_one_group():
+    model = fx.loads(BLOCK)
+    found = questions(model, "mass, f2, f1, f(stage.x)").slopes({}, ["kx", "ky", "m"])
+    assert found.repeated == ((1, 2, 3),)
+    [space] = found.directional
+    f = np.sqrt(2e5 / 2) / (2 * np.pi)
+    for direction, wanted in (
+        ([1, 0, 0], [0, f / 4e5]),
+        ([0, 1, 0], [0, f / 4e5]),
+        ([1, 1, 0], [f / 4e5, f / 4e5]),
+        ([1, -1, 0], [-f / 4e5, f / 4e5]),
+        ([0, 0, 1], [-f / 4, -f / 4]),
+    ):
+        np.testing.assert_allclose(np.linalg.eigvalsh(space @ np.array(direction)), wanted, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(found.slope[2, :2], [0, 0], atol=1e-15)
+    assert np.isnan(found.slope[3]).all()
+    assert "no derivative by itself" in found.reason[3]
+
+
+def test_slopes_of_formulas_follow_the_chain_rule():
+    model = fx.loads(BLOCK)
+    names, at = ["kx", "ky", "m"], {"ky": 3e5}
+    parts = questions(model, "f1, f2, mass").slopes(at, names)
+    (f1, f2, m), (d1, d2, dm) = parts.value, parts.slope
+    for text, value, slope in (
+        ("f2 - f1", f2 - f1, d2 - d1),
+        ("2*f1*mass", 2 * f1 * m, 2 * (d1 * m + f1 * dm)),
+        ("sqrt(f1^2 + f2^2)", np.hypot(f1, f2), (f1 * d1 + f2 * d2) / np.hypot(f1, f2)),
+        ("min(f1, f2) + max(mass, 1 kg)/1 kg*1 Hz", f1 + m, d1 + dm),
+        ("3 Hz", 3.0, np.zeros(3)),
+    ):
+        found = formula(model, text).slopes(at, names)
+        assert found.value == pytest.approx(value, rel=1e-12)
+        np.testing.assert_allclose(found.slope, slope, rtol=1e-9, atol=1e-18)
+    own = relation(model, "f1 >= 20 Hz").slopes(at, names)
+    assert own.value == pytest.approx(f1 / 20 - 1)
+    np.testing.assert_allclose(own.slope, d1 / 20, rtol=1e-12)
+
+
+def test_a_choice_between_equal_numbers_has_no_slope_by_what_parts_them():
+    found = formula(fx.loads(BLOCK), "max(kx, ky)").slopes({}, ["kx", "m"])
+    assert np.isnan(found.slope[0])
+    same = formula(fx.loads(BLOCK), "max(2*m, m + m)").slopes({}, ["kx", "m"])
+    np.testing.assert_allclose(same.slope, [0, 2])
+
+
+def test_names_that_cannot_move_are_errors():
+    asked = questions(GUIDE, "f1")
+    for names, said in ((["thicknes"], "not a parameter"), (["width", "width"], "twice"), ([], "at least one")):
+        with pytest.raises(fx.OptionError, match=said):
+            asked.slopes({}, names)
+
+
+def test_slopes_that_are_differences_say_so():
+    found = questions(GUIDE, "reach(x), mass, frf(x, x, 20 Hz)").slopes({}, ["thickness"])
+    assert list(found.is_exact) == [False, True, False]
+
+    def magnitude(t):
+        own = fx.frequency_response(
+            GUIDE, {"thickness": t}, frequency_hz=[20.0], inputs=["carriage.tx"], outputs=["carriage.tx"], order="full"
+        )
+        return abs(own.response[0, 0, 0])
+
+    assert found.slope[2, 0] == pytest.approx(eighth_order(magnitude, 5e-4, 1e-5), rel=1e-3)
+    # small strokes of a leaf that is guided at both ends: sigma = 3 E t x / L^2; this goes far
+    assert found.slope[0, 0] == pytest.approx(-found.value[0] / 5e-4, rel=0.15)
