@@ -81,7 +81,8 @@ class PoleFrame:
 
     def taken(self, table: Array) -> Array:
         """Rows (..., c, e, k) of a table (..., elements, k)."""
-        return table[..., self._own, :].reshape(*table.shape[:-2], *self.elements.shape, table.shape[-1])
+        own = table[..., self._own, :] if isinstance(self._own, slice) else np.take(table, self._own, axis=-2)
+        return own.reshape(*table.shape[:-2], *self.elements.shape, table.shape[-1])
 
     @cached_property
     def _flexibility_basis(self) -> Array:
