@@ -197,7 +197,7 @@ def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Cholesky factors of matrices (k, n, n), NaN where there is none, and where there is one (k,)."""
     try:
         L = np.asarray(np.linalg.cholesky(A), dtype=np.float64)
-        return L, np.isfinite(L).all(axis=(-1, -2))  # what is no number is not always refused
+        return L, np.asarray(np.isfinite(L).all(axis=(-1, -2)))  # what is no number is not always refused
     except np.linalg.LinAlgError:
         if len(A) == 1:
             return np.full(A.shape, np.nan), np.zeros(1, dtype=bool)

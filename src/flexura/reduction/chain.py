@@ -91,15 +91,20 @@ def _walk(
 
 def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinematics:
     """What depends on the geometry alone; the pole of each chain is its first node."""
-    positions = geometry.parts[part.name].positions
-    T = geometry.T[part.name][..., group.elements, :, :]
+    own = geometry.parts[part.name]
+    positions, number = own.positions, group.elements
     pole = positions[..., group.nodes[:, :1], :]
-    ends = part.connectivity[group.elements]
-    X = np.zeros((*T.shape[:-2], 12, 6))
-    for end in (0, 1):
-        six = slice(6 * end, 6 * end + 6)
-        X[..., six, :] = T[..., six, six] @ rigid_arm(positions[..., ends[..., end], :] - pole)
-    B = np.zeros((*T.shape[:-3], 12, 12))
+    member = part.table.element_member[number]
+    R = own.R[..., member, :, :]
+    lead = np.broadcast_shapes(R.shape[:-4], positions.shape[:-2])
+    X = np.zeros((*lead, *number.shape, 2, 6, 6))
+    X[..., :3, :3] = X[..., 3:, 3:] = R[..., None, :, :]
+    for end, is_last in enumerate((number == part.first[member], number == part.first[member + 1] - 1)):
+        arm = positions[..., part.connectivity[number, end], :] - pole
+        arm = np.where(is_last[:, :, None], arm + own.offsets[..., member, end, :], arm)
+        X[..., end, :3, 3:] = R @ rigid_arm(arm)[..., :3, 3:]
+    X = X.reshape(*lead, *number.shape, 12, 6)
+    B = np.zeros((*lead, len(number), 12, 12))
     B[..., :6, :6] = np.eye(6)
     B[..., 6:, :6] = -np.eye(6)
     B[..., 6:, 6:] = rigid_arm((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :])

@@ -66,7 +66,7 @@ class PoleFrame:
         for walked, first, second in ((~reverse, i, j), (reverse, j, i)):
             self.Xd[..., walked, first, :6] = X[..., walked, first, :]
             self.Xd[..., walked, second, 6:] = X[..., walked, second, :]
-        self.Xt = np.ascontiguousarray(np.swapaxes(self.Xd, -1, -2))
+        self.Xt = np.swapaxes(self.Xd, -1, -2)
         e = elements.shape[1]
         self.before = np.tri(e)
         """Sums (e, e) over an element and those before it."""

@@ -11,7 +11,7 @@ from flexura.beam import END_FLEXIBILITY_BASIS
 from flexura.errors import ModelError, OptionError
 from flexura.structure import DiscreteElement, Elements, Plan
 
-STACK = 32
+STACK = 64
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
 
 

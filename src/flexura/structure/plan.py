@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,11 +62,27 @@ class Geometry(Record):
     positions: Array
 
 
+class _Transforms(dict[str, Array]):
+    """Element transforms by prototype, worked out when they are first asked for."""
+
+    def __init__(self, parts: Mapping[str, Part], geometry: Mapping[str, PartGeometry]) -> None:
+        super().__init__()
+        self._parts, self._geometry = parts, geometry
+
+    def __missing__(self, name: str) -> Array:
+        found = self[name] = self._parts[name].element_transforms(self._geometry[name])
+        return found
+
+    def __reduce__(self) -> tuple[type[_Transforms], tuple[object, ...]]:
+        return _Transforms, (self._parts, self._geometry)
+
+
 class _ChildPlacement:
     """Entries of one child's placing steps."""
 
     def __init__(self, child: Child, table: ValueTable) -> None:
         self.steps: list[tuple[type, list[Index], bool]] = []
+        self._fixed = Kept()
         for step in child.steps:
             numbers = [f if isinstance(f, tuple) else (f,) for f in step]
             varies = any(isinstance(number, Expression) for field in numbers for number in field)
@@ -75,15 +92,20 @@ class _ChildPlacement:
         """Placement of the child in its parent for values (..., s)."""
         result = IDENTITY
         constant = plain(values).reshape(-1, values.shape[-1])[0]
-        for kind, fields, varies in self.steps:
-            numbers = [values[..., f] if varies else constant[f] for f in fields]
-            if kind is Turn:
-                result = result.then(turn(numbers[0], numbers[1][..., 0], numbers[2]))
-            elif kind is Reflect:
-                result = result.then(reflect(*numbers))
-            elif kind is Move:
-                result = Affine(result.Q, result.t + numbers[0])
+        for k, (kind, fields, varies) in enumerate(self.steps):
+            if varies:
+                own = _step(kind, [values[..., f] for f in fields])
+            else:
+                own = self._fixed.once(k, partial(_step, kind, [constant[f] for f in fields]))
+            result = Affine(result.Q, result.t + own.t) if kind is Move else result.then(own)
         return result
+
+
+def _step(kind: type, numbers: list[Array]) -> Affine:
+    """One placing step."""
+    if kind is Turn:
+        return turn(numbers[0], numbers[1][..., 0], numbers[2])
+    return reflect(*numbers) if kind is Reflect else Affine(IDENTITY.Q, numbers[0])
 
 
 def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Plan:
@@ -337,8 +359,7 @@ class Plan(Record, Displayed):
             x = parts[name].positions[..., None, :, :] @ np.swapaxes(Q[..., copies.number, :, :], -1, -2)
             x = x + t[..., copies.number, None, :]
             positions[..., _span(copies.offset, self.parts[name].n_nodes), :] = x
-        T = {name: part.element_transforms(parts[name]) for name, part in self.parts.items()}
-        return Geometry(parts, T, Q, t, positions)
+        return Geometry(parts, _Transforms(self.parts, parts), Q, t, positions)
 
     def _outward(self, name: str, chain: list[int], affines: dict[str, list[Affine]], x: Array) -> Array:
         """Carry points out of a nested instance into the prototype `name`."""
