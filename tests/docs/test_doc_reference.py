@@ -89,7 +89,7 @@ def test_keys(heading):
     required: dict[str, list[bool]] = {}
     for part in TABLES[heading]:
         for name, field in part.model_fields.items():
-            required.setdefault(name, []).append(field.is_required())
+            required.setdefault(field.alias or name, []).append(field.is_required())
     expected = (set(required) | FILE_ONLY.get(heading, set())) - NOT_IN_FILES.get(heading, set())
     assert set(cells) == expected
     for name in expected & set(required):

@@ -90,7 +90,7 @@ def lowered_by_bodies(full: FullOrderModel, values: Mapping[str, Any] | None = N
     The flexibility of the solids under the forces of the modes is added to that of the mechanism, in the space of its
     lowest modes: 1/omega^2 + f' C f/omega^4 (as S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279).
     """
-    values = full.plan.parameter_values(full.parameters) if values is None else values
+    values = full.plan.scoped_values(full.parameters) if values is None else values
     bodies = _bodies(full, values)
     none = np.zeros(0)
     if not bodies or not full.order:
@@ -154,7 +154,7 @@ def _bodies(full: FullOrderModel, values: Mapping[str, Any]) -> list[_Loaded]:
             body = evaluated(described[key], values)
             if body.solid is None:
                 continue
-            solid, axes = _solid(body, full.plan.mechanism, values)
+            solid, axes = _solid(body, full.plan.layout.mechanism, values)
             placed = topology.copies[name]
             for path, number, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
                 kind = place_of(name, key)

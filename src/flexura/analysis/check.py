@@ -146,7 +146,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
         for key, (_, body) in part.bodies.items()
         for path in plan.topology.copies[name].paths
     }
-    used = plan.parameter_values(parameters)
+    used = plan.scoped_values(parameters)
     given, own = parameters or {}, plan.mechanism.parameters
     corrections, ends = corrected(full)
     stage("proving what moves freely")
@@ -164,7 +164,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
         substructures=tuple(_summary(full, name) for name in plan.parts if plan.parts[name].has_matrices),
         held=_held(full),
         rigid_bodies=bodies,
-        parameters={k: float(v) for k, v in used.items() if k in given or isinstance(own[k].value, float)},
+        parameters={k: float(used[k]) for k in own if k in given or isinstance(own[k].value, float)},
         corrections=corrections,
         ends=ends,
         solid_parts=part_meshes(full),
@@ -175,7 +175,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
         rigid_body_modes=free.rigid_body_modes,
         lowest_hz=free.lowest_hz,
         doubts=(
-            *material_doubts(plan.mechanism, used),
+            *material_doubts(plan.layout, used),
             *angle_doubts(plan.mechanism, used),
             *free.doubts,
             *member_doubts(full),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexura.analysis.doubts import Doubt
-from flexura.mechanism import Layout, Material, Mechanism, Scalar, evaluated
+from flexura.mechanism import Layout, Material, Scalar, evaluated
 
 
 @dataclass(frozen=True)
@@ -67,18 +67,18 @@ STRENGTH = (3e-5, 0.08)
 """Yield stress over Young's modulus of metals, ceramics, silicon and stiff polymers."""
 
 
-def material_doubts(mechanism: Mechanism, values: Mapping[str, Any]) -> list[Doubt]:
+def material_doubts(layout: Layout, values: Mapping[str, Any]) -> list[Doubt]:
     """Doubts about the materials of a mechanism, its own and those in use, at parameter values in SI."""
     doubts: list[Doubt] = []
-    for name in dict.fromkeys([*mechanism.materials, *_used(mechanism)]):
-        material = evaluated(mechanism.material(name), values)
+    for name in dict.fromkeys([*layout.mechanism.materials, *_used(layout)]):
+        material = evaluated(layout.mechanism.material(name), values)
         doubts += _of_material(f"materials.{name}", material)
     return doubts
 
 
-def _used(mechanism: Mechanism) -> Iterator[str]:
+def _used(layout: Layout) -> Iterator[str]:
     """Names of materials of members and solids."""
-    for part in Layout(mechanism).prototypes.values():
+    for part in layout.prototypes.values():
         for member in (*part.links.values(), *part.flexures.values()):
             yield member.material
         for body in part.bodies.values():

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.energy import KINDS, PartEnergy, energies
 from flexura.linalg import leading, ranked, turned
+from flexura.mechanism import origin_of
 from flexura.records import Record
 from flexura.structure import FullOrderModel, Part
 
@@ -174,10 +175,10 @@ def _describe(model: FullOrderModel, parts: list[PartEnergy], rigid: list[_Rigid
     by_prototype: dict[str, float] = {}
     by_kind: dict[str, Array] = {}
     for part, energy in zip(parts, strain, strict=True):
-        label = part.prototype or "mechanism"
+        label = origin_of(part.prototype) or "mechanism"
         by_prototype[label] = by_prototype.get(label, 0.0) + float(energy) / total
         for name, kinds in part.strain.items():
-            at = part.prototype or name
+            at = origin_of(part.prototype) or name
             by_kind[at] = by_kind.get(at, np.zeros(len(KINDS))) + kinds[:, k] / total
     deformation = {
         f"{at}: {kind}" if kind != "spring" else at: float(v)

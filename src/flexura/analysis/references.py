@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.doubts import Doubt
 from flexura.linalg import lowest
-from flexura.mechanism import TOP, Mechanism
+from flexura.mechanism import TOP, Mechanism, origin_of
 from flexura.structure import Bars, FullOrderModel, assemble
 
 Array = NDArray[np.float64]
@@ -127,7 +127,7 @@ def _turned(full: FullOrderModel, bars: Bars, k: int) -> FullOrderModel | None:
     """The same mechanism with the reference of a member, in all copies of its part, turned by 90 degrees."""
     name, _, key = bars.labels[k].rpartition(".")
     mechanism = full.plan.mechanism
-    prototype = mechanism if name == TOP else mechanism.substructures[name]
+    prototype = mechanism if name == TOP else mechanism.substructures[origin_of(name)]
     row = list(full.plan.parts[name].members).index(key)
     side = full.geometry.parts[name].R[row, 1]
     kind = "flexures" if key in prototype.flexures else "links"
@@ -135,6 +135,6 @@ def _turned(full: FullOrderModel, bars: Bars, k: int) -> FullOrderModel | None:
     changed = members[key].model_copy(update={"reference": tuple(map(float, side))})
     own = prototype.model_copy(update={kind: {**members, key: changed}})
     if name != TOP:
-        own = mechanism.model_copy(update={"substructures": {**mechanism.substructures, name: own}})
+        own = mechanism.replaced({"substructures": {**mechanism.substructures, name: own}})
     assert isinstance(own, Mechanism)
     return assemble(own, full.parameters)

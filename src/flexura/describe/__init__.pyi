@@ -67,3 +67,4 @@ from flexura.mechanism import ToleranceStudy as ToleranceStudy
 from flexura.mechanism import Tube as Tube
 from flexura.mechanism import TwoAxisNotch as TwoAxisNotch
 from flexura.mechanism import VShapedContour as VShapedContour
+from flexura.mechanism import with_own_copies as with_own_copies

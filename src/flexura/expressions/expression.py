@@ -174,6 +174,16 @@ class Expression(_Node):
         """
         return _dimension(self.tree, of)
 
+    def renamed(self, names: Mapping[str, str]) -> Expression:
+        """The same expression with other names for some parameters."""
+        return self.substituted({name: Expression(Name(own)) for name, own in names.items()})
+
+    def substituted(self, values: Mapping[str, float | Expression]) -> Expression:
+        """The same expression with numbers in SI and expressions in the place of some parameters."""
+        if self.names.isdisjoint(values):
+            return self
+        return Expression(_substituted(self.tree, {name: _tree(value) for name, value in values.items()}))
+
     def __str__(self) -> str:
         return format_tree(self.tree)
 
@@ -244,6 +254,19 @@ def _names(tree: Tree) -> set[str]:
         case Call(_, arguments):
             return set().union(*(_names(a) for a in arguments))
     return set()
+
+
+def _substituted(tree: Tree, values: Mapping[str, Tree]) -> Tree:
+    match tree:
+        case Name(id):
+            return values.get(id, tree)
+        case Negative(operand):
+            return Negative(_substituted(operand, values))
+        case Binary(op, left, right):
+            return Binary(op, _substituted(left, values), _substituted(right, values))
+        case Call(function, arguments):
+            return Call(function, tuple(_substituted(a, values) for a in arguments))
+    return tree
 
 
 def _compile(tree: Tree) -> Callable[[Mapping[str, Value]], Value]:

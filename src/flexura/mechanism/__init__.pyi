@@ -61,6 +61,7 @@ from flexura.mechanism.modal_test import HammerPoint as HammerPoint
 from flexura.mechanism.modal_test import ModalTest as ModalTest
 from flexura.mechanism.motion import Motion as Motion
 from flexura.mechanism.motion import Moved as Moved
+from flexura.mechanism.own_copies import with_own_copies as with_own_copies
 from flexura.mechanism.parameters import Parameter as Parameter
 from flexura.mechanism.placement import IDENTITY as IDENTITY
 from flexura.mechanism.placement import Affine as Affine
@@ -95,6 +96,7 @@ from flexura.mechanism.section import Circle as Circle
 from flexura.mechanism.section import Rectangle as Rectangle
 from flexura.mechanism.section import SectionConstants as SectionConstants
 from flexura.mechanism.section import Tube as Tube
+from flexura.mechanism.specialised import origin_of as origin_of
 from flexura.mechanism.studies import DescribedStudy as DescribedStudy
 from flexura.mechanism.studies import Goal as Goal
 from flexura.mechanism.studies import OptimumStudy as OptimumStudy

@@ -7,8 +7,8 @@ from contextlib import suppress
 from difflib import get_close_matches
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
-from types import NoneType, UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,7 @@ from flexura.mechanism.quantity import Quantity, Scalar
 from flexura.mechanism.substructure import Mechanism
 
 Value = float | NDArray[np.float64]
+AnyItem = TypeVar("AnyItem")
 Found = list[tuple[Path, Quantity, Scalar]]
 Collect = Callable[[Any, Path, Found], None]
 
@@ -139,20 +140,49 @@ def evaluated(part: AnyPart, values: Mapping[str, float]) -> AnyPart:
     Raises ExpressionError when `values` lacks a parameter.
     """
     with np.errstate(all="ignore"):
-        return _evaluated(part, values)
+        return _with_expressions(part, lambda expression: _float_or_array(expression.evaluate(values)))
 
 
-def _evaluated(item: Any, values: Mapping[str, float]) -> Any:
+def renamed(item: AnyItem, names: Mapping[str, str]) -> AnyItem:
+    """A part, or an expression, with other names for some parameters; nothing is validated anew."""
+    return _with_expressions(item, lambda expression: expression.renamed(names))
+
+
+def substituted(item: AnyItem, values: Mapping[str, Scalar]) -> AnyItem:
+    """A part, or an expression, with values in the place of some parameters; nothing is validated anew."""
+
+    def own(expression: Expression) -> Scalar:
+        found = expression.substituted(values)
+        return found if found.names else float(found.evaluate({}))
+
+    return _with_expressions(item, own)
+
+
+def expressions(item: Any) -> Iterator[Expression]:
+    """Every expression in a part, a tuple or a mapping."""
     if isinstance(item, Expression):
-        return _float_or_array(item.evaluate(values))
+        yield item
+    elif isinstance(item, Part | dict):
+        for entry in (item.__dict__ if isinstance(item, Part) else item).values():
+            yield from expressions(entry)
+    elif isinstance(item, tuple):
+        for entry in item:
+            yield from expressions(entry)
+
+
+def _with_expressions(item: Any, change: Callable[[Expression], Any]) -> Any:
+    """The same item with something else for every expression; it stays itself where there is none."""
+    if isinstance(item, Expression):
+        return change(item)
     if isinstance(item, Part):
-        changed = {name: new for name, old in item.__dict__.items() if (new := _evaluated(old, values)) is not old}
+        own = item.__dict__.items()
+        changed = {name: new for name, old in own if (new := _with_expressions(old, change)) is not old}
         return item.replaced(changed) if changed else item
     if isinstance(item, tuple):
-        entries = tuple(_evaluated(entry, values) for entry in item)
+        entries = tuple(_with_expressions(entry, change) for entry in item)
         return entries if any(a is not b for a, b in zip(entries, item, strict=True)) else item
     if isinstance(item, dict):
-        mapping = {key: _evaluated(entry, values) for key, entry in item.items()}
+        mapping = {key: _with_expressions(entry, change) for key, entry in item.items()}
         return mapping if any(mapping[key] is not item[key] for key in item) else item
     return item
 
@@ -211,12 +241,20 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, ArrayLike] | 
 class ParameterTable:
     """The parameters of a mechanism with their defaults worked out, ready to be overridden many times.
 
-    Raises ModelError when they cannot be evaluated.
+    `added` are those that instances have for themselves. They cannot be overridden; those that are worked out as one of
+    the mechanism's is have its value where that is overridden, as `follows` says. Raises ModelError when they cannot be
+    evaluated.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self._parameters = mechanism.parameters
-        order, cycles = parameter_order(mechanism.parameters)
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        added: Mapping[str, Parameter] = MappingProxyType({}),
+        follows: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
+        self._own, self._follows = mechanism.parameters, dict(follows)
+        self._parameters = {**mechanism.parameters, **added}
+        order, cycles = parameter_order(self._parameters)
         if cycles:
             raise ModelError(
                 Problem(("parameters", c[0]), " -> ".join([*c, c[0]]), "depends on itself") for c in cycles
@@ -228,11 +266,12 @@ class ParameterTable:
             if not np.all(np.isfinite(values[name])):
                 raise ModelError([Problem(("parameters", name), str(value), "has no finite value")])
         self._derived = [(n, v, v.names) for n in order if isinstance(v := self._parameters[n].value, Expression)]
-        self.defaults = {name: values[name] for name in mechanism.parameters}
+        self.defaults = {name: values[name] for name in self._parameters}
 
     def __call__(self, overrides: Mapping[str, ArrayLike]) -> tuple[dict[str, Value], set[str]]:
         """Values of all parameters, and the names of those that the overrides changed; see `parameter_values`."""
-        given = _overrides(self._parameters, overrides)
+        given = _overrides(self._own, overrides)
+        given |= {name: given[root] for name, root in self._follows.items() if root in given}
         values, touched = {**self.defaults, **given}, set(given)
         for name, expression, needs in self._derived:
             if name in given or touched.isdisjoint(needs):

@@ -6,15 +6,15 @@ The mechanism itself is the prototype with the empty name.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 
 from flexura.mechanism.channels import Actuator
+from flexura.mechanism.evaluation import evaluated
 from flexura.mechanism.placement import Step, copies
+from flexura.mechanism.specialised import TOP, Specialised
 from flexura.mechanism.substructure import Mechanism, Substructure
-
-TOP = ""
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,10 @@ class Child:
 class Layout:
     """Prototypes of a mechanism that are in use, children before parents, and what each exposes.
 
+    A prototype is a substructure, or one with the values that an instance has of its own (`origin_of`); copies with
+    equal values share one. `mechanism` holds these beside what is described, and the parameters and materials that are
+    theirs.
+
     Raises KeyError when a prototype is not defined and RecursionError when one contains itself; a description that
     passed its checks does neither.
     """
@@ -37,25 +41,36 @@ class Layout:
     mechanism: Mechanism
     prototypes: dict[str, Substructure] = field(init=False, default_factory=dict)
     children: dict[str, list[Child]] = field(init=False, default_factory=dict)
+    specialised: Specialised = field(init=False)
 
     def __post_init__(self) -> None:
+        self.specialised = Specialised(self.mechanism)
         self.include(TOP)
 
-    def include(self, name: str, above: tuple[str, ...] = ()) -> None:
+    def include(self, name: str) -> None:
         """Add a prototype and those inside it, whether or not the mechanism uses it."""
+        self._include(name, ())
+        self.mechanism = self.specialised.whole
+
+    def _include(self, name: str, above: tuple[str, ...]) -> None:
         if name in above:
             raise RecursionError(f"substructure {name} contains itself")
         if name in self.prototypes:
             return
-        prototype = self.mechanism if name == TOP else self.mechanism.substructures[name]
-        for instance in prototype.instances.values():
-            self.include(instance.of, (*above, name))
-        self.children[name] = [
-            Child(copy, instance.of, steps)
-            for key, instance in prototype.instances.items()
-            for copy, steps in copies(key, instance)
-        ]
+        prototype = self.specialised.prototype(name)
+        found = []
+        for key, instance in prototype.instances.items():
+            for copy, steps in copies(key, instance):
+                of = self.specialised.of_copy(name, key, copy)
+                self._include(of, (*above, name))
+                found.append(Child(copy, of, steps))
+        self.children[name] = found
         self.prototypes[name] = prototype
+
+    def evaluate(self, values: Mapping[str, float]) -> None:
+        """Put numbers in the place of all expressions of the prototypes, which belong to one design from then on."""
+        self.mechanism = evaluated(self.mechanism, values)
+        self.prototypes = {name: evaluated(part, values) for name, part in self.prototypes.items()}
 
     def own_nodes(self, name: str) -> list[str]:
         """Nodes declared in a prototype, and its bodies, which are nodes too."""

@@ -19,7 +19,7 @@ from flexura.mechanism.modal_test import ModalTest
 from flexura.mechanism.motion import Motion
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.pose import Prescribed
-from flexura.mechanism.quantity import Angle
+from flexura.mechanism.quantity import Angle, AnyQuantity, Scalar
 from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
 from flexura.mechanism.studies import DescribedStudy
@@ -69,13 +69,23 @@ def _one_or_more(raw: Any) -> Any:
 class Instance(Part):
     """A substructure set in place: turned by `rotate` (in the order given) about its origin, then moved to `at`.
 
-    A pattern makes copies named NAME1, NAME2, ...; several patterns apply one after the other.
+    A pattern makes copies named NAME1, NAME2, ...; several patterns apply one after the other. Inside an instance
+    parameters may have values of its own, in all its copies or in some, and what follows from them follows there.
     """
 
     of: str
     at: Vector = ORIGIN
     rotate: Annotated[tuple[Rotation, ...], BeforeValidator(_one_or_more)] = ()
     pattern: Annotated[tuple[Pattern, ...], BeforeValidator(_one_or_more)] = ()
+    with_: Annotated[dict[Name, AnyQuantity], Field(alias="with")] = {}
+    """Values of parameters inside, over parameters outside."""
+    copies: dict[Name, dict[Name, AnyQuantity]] = {}
+    """Such values of single copies, by the name of the copy; they go before those of all."""
+
+
+def bindings(instance: Instance, copy: str) -> dict[str, Scalar]:
+    """Values of parameters inside a copy of an instance."""
+    return {**instance.with_, **instance.copies.get(copy, {})}
 
 
 class Substructure(Part):

@@ -20,9 +20,12 @@ _VARIED = ("from", "to", "uniform", "normal", "measured")
 
 
 def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimension | None]) -> list[Problem]:
-    """Replace values of parameters in studies by numbers in SI and expressions, in place, and short forms of spreads
-    by long ones. Returns what cannot be read."""
+    """Replace values of parameters in studies and instances by numbers in SI and expressions, in place, and short
+    forms of spreads by long ones. Returns what cannot be read."""
     reader = _Values(dimensions)
+    for path, values in _of_instances(data):
+        for name in values:
+            values[name] = reader.read((*path, name), values[name], name)
     for path, vary in _varied(data):
         for name, entry in vary.items():
             if isinstance(entry, str) and path[2] == "tolerance":
@@ -35,9 +38,28 @@ def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimensio
     return reader.problems
 
 
+def _of_instances(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """The values that instances have of their own."""
+    holders: list[tuple[Path, Any]] = [((), data)]
+    holders += [(("substructures", name), holder) for name, holder in _entries(data, "substructures")]
+    for path, holder in holders:
+        for key, instance in _entries(holder, "instances"):
+            above: Path = (*path, "instances", key)
+            groups: dict[Path, Any] = {(*above, "copies", copy): own for copy, own in _entries(instance, "copies")}
+            inside: Path = (*above, "with")
+            groups[inside] = instance.get("with") if isinstance(instance, dict) else None
+            yield from ((place, own) for place, own in groups.items() if isinstance(own, dict))
+
+
+def _entries(holder: Any, key: str) -> list[tuple[str, Any]]:
+    """The entries of a mapping below a key, as far as these are mappings."""
+    own = holder.get(key) if isinstance(holder, dict) else None
+    return list(own.items()) if isinstance(own, dict) else []
+
+
 def _varied(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
-    studies = data.get("studies")
-    for name, study in studies.items() if isinstance(studies, dict) else ():
+    """What varies in studies."""
+    for name, study in _entries(data, "studies"):
         for kind, own in study.items() if isinstance(study, dict) else ():
             if isinstance(own, dict) and isinstance(own.get("vary"), dict):
                 yield ("studies", name, kind, "vary"), own["vary"]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
-from flexura.mechanism import Mechanism
+from flexura.mechanism import Mechanism, origin_of
 from flexura.reduction.adaptive import reduce_to_tolerance
 from flexura.reduction.assembler import LowOrderAssembler, low_order
 from flexura.reduction.free_interface import free_interface
@@ -133,11 +133,13 @@ def kept_counts(assembler: LowOrderAssembler, keep: int | Mapping[str, int]) -> 
     names = list(assembler.reducers)
     if isinstance(keep, Mapping):
         labels = [name or "mechanism" for name in names]
-        unknown = sorted(set(keep) - set(labels))
+        unknown = sorted(set(keep) - {*labels, *map(origin_of, labels)})
         if unknown:
             known = ", ".join(labels)
             raise OptionError(f"keep names {unknown[0]!r}, which is no substructure with members; there are {known}")
-        counts = {name: keep.get(name or "mechanism", 0) for name in names}
+        counts = {
+            name: keep.get(label, keep.get(origin_of(label), 0)) for name, label in zip(names, labels, strict=True)
+        }
     else:
         counts = dict.fromkeys(names, keep)
     for name, count in counts.items():

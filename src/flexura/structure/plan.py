@@ -25,6 +25,7 @@ from flexura.mechanism import (
     Reflect,
     Turn,
     has_solid_members,
+    origin_of,
     problems,
     reflect,
     solid_members,
@@ -147,7 +148,7 @@ def _refuse_solid_members(layout: Layout) -> None:
     """Raise ModelError for members that are to be superelements of solid meshes and are not yet."""
     found, rule = [], "a solid member has to be reduced to a superelement first"
     for name, prototype in layout.prototypes.items():
-        above = () if name == TOP else ("substructures", name)
+        above = () if name == TOP else ("substructures", origin_of(name))
         for key in solid_members(layout.mechanism, name):
             kind = "links" if key in prototype.links else "flexures"
             found.append(Problem((*above, kind, key, "fidelity"), "solid", rule, "flexura.with_solid_parts(mechanism)"))
@@ -173,7 +174,7 @@ class Plan(Record, Displayed):
         self.value_table = ValueTable()
         self.parts = {name: Part(self.layout, name, self.value_table) for name in self.layout.prototypes}
         members = [m for part in self.parts.values() for m in part.members.values()]
-        self.members = Members(members, mechanism, self.value_table)
+        self.members = Members(members, self.layout.mechanism, self.value_table)
         self._children = {
             name: [_ChildPlacement(child, self.value_table) for child in children]
             for name, children in self.layout.children.items()
@@ -181,7 +182,8 @@ class Plan(Record, Displayed):
         self.loads = DeadLoads(self.layout, self.value_table)
         self.pose = DescribedPose(self.layout, self.value_table)
         self.motion = DescribedMotion(self.layout, self.value_table)
-        self._parameters = ParameterTable(mechanism)
+        own = self.layout.specialised
+        self._parameters = ParameterTable(mechanism, own.parameters, own.follows)
         self.value_table.close(self._parameters.defaults)
         self.topology = Topology(self.layout, self.parts)
         self._levels = self._group_by_level()
@@ -298,6 +300,11 @@ class Plan(Record, Displayed):
 
     def parameter_values(self, parameters: Mapping[str, ArrayLike] | None = None) -> dict[str, Any]:
         """Values of all parameters in SI, with some replaced. Raises OptionError as `values` does."""
+        values = self.scoped_values(parameters)
+        return {name: values[name] for name in self.mechanism.parameters}
+
+    def scoped_values(self, parameters: Mapping[str, ArrayLike] | None = None) -> dict[str, Any]:
+        """As `parameter_values`, with the parameters that instances have for themselves: what prototypes depend on."""
         return self._parameters(parameters or {})[0]
 
     def verify(self, parameters: Mapping[str, ArrayLike]) -> None:

@@ -22,6 +22,7 @@ from flexura.mechanism import (
     PiezoStack,
     Sensor,
     is_pattern,
+    origin_of,
     suggestion,
 )
 from flexura.records import Record
@@ -350,7 +351,7 @@ def default_dofs(plan: Plan, nodes: Sequence[str]) -> list[str]:
 
 
 def _refuse_still(kind: str, prototype: str, key: str) -> None:
-    path = (kind, key) if not prototype else ("substructures", prototype, kind, key)
+    path = (kind, key) if not prototype else ("substructures", origin_of(prototype), kind, key)
     rule = "nothing can move here: the DOF is held"
     raise ModelError([Problem(path, "", rule, "name a node that is free in this direction")])
 

@@ -21,7 +21,6 @@ from flexura.mechanism import (
     Rotation,
     Spring,
     evaluated,
-    parameter_values,
     rotation_matrix,
 )
 from flexura.structure import FullOrderModel, Part, inertia_tensor
@@ -65,7 +64,7 @@ def add_discrete_elements(
     """Add the parts of a mechanism that are not members, moving with its nodes; the bodies called `doubted` are of the
     kind for these."""
     plan, geometry = model.plan, model.geometry
-    values = {name: _number(value) for name, value in parameter_values(plan.mechanism, model.parameters).items()}
+    values = {name: _number(value) for name, value in plan.scoped_values(model.parameters).items()}
     size = collector.size
     bodies = sum(len(plan.topology.copies[name].paths) * len(part.bodies) for name, part in plan.parts.items())
     cell = np.inf if look.plain else size / (20 if bodies <= 20 else 8)

@@ -12,11 +12,11 @@ from flexura.mechanism.checks.assembly import check_assembly
 from flexura.mechanism.checks.bodies import check_bodies
 from flexura.mechanism.checks.connection import check_connection
 from flexura.mechanism.checks.members import check_members
+from flexura.mechanism.checks.own_values import check_own_values
 from flexura.mechanism.checks.references import check_not_empty, check_references
 from flexura.mechanism.checks.studies import check_studies
 from flexura.mechanism.checks.survey import Survey
 from flexura.mechanism.checks.values import check_values
-from flexura.mechanism.evaluation import evaluated
 from flexura.mechanism.positions import Point, node_positions
 from flexura.mechanism.substructure import Mechanism
 
@@ -30,10 +30,12 @@ def problems(mechanism: Mechanism, *, ignore_missing: Collection[str] = (), part
     """
     values, found = check_values(mechanism, ignore_missing)
     found += check_studies(mechanism, values, ignore_missing)
-    layout, lost, more = check_assembly(evaluated(mechanism, values), ignore_missing)
+    layout, lost, more = check_assembly(mechanism, ignore_missing)
     found += more
     if layout is None:
         return found
+    found += check_own_values(layout, values, ignore_missing)
+    layout.evaluate(values)
     survey = Survey(layout, lost, ignore_missing, partial)
     check_references(survey)
     sound = not survey.problems and not any(lost.values()) and not partial

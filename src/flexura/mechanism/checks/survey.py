@@ -10,6 +10,7 @@ from typing import Any
 from flexura.errors import Path, Problem
 from flexura.mechanism.layout import TOP, Layout
 from flexura.mechanism.positions import Point
+from flexura.mechanism.specialised import origin_of
 
 MAX_SUGGESTIONS_FROM = 2000
 """Names among which a close match is sought: a mechanism may have tens of thousands."""
@@ -49,7 +50,7 @@ class Survey:
 
 def prefix(prototype: str) -> Path:
     """Path of a prototype in the description."""
-    return () if prototype == TOP else ("substructures", prototype)
+    return () if prototype == TOP else ("substructures", origin_of(prototype))
 
 
 def shown(value: Any) -> str:

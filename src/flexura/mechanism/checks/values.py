@@ -30,10 +30,10 @@ class Known(dict[str, float]):
 def check_values(mechanism: Mechanism, ignored: Collection[str]) -> tuple[Known, list[Problem]]:
     """Values of the parameters as far as they have any, and what is wrong with parameters and expressions."""
     found = [*_names(mechanism), *undefined(mechanism, ignored), *wrong_dimensions(mechanism)]
-    values, problems = _defaults(mechanism.parameters)
+    values, problems = defaults(mechanism.parameters)
     found += problems
-    found += [p for name in values for p in _outside_bounds(name, mechanism.parameters[name], values)]
-    found += _invalid_at_defaults(mechanism, values)
+    found += [p for name in values for p in outside_bounds(name, mechanism.parameters[name], values)]
+    found += invalid_at(mechanism, (), values)
     return values, found
 
 
@@ -44,7 +44,8 @@ def _names(mechanism: Mechanism) -> Iterator[Problem]:
             yield Problem(("parameters", name), "", f"{name} is the name of a {kind}", "choose another name")
 
 
-def _defaults(parameters: Mapping[str, Parameter]) -> tuple[Known, list[Problem]]:
+def defaults(parameters: Mapping[str, Parameter]) -> tuple[Known, list[Problem]]:
+    """Values of parameters as far as they have any, and those that have none."""
     order, cycles = parameter_order(parameters)
     found = [
         Problem(
@@ -75,7 +76,8 @@ def _number(value: Scalar, values: Known) -> float:
         return float(value.evaluate(values))
 
 
-def _outside_bounds(name: str, parameter: Parameter, values: Known) -> Iterator[Problem]:
+def outside_bounds(name: str, parameter: Parameter, values: Known) -> Iterator[Problem]:
+    """What is wrong with the bounds of a parameter, or with its value between them."""
     low = -math.inf if parameter.minimum is None else _number(parameter.minimum, values)
     high = math.inf if parameter.maximum is None else _number(parameter.maximum, values)
     unit = f" {parameter.unit}" if parameter.unit not in ("", "1") else ""
@@ -89,9 +91,9 @@ def _outside_bounds(name: str, parameter: Parameter, values: Known) -> Iterator[
         yield Problem(path, value, f"the value is above the maximum {high:g}{unit}")
 
 
-def _invalid_at_defaults(mechanism: Mechanism, values: Known) -> Iterator[Problem]:
-    """What the parts themselves refuse once their expressions have values."""
-    for path, entry in _entries(mechanism, ()):
+def invalid_at(prototype: Substructure, above: Path, values: Known) -> Iterator[Problem]:
+    """What the parts at a path themselves refuse once their expressions have values."""
+    for path, entry in _entries(prototype, above):
         expressions = _expressions(entry)
         if expressions and all(e.names <= values.keys() for e in expressions):
             yield from _refused(path, entry, values)

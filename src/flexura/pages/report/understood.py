@@ -124,7 +124,8 @@ def _bodies(found: CheckReport, command: str) -> list[Block]:
 
 def _materials(subject: Subject) -> Block:
     """The materials that are named anywhere, as they are described."""
-    mechanism, layout = subject.mechanism, Layout(subject.mechanism)
+    layout = Layout(subject.mechanism)
+    mechanism = layout.mechanism
     parts = layout.prototypes.values()
     solids = [body.solid for part in parts for body in part.bodies.values() if body.solid is not None]
     members = [m for part in parts for m in (*part.links.values(), *part.flexures.values())]

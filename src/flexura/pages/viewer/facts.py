@@ -21,7 +21,6 @@ from flexura.mechanism import (
     Spring,
     Tube,
     evaluated,
-    parameter_values,
 )
 from flexura.pages.viewer.scene import Fact
 from flexura.pages.viewer.units import digits, shown
@@ -36,7 +35,7 @@ class Facts:
 
     def __init__(self, model: FullOrderModel) -> None:
         self.model, self.plan = model, model.plan
-        numbers = parameter_values(self.plan.mechanism, model.parameters).items()
+        numbers = self.plan.scoped_values(model.parameters).items()
         self.values: dict[str, float] = {name: float(np.asarray(value)) for name, value in numbers}
         self._found: dict[tuple[str, str, Kind], tuple[Fact, ...]] = {}
 
@@ -108,7 +107,11 @@ class Facts:
             for own in contours:
                 found += _sizes(own)
         else:
-            own = self.plan.mechanism.sections[member.section] if isinstance(member.section, str) else member.section
+            own = (
+                self.plan.layout.mechanism.sections[member.section]
+                if isinstance(member.section, str)
+                else member.section
+            )
             section = evaluated(own, self.values)
             found = [("kind", f"link, {section.shape}"), *_sizes(section)]
         found.append(("length", shown(float(self.model.geometry.parts[part.name].length[k]), "m")))

@@ -28,6 +28,7 @@ from flexura.mechanism import (
     has_solid_members,
     matching,
     mesh_sizes,
+    origin_of,
     problems,
     scalars,
     solid_members,
@@ -72,7 +73,8 @@ def with_solid_parts(
     if found := [problem for problem in problems(model) if problem.path[-1:] == ("mesh_size",)]:
         raise ModelError(found)
     plan = Plan(as_beams(model).replaced({"at": {}}))
-    chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(model, name))}
+    chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(model, origin_of(name)))}
+    _refuse_own_values(chosen)
     plan.refuse_loads("members as solids")
     full = assemble(plan, one_design(parameters))
     tell = told(progress)
@@ -181,6 +183,22 @@ def _superelement(
         stiffness_error=Matrix((E + E.T) / 2),
         mesh=Meshed(size=size, dofs=own.dofs),
     )
+
+
+def _refuse_own_values(chosen: Mapping[str, Members]) -> None:
+    """Raise ModelError for solid members in instances with values of their own, which superelements do not take."""
+    rule = "a solid member has one form, but an instance has values of its own for parameters that it depends on"
+    hint = "give that instance a substructure of its own, or fidelity: beam"
+    found = [
+        Problem(
+            ("substructures", origin_of(name), "flexures" if isinstance(own, Flexure) else "links", key), "", rule, hint
+        )
+        for name, members in chosen.items()
+        for key, own in members.items()
+        if origin_of(name) != name
+    ]
+    if found:
+        raise ModelError(dict.fromkeys(found))
 
 
 def _refuse_taken(name: str, part: Substructure, own: Iterable[str]) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError, SolverError
 from flexura.files import complete_file
-from flexura.mechanism import Box, Cylinder, Plate, evaluated, parameter_values, rotation_matrix
+from flexura.mechanism import Box, Cylinder, Plate, evaluated, rotation_matrix
 from flexura.solid.geometry import MILLIMETRE, joints, occ, solids
 from flexura.structure import FullOrderModel
 
@@ -83,7 +83,7 @@ class BodySolid:
 def body_solids(model: FullOrderModel, only: str | None = None) -> tuple[BodySolid, ...]:
     """All placed bodies that have a form, or those of the instance with the path `only`."""
     plan, geometry = model.plan, model.geometry
-    values = {key: float(np.array(value)) for key, value in parameter_values(plan.mechanism, model.parameters).items()}
+    values = {key: float(np.array(value)) for key, value in plan.scoped_values(model.parameters).items()}
     found = []
     for prototype, placed in plan.topology.copies.items():
         part = plan.parts[prototype]

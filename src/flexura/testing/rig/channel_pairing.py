@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError
-from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, parameter_values, rotation_matrix
+from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.systems import DERIVATIVE, Ports
@@ -362,7 +362,7 @@ class _SolidBody:
 def _solid_bodies(model: FullOrderModel):  # type: ignore[no-untyped-def]
     """Every placed rigid body that has a solid."""
     plan, geometry = model.plan, model.geometry
-    values = {k: float(np.asarray(v)) for k, v in parameter_values(plan.mechanism, model.parameters).items()}
+    values = {k: float(np.asarray(v)) for k, v in plan.scoped_values(model.parameters).items()}
     for name, part in plan.parts.items():
         prototype, placed = plan.layout.prototypes[name], plan.topology.copies[name]
         for key, described in prototype.bodies.items():

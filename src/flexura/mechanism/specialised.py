@@ -1,0 +1,220 @@
+"""Prototypes of instances with values of their own: parameters, and whatever follows from them, under names of their
+own, which no name that a user gives can equal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from flexura.errors import Path
+from flexura.expressions import Expression, Name
+from flexura.mechanism.evaluation import expressions, parameter_order, renamed
+from flexura.mechanism.material import Material
+from flexura.mechanism.member import Flexure, Link
+from flexura.mechanism.parameters import Parameter
+from flexura.mechanism.quantity import Scalar
+from flexura.mechanism.substructure import Instance, Mechanism, Substructure, bindings
+
+AT = " at "
+TOP = ""
+
+
+def origin_of(prototype: str) -> str:
+    """The substructure that a prototype is, whatever values of its own an instance gives it."""
+    return prototype.partition(AT)[0]
+
+
+@dataclass(frozen=True)
+class _Scope:
+    """What parameters are called inside a prototype: `names` of those that differ, `given` of those that do not follow
+    from others."""
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    given: frozenset[str] = frozenset()
+
+
+class Specialised:
+    """Substructures of a mechanism, and copies of them in which parameters have other values.
+
+    `parameters` are those that instances have for themselves; `follows` says of which parameter each is that is worked
+    out as it is; `places` where the values stand in the description. `materials` are those that depend on them.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.parameters: dict[str, Parameter] = {}
+        self.follows: dict[str, str] = {}
+        self.places: dict[str, Path] = {}
+        self.materials: dict[str, Material] = {}
+        self.substructures: dict[str, Substructure] = {}
+        self.order = parameter_order(mechanism.parameters)[0]
+        self._scopes: dict[str, _Scope] = {}
+        self._reads: dict[str, frozenset[str]] = {}
+        self._interned: dict[tuple[object, ...], str] = {}
+        self._known: dict[tuple[str, frozenset[tuple[str, str]]], str] = {}
+
+    @property
+    def whole(self) -> Mechanism:
+        """The mechanism with all that instances have for themselves beside what it describes."""
+        if not self.substructures:
+            return self.mechanism
+        own = self.mechanism
+        return own.replaced(
+            {
+                "parameters": {**own.parameters, **self.parameters},
+                "materials": {**own.materials, **self.materials},
+                "substructures": {**own.substructures, **self.substructures},
+            }
+        )
+
+    def prototype(self, name: str) -> Substructure:
+        """The prototype of a name."""
+        if name == TOP:
+            return self.mechanism
+        return self.substructures.get(name) or self.mechanism.substructures[name]
+
+    def of_copy(self, parent: str, key: str, copy: str) -> str:
+        """The prototype of one copy of an instance inside another prototype."""
+        instance = self.prototype(parent).instances[key]
+        if not (instance.with_ or instance.copies or parent in self._scopes):
+            return instance.of
+        label = f"{copy} of {parent}" if parent else copy
+        path: Path = (*(("substructures", origin_of(parent)) if parent else ()), "instances", key)
+        depends = self.depends(instance.of)
+        values = {name: value for name, value in bindings(instance, copy).items() if name in depends}
+        scope = self._inner(self._scopes.get(parent, _Scope()), values, label, path)
+        own = {name: scope.names[name] for name in scope.names if name in depends}
+        if not own:
+            return instance.of
+        found = self._known.get((instance.of, frozenset(own.items())))
+        if found is None:
+            found = self._known[instance.of, frozenset(own.items())] = f"{instance.of}{AT}{label}"
+            self._scopes[found] = scope
+            base = self.mechanism.substructures.get(found) or self.mechanism.substructures[instance.of]
+            self.substructures[found] = self._renamed(base, own, label)
+        return found
+
+    def _inner(self, outer: _Scope, values: Mapping[str, Scalar], label: str, path: Path) -> _Scope:
+        """The names inside an instance with some values of its own; derived parameters follow where none is given."""
+        parameters = self.mechanism.parameters
+        given = {n: v for n, v in values.items() if n in parameters and not _is_name(v, outer.names.get(n, n))}
+        if not given:
+            return outer
+        kept = outer.given | given.keys()
+        names = {name: own for name, own in outer.names.items() if name in outer.given}
+        for name in self.order:
+            value = parameters[name].value
+            if name in given:
+                names[name] = self._own(name, given[name], names, label, path)
+            elif name not in kept and isinstance(value, Expression) and not value.names.isdisjoint(names):
+                names[name] = self._own(name, renamed(value, names), names, label, path)
+                self.follows[names[name]] = name
+        return _Scope(names, kept)
+
+    def _own(self, name: str, value: Scalar, names: Mapping[str, str], label: str, path: Path) -> str:
+        """The name of a parameter with a value of its own; equal ones are one."""
+        bounded = renamed(self.mechanism.parameters[name], {n: own for n, own in names.items() if n != name})
+        if bounded.minimum is not None and bounded.minimum == bounded.maximum:  # held, which is said of its own value
+            bounded = bounded.replaced({"minimum": None, "maximum": None})
+        key = (name, value, bounded.minimum, bounded.maximum)
+        found = self._interned.setdefault(key, f"{name}{AT}{label}")
+        if found not in self.parameters:
+            self.parameters[found] = bounded.replaced({"value": value})
+            self.places[found] = path
+        return found
+
+    def _renamed(self, part: Substructure, names: Mapping[str, str], label: str) -> Substructure:
+        part = renamed(part, names)
+        changed = {
+            kind: {key: self._member(own, names, label) for key, own in getattr(part, kind).items()}
+            for kind in ("links", "flexures")
+        }
+        bodies = {
+            key: body
+            if body.solid is None
+            else body.replaced(
+                {"solid": body.solid.replaced({"material": self._material(body.solid.material, names, label)})}
+            )
+            for key, body in part.bodies.items()
+        }
+        return part.replaced({**changed, "bodies": bodies})
+
+    def _member(self, member: Link | Flexure, names: Mapping[str, str], label: str) -> Link | Flexure:
+        """A member with its material and its section as they are here."""
+        update: dict[str, object] = {"material": self._material(member.material, names, label)}
+        if isinstance(member, Link) and isinstance(member.section, str):
+            section = self.mechanism.sections.get(member.section)
+            if section is not None and any(not e.names.isdisjoint(names) for e in expressions(section)):
+                update["section"] = renamed(section, names)
+        return member.replaced(update)
+
+    def _material(self, name: str, names: Mapping[str, str], label: str) -> str:
+        material = self.mechanism.materials.get(name)
+        if not isinstance(material, Material) or all(e.names.isdisjoint(names) for e in expressions(material)):
+            return name
+        own = renamed(material, names)
+        found = next((key for key, known in self.materials.items() if known == own), f"{name}{AT}{label}")
+        self.materials[found] = own
+        return found
+
+    def depends(self, name: str) -> frozenset[str]:
+        """Parameters that a substructure depends on, by itself or by what is nested in it."""
+        return self._closure(self._read_in(name))
+
+    def _closure(self, names: Iterable[str]) -> frozenset[str]:
+        found: set[str] = set()
+        pending = list(names)
+        while pending:
+            name = pending.pop()
+            if name not in found and name in self.mechanism.parameters:
+                found.add(name)
+                value = self.mechanism.parameters[name].value
+                pending += value.names if isinstance(value, Expression) else ()
+        return frozenset(found)
+
+    def _read_in(self, name: str) -> frozenset[str]:
+        """Parameters that a substructure reads in its own scope."""
+        if name not in self._reads:
+            instances = self.prototype(name).instances.values()
+            nested = [n for instance in instances for n in self._read_by_instance(instance)]
+            self._reads[name] = frozenset({*self.read_by(name), *nested})
+        return self._reads[name]
+
+    def read_by(self, name: str) -> set[str]:
+        """Parameters that a substructure reads by itself: in its parts, and where it places instances."""
+        part = self.prototype(name)
+        placing = [own.replaced({"with_": {}, "copies": {}}) for own in part.instances.values()]
+        own = [getattr(part, kind) for kind in Substructure.model_fields if kind != "instances"]
+        return {n for e in expressions((*own, *placing, *self._materials_and_sections(part))) for n in e.names}
+
+    def _read_by_instance(self, instance: Instance) -> set[str]:
+        """Parameters outside an instance that its inside reads, and its values of its own."""
+        found: set[str] = set()
+        for values in [bindings(instance, copy) for copy in ("", *instance.copies)]:
+            inside = set(self._read_in(instance.of))
+            seen: set[str] = set()
+            while inside:
+                name = inside.pop()
+                seen.add(name)
+                parameter = self.mechanism.parameters.get(name)
+                derived = parameter.value if parameter is not None and isinstance(parameter.value, Expression) else None
+                if name in values:
+                    value = values[name]
+                    found |= value.names if isinstance(value, Expression) else set()
+                elif derived is not None and not self._closure([name]).isdisjoint(values):
+                    inside |= derived.names - seen
+                else:
+                    found.add(name)
+        return found
+
+    def _materials_and_sections(self, part: Substructure) -> tuple[object, ...]:
+        own = self.mechanism
+        members = (*part.links.values(), *part.flexures.values())
+        solids = [body.solid for body in part.bodies.values() if body.solid is not None]
+        materials = [own.materials.get(item.material) for item in (*members, *solids)]
+        sections = [own.sections.get(m.section) for m in part.links.values() if isinstance(m.section, str)]
+        return tuple(item for item in (*materials, *sections) if item is not None and not isinstance(item, str))
+
+
+def _is_name(value: Scalar, name: str) -> bool:
+    return isinstance(value, Expression) and value.tree == Name(name)
