@@ -147,3 +147,37 @@ def test_slopes_that_are_differences_say_so():
     assert found.slope[2, 0] == pytest.approx(eighth_order(magnitude, 5e-4, 1e-5), rel=1e-3)
     # small strokes of a leaf that is guided at both ends: sigma = 3 E t x / L^2; this goes far
     assert found.slope[0, 0] == pytest.approx(-found.value[0] / 5e-4, rel=0.15)
+
+
+POSE = "at x = 3 mm, y = 0.02 mm"
+
+
+def test_slopes_at_a_pose_are_those_of_strokes():
+    texts = ("force(y)", "stress(leaf1)", "margin", "stiffness(z)", "compliance(ry, z)", "buckling", "f1", "f3")
+    found = questions(GUIDE, [f"{text} {POSE}" for text in texts]).slopes(AT, NAMES)
+    assert found.is_exact.all()
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    for p, name in enumerate(NAMES):
+
+        def read(value, name=name):
+            move = {"carriage.x": 3e-3, "carriage.y": 2e-5}
+            own = fx.stroke(GUIDE, {**AT, name: value}, move=move, n=3, compliance=True)
+            [pose], C = own.poses, own.poses[0].compliance_held["carriage"]
+            stress = own.stresses(0)
+            hertz = np.array(pose.frequency_hz)[[0, 2]]
+            numbers = (pose.reaction["carriage.y"], stress["leaf1.blade"].von_mises, stress.factor_to_yield)
+            return np.array([*numbers, 1 / C[2, 2], C[4, 2], pose.buckling_factor, *hertz])
+
+        wanted = eighth_order(read, at[name], 0.01 * at[name])
+        size = abs(found.value / at[name])
+        off = abs(found.slope[:, p] - wanted) / np.maximum(abs(wanted), 1e-3 * size)
+        assert off[[0, 1, 2, 3, 6, 7]].max() < 1e-5
+        assert off[[4, 5]].max() < 1e-3, "of small differences of large numbers"
+
+
+def test_slopes_at_a_pose_that_is_not_reached_are_told():
+    found = questions(GUIDE, "stress at x = 70 mm, force(x) at x = 70 mm, f1").slopes({}, ["thickness"])
+    assert np.isnan(found.value[:2]).all()
+    assert np.isnan(found.slope[:2]).all()
+    assert all("no equilibrium" in why for why in found.reason[:2])
+    assert np.isfinite(found.slope[2]).all()

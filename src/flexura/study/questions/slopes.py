@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.duals import Dual
+from flexura.analysis import AtPose, at_pose
+from flexura.duals import Dual, plain
+from flexura.motion import Repeated
 from flexura.records import Record
 from flexura.reduction import flexibility
-from flexura.sensitivity import FrequencySlopes, Reading, displacement_rows, family_of, frequency_slopes
+from flexura.sensitivity import Reading, displacement_rows, family_of, frequency_slopes
 from flexura.structure import Design, Plan, assemble
 from flexura.study.questions.catalogue import FREQUENCY, Quantity
 from flexura.study.questions.designs import FAILURES, reason_of
 from flexura.study.questions.followed import MODES
 from flexura.study.questions.masses import body_mass, total_mass
-from flexura.study.questions.reading import Freedom
+from flexura.study.questions.reading import Freedom, Members
 from flexura.study.questions.single import OneDesign
 
 Array = NDArray[np.float64]
@@ -70,9 +72,11 @@ class Exact:
         for kinds, work in ((("mass", "parameter"), self._numbers), (("compliance", "stiffness"), self._compliances)):
             self._try([k for k, own in enumerate(asked) if own.kind in kinds and not own.pose], work)
         self._try([k for k, own in enumerate(asked) if own.kind == FREQUENCY and not own.pose], self._frequencies)
+        for pose in dict.fromkeys(own.pose for own in asked if own.pose):
+            self._try([k for k, own in enumerate(asked) if own.pose == pose and is_sloped(own)], self._at_pose)
 
     def _try(self, places: list[int], work: Any) -> None:
-        if not places or self.plan.is_posed:
+        if not places or (self.plan.is_posed and work != self._at_pose):
             return
         try:
             with np.errstate(all="ignore"):
@@ -131,19 +135,82 @@ class Exact:
         found = frequency_slopes(self.plan, self.parameters, self.names, min(count, self.plan.topology.n_dof))
         for k, number in numbers.items():
             self._tell(k, Dual(np.array(found.frequency_hz[number]), found.slope[number]))
-        self._groups(found, numbers)
-
-    def _groups(self, found: FrequencySlopes, numbers: Mapping[int, int]) -> None:
-        """Frequencies that coincide; one that is followed by what moves has no derivative of its own there."""
         for group, matrix in zip(found.repeated, found.directional, strict=True):
             own = tuple(k for k, number in numbers.items() if number in group)
             if own:
-                self.repeated.append(own)
-                self.directional.append(matrix)
-            for k in own:
-                if isinstance(self.asked[k].arguments[0], Freedom):
-                    self.slope[k] = np.nan
-                    self.reason[k] = f"{self.asked[k].text}: it coincides with others, and has no derivative by itself"
+                self._tell_group(own, matrix)
+
+    def _at_pose(self, places: list[int]) -> None:
+        """What is asked at one pose; what cannot be answered there has the reason for it."""
+        single, pose = OneDesign(self.plan, self.parameters, self.asked), self.asked[places[0]].pose
+        known = dict[int, int]()
+        for k in places:
+            own = self.asked[k]
+            try:
+                known[k], self.reason[k] = single.mode(own) if own.kind == FREQUENCY else (0, "")
+                if own.kind != FREQUENCY:
+                    single.read(own)
+            except FAILURES as error:
+                known.pop(k, None)
+                self.reason[k], self.is_exact[k] = f"{own.text}: {reason_of(error)}", True
+        design = Design.with_slopes(self.plan.at_rest(), self.parameters, self.names)
+        if not known:
+            return
+        state = at_pose(design, dict(pose))
+        numbers = {k: number for k, number in known.items() if self.asked[k].kind == FREQUENCY}
+        for k in known.keys() - numbers.keys():
+            self._tell(k, read_at_pose(state, self.asked[k]))
+        for own in state.frequencies(max(numbers.values()) + 1) if numbers else ():
+            self._tell_repeated(own, {k: number for k, number in numbers.items() if number in own.at})
+
+    def _tell_repeated(self, found: Repeated, numbers: Mapping[int, int]) -> None:
+        """Take a frequency, or several that coincide, as the answers at some places."""
+        branches = np.linalg.eigvalsh(found.slope)
+        for k, number in numbers.items():
+            self._tell(k, Dual(np.array(found.value), branches[:, found.at.index(number)]))
+        if numbers and len(found.at) > 1:
+            self._tell_group(tuple(numbers), np.moveaxis(found.slope, 0, -1))
+
+    def _tell_group(self, places: tuple[int, ...], matrix: Array) -> None:
+        """Take frequencies as one group; one that is followed by what moves has no derivative of its own there."""
+        self.repeated.append(places)
+        self.directional.append(matrix)
+        for k in places:
+            if isinstance(self.asked[k].arguments[0], Freedom):
+                self.slope[k] = np.nan
+                self.reason[k] = f"{self.asked[k].text}: it coincides with others, and has no derivative by itself"
+
+
+def is_sloped(asked: Quantity) -> bool:
+    """Whether exact derivatives of what is asked at a pose are known."""
+    driven = {name for name, _ in asked.pose}
+    of = [own for own in asked.arguments if isinstance(own, Freedom)]
+    if asked.kind in ("stiffness", "compliance"):
+        return len({own.node for own in of}) == 1 and not driven & {own.name for own in of}
+    return asked.kind in (FREQUENCY, "force", "stress", "margin", "buckling")
+
+
+def read_at_pose(state: AtPose, asked: Quantity) -> Any:
+    """What is asked of a state with slopes, but for frequencies."""
+    match asked.kind:
+        case "force":
+            return state.forces[str(asked.arguments[0])]
+        case "buckling":
+            factor = state.buckling_factor
+            return np.inf if factor is None else Dual(np.array(factor.value), np.linalg.eigvalsh(factor.slope)[:, 0])
+        case "stiffness" | "compliance":
+            to, by = asked.arguments[0], asked.arguments[-1]
+            assert isinstance(to, Freedom)
+            assert isinstance(by, Freedom)
+            found = state.compliance(to.node)[to.component, by.component]
+            return 1 / found if asked.kind == "stiffness" else found
+    largest, of = state.stresses, next(iter(asked.arguments), None)
+    chosen = [k for k, name in enumerate(largest.names) if not isinstance(of, Members) or name in of.members]
+    if asked.kind == "stress":
+        return np.max(largest.von_mises[chosen, 0])
+    limit = largest.yield_stress
+    chosen = [k for k in chosen if not np.isnan(plain(limit)[k])]
+    return 1 / np.max(largest.von_mises[chosen, 0] / limit[chosen])
 
 
 def steps(at: Mapping[str, float], names: Iterable[str]) -> tuple[dict[str, Array], Array]:
