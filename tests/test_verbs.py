@@ -44,6 +44,7 @@ SHELL = {
     "time-response": ((flexura.time_response,), {"step", "hammer", "sweep", "noise", "signals"}),  # as inputs
     "correlate": ((flexura.correlate, flexura.identify, flexura.read_measurement), {"data"}),
     "place-sensors": ((flexura.place_sensors,), set()),
+    "sensitivity": ((flexura.sensitivity,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "estimate-frf": ((flexura.estimate_frf, flexura.read_measurement), {"data"}),
     "virtual-test": ((flexura.virtual_test, flexura.view.save_virtual_test), set()),

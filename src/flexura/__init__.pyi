@@ -93,6 +93,8 @@ from flexura.solid.verification import verify as verify
 from flexura.structure import FullOrderModel as FullOrderModel
 from flexura.structure import Plan as Plan
 from flexura.structure import assemble as assemble
+from flexura.study.influence import Sensitivity as Sensitivity
+from flexura.study.influence import sensitivity as sensitivity
 from flexura.systems import Channel as Channel
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import ModalSystem as ModalSystem

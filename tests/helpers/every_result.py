@@ -161,6 +161,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     ),
     "ScrewAxis": screw_axis,
     "Sensitivities": lambda: fx.sensitivities(guide(), free=["length"], n=2),
+    "Sensitivity": lambda: fx.sensitivity(guide(), ask="f1, mass"),
     "SensorPlacement": lambda: fx.place_sensors(guide(), sensors=2, n=1),
     "SignalFile": signal_file,
     "StateSpace": lambda: fx.state_space(system(), n=3),

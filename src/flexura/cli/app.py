@@ -77,6 +77,11 @@ COMMANDS = {
         "place_sensors_command",
         "The best places for so many sensors among the candidates, by effective independence.",
     ),
+    "sensitivity": _Command(
+        "influence",
+        "sensitivity_command",
+        "What a per cent of every parameter does to everything that is asked.",
+    ),
     "calibrate": _Command(
         "calibration",
         "calibrate_command",

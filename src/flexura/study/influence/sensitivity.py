@@ -1,0 +1,153 @@
+"""The verb that sets what is asked of one design against its parameters, in per cent per per cent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.arguments import verb
+from flexura.mechanism import Mechanism
+from flexura.results import Tabular
+from flexura.sensitivity import free_names
+from flexura.structure import Plan, one_design, plan_of
+from flexura.study.questions import Slopes, questions
+from flexura.tables import Facts, Table, percent
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class Sensitivity(Tabular):
+    """Slopes of q quantities in P parameters at one design.
+
+    `value` (q,) and `nominal` (P,) are in the SI units `units` and `parameter_units`, `slope` (q, P) in the one per the
+    other. Frequencies that coincide, `repeated` by their positions, have no slopes of their own, as they part: their
+    `slope` is that of their mean, `lowest` and `highest` (q, P) are those of the frequencies that part most. Of all
+    others the three are equal. `is_exact` (q,) says where slopes are no differences; without one it is NaN.
+    """
+
+    _shown = ("name", "quantities", "parameters")
+    _told = (
+        *("name", "quantities", "units", "value", "parameters", "parameter_units", "nominal"),
+        *("slope", "lowest", "highest", "relative", "repeated", "is_exact"),
+    )
+
+    name: str
+    quantities: tuple[str, ...]
+    units: tuple[str, ...]
+    value: Array
+    parameters: tuple[str, ...]
+    parameter_units: tuple[str, ...]
+    nominal: Array
+    slope: Array
+    lowest: Array
+    highest: Array
+    is_exact: NDArray[np.bool_]
+    repeated: tuple[tuple[int, ...], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def relative(self) -> Array:
+        """(p/y) dy/dp (q, P); NaN where the quantity or the parameter is zero."""
+        scale = np.where(self.value != 0, self.value, np.nan)[:, None]
+        return self.slope * np.where(self.nominal != 0, self.nominal, np.nan) / scale
+
+    def ranked(self, quantity: str) -> list[str]:
+        """Parameters by how much a per cent of each does to a quantity, the most first, those that are zero last."""
+        sizes = np.nan_to_num(np.abs(self.relative[self.quantities.index(quantity)]), nan=-1.0)
+        return [self.parameters[k] for k in np.argsort(-sizes, kind="stable")]
+
+    def _view(self) -> Iterator[Facts | Table]:
+        columns = {text: [percent(x / 100, 4) for x in self.relative[k]] for k, text in enumerate(self.quantities)}
+        yield Table({"per % of": self.parameters, "is [SI]": self.nominal, **columns}, "parameters")
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each quantity and parameter."""
+        q, P = self.slope.shape
+        return {
+            "quantity": np.repeat(self.quantities, P),
+            "unit": np.repeat(self.units, P),
+            "value [SI]": np.repeat(self.value, P),
+            "parameter": np.tile(self.parameters, q),
+            "parameter value [SI]": np.tile(self.nominal, q),
+            "slope [SI]": self.slope.ravel(),
+            "lowest slope [SI]": self.lowest.ravel(),
+            "highest slope [SI]": self.highest.ravel(),
+            "relative": self.relative.ravel(),
+        }
+
+
+@verb
+def sensitivity(
+    model: Mechanism | Plan,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    ask: str | Sequence[str],
+    free: Sequence[str] | None = None,
+) -> Sensitivity:
+    """What each of the parameters `free` does to everything that is asked, in per cent per per cent.
+
+    All parameters that are numbers are taken when none are named. A parameter that is zero has no per cent: its slope
+    is told per unit. Raises ModelError, OptionError and SolverError.
+    """
+    plan = plan_of(model, parameters)
+    chosen = free_names(plan, free)
+    at = one_design(parameters)
+    asked = questions(plan, ask)
+    values = plan.parameter_values(at)
+    nominal = np.array([float(values[name]) for name in chosen])
+    found = asked.slopes(at, chosen)
+    slope, lowest, highest = _ranges(found)
+    texts = tuple(own.text for own in asked.quantities)
+    return Sensitivity(
+        plan.mechanism.name,
+        texts,
+        tuple(own.unit for own in asked.quantities),
+        np.asarray(found.value, dtype=float),
+        chosen,
+        tuple(plan.mechanism.parameters[name].unit for name in chosen),
+        nominal,
+        slope,
+        lowest,
+        highest,
+        found.is_exact,
+        found.repeated,
+        tuple(_notes(texts, chosen, nominal, found)),
+    )
+
+
+def _ranges(found: Slopes) -> tuple[Array, Array, Array]:
+    """Slopes, and the lowest and highest of frequencies that coincide (q, P)."""
+    slope = np.array(found.slope, dtype=float)
+    lowest, highest = slope.copy(), slope.copy()
+    for group, matrices in zip(found.repeated, found.directional, strict=True):
+        each = np.linalg.eigvalsh(np.moveaxis(matrices, -1, 0))
+        rows = list(group)
+        slope[rows], lowest[rows], highest[rows] = each.mean(axis=1), each[:, 0], each[:, -1]
+    return slope, lowest, highest
+
+
+def _notes(texts: tuple[str, ...], names: Sequence[str], nominal: Array, found: Slopes) -> Iterator[str]:
+    for group in found.repeated:
+        listed = " and ".join(texts[k] for k in group)
+        yield f"{listed} coincide and part with most parameters: the slope is that of their mean, with its range"
+    near = ", ".join(text for text, exact in zip(texts, found.is_exact, strict=True) if not exact)
+    if near:
+        yield f"{near}: slopes by differences of fourth order, between designs nearby"
+    for text, value, slope, why in zip(texts, found.value, found.slope, found.reason, strict=True):
+        if why and not np.isfinite([value, *slope]).all():
+            yield f"{text}: {why}"
+        if value == 0:
+            yield f"{text} is zero and has no per cent: its slopes are per unit of the parameter"
+    zero = [name for name, value in zip(names, nominal, strict=True) if value == 0]
+    if zero:
+        own = (
+            "is zero and has no per cent: its slopes are"
+            if len(zero) == 1
+            else "are zero, without per cent: slopes are"
+        )
+        yield f"{', '.join(zero)} {own} per unit of the parameter"

@@ -1,0 +1,96 @@
+"""What a per cent of each parameter does to what is asked, against closed forms; in Python and in the shell."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from helpers.shell import GUIDE, flexura
+
+BAR = """
+flexura: 1
+name: square bar
+parameters: {b: 10 mm, h: 10 mm, length: 1 m, offset: 0 mm, double: 2*b}
+corrections: none
+nodes: {foot: [offset, 0, 0], tip: [offset, 0, length]}
+links:
+  bar:
+    nodes: [foot, tip]
+    material: spring-steel
+    reference: x
+    elements: 4
+    section: {shape: rectangle, width: b, thickness: h}
+ground: {foot: clamped}
+"""
+
+
+def test_mass_and_frequency_of_a_leaf_spring_guide() -> None:
+    """A leaf is rho L w t heavy; a guide's stiffness goes as w t^3/L^3."""
+    found = fx.sensitivity(fx.load(GUIDE), ask="mass, stiffness(carriage.x)")
+    of = dict(zip(found.parameters, found.relative.T, strict=True))
+    leaves = 2 * 7850 * 60e-3 * 20e-3 * 0.5e-3
+    assert of["thickness"][0] == pytest.approx(leaves / found.value[0], rel=1e-9)
+    assert of["length"][0] == pytest.approx(leaves / found.value[0], rel=1e-9)
+    assert of["width"][0] == pytest.approx(1.0, rel=1e-9)
+    np.testing.assert_allclose([of["thickness"][1], of["length"][1]], [3, -3], rtol=0.02)
+    assert found.is_exact.all()
+    assert found.ranked("mass") == ["width", "distance", "length", "thickness"]
+
+
+def test_frequencies_that_coincide_part() -> None:
+    """A square bar bends in both directions at one frequency; to first order f goes as its size across the axis that it
+    bends about, so that a per cent of one side moves one of the two by a per cent and leaves the other."""
+    found = fx.sensitivity(fx.loads(BAR), ask="f1, f2, mass", free=["b", "length"])
+    assert found.repeated == ((0, 1),)
+    b = found.parameters.index("b")
+    scale = found.nominal[b] / found.value[0]
+    for row in (0, 1):
+        assert found.lowest[row, b] * scale == pytest.approx(0.0, abs=1e-3)
+        assert found.highest[row, b] * scale == pytest.approx(1.0, abs=1e-3)
+        assert found.relative[row] == pytest.approx([0.5, -2.0], abs=2e-3)
+    assert any("coincide" in note for note in found.notes)
+    np.testing.assert_array_equal(found.lowest[2], found.highest[2])
+
+
+def test_what_is_zero_has_slopes_and_no_per_cent_and_what_follows_is_left_out() -> None:
+    found = fx.sensitivity(fx.loads(BAR), ask="mass")
+    assert found.parameters == ("b", "h", "length", "offset")
+    assert np.isnan(found.relative[0, 3])
+    assert found.slope[0, 3] == pytest.approx(0.0, abs=1e-15)
+    assert any(note.startswith("offset is zero") for note in found.notes)
+    assert json.loads(json.dumps(found.to_dict(), allow_nan=False)) == found.to_dict()
+    assert len(found.to_columns()["slope [SI]"]) == 4
+
+
+def test_slopes_that_are_differences_say_so() -> None:
+    found = fx.sensitivity(fx.load(GUIDE), ask="mass, stiffness(carriage.x) at carriage.x = 1 mm", free=["width"])
+    assert found.is_exact.tolist() == [True, False]
+    assert any("differences" in note and "at carriage.x" in note for note in found.notes)
+
+
+def test_names_that_are_unknown_or_follow_are_refused() -> None:
+    model = fx.loads(BAR)
+    with pytest.raises(fx.OptionError, match="double follows"):
+        fx.sensitivity(model, ask="mass", free=["double"])
+    with pytest.raises(fx.OptionError, match="not a parameter"):
+        fx.sensitivity(model, ask="mass", free=["c"])
+    with pytest.raises(fx.OptionError, match="known"):
+        fx.sensitivity(model, ask="weight")
+
+
+def test_the_command(tmp_path) -> None:
+    path = tmp_path / "bar.yaml"
+    path.write_text(BAR, encoding="utf-8")
+    out = tmp_path / "slopes.csv"
+    done = flexura("sensitivity", path, "--ask", "f1, f2, mass", "--out", out)
+    assert done.returncode == 0, done.stderr
+    row = next(line for line in done.stdout.splitlines() if line.startswith("b "))
+    assert "0 to +1 %" in row or "to +1 %" in row
+    assert "kg per m" in next(line for line in done.stdout.splitlines() if line.startswith("offset"))
+    assert len(out.read_text(encoding="utf-8").splitlines()) == 1 + 3 * 4
+    data = json.loads(flexura("sensitivity", path, "--ask", "mass", "--free", "b", "--json").stdout)
+    assert data["parameters"] == ["b"]
+    assert data["relative"][0][0] == pytest.approx(1.0)
