@@ -329,3 +329,10 @@ def test_what_check_and_modes_say_names_instances_and_substructures():
     motion = fx.modes(mechanism, n=1).modes[0].motion
     assert motion.strain_by_substructure.keys() <= {"leaf", "mechanism"}
     assert {"leaf1", "leaf2", "leaf3", "leaf4"} <= motion.strain_share.keys()
+
+
+def test_derivatives_go_through_values_of_instances():
+    given = fx.sensitivities(loads(four(", copies: {leaf3: {t: 0.8*t}}")), n=3)
+    separate = fx.sensitivities(loads(apart(["t", "t", "0.8*t", "t"])), n=3)
+    assert given.free == separate.free
+    np.testing.assert_allclose(given.relative, separate.relative, rtol=1e-6, atol=1e-7)

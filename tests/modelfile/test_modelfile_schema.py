@@ -42,6 +42,7 @@ def test_it_accepts_the_examples(file):
     [
         "instances: {i: {of: s, rotate: {axis: x, angle: 90 deg}, pattern: {type: mirror, normal: '-y'}}}",
         "instances: {i: {of: s, rotate: [{axis: [0, 0, 1], angle: phi}]}}",
+        "instances: {i: {of: s, with: {t: 1 mm, n: 2}, copies: {i2: {t: 2*t}}}}",
         "instances: {i: {of: s, pattern: [{type: linear, count: 2, step: [1 mm, 0, 0]}]}}",
         "superelements: {p: {nodes: [a], units: {length: mm}, stiffness: {file: K.mtx}, mass: [[1, 0], [0, 1]]}}",
         "parameters: {a: 1 mm, b: 2, c: {value: a/2, minimum: 0, source: guess}}",
