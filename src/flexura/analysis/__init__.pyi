@@ -1,6 +1,7 @@
 from flexura.analysis import signals as signals
 from flexura.analysis.at_pose import AtPose as AtPose
 from flexura.analysis.at_pose import at_pose as at_pose
+from flexura.analysis.at_rest import AtRest as AtRest
 from flexura.analysis.body_doubts import lowered_by_bodies as lowered_by_bodies
 from flexura.analysis.check import CheckReport as CheckReport
 from flexura.analysis.check import Doubt as Doubt

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
+from flexura.duals import plain, zeros
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
 
@@ -25,13 +26,13 @@ def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None)
         return there[0] + added[0], there[1] + added[1]
     placed, matrices = model.plan.topology.copies[name], model.matrices[name]
     v = element_motions(model, name, states)
-    arm = np.zeros((v.shape[1], 3))
+    arm = zeros((v.shape[1], 3), matrices.elements.length)
     arm[:, 0] = matrices.elements.length
     D = rigid_arm(arm)
     at_end = np.linalg.inv(matrices.elements.C) @ (v[:, :, 6:] - D @ v[:, :, :6])
     at_start = np.swapaxes(D, -1, -2) @ at_end
     if g is not None:
-        local = np.zeros((len(placed.paths), v.shape[1], 12, 1))
+        local = zeros((len(placed.paths), v.shape[1], 12, 1), v)
         Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
         R = np.stack([matrices.T[:, :3, :3], matrices.T[:, 6:9, 6:9]], axis=1)
         local.reshape(*local.shape[:2], 2, 6)[..., :3] = (R @ (Q[:, :, None] @ g[:, None]))[..., 0]
@@ -45,11 +46,11 @@ def element_motions(model: FullOrderModel, name: str, states: Array, at: Index |
     part, placed = model.plan.parts[name], model.plan.topology.copies[name]
     number = np.array(placed.offset)[:, None] + np.arange(part.n_named + len(part.mesh_member))
     Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
-    axial = np.linalg.det(Q).round()[..., None, None] * Q
+    axial = np.linalg.det(plain(Q)).round()[..., None, None] * Q
     whole = model.node_displacements(states)[number]
     own = np.concatenate([Q @ whole[:, :, :3], axial @ whole[:, :, 3:]], axis=2)
     v = own[:, part.connectivity[at]]
-    return np.asarray(model.matrices[name].T[at] @ v.reshape(*v.shape[:2], 12, states.shape[1]))
+    return model.matrices[name].T[at] @ v.reshape(*v.shape[:2], 12, states.shape[1])
 
 
 @verb

@@ -92,12 +92,16 @@ def norm(a: Pair, *, axis: int | None = None, keepdims: bool = False) -> Pair:
     return Pair(value, slope) if keepdims else Pair(np.squeeze(value, axis), np.squeeze(slope, axis))
 
 
-def cross(a: Pair, b: Pair) -> Pair:
-    """Cross products (..., 3)."""
-    value = np.cross(a.value, b.value)
+def cross(a: Pair, b: Pair, axis: int = -1) -> Pair:
+    """Cross products of vectors along an axis."""
+    value = np.cross(a.value, b.value, axis=axis)
     n = value.ndim
-    first = None if a.slope is None else np.cross(padded(a.slope, n), b.value)
-    second = None if b.slope is None else np.cross(a.value, padded(b.slope, n))
+    of_slope = axis if axis < 0 else axis + 1
+    first = second = None
+    if a.slope is not None:
+        first = np.cross(padded(a.slope, n), b.value, axisa=of_slope, axisb=axis, axisc=of_slope)
+    if b.slope is not None:
+        second = np.cross(a.value, padded(b.slope, n), axisa=axis, axisb=of_slope, axisc=of_slope)
     return Pair(value, plus(first, second))
 
 

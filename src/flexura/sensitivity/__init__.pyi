@@ -20,3 +20,4 @@ from flexura.sensitivity.responses import modal_response as modal_response
 from flexura.sensitivity.responses import response_sensitivities as response_sensitivities
 from flexura.sensitivity.responses import static_vectors as static_vectors
 from flexura.sensitivity.variation import Change as Change
+from flexura.sensitivity.variation import FullOrderFamily as FullOrderFamily

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.beam import rigid_arm
-from flexura.duals import Dual, plain
+from flexura.duals import Dual, plain, zeros
 from flexura.records import Latest, Record
 from flexura.registry import registered
 from flexura.structure.elements import Elements, ElementSlice
@@ -170,6 +170,13 @@ class Design(Record):
         row = np.broadcast_to(np.arange(6 * len(numbers)).reshape(-1, 6, 1), D.shape)
         column = np.broadcast_to(dof[:, None, :], D.shape)
         return sp.csr_matrix((D[free], (row[free], column[free])), shape=(6 * len(numbers), self.plan.topology.n_dof))
+
+    def dense_rows(self, numbers: Index) -> Array:
+        """As `node_rows`, a full array (6k, n), with slopes where the design has them."""
+        D, dof = self.node_arms(numbers)
+        found = zeros((len(numbers), 6, self.plan.topology.n_dof + 1), D)
+        found[np.arange(len(numbers))[:, None, None], np.arange(6)[:, None], dof[:, None, :]] = D + 0.0
+        return found[..., :-1].reshape(6 * len(numbers), -1)
 
 
 class OfDesign:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.beam import rigid_arm
+from flexura.duals import Dual, plain, real
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import (
     DOF_NAMES,
@@ -163,14 +165,12 @@ class Ports:
 
     def _rows(self, numbers: Sequence[int]) -> Array:
         """Displacements (6k, n) of global nodes."""
-        return self.design.node_rows(np.array(numbers, dtype=np.intp)).toarray()
+        return self.design.dense_rows(np.array(numbers, dtype=np.intp))
 
     def _rigid(self, number: int) -> Array:
         """Displacement (6, 6) of a node in unit rigid motions of and about the global origin."""
         x = self.design.positions[number]
-        R = np.eye(6)
-        R[:3, 3:] = np.array([[0, x[2], -x[1]], [-x[2], 0, x[0]], [x[1], -x[0], 0]])
-        return R
+        return rigid_arm(x)
 
     def _along(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[Array, Array, dict[str, Any]]:
         """Row (n,) of the motion along or about a direction, of one node or of the second against the first, its
@@ -187,7 +187,7 @@ class Ports:
                 raise ModelError([Problem((f"{kind}s", key), "", "its two nodes are at one place", "give a direction")])
         else:
             Q = self.geometry.Q[placed.number[copy]]
-            d = Q @ direction * (round(float(np.linalg.det(Q))) if turns else 1)
+            d = Q @ direction * (round(float(np.linalg.det(plain(Q)))) if turns else 1)
             if (posed := self.design.posed) is not None and self._turns_along(channels, kind, key):
                 d = posed.rotations[numbers[0]] @ d
         d = d / np.linalg.norm(d)
@@ -195,7 +195,7 @@ class Ports:
         rows, signs = self._rows(numbers), (1.0,) if len(numbers) == 1 else (-1.0, 1.0)
         row = sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs))
         absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
-        return np.asarray(row), np.asarray(absolute), self._place(numbers, d)
+        return real(row), real(absolute), self._place(numbers, d)
 
     @staticmethod
     def _turns_along(channels: Any, kind: str, key: str) -> bool:
@@ -225,8 +225,8 @@ class Ports:
         row, _, at = self._along(entry, "actuator", isinstance(part, MomentActuator))
         if not row.any():
             _refuse_still("actuators", prototype, key)
-        value = {
-            k: float(v)
+        value: dict[str, Any] = {
+            k: v if isinstance(v, Dual) else float(v)
             for k in ("limit", "stiffness", "free_stroke", "blocked_force", "gain")
             if (v := channels.number("actuator", key, k, self.values)) is not None
         }
@@ -319,7 +319,7 @@ class Ports:
 
 
 def _triple(v: Array) -> tuple[float, float, float]:
-    x, y, z = (float(entry) + 0.0 for entry in v)
+    x, y, z = (float(entry) + 0.0 for entry in plain(v))
     return x, y, z
 
 
