@@ -64,7 +64,7 @@ def test_the_load_of_a_column_has_the_derivatives_of_eulers():
 
 
 def test_a_guided_leaf_has_the_derivatives_of_its_closed_forms():
-    plan = Plan(fx.loads(BEAM.partition("loads:")[0] % ", b: [ry]"))
+    plan = Plan(fx.loads(BEAM.partition("loads:")[0] % ", b: {fixed: [ry]}"))
     own = at_pose(Design.with_slopes(plan, {}, NAMES), {"b.z": 1e-7})
     values = {"L": 0.1, "b": 0.02, "t": 1e-3, "E": 70e9}
     force, stress = own.forces["b.z"], own.stresses.von_mises[0, 0]

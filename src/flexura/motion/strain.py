@@ -209,10 +209,8 @@ def beam_strain(k: Array, length: Array, torsion: Torsion) -> Strain:
     of a beam whose bending moments are linear and whose twist and curvatures vary besides as Legendre polynomials:
     a and b of degree 1 and 2 in the twist, c2 and c3 of degree 2 in the curvatures (theory eqs. G9-G12).
     """
-    bent = {
-        f"s{i + 1}": np.minimum(k[:, i, i] * length**2 / (12 * k[:, theta, theta]), 1.0)
-        for i, theta in ((1, 5), (2, 4))
-    }
+    shares = {f"s{i + 1}": k[:, i, i] * length**2 / (12 * k[:, theta, theta]) for i, theta in ((1, 5), (2, 4))}
+    bent = {name: np.where(share < 1.0, share, 1.0) for name, share in shares.items()}
     following = [_size(of, (motion,), factor, length, bent) for of, motion, _, factor in _OF_NEXT]
     curvature = _curvature(length, bent, torsion)
     return Strain(
