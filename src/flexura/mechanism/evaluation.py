@@ -297,7 +297,7 @@ def _value(name: str, value: Scalar, values: Mapping[str, Value]) -> Value:
 
 def _float_or_array(value: Any) -> Any:
     array: Any = real(value)
-    return array if array.ndim or isinstance(array, Dual) else float(array)
+    return float(array) if isinstance(array, np.ndarray) and not array.ndim else array
 
 
 def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, ArrayLike]) -> dict[str, Value]:

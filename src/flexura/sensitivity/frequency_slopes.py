@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.sensitivity.eigenpairs import moved_clusters, whole_clusters
+from flexura.sensitivity.eigenpairs import clusters, whole_clusters
+from flexura.sensitivity.energies import Pairs, energy_slopes
 from flexura.sensitivity.variation import FullOrderFamily
-from flexura.structure import Plan
+from flexura.structure import Design, Plan
 
 Array = NDArray[np.float64]
 
@@ -44,19 +45,34 @@ def frequency_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequenc
     family = FullOrderFamily(plan)
     model = family.model(parameters)
     pairs = whole_clusters(model.K, model.M, n)
-    changes = family.changes(parameters, names, pairs.vectors)
+    groups = clusters(pairs.values)
+    forms = iter(_forms(family, parameters, names, pairs.vectors, Pairs.of(groups, pairs.values)).T)
     omega = np.sqrt(np.maximum(pairs.values, 0.0))
     slope = np.zeros((len(omega), len(names)))
     repeated, directional = [], []
-    for cluster in moved_clusters(model.K, model.M, pairs, changes, shapes=False):
-        w = omega[cluster.at].mean()
-        own = cluster.slope / (4 * np.pi * w) if w else np.zeros(cluster.slope.shape)
-        slope[cluster.at] = np.linalg.eigvalsh(own).T
-        if len(cluster.at) > 1:
-            repeated.append(tuple(cluster.at))
-            directional.append(np.moveaxis(own, 0, -1))
-    kinks = tuple(p for p, change in enumerate(changes) if not change.is_smooth)
-    slope[:, list(kinks)] = np.nan
-    for own in directional:
-        own[:, :, list(kinks)] = np.nan
+    for at in groups:
+        w = omega[at].mean()
+        space = np.array([next(forms) for _ in range(len(at) ** 2)]).reshape(len(at), len(at), -1)
+        space = (space + space.swapaxes(0, 1)) / (8 * np.pi * w) if w else np.zeros(space.shape)
+        smooth = np.flatnonzero(np.isfinite(space).all(axis=(0, 1)))
+        slope[at] = np.nan
+        slope[np.array(at)[:, None], smooth] = np.linalg.eigvalsh(np.moveaxis(space[..., smooth], -1, 0)).T
+        if len(at) > 1:
+            repeated.append(tuple(at))
+            directional.append(space)
+    kinks = tuple(np.flatnonzero(np.isnan(slope).any(axis=0)).tolist())
     return FrequencySlopes(omega / (2 * np.pi), slope, tuple(repeated), tuple(directional), kinks)
+
+
+def _forms(
+    family: FullOrderFamily, parameters: Mapping[str, float], names: Sequence[str], X: Array, pairs: Pairs
+) -> Array:
+    """x_a' (K' - lambda M') x_b (P, q) for pairs of modes; by the energies of elements where nothing is loaded."""
+    if not family.plan.is_loaded:
+        return energy_slopes(Design.with_slopes(family.plan, parameters, names), X, pairs)
+    a, b, value = pairs
+    found = []
+    for change in family.changes(parameters, names, X):
+        own = (X[:, a] * (change.K[:, b] - value * change.M[:, b])).sum(axis=0)
+        found.append(own if change.is_smooth else np.full(len(value), np.nan))
+    return np.array(found).reshape(len(names), -1)

@@ -1,0 +1,67 @@
+"""Derivatives of six frequencies by fifteen parameters of the paper's mechanism: exact, and by finite differences.
+
+One prepared plan, new sizes in every run, best of several on one thread. An evaluation is the same six frequencies of
+one design: proven by `natural_frequencies`, or of the full order, which the derivatives are of.
+
+    python benchmarks/gradients.py
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import approx_fprime
+
+import flexura as fx
+from flexura.sensitivity import free_names, frequency_slopes, whole_clusters
+from flexura.structure import Design, full_order_model
+
+RUNS, PARAMETERS, MODES = 20, 15, 6
+
+
+def best(run: Callable[[dict[str, float]], object], designs: list[dict[str, float]]) -> float:
+    """Least time of a run, s."""
+    run(designs[0])
+    found = []
+    for design in designs[1:]:
+        start = time.perf_counter()
+        run(design)
+        found.append(time.perf_counter() - start)
+    return min(found)
+
+
+def main() -> None:
+    """Measure and print."""
+    plan = fx.Plan(fx.load(Path(__file__).parents[1] / "examples" / "rpr" / "rpr.yaml"))
+    names = free_names(plan, None)[:PARAMETERS]
+    at = {name: float(plan.parameter_values()[name]) for name in names}
+    rng = np.random.default_rng(0)
+    designs = [{n: v * (1 + 1e-3 * rng.random()) for n, v in at.items()} for _ in range(RUNS)]
+
+    def full(design: dict[str, float]) -> np.ndarray:
+        model = full_order_model(Design.of(plan, design))
+        return np.sqrt(whole_clusters(model.K, model.M, MODES).values[:MODES]) / (2 * np.pi)
+
+    def stepped(design: dict[str, float]) -> object:
+        values = np.array([design[n] for n in names])
+        return approx_fprime(values, lambda x: full(dict(zip(names, x.tolist(), strict=True))), 1e-6 * values)
+
+    proven = best(lambda design: fx.natural_frequencies(plan, design, n=MODES), designs)
+    whole = best(full, designs)
+    exact = best(lambda design: frequency_slopes(plan, design, names, MODES), designs)
+    differences = best(stepped, designs[:4])
+    print(f"one evaluation, proven       {1e3 * proven:8.1f} ms")
+    print(f"one evaluation, full order   {1e3 * whole:8.1f} ms")
+    print(
+        f"frequencies and derivatives  {1e3 * exact:8.1f} ms = {exact / proven:.1f} proven or {exact / whole:.1f} full"
+    )
+    print(f"by finite differences        {1e3 * differences:8.1f} ms = {differences / exact:.1f} times the exact ones")
+
+
+if __name__ == "__main__":
+    main()
