@@ -79,6 +79,7 @@ viewer: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/designs.py
 	$(BIN)/python benchmarks/response.py
 	$(BIN)/python benchmarks/control_step.py
 	$(BIN)/python benchmarks/solid.py

@@ -37,9 +37,6 @@ RPR = ROOT / "examples" / "rpr" / "rpr.yaml"
 LARGE = os.environ | {"FLEXURA_LIMITS": "nodes=1e6,elements=1e6"}
 sys.path.insert(0, str(ROOT / "tests"))
 
-SIZES = ("r_web", "u_web", "leaf_thickness", "arm_thickness")
-GEOMETRY = ("leaf_length", "arm_length", "leaf_offset", "platform_thickness")
-
 
 def median_ms(call: Callable[[], object], repeat: int = 40, warm_up: int = 3) -> float:
     """Median time of a call, ms."""
@@ -55,13 +52,6 @@ def median_ms(call: Callable[[], object], repeat: int = 40, warm_up: int = 3) ->
 
 def report(text: str, value: float, unit: str, note: str = "") -> None:
     print(f"{text:<74}{value:>12.4g} {unit}" + (f"   {note}" if note else ""), flush=True)
-
-
-def designs(plan: flexura.Plan, names: tuple[str, ...], n: int) -> dict[str, np.ndarray]:
-    """Random designs within 10 % of the defaults."""
-    rng = np.random.default_rng(7)
-    values = {name: plan.mechanism.parameters[name].value for name in names}
-    return {name: float(value) * rng.uniform(0.9, 1.1, n) for name, value in values.items()}  # type: ignore[arg-type]
 
 
 def single_design() -> None:
@@ -134,23 +124,6 @@ def opensees(plan: flexura.Plan, low_ms: float) -> None:
     report("low order through the plan against OpenSeesPy", solve_ms / low_ms, "times faster")
 
 
-def many_designs() -> None:
-    """Designs per second with a design axis."""
-    plan = flexura.Plan(flexura.load(RPR))
-    n = 2048
-    for text, names in (("section sizes", SIZES), ("section sizes and geometry", SIZES + GEOMETRY)):
-        sweep = designs(plan, names, n)
-        ms = median_ms(lambda sweep=sweep: flexura.unproven_frequencies(plan, sweep), 5, 1)
-        report(f"designs a second, {text} vary, six frequencies each, unproven", 1e3 * n / ms, "1/s")
-        one = [flexura.unproven_frequencies(plan, {k: v[i] for k, v in sweep.items()}) for i in range(0, n, 97)]
-        many = flexura.unproven_frequencies(plan, sweep)[::97]
-        report("    largest difference from one design at a time", np.abs(np.array(one) / many - 1).max(), "")
-        proven_ms = median_ms(lambda sweep=sweep: flexura.natural_frequencies(plan, sweep), 5, 1)
-        found = flexura.natural_frequencies(plan, sweep)
-        note = f"{ms / proven_ms:.2f} of the unproven, {len(found.missed)} missed, within {found.error_bound.max():.1g}"
-        report("    the same, each proven", 1e3 * n / proven_ms, "1/s", note)
-
-
 def start_up() -> None:
     """Import and command line, whole processes."""
     code = "import time; t = time.perf_counter(); import flexura; print(time.perf_counter() - t)"
@@ -218,7 +191,6 @@ def main() -> None:
         print(json.dumps(branches(int(arguments.branches[0]), arguments.branches[1])))
         return
     single_design()
-    many_designs()
     start_up()
     if not arguments.quick:
         growth()
