@@ -46,6 +46,7 @@ SHELL = {
     "place-sensors": ((flexura.place_sensors,), set()),
     "sensitivity": ((flexura.sensitivity,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
+    "optimize": ((flexura.optimize,), set()),
     "estimate-frf": ((flexura.estimate_frf, flexura.read_measurement), {"data"}),
     "virtual-test": ((flexura.virtual_test, flexura.view.save_virtual_test), set()),
     "export": (

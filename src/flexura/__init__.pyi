@@ -95,6 +95,9 @@ from flexura.structure import Plan as Plan
 from flexura.structure import assemble as assemble
 from flexura.study.influence import Sensitivity as Sensitivity
 from flexura.study.influence import sensitivity as sensitivity
+from flexura.study.optimum import Optimum as Optimum
+from flexura.study.optimum import Pareto as Pareto
+from flexura.study.optimum import optimize as optimize
 from flexura.systems import Channel as Channel
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import ModalSystem as ModalSystem

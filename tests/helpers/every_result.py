@@ -153,6 +153,10 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "NaturalFrequencies": natural_frequencies,
     "Neglected": neglected,
     "NestedModel": lambda: fx.nested(fx.reduce(guide()), [NODE], keep=0),
+    "Optimum": lambda: fx.optimize(guide(), vary={"thickness": (4e-4, 6e-4)}, minimise="mass", starts=2),
+    "Pareto": lambda: fx.optimize(
+        guide(), vary={"thickness": [4e-4, 5e-4, 6e-4]}, maximise="f1", minimise="mass", points=2
+    ),
     "Preload": lambda: fx.preload(guide(), gravity=GRAVITY),
     "Report": lambda: fx.report(guide()),
     "Recording": lambda: virtual_test().measurement.recordings[0],

@@ -87,6 +87,11 @@ COMMANDS = {
         "calibrate_command",
         "Find parameters with which the mechanism meets a measurement, and how far they can be trusted.",
     ),
+    "optimize": _Command(
+        "studies_optimize",
+        "optimize_command",
+        "The best design under limits, what holds it and what giving way would buy, proven at full order.",
+    ),
     "estimate-frf": _Command(
         "measured",
         "estimate_frf_command",

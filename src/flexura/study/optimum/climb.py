@@ -1,0 +1,218 @@
+"""From one start to the best feasible design nearby, by SciPy on exact gradients."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
+
+Array = NDArray[np.float64]
+Method = Literal["slsqp", "trust-constr"]
+
+FEASIBLE = 1e-7
+"""Violation, over the scale of a limit, up to which it counts as met."""
+
+STEPS = 200
+"""Steps of SLSQP, and a fifth of those of trust-constr."""
+
+AGAIN = 20
+"""Times that a search goes on in a smaller box after a design failed."""
+
+CLOSE = 1e-5
+"""Distance, of the range of a variable, at which a search keeps off designs that failed."""
+
+BESIDE = "designs beyond have no answer"
+
+
+@dataclass(frozen=True)
+class Climb:
+    """Where a search from `start` (P,) ended: the best feasible design, or the least violated one; None where not even
+    the start has an answer. `said` is why it ended, in the words of the method."""
+
+    start: Array
+    best: Sample | None
+    evaluations: int
+    converged: bool
+    said: str
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether it meets all limits."""
+        return self.best is not None and self.best.violation <= FEASIBLE
+
+
+class _Seen:
+    """Remembers the best design of a search."""
+
+    def __init__(self, land: Landscape) -> None:
+        self.land = land
+        self.best: Sample | None = None
+
+    def at(self, z: Array) -> Sample:
+        sample = self.land.at(z)
+        if self.best is None or is_better(sample, self.best):
+            self.best = sample
+        return sample
+
+
+def is_better(a: Sample, b: Sample) -> bool:
+    """Whether one design is better than another: feasible, then by its goal, or nearer to being feasible."""
+    feasible = a.violation <= FEASIBLE, b.violation <= FEASIBLE
+    if all(feasible):
+        return a.goal > b.goal
+    return feasible[0] or (not feasible[1] and a.violation < b.violation)
+
+
+def climb(
+    land: Landscape,
+    start: Array,
+    method: Method = "slsqp",
+    accuracy: float = 1e-10,
+) -> Climb:
+    """The best design that a local search reaches from a position, until the goal changes by less than `accuracy`.
+
+    Where it ends without meeting the limits their largest violation is made as small as it goes, and the search goes on
+    from there. A design that fails ends the search, which goes on from the best one in a smaller box around it. What
+    trust-constr leaves of its barrier is taken away by SLSQP.
+    """
+    before = land.evaluations
+    seen = _Seen(land)
+    try:
+        seen.at(start)
+    except FailedDesign:
+        return Climb(start, None, land.evaluations - before, False, "the start has no answer")
+    converged, said = _within(seen, _ascent, start, method, accuracy)
+    assert seen.best is not None
+    if seen.best.violation > FEASIBLE:
+        _within(seen, _relief, seen.best.z, method, accuracy)
+        if seen.best.violation <= FEASIBLE:
+            converged, said = _within(seen, _ascent, seen.best.z, method, accuracy)
+    if method != "slsqp":
+        converged, _ = _within(seen, _ascent, seen.best.z, "slsqp", accuracy)
+    return Climb(start, seen.best, land.evaluations - before, converged, said)
+
+
+Search = Callable[["_Seen", Array, Method, float, Array, Array], tuple[bool, str]]
+
+
+def _within(seen: _Seen, search: Search, z: Array, method: Method, accuracy: float) -> tuple[bool, str]:
+    """A search that, after a design failed, goes on around the best one, half the way to those that failed at most."""
+    failed: list[Array] = []
+    low, high = np.zeros_like(z), np.ones_like(z)
+    near = low, high
+    for _ in range(AGAIN):
+        try:
+            converged, said = search(seen, z, method, accuracy, *near)
+        except FailedDesign as design:
+            failed.append(design.z)
+            converged, said = False, ""
+        assert seen.best is not None
+        z = seen.best.z
+        if not failed:
+            return converged, said
+        cut = ((z <= near[0] + CLOSE / 10) & (near[0] > low)) | ((z >= near[1] - CLOSE / 10) & (near[1] < high))
+        reach = min(float(np.abs(own - z).max()) for own in failed) / 2
+        if said and (not cut.any() or reach < CLOSE):
+            return converged and not cut.any(), said if not cut.any() else BESIDE
+        near = np.maximum(low, z - reach), np.minimum(high, z + reach)
+    return False, BESIDE
+
+
+def _ascent(seen: _Seen, z: Array, method: Method, accuracy: float, low: Array, high: Array) -> tuple[bool, str]:
+    """Make the goal, or a bound below all its versions, as large as can be."""
+    first = seen.at(z)
+    P, versions = len(z), len(first.goals)
+    if versions == 1:
+        return _solved(
+            method,
+            lambda y: (-seen.at(y).goals[0], -seen.at(y).goal_slopes[0]),
+            lambda y: (seen.at(y).margins, seen.at(y).margin_slopes),
+            z,
+            low,
+            high,
+            accuracy,
+        )
+    direction = np.append(np.zeros(P), -1.0)
+
+    def constraints(y: Array) -> tuple[Array, Array]:
+        sample = seen.at(y[:P])
+        over = np.hstack([sample.goal_slopes, np.full((versions, 1), -1.0)])
+        under = np.hstack([sample.margin_slopes, np.zeros((len(sample.margins), 1))])
+        return np.concatenate([sample.goals - y[P], sample.margins]), np.vstack([over, under])
+
+    start = np.append(z, first.goal)
+    return _solved(
+        method,
+        lambda y: (-y[P], direction),
+        constraints,
+        start,
+        np.append(low, -np.inf),
+        np.append(high, np.inf),
+        accuracy,
+    )
+
+
+def _relief(seen: _Seen, z: Array, method: Method, accuracy: float, low: Array, high: Array) -> tuple[bool, str]:
+    """Make the largest violation as small as can be."""
+    P = len(z)
+    direction = np.append(np.zeros(P), 1.0)
+
+    def constraints(y: Array) -> tuple[Array, Array]:
+        sample = seen.at(y[:P])
+        return sample.margins + y[P], np.hstack([sample.margin_slopes, np.ones((len(sample.margins), 1))])
+
+    start = np.append(z, seen.at(z).violation)
+    return _solved(
+        method,
+        lambda y: (y[P], direction),
+        constraints,
+        start,
+        np.append(low, -1e-3),
+        np.append(high, np.inf),
+        accuracy,
+    )
+
+
+Both = Callable[[Array], tuple[Any, Array]]
+
+
+def _solved(
+    method: Method, goal: Both, constraints: Both, start: Array, low: Array, high: Array, accuracy: float
+) -> tuple[bool, str]:
+    """Let SciPy minimise; what it finds is remembered where designs are worked out."""
+    from scipy.optimize import BFGS, Bounds, NonlinearConstraint, minimize
+
+    has_constraints = len(constraints(start)[0]) > 0
+    bounds = Bounds(low, high, keep_feasible=True)
+    given: dict[str, Any] = {"bounds": bounds, "jac": lambda y: goal(y)[1]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about steps that the method corrects itself
+        if method == "slsqp":
+            if has_constraints:
+                own = {"type": "ineq", "fun": lambda y: constraints(y)[0], "jac": lambda y: constraints(y)[1]}
+                given["constraints"] = [own]
+            found = minimize(
+                lambda y: float(goal(y)[0]),
+                start,
+                method="SLSQP",
+                options={"ftol": accuracy, "maxiter": STEPS},
+                **given,
+            )
+            return bool(found.status == 0), str(found.message)
+        if has_constraints:
+            given["constraints"] = [
+                NonlinearConstraint(
+                    lambda y: constraints(y)[0], 0, np.inf, jac=lambda y: constraints(y)[1], hess=BFGS()
+                )
+            ]
+        limits: Any = {"gtol": 1e-9, "xtol": 1e-10, "barrier_tol": 1e-10, "maxiter": 5 * STEPS}
+        found = minimize(
+            lambda y: float(goal(y)[0]), start, method="trust-constr", hess=BFGS(), options=limits, **given
+        )
+        return bool(found.status in (1, 2)), str(found.message)

@@ -1,0 +1,261 @@
+"""From what a search found to results in the user's words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import Exceeded, FlexuraError
+from flexura.study.optimum.climb import FEASIBLE, Climb, Method
+from flexura.study.optimum.discrete import Chosen, Mixed
+from flexura.study.optimum.front import Front
+from flexura.study.optimum.landscape import Landscape
+from flexura.study.optimum.proof import proof
+from flexura.study.optimum.results import (
+    ActiveLimit,
+    Optimum,
+    OptimumStart,
+    OptimumVariable,
+    Pareto,
+    Violation,
+)
+from flexura.study.optimum.solve import RISE, STATIONARY, Solved
+from flexura.study.optimum.stationarity import ACTIVE
+from flexura.study.optimum.task import Task
+from flexura.study.questions import Relation
+from flexura.tables import counted, quantity
+
+Array = NDArray[np.float64]
+
+DIGITS = 9
+"""Significant digits of the values of an optimum, which are those that it is proven with."""
+
+NOWHERE = "none of this proves that no design meets the limits"
+LOCAL = "each start leads to an optimum nearby; none of this proves that no better one is elsewhere"
+
+
+def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: int) -> Optimum:
+    """The best design that was found as a result, worked out anew at full order."""
+    aim, words = task.aims[0], task.wording
+    x = _rounded(task, chosen.x)
+    quantities = _quantities(task, x)
+    value = float(words.combined(aim.formula).value(quantities))
+    found = {own.text: float(quantities[words.place[own.text]]) for own in words.questions.quantities}
+    missed = tuple(_violations(task, mixed.land, quantities))
+    asked = [own for own in words.questions.quantities if own.text in _named(task)]
+    values = {**task.fixed, **dict(zip(task.names, map(float, x), strict=True))}
+    proofs, warnings = proof(task.plan.mechanism, values, asked, found)
+    active = tuple(_active(task, chosen, quantities)) if chosen.solved is not None and not missed else ()
+    solved = chosen.solved
+    warnings = [*_doubts(solved, missed), *warnings]
+    return Optimum(
+        task.plan.mechanism.name,
+        aim.text,
+        aim.formula.unit,
+        value,
+        tuple(_variables(task, x)),
+        active,
+        {own.text: own.multiplier for own in active},
+        proofs,
+        float("nan") if solved is None or missed else solved.stationarity.residual,
+        tuple(_starts(task, chosen)),
+        missed,
+        method,
+        seed,
+        mixed.land.evaluations,
+        mixed.land.tried,
+        dict(mixed.land.failures),
+        task.plan.mechanism,
+        task.fixed,
+        tuple(_notes(task, mixed, chosen, bool(missed))),
+        tuple(warnings),
+    )
+
+
+def _quantities(task: Task, x: Array) -> Array:
+    """Quantities of a design, as the search has them with slopes, or without where some have none."""
+    try:
+        return task.designs.point(x).value
+    except FlexuraError:
+        return task.designs.values(x[None])[0][0]
+
+
+def _named(task: Task) -> set[str]:
+    """Quantities that the goal and the limits name, without those beside them."""
+    formulas = [task.aims[0].formula, *(side for own in task.limits for side in (own.left, own.right))]
+    return {own.text for formula in formulas for own in formula.quantities}
+
+
+def _rounded(task: Task, x: Array) -> Array:
+    """Values with as many digits as are told, within the bounds."""
+    rounded = np.array([float(f"{own:.{DIGITS}g}") for own in x])
+    return np.clip(rounded, task.box.low, task.box.high)
+
+
+def _violations(task: Task, land: Landscape, quantities: Array) -> Iterator[Violation]:
+    for limit, row in zip(task.limits, land.limits, strict=True):
+        if (by := -float(row.values(quantities))) > 10 * FEASIBLE:
+            yield Violation(limit.text, by * row.scale, limit.left.unit)
+
+
+def _variables(task: Task, x: Array) -> Iterator[OptimumVariable]:
+    z = task.box.positions(x)
+    for k, own in enumerate(task.variables):
+        at = "" if own.kind != "continuous" else "low" if z[k] <= ACTIVE else "high" if z[k] >= 1 - ACTIVE else ""
+        yield OptimumVariable(
+            own.name, own.unit, own.kind, float(task.before[k]), float(x[k]), float(own.low), float(own.high), at
+        )
+
+
+def _active(task: Task, chosen: Chosen, quantities: Array) -> Iterator[ActiveLimit]:
+    """Limits and bounds that hold the design, with multipliers in the units of the user."""
+    assert chosen.solved is not None
+    aim, land, found = task.aims[0], chosen.land, chosen.solved.stationarity
+    goal = aim.formula.text, aim.formula.unit
+    for k in found.active:
+        limit, row = task.limits[k], land.limits[k]
+        multiplier = float(found.limits[k]) * land.goal.scale / row.scale
+        constant, upwards = _constant(task, limit, quantities)
+        left = float(task.wording.combined(limit.left).value(quantities))
+        gain = 0.01 * multiplier * abs(constant)
+        yield ActiveLimit(
+            limit.text, left, limit.left.unit, multiplier, gain, *goal, False, upwards, falls=aim.sign < 0
+        )
+    rates = land.box.rates(chosen.solved.best.z)
+    units = {own.name: own.unit for own in task.variables}
+    for k, name in enumerate(land.box.names):
+        for upwards, weight, end in ((False, found.low[k], land.box.low[k]), (True, found.high[k], land.box.high[k])):
+            if weight > 0:
+                multiplier = float(weight * land.goal.scale / rates[k])
+                text = f"{name} {'<=' if upwards else '>='} {quantity(float(end), units[name])}"
+                gain = 0.01 * multiplier * abs(float(end))
+                yield ActiveLimit(
+                    text, float(end), units[name], multiplier, gain, *goal, True, upwards, falls=aim.sign < 0
+                )
+
+
+def _constant(task: Task, limit: Relation, quantities: Array) -> tuple[float, bool]:
+    """The side of a limit that is a number, 0 where neither is, and whether the limit gives way as it grows."""
+    for side, grows in ((limit.right, limit.sense > 0), (limit.left, limit.sense < 0)):
+        if side.is_constant:
+            return float(task.wording.combined(side).value(quantities)), grows
+    return 0.0, limit.sense > 0
+
+
+def _starts(task: Task, chosen: Chosen) -> Iterator[OptimumStart]:
+    solved, land = chosen.solved, chosen.land
+    for number, own in enumerate(() if solved is None else solved.climbs):
+        assert solved is not None
+        box = land.box
+        end = own.best
+        value = task.aims[0].sign * end.goal * land.goal.scale if end is not None else float("nan")
+        yield OptimumStart(
+            number,
+            dict(zip(box.names, box.values(own.start).tolist(), strict=True)),
+            {} if end is None else dict(zip(box.names, box.values(end.z).tolist(), strict=True)),
+            value,
+            float("nan") if end is None else end.violation,
+            own.evaluations,
+            solved.agrees(own) and solved.is_here(own),
+            own.said,
+        )
+
+
+def _doubts(solved: Solved | None, missed: tuple[Violation, ...]) -> Iterator[Exceeded]:
+    if missed:
+        text = f"no design was found that meets the limits; in the nearest one {'; '.join(map(str, missed))}"
+        yield Exceeded("limit", missed[0].text, missed[0].by, 0.0, missed[0].unit, text)
+        return
+    if solved is None:
+        return
+    residual = solved.stationarity.residual
+    if residual > STATIONARY:
+        text = f"the conditions of an optimum are missed by {residual:.2g} of the gradient: the search stopped short"
+        beside = [own for own in solved.climbs if own.best is solved.best and own.said.startswith("designs")]
+        text += f"; {beside[0].said}" if beside else ""
+        yield Exceeded("convergence", "", residual, STATIONARY, "1", text)
+    if solved.curvature > RISE:
+        text = "the design is stationary, but the goal curves upwards along what limits leave free: it is no optimum"
+        yield Exceeded("convergence", "", solved.curvature, RISE, "1", text)
+
+
+def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterator[str]:
+    solved, land = chosen.solved, mixed.land
+    if chosen.said:
+        yield chosen.said if chosen.is_every else f"{chosen.said}; one that is further away may be better"
+    if solved is not None:
+        yield _agreement(task, chosen, solved, is_missed)
+        yield NOWHERE if is_missed else LOCAL
+        if solved.stationarity.coalesced:
+            yield "frequencies coincide at the optimum: they are bounded together, and multipliers are of that bound"
+    outside = (task.before < task.box.low) | (task.before > task.box.high)
+    if outside.any():
+        names = ", ".join(name for name, own in zip(task.names, outside, strict=True) if own)
+        yield f"before, {names} lay outside the range: the first start is at its end"
+    if land.failures:
+        reason, count = land.failures.most_common(1)[0]
+        yield f"{counted(land.failures.total(), 'design')} had no answer, {count} of them because: {reason}"
+
+
+def _agreement(task: Task, chosen: Chosen, solved: Solved, is_missed: bool) -> str:
+    """Which starts led to the optimum, and what the others found."""
+    climbs = solved.climbs
+    if is_missed:
+        return f"none of {counted(len(climbs), 'start')} led to a design that meets the limits"
+    here = [own for own in climbs if solved.agrees(own) and solved.is_here(own)]
+    text = f"{len(here)} of {counted(len(climbs), 'start')} led to this design"
+    equal = [own for own in climbs if solved.agrees(own) and not solved.is_here(own)]
+    if equal:
+        text += f", {len(equal)} to other designs that are as good"
+    worse = [own for own in climbs if own.is_feasible and not solved.agrees(own)]
+    if worse:
+        scale = task.aims[0].sign * chosen.land.goal.scale
+        text += f", {len(worse)} to worse ones, the best of them {_best(worse, scale, task.aims[0].formula.unit)}"
+    lost = len(climbs) - len(here) - len(equal) - len(worse)
+    return text + (f"; {lost} met no limits or had no answer" if lost else "")
+
+
+def _best(climbs: list[Climb], scale: float, unit: str) -> str:
+    goals = [own.best.goal for own in climbs if own.best is not None]
+    return quantity(scale * max(goals), unit) or f"{scale * max(goals):.5g}"
+
+
+def pareto_of(task: Task, land: Landscape, found: Front, seed: int) -> Pareto:
+    """A front as a result."""
+    formulas = [aim.formula for aim in task.aims]
+    designs = np.array([_rounded(task, own) for own in found.designs]).reshape(-1, len(task.names))
+    quantities = np.array([_quantities(task, own) for own in designs]).reshape(len(designs), -1)
+    values = np.empty((len(designs), len(formulas)))
+    for k, own in enumerate(formulas if len(designs) else ()):
+        values[:, k] = task.wording.combined(own).value(quantities)
+    warnings = []
+    if not len(designs):
+        text = "no design was found that meets the limits: there is no front"
+        warnings.append(Exceeded("limit", "", float("nan"), 0.0, "1", text))
+    notes = [
+        "NSGA-II found the front, and each design was made the best in one goal without loss in the others;"
+        " none of this proves that no better one is elsewhere"
+    ]
+    if land.failures:
+        reason, count = land.failures.most_common(1)[0]
+        notes.append(f"{counted(land.failures.total(), 'design')} had no answer, {count} of them because: {reason}")
+    return Pareto(
+        task.plan.mechanism.name,
+        tuple(aim.text for aim in task.aims),
+        tuple(own.unit for own in formulas),
+        task.names,
+        tuple(own.unit for own in task.variables),
+        designs,
+        values,
+        found.residual,
+        seed,
+        land.evaluations,
+        land.tried,
+        dict(land.failures),
+        task.plan.mechanism,
+        task.fixed,
+        tuple(notes),
+        tuple(warnings),
+    )

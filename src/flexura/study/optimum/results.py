@@ -1,0 +1,299 @@
+"""Optima and Pareto fronts as results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.arguments import verb
+from flexura.errors import Exceeded, OptionError
+from flexura.mechanism import Mechanism
+from flexura.records import Record
+from flexura.results import Tabular
+from flexura.study.optimum.saved import save_design
+from flexura.tables import Facts, Table, percent, quantity
+
+Array = NDArray[np.float64]
+
+
+_EVERYDAY = {"m": ("mm", 1e-3), "Pa": ("MPa", 1e6), "kg": ("g", 1e-3)}
+"""What a gain is told per, in place of an SI unit, and its size."""
+
+
+@dataclass(frozen=True, repr=False)
+class OptimumVariable(Record):
+    """A parameter that was varied: SI values before and at the optimum, its `kind`, bounds and unit."""
+
+    _shown = ("name", "start", "value")
+
+    name: str
+    unit: str
+    kind: str
+    start: float
+    value: float
+    low: float
+    high: float
+    at_bound: str = ""
+    """`low` or `high` where a bound holds it."""
+
+
+@dataclass(frozen=True, repr=False)
+class ActiveLimit(Record):
+    """A limit or a bound that holds the optimum.
+
+    `multiplier` is what the goal gains per `unit` (SI) by which the limit gives way (Lagrange multiplier), in
+    `goal_unit`; `per_percent` what it gains where it gives way by 1 %.
+    """
+
+    _shown = ("text", "multiplier")
+
+    text: str
+    value: float
+    unit: str
+    multiplier: float
+    per_percent: float
+    goal: str
+    goal_unit: str
+    is_bound: bool = False
+    gives_way_upwards: bool = True
+    falls: bool = False
+    """Whether the goal gains by falling."""
+
+    def __str__(self) -> str:
+        name = self.text if len(self.text) < 60 else f"{self.text[:57]}..."
+        if not self.multiplier:
+            return f"{name}: holds with equality and costs nothing"
+        less = "less of " if self.falls else "of "
+        unit, size = _EVERYDAY.get(self.unit, (self.unit if self.unit not in ("", "1") else "unit", 1.0))
+        per = f"{quantity(size * self.multiplier, self.goal_unit, 4)} per {unit}"
+        way = "more" if self.gives_way_upwards else "less"
+        if not self.per_percent:
+            return f"{name}: room in it buys {per} {less}{self.goal}"
+        return f"{name}: 1 % {way} buys {quantity(self.per_percent, self.goal_unit, 3)} {less}{self.goal} ({per})"
+
+
+@dataclass(frozen=True, repr=False)
+class Proof(Record):
+    """A quantity at the optimum, worked out anew: the `value` that the search had, `checked` and by which verb, and the
+    interval that is proven to hold it at full order, None where none is claimed."""
+
+    _shown = ("text", "value", "checked")
+
+    text: str
+    unit: str
+    value: float
+    checked: float
+    by: str
+    interval: tuple[float, float] | None = None
+
+    @property
+    def difference(self) -> float:
+        """How far the two are apart, over the larger one."""
+        return abs(self.value - self.checked) / max(abs(self.value), abs(self.checked), 1e-300)
+
+
+@dataclass(frozen=True, repr=False)
+class OptimumStart(Record):
+    """Where a search began and ended: SI values by name, the goal there (NaN without an answer), by how much of its
+    scale the worst limit is missed, evaluations, whether it is the optimum that is reported, and why it ended."""
+
+    _shown = ("number", "value", "agrees")
+
+    number: int
+    start: Mapping[str, float]
+    end: Mapping[str, float]
+    value: float
+    violation: float
+    evaluations: int
+    agrees: bool
+    said: str
+
+
+@dataclass(frozen=True, repr=False)
+class Violation(Record):
+    """A limit that the design misses, `by` so much of its unit (SI)."""
+
+    text: str
+    by: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.text} is missed by {quantity(self.by, self.unit, 4)}"
+
+
+@dataclass(frozen=True, repr=False)
+class Optimum(Tabular):
+    """The best design that was found.
+
+    `value` is the `goal` there in `unit`; `active` are limits and bounds that hold it, and `kkt_residual` is what the
+    conditions of an optimum are missed by, relative. `proof` has every quantity at full order. Where no design meets
+    the limits, `violations` say by how much the least violated one misses them, and there is no optimum.
+    """
+
+    _shown = ("name", "goal", "value", "optimum")
+    _told = (
+        *("name", "goal", "unit", "optimum", "value", "active", "multipliers", "proof", "kkt_residual", "variables"),
+        *("violations", "nearest", "starts", "method", "seed", "evaluations", "tried", "failures"),
+    )
+
+    name: str
+    goal: str
+    unit: str
+    value: float
+    variables: tuple[OptimumVariable, ...]
+    active: tuple[ActiveLimit, ...]
+    multipliers: Mapping[str, float]
+    proof: tuple[Proof, ...]
+    kkt_residual: float
+    starts: tuple[OptimumStart, ...]
+    violations: tuple[Violation, ...]
+    method: str
+    seed: int
+    evaluations: int
+    tried: int
+    failures: Mapping[str, int]
+    mechanism: Mechanism
+    parameters: Mapping[str, float]
+    notes: tuple[str, ...] = ()
+    warnings: tuple[Exceeded, ...] = ()
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether there is a design that meets the limits."""
+        return not self.violations
+
+    @cached_property
+    def design(self) -> dict[str, float]:
+        """The values of the variables, SI: of the optimum, or of the least violated design."""
+        return {own.name: own.value for own in self.variables}
+
+    @property
+    def optimum(self) -> dict[str, float]:
+        """The values of the variables, SI; empty where no design meets the limits."""
+        return self.design if self.is_feasible else {}
+
+    @property
+    def nearest(self) -> dict[str, float]:
+        """The values of the least violated design, SI, where none meets the limits; empty otherwise."""
+        return {} if self.is_feasible else self.design
+
+    @verb
+    def save(self, path: str | Path, *, base: str | Path) -> Path:
+        """Write a model file that extends `base`, the file that was optimised, with the values of the optimum and where
+        they come from. Raises OptionError where there is no optimum, and when it cannot be written."""
+        if not self.is_feasible:
+            raise OptionError(f"no design meets the limits: {self.violations[0]}; there is no optimum to write")
+        said = f"optimised: {self.goal}"
+        starts = {own.name: own.start for own in self.variables}
+        return save_design(self.mechanism, {**self.parameters, **self.design}, starts, said, Path(path), Path(base))
+
+    def _title(self) -> str:
+        return self.goal if self.is_feasible else f"{self.goal}: no design meets the limits"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        sought = f"{self.goal}" if self.is_feasible else f"{self.goal}, least violated"
+        yield Facts({sought: quantity(self.value, self.unit), "residual of the conditions": f"{self.kkt_residual:.1g}"})
+        rows = self.variables
+        yield Table(
+            {
+                "parameter": [own.name for own in rows],
+                "before": [quantity(own.start, own.unit) for own in rows],
+                "optimum" if self.is_feasible else "nearest": [quantity(own.value, own.unit) for own in rows],
+                "bound": [own.at_bound for own in rows],
+            },
+            "parameters",
+        )
+        if self.active:
+            yield Table({"what holds it": [str(own) for own in self.active]}, "limits")
+        yield Table(
+            {
+                "quantity": [own.text for own in self.proof],
+                "found": [quantity(own.value, own.unit) for own in self.proof],
+                "anew": [quantity(own.checked, own.unit) for own in self.proof],
+                "difference": [percent(own.difference, 2) for own in self.proof],
+                "by": [own.by for own in self.proof],
+            },
+            "quantities",
+        )
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each variable."""
+        rows = self.variables
+        return {
+            "parameter": [own.name for own in rows],
+            "unit": [own.unit for own in rows],
+            "start [SI]": [own.start for own in rows],
+            "optimum [SI]": [own.value if self.is_feasible else np.nan for own in rows],
+            "nearest [SI]": [np.nan if self.is_feasible else own.value for own in rows],
+            "low [SI]": [own.low for own in rows],
+            "high [SI]": [own.high for own in rows],
+            "at bound": [own.at_bound for own in rows],
+        }
+
+
+@dataclass(frozen=True, repr=False)
+class Pareto(Tabular):
+    """Designs of which none is better than another in all goals.
+
+    `designs` (N, P) are SI values of the variables `names`, `values` (N, g) the `goals`, in their `units`, ordered by
+    the first goal; `residual` (N,) what the conditions of an optimum are missed by (NaN where one variable takes some
+    values alone), and `failures` why designs had no answer.
+    """
+
+    _shown = ("name", "goals", "values")
+    _told = (
+        *("name", "goals", "units", "names", "designs", "values", "residual", "seed", "evaluations", "tried"),
+        "failures",
+    )
+
+    name: str
+    goals: tuple[str, ...]
+    units: tuple[str, ...]
+    names: tuple[str, ...]
+    parameter_units: tuple[str, ...]
+    designs: Array
+    values: Array
+    residual: Array
+    seed: int
+    evaluations: int
+    tried: int
+    failures: Mapping[str, int]
+    mechanism: Mechanism
+    parameters: Mapping[str, float]
+    notes: tuple[str, ...] = ()
+    warnings: tuple[Exceeded, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    def pick(self, row: int) -> dict[str, float]:
+        """The values of the variables of one design, SI, by its row from 0. Raises OptionError where there is none."""
+        if isinstance(row, bool) or not isinstance(row, int | np.integer) or not 0 <= row < len(self):
+            raise OptionError(f"the front has designs from 0 to {len(self) - 1}; there is no {row!r}")
+        return dict(zip(self.names, map(float, self.designs[row]), strict=True))
+
+    @verb
+    def save(self, path: str | Path, *, base: str | Path, row: int) -> Path:
+        """Write a model file that extends `base`, the file that was optimised, with the values of one design of the
+        front. Raises OptionError where there is no such row, and when it cannot be written."""
+        said = f"optimised: design {row} of a front of {', '.join(self.goals)}"
+        return save_design(self.mechanism, {**self.parameters, **self.pick(row)}, {}, said, Path(path), Path(base))
+
+    def _title(self) -> str:
+        return f"{len(self)} designs of {', '.join(self.goals)}"
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each design."""
+        sought, own = zip(self.goals, self.units, strict=True), zip(self.names, self.parameter_units, strict=True)
+        goals = {_headed(text, unit): self.values[:, k] for k, (text, unit) in enumerate(sought)}
+        return goals | {_headed(text, unit): self.designs[:, k] for k, (text, unit) in enumerate(own)}
+
+
+def _headed(text: str, unit: str) -> str:
+    return text if unit in ("", "1") else f"{text} [{unit}]"

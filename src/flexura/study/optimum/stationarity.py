@@ -1,0 +1,153 @@
+"""Lagrange multipliers of a design, how far it is from stationary, and whether its curvature is that of an optimum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
+from flexura.study.optimum.rows import Row
+
+Array = NDArray[np.float64]
+
+ACTIVE = 1e-4
+"""Margin of a limit, over its scale, and distance from a bound, of its range, up to which they may hold a design."""
+
+FLAT = 1e-2
+"""Gradient of a goal, over its scale, from which on its residual is taken relative to it."""
+
+ANGLES = 16
+"""Directions of the space of two frequencies that coincide for which their derivatives are taken."""
+
+CURVATURE_STEP = 1e-4
+"""Step of positions over which gradients are differenced."""
+
+
+@dataclass(frozen=True)
+class Stationarity:
+    """Multipliers of a design, over scales and by position: of `limits` (l,), of the bounds `low` and `high` (P,).
+
+    `active` are the numbers of limits that hold with equality; `residual` is what remains of the goal's gradient by
+    scaled position, over that gradient or over `FLAT`, whichever is larger (Karush 1939; Kuhn and Tucker 1951).
+    `coalesced` says that more than one version of the goal has weight; `held` (h, P) are gradients of what must not
+    change to first order.
+    """
+
+    limits: Array
+    low: Array
+    high: Array
+    active: tuple[int, ...]
+    residual: float
+    coalesced: bool
+    held: Array
+
+
+def stationarity(land: Landscape, sample: Sample) -> Stationarity:
+    """Multipliers from non-negative least squares (Lawson and Hanson 1974) on the exact gradients.
+
+    The gradients of a frequency that is repeated are those of every direction of its space (Seyranian, Lund and Olhoff
+    1994, "Multiple eigenvalues in structural optimization problems").
+    """
+    from scipy.optimize import nnls
+
+    P = len(sample.z)
+    goals = _slopes(land, sample, land.goal, sample.goals - sample.goal, sample.goal_slopes)
+    owners: list[int] = []
+    rows: list[Array] = []
+    for k, limit in enumerate(land.limits):
+        own = np.flatnonzero(sample.limit == k)
+        found = _slopes(land, sample, limit, sample.margins[own], sample.margin_slopes[own])
+        rows += found
+        owners += [k] * len(found)
+    at_low, at_high = np.flatnonzero(sample.z <= ACTIVE), np.flatnonzero(sample.z >= 1 - ACTIVE)
+    eye = np.eye(P)
+    columns = np.array([*goals, *rows, *eye[at_low], *-eye[at_high]]).T
+    size = max(max((float(np.abs(g).max(initial=0.0)) for g in goals), default=0.0), 1e-300)
+    lengths = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    lengths[: len(goals)] = size
+    heavy = 1e3
+    A = np.vstack([columns / lengths, heavy * (np.arange(columns.shape[1]) < len(goals))])
+    weights, _ = nnls(A, np.append(np.zeros(P), heavy), maxiter=100 * A.shape[1])
+    weights = weights / max(weights[: len(goals)].sum(), 1e-300) * size / lengths
+    residual = float(np.linalg.norm(columns @ weights)) / max(FLAT, *(float(np.linalg.norm(g)) for g in goals))
+    ends = np.cumsum([len(goals), len(rows), len(at_low)])
+    limits, low, high = np.zeros(len(land.limits)), np.zeros(P), np.zeros(P)
+    np.add.at(limits, owners, weights[ends[0] : ends[1]])
+    low[at_low], high[at_high] = weights[ends[1] : ends[2]], weights[ends[2] :]
+    strong = weights * lengths > 1e-6 * size
+    held = columns[:, strong & (np.arange(len(weights)) >= ends[0])].T
+    pulling = [g for g, w in zip(goals, strong[: len(goals)], strict=True) if w]
+    if len(pulling) > 1:
+        held = np.vstack([held, [g - pulling[0] for g in pulling[1:]]])
+    active = tuple(dict.fromkeys(owners))
+    return Stationarity(limits, low, high, active, residual, len(pulling) > 1, held)
+
+
+def _slopes(land: Landscape, sample: Sample, row: Row, gaps: Array, slopes: Array) -> list[Array]:
+    """Gradients of the versions of a row that are within reach of their bound, and of what lies between those whose
+    frequencies coincide."""
+    near = np.flatnonzero(gaps <= ACTIVE)
+    found = [slopes[i] for i in near]
+    if not len(near):
+        return found
+    point = sample.point
+    rate = land.box.rates(sample.z)
+    partial = row.function.slope(point.value) / row.scale
+    for group, matrices in zip(point.repeated, point.directional, strict=True):
+        for own in row.frequencies:
+            if own.beside(0) in group:
+                rest = partial.copy()
+                rest[own.beside(0)] = 0.0
+                base = rest @ point.slope
+                found += [
+                    (base + partial[own.beside(0)] * np.einsum("i,ijp,j->p", v, matrices, v)) * rate
+                    for v in _directions(len(group))
+                ]
+    return found
+
+
+def _directions(m: int) -> list[Array]:
+    """Unit vectors of a space of m dimensions: axes, and in every plane of two of them directions between."""
+    found = list(np.eye(m))
+    for i in range(m):
+        for j in range(i):
+            for angle in np.pi * np.arange(1, ANGLES) / ANGLES:
+                v = np.zeros(m)
+                v[i], v[j] = np.cos(angle), np.sin(angle)
+                found.append(v)
+    return found
+
+
+def upward(land: Landscape, sample: Sample, found: Stationarity) -> tuple[float, Array | None]:
+    """The greatest curvature of the Lagrangian along what the active limits leave free, and its direction (P,).
+
+    At a maximum it is not positive (Fletcher 1987, "Practical methods of optimization", section 9.3); gradients are
+    differenced. None where nothing is left free, where the goal is not smooth, or where a design nearby failed.
+    """
+    P = len(sample.z)
+    free = null_space(found.held, rcond=1e-8) if len(found.held) else np.eye(P)
+    if not free.shape[1] or found.coalesced:
+        return 0.0, None
+    try:
+        gradients = [_lagrangian(land, sample, found, direction) for direction in free.T]
+    except FailedDesign:
+        return 0.0, None
+    H = free.T @ np.array(gradients).T
+    values, vectors = np.linalg.eigh((H + H.T) / 2)
+    return float(values[-1]), free @ vectors[:, -1]
+
+
+def _lagrangian(land: Landscape, sample: Sample, found: Stationarity, direction: Array) -> Array:
+    """Change of the gradient of the Lagrangian along a direction, per unit of it."""
+    gradients, steps = [], []
+    for side in (1.0, -1.0):
+        own = land.at(sample.z + side * CURVATURE_STEP * direction)
+        steps.append(own.z @ direction)
+        first = [np.flatnonzero(own.limit == k)[0] for k in range(len(land.limits))]
+        margins = own.margin_slopes[first] if first else np.zeros((0, len(sample.z)))
+        gradients.append(own.goal_slopes[0] + found.limits @ margins)
+    gap = steps[0] - steps[1]
+    return (gradients[0] - gradients[1]) / gap if gap > 0 else np.zeros(len(sample.z))

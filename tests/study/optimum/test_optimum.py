@@ -1,0 +1,250 @@
+"""Optima of mechanisms with closed forms: what is best, what holds it, and what giving way buys."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.results import plain
+from helpers.shell import flexura
+
+GUIDE = "examples/guide/guide.yaml"
+E, RHO, TIP = 200e9, 7800.0, 2.0
+
+
+def cantilever(pieces: int = 1, width: str = "w{k}", thickness: str = "t") -> fx.Mechanism:
+    """A light cantilever of `pieces` equal lengths, Bernoulli beams, with a heavy point mass at the tip: the first
+    frequency is sqrt(k / m) / 2 pi, of the tip's bending stiffness about the thin axis, but for some 1e-5."""
+    names = [f"w{k}" for k in range(pieces)]
+    widths = "\n".join(f"  {name}: {{value: 10 mm, minimum: 0.1 mm, maximum: 100 mm}}" for name in names)
+    total = " + ".join(names)
+    nodes = "\n".join(f"  n{k}: [length * {k} / {pieces}, 0, 0]" for k in range(pieces + 1))
+    links = "\n".join(
+        f"  l{k}: {{nodes: [n{k}, n{k + 1}], material: m, reference: z,"
+        f" section: {{shape: rectangle, width: {width.format(k=k)}, thickness: {thickness.format(k=k)}}}}}"
+        for k in range(pieces)
+    )
+    return fx.loads(
+        f"""
+flexura: 1
+name: cantilever
+theory: euler_bernoulli
+corrections: none
+parameters:
+  length: {{value: 100 mm, minimum: 20 mm, maximum: 400 mm}}
+  t: {{value: 1 mm, minimum: 0.1 mm, maximum: 5 mm}}
+{widths}
+  mean_width: {{value: ({total}) / {pieces}}}
+materials:
+  m: {{E: {E} Pa, nu: 0.3, rho: 1e-3 kg/m^3}}
+nodes:
+{nodes}
+links:
+{links}
+masses:
+  tip: {{node: n{pieces}, mass: {TIP} kg}}
+ground:
+  n0: clamped
+"""
+    )
+
+
+def stiffest(power: int, pieces: int) -> tuple[np.ndarray, float]:
+    """Widths or depths, over their mean, and stiffness over that of the uniform cantilever, of the stepped one of least
+    deflection under a tip force with a given volume.
+
+    With I ~ A^n the deflection is the sum of m_j / A_j^n, m_j the integral of x^2 over piece j from the tip, so that
+    A_j ~ m_j^(1 / (n + 1)) (from stationarity; the continuous limits are (L - x)^(2 / (n + 1)), as of Karihaloo and
+    Niordson 1973 where the tip mass is large). By hand, n = 1: stiffer by 4/3 in the limit.
+    """
+    ends = np.linspace(0, 1, pieces + 1)
+    m = np.diff(ends**3)[::-1] / 3
+    area = m ** (1 / (power + 1))
+    area /= area.mean()
+    return area, (1 / 3) / float((m / area**power).sum())
+
+
+@pytest.mark.parametrize("power", [1, 3])
+def test_the_stiffest_stepped_cantilever(power):
+    """The greatest frequency under a given volume: widths (I ~ A) or depths (I ~ A^3) in closed form."""
+    pieces = 4
+    mechanism = cantilever(pieces) if power == 1 else cantilever(pieces, "30 mm", "w{k} / 10")
+    names = [f"w{k}" for k in range(pieces)]
+    found = fx.optimize(
+        mechanism,
+        vary=dict.fromkeys(names, (0.002, 0.04)),
+        maximise="f1",
+        subject_to="mean_width <= 10 mm",
+        starts=2,
+    )
+    area, stiffer = stiffest(power, pieces)
+    assert isinstance(found, fx.Optimum)
+    assert [found.optimum[name] for name in names] == pytest.approx(1e-2 * area, rel=1e-3)
+    uniform = fx.modes(mechanism, n=1, order="full").modes[0].frequency_hz
+    assert found.value / uniform == pytest.approx(np.sqrt(stiffer), rel=1e-5)
+    # f ~ volume^(n / 2): 1 % more of it buys n / 2 per cent
+    assert found.active[0].per_percent == pytest.approx(power / 2 * 0.01 * found.value, rel=1e-3)
+    assert found.kkt_residual < 1e-3 and not found.warnings
+
+
+def test_stiffness_in_the_limit_of_many_pieces():
+    """The stepped closed form goes to 4/3 and 27/16, by hand from (L - x)^(2 / (n + 1))."""
+    assert stiffest(1, 2000)[1] == pytest.approx(4 / 3, rel=1e-3)
+    assert stiffest(3, 2000)[1] == pytest.approx(27 / 16, rel=1e-3)
+
+
+def test_two_axes_whose_frequencies_meet():
+    """A tip on a leaf w x t whose section has a given area: bending about both axes is best where w = t, and there the
+    two lowest frequencies are one, sqrt(3 E w^4 / 12 / (L^3 m)) / 2 pi; each alone would go on growing."""
+    found = fx.optimize(
+        cantilever(), vary={"w0": (1e-3, 1e-2), "t": (1e-3, 5e-3)}, maximise="f1", subject_to="w0 * t <= 9 [mm^2]"
+    )
+    assert isinstance(found, fx.Optimum)
+    assert found.optimum["w0"] == pytest.approx(3e-3, rel=1e-5) and found.optimum["t"] == pytest.approx(3e-3, rel=1e-5)
+    own = np.sqrt(3 * E * 3e-3**4 / 12 / 0.1**3 / TIP) / (2 * np.pi)
+    assert found.value == pytest.approx(own, rel=1e-5)
+    # f ~ area at w = t
+    assert found.active[0].per_percent == pytest.approx(0.01 * own, rel=1e-3)
+    assert any("coincide" in note for note in found.notes)
+    assert found.kkt_residual < 1e-4
+
+
+def test_bounds_and_limits_in_the_words_of_the_user():
+    """f ~ t w^(1/2) with a mass t w: t at its bound, w where the area ends; f^2 = 3 E w t^3 / 12 / (L^3 m)."""
+    found = fx.optimize(
+        cantilever(),
+        vary={"w0": (5e-3, 2e-2), "t": (0.5e-3, 1e-3)},
+        maximise="f1",
+        subject_to=["w0 * t <= 10 [mm^2]"],
+        starts=3,
+    )
+    assert isinstance(found, fx.Optimum)
+    hz = np.sqrt(3 * E * 1e-2 * 1e-3**3 / 12 / 0.1**3 / TIP) / (2 * np.pi)
+    assert found.optimum == pytest.approx({"w0": 1e-2, "t": 1e-3}, rel=1e-6)
+    assert found.value == pytest.approx(hz, rel=1e-5)
+    area, thickness = found.active
+    # at t held: f ~ area^(1/2); along the area f ~ t
+    assert area.multiplier == pytest.approx(hz / 2 / 1e-5, rel=1e-3)
+    assert thickness.text == "t <= 1 mm" and thickness.multiplier == pytest.approx(hz / 1e-3, rel=1e-3)
+    assert thickness.per_percent == pytest.approx(0.01 * hz, rel=1e-3)
+    assert "1 % more buys" in str(area) and "Hz per mm" in str(thickness)
+    assert found.variables[1].at_bound == "high"
+    data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert data["optimum"]["t"] == pytest.approx(1e-3) and data["multipliers"]["t <= 1 mm"] == thickness.multiplier
+    assert {"optimum", "value", "active", "multipliers", "proof"} <= data.keys()
+
+
+def test_the_proof_is_that_of_the_verbs():
+    mechanism = fx.load(GUIDE)
+    found = fx.optimize(
+        mechanism,
+        vary=["thickness=0.3mm:0.6mm", "length"],
+        maximise="f1",
+        subject_to=["f2 <= 800 Hz", "mass <= 44 g"],
+        starts=2,
+    )
+    assert isinstance(found, fx.Optimum)
+    own = fx.modes(mechanism, found.optimum, n=2)
+    proofs = {one.text: one for one in found.proof}
+    low, high = own.modes[0].interval_hz
+    assert proofs["f1"].checked == pytest.approx(own.modes[0].full_frequency_hz, rel=1e-9)
+    assert proofs["f1"].interval == pytest.approx((low, high), rel=1e-9)
+    assert proofs["mass"].checked == pytest.approx(own.evidence.model_mass.mass, rel=1e-9)
+    assert proofs["f2"].value == pytest.approx(800, rel=1e-5)
+
+
+def test_limits_that_nothing_meets():
+    """f1 of the guide stays above 5 Hz and the gap below 400 Hz where it is low: never called an optimum."""
+    found = fx.optimize(
+        fx.load(GUIDE), vary=["thickness=0.2mm:0.6mm", "length=30mm:100mm"], minimise="mass", subject_to="f1 <= 5 Hz"
+    )
+    assert isinstance(found, fx.Optimum)
+    assert not found.is_feasible and found.optimum == {} and found.active == ()
+    lowest = fx.modes(fx.load(GUIDE), {"thickness": 0.2e-3, "length": 0.1}, n=1, order="full").modes[0].frequency_hz
+    assert found.nearest == pytest.approx({"thickness": 0.2e-3, "length": 0.1})
+    assert found.violations[0].by == pytest.approx(lowest - 5, rel=1e-4)
+    assert "no design was found that meets the limits" in str(found.warnings[0])
+    with pytest.raises(fx.OptionError, match="no design meets the limits"):
+        found.save("never.yaml", base=GUIDE)
+    with pytest.raises(fx.LimitError):
+        found.raise_warnings()
+
+
+def test_lists_are_tried_one_by_one():
+    found = fx.optimize(
+        fx.load(GUIDE),
+        vary={"thickness": [5e-4, 2e-4, 3e-4], "length": (30e-3, 100e-3)},
+        minimise="f1",
+        subject_to="f2 >= 300 Hz",
+        starts=2,
+    )
+    assert isinstance(found, fx.Optimum)
+    assert found.optimum["thickness"] == 2e-4 and "each of 3 combinations was solved" in found.notes
+    alone = fx.optimize(fx.load(GUIDE), vary={"thickness": [5e-4, 2e-4, 3e-4]}, maximise="f1", subject_to="f1 <= 40 Hz")
+    each = [
+        fx.modes(fx.load(GUIDE), {"thickness": t}, n=1, order="full").modes[0].frequency_hz for t in (5e-4, 2e-4, 3e-4)
+    ]
+    assert isinstance(alone, fx.Optimum)
+    assert alone.value == pytest.approx(max(hz for hz in each if hz <= 40), rel=1e-5)
+    assert "all 3 combinations were worked out" in alone.notes
+
+
+def test_a_front_is_the_same_again_and_its_designs_are_saved(tmp_path):
+    """Thinner leaves alone lower f1, so that the front of f1 and mass over the thickness is all of it."""
+
+    def front() -> fx.Pareto:
+        found = fx.optimize(fx.load(GUIDE), vary="thickness=0.3mm:0.6mm", maximise="f1", minimise="mass", points=3)
+        assert isinstance(found, fx.Pareto)
+        return found
+
+    found = front()
+    assert np.array_equal(found.values, front().values) and len(found) >= 3
+    assert found.designs[[0, -1], 0] == pytest.approx([0.3e-3, 0.6e-3], rel=1e-6)
+    for row in (0, len(found) - 1):
+        hz = fx.modes(fx.load(GUIDE), found.pick(row), n=1, order="full").modes[0].frequency_hz
+        assert found.values[row, 0] == pytest.approx(hz, rel=1e-5)
+    path = found.save(tmp_path / "front.yaml", base=GUIDE, row=1)
+    assert fx.load(path).parameters["thickness"].value == found.pick(1)["thickness"]
+    with pytest.raises(fx.OptionError, match="there is no 99"):
+        found.pick(99)
+    assert plain(found)["goals"] == ["maximise f1", "minimise mass"]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"maximise": "f1"}, "say what may vary"),
+        ({"vary": "thickness=0.2mm:0.3mm"}, "name a goal"),
+        ({"vary": "thickness=0.2mm:0.3mm", "maximise": "2 * 3"}, "a number for every design"),
+        ({"vary": "thicknes=0.2mm:0.3mm", "maximise": "f1"}, "is not a parameter"),
+        ({"vary": ["width"], "maximise": "f1"}, "width has no minimum and maximum"),
+        ({"vary": "thickness=0.3mm:0.2mm", "maximise": "f1"}, "thickness"),
+        ({"vary": "thickness=0.3mm:0.3mm", "maximise": "f1"}, "thickness"),
+        ({"vary": "thickness=0.2mm:0.3mm", "maximise": "frequency"}, "frequency"),
+        ({"vary": "thickness=0.2mm:0.3mm", "maximise": "f1", "subject_to": "mass <= 3 Hz"}, "one dimension"),
+        ({"vary": "thickness=0.2mm:0.3mm", "maximise": "f1", "starts": 0}, "starts is a whole number"),
+        ({"vary": "thickness=0.2mm:0.3mm", "maximise": "f1", "method": "newton"}, "method is slsqp"),
+        ({"study": "best"}, "there is no study 'best'"),
+    ],
+)
+def test_what_makes_no_sense_is_said_before_work_starts(given, said):
+    with pytest.raises(fx.OptionError, match=said):
+        fx.optimize(fx.load(GUIDE), **given)
+
+
+def test_the_shell_writes_a_model_of_the_optimum(tmp_path):
+    out = tmp_path / "best.yaml"
+    limit = ["--vary", "thickness=0.2mm:0.6mm", "--maximise", "f1", "--subject-to", "f1 <= 50 Hz", "--starts", "2"]
+    done = flexura("optimize", GUIDE, *limit, "--out", str(out), "--json")
+    data = json.loads(done.stdout)
+    assert data["value"] == pytest.approx(50, rel=1e-5) and data["files"] == [str(out)]
+    best = fx.load(out)
+    assert fx.modes(best, n=1, order="full").modes[0].frequency_hz == pytest.approx(50, rel=1e-4)
+    assert best.parameters["thickness"].source == "optimised: maximise f1; was 0.5 mm (example)"
+    text = flexura("optimize", GUIDE, *limit).stdout
+    assert "f1 <= 50 Hz: 1 % more buys 0.5 Hz of f1" in text and "by modes, proven within" in text
+    assert Path(out).read_text(encoding="utf-8").startswith("flexura: 1\nextends: ")
