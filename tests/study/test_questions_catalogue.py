@@ -234,3 +234,15 @@ def test_answers_one_by_one_do_not_depend_on_neighbours(asked):
 def test_what_cannot_be_asked_is_told_why(text, said):
     with pytest.raises(fx.OptionError, match=said):
         questions(GUIDE, text)
+
+
+def test_a_design_without_a_finite_size_fails_alone():
+    model = fx.loads(TEXT.replace("width: width,", "width: width*sqrt(1 - (length/70 mm)^2),"))
+    asked = "f1, stiffness(x), force(x) at x = 1 mm"
+    found = questions(model, asked).values({"length": [0.05, 0.08, 0.06]})
+    assert np.isnan(found.value[1]).all()
+    assert found.reason[1]
+    assert np.isfinite(found.value[[0, 2]]).all()
+    assert list(found.reason[[0, 2]]) == ["", ""]
+    alone = questions(model, asked).values({"length": [0.05]})
+    assert np.array_equal(alone.value[0], found.value[0])

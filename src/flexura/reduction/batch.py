@@ -208,7 +208,9 @@ def independent_frequencies(
     for first in range(0, len(all_values), STACK - places):
         used = np.arange(first, min(first + STACK - places, len(all_values)))
         if batch.is_stacked:
-            answer = batch(_filled(plan, all_values[used], places), slice(0, STACK))
+            numbers = np.minimum(first + np.arange(STACK), used[-1])
+            batch.parameters = {name: np.ravel(v)[numbers] if np.ndim(v) else v for name, v in given.items()}
+            answer = batch(_filled(plan, all_values[numbers], places), slice(0, STACK))
         else:
             answer = batch(all_values, slice(used[0], used[-1] + 1))
         found[:, used] = [bound[: len(used)] for bound in answer]
@@ -219,12 +221,11 @@ def independent_frequencies(
 
 
 def _filled(plan: Plan, values: Array, places: bool) -> Array:
-    """A full stack (STACK, s) of values (designs, s). Where these may place nodes, the last design is none of them and
+    """Values (STACK, s) of a full stack. Where these may place nodes, the last design is none that was asked for and
     stands a little off the others, so that a stack of designs of one geometry is worked out like any other."""
-    stack = values[np.minimum(np.arange(STACK), len(values) - 1)]
     if places:
-        stack[-1, plan.value_table.varying()] *= 1 + 1e-6
-    return stack
+        values[-1, plan.value_table.varying()] *= 1 + 1e-6
+    return values
 
 
 class _Batch:

@@ -34,7 +34,8 @@ class Block:
         self.count = lengths.pop() if lengths else 1
         self.parameters = {name: np.broadcast_to(value, self.count) for name, value in own.items()}
         plan.parameter_values(dict.fromkeys((name for name in own if name not in plan.mechanism.parameters), 0.0))
-        self.refused = self._refused()
+        with np.errstate(all="ignore"):
+            self.refused = self._refused()
 
     def one(self, number: int) -> dict[str, float]:
         """Parameters of one design."""
@@ -50,7 +51,7 @@ class Block:
         return np.array([d for d in range(self.count) if d not in self.refused], dtype=np.intp)
 
     def _refused(self) -> dict[int, str]:
-        """Designs with values out of bounds, or with a size that has gone through zero."""
+        """Designs with values out of bounds or not finite, or with a size that has gone through zero."""
         out = dict[int, str]()
         everyone = np.arange(self.count)
         try:
@@ -65,11 +66,15 @@ class Block:
                 except FlexuraError as error:
                     out[int(d)] = reason_of(error)
             inside, values = np.array(kept, dtype=np.intp), np.array(rows).reshape(len(rows), -1)
-        for k in self.plan.turned(values) if len(values) else ():
+        known = np.isfinite(self.plan.values())
+        broken = np.flatnonzero(~np.isfinite(values[:, known]).all(axis=1)) if len(values) else ()
+        for k in np.union1d(broken, self.plan.turned(values)).astype(int) if len(values) else ():
             number = int(inside[k])
             try:
                 self.plan.verify(self.one(number))
-            except ModelError as error:
+                if k in broken:
+                    out[number] = "a number of the description has no finite value"
+            except FlexuraError as error:
                 out[number] = reason_of(error)
         return out
 

@@ -30,8 +30,7 @@ class Frequencies:
 
     def _solve(self, block: Block, designs: NDArray[np.intp], tolerance: float) -> None:
         n = self.bounded.hertz.shape[1]
-        with np.errstate(all="ignore"):
-            found = independent_frequencies(block.plan, block.some(designs), n=n, tolerance=tolerance)
+        found = independent_frequencies(block.plan, block.some(designs), n=n, tolerance=tolerance)
         for own, bound in zip(self.bounded, found, strict=True):
             own[designs] = bound
 

@@ -5,16 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.structure import Design, PartMatrices
+from flexura.structure import Design, DiscreteElement, Part
 
 Array = NDArray[np.float64]
 
 
 def total_mass(design: Design) -> Array:
     """Mass of everything (...), kg: what meets a unit acceleration, r' M r, of all copies of all prototypes."""
+    B = design.elements.mass_basis.reshape(-1, 12, 12)
+    along = B[:, 0, 0] + B[:, 0, 6] + B[:, 6, 0] + B[:, 6, 6]
+    elements = (design.elements.mass_coefficients * along).sum(axis=-1)
+    discrete_elements, start = design.discrete_elements(), 0
     total = np.zeros(design.values.shape[:-1])
-    for name, own in design.matrices.items():
-        total = total + len(design.plan.topology.copies[name].paths) * _part_mass(design, name, own)
+    for name, part in design.plan.parts.items():
+        stop = start + len(part.connectivity)
+        own = elements[..., start:stop].sum(axis=-1) + _discrete_mass(part, discrete_elements.get(name, []))
+        total = total + len(design.plan.topology.copies[name].paths) * own
+        start = stop
     return total
 
 
@@ -28,14 +35,12 @@ def body_mass(design: Design, body: str) -> Array:
     raise KeyError(body)
 
 
-def _part_mass(design: Design, name: str, matrices: PartMatrices) -> Array:
-    """Mass (...) of one copy of a prototype."""
-    M = matrices.elements.M
-    found = (M[..., 0, 0] + M[..., 0, 6] + M[..., 6, 0] + M[..., 6, 6]).sum(axis=-1)
-    positioned = design.plan.parts[name].n_positioned
-    for discrete in matrices.discrete_elements:
+def _discrete_mass(part: Part, discrete_elements: list[DiscreteElement]) -> Array | float:
+    """Mass (...) of the discrete elements of one copy of a part."""
+    found: Array | float = 0.0
+    for discrete in discrete_elements:
         if discrete.M is not None:
-            at = 6 * np.array([k for k, node in enumerate(discrete.nodes) if node < positioned], dtype=np.intp)
+            at = 6 * np.array([k for k, node in enumerate(discrete.nodes) if node < part.n_positioned], dtype=np.intp)
             along = [discrete.M[..., at[:, None] + axis, at + axis].sum(axis=(-1, -2)) for axis in range(3)]
             found = found + (along[0] + along[1] + along[2]) / 3
     return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
@@ -53,9 +54,10 @@ class Questions(Record):
         for design, why in block.refused.items():
             out.say(design, why)
         if len(block.possible):
-            self._masses(block, out)
-            self._parameters(block, out)
-            self._others(block, out, self._frequencies(block, out))
+            with np.errstate(all="ignore"):
+                self._masses(block, out)
+                self._parameters(block, out)
+                self._others(block, out, self._frequencies(block, out))
         asked = self._of(FREQUENCY)
         out.is_proven[:] = out.within(TOLERANCE)[:, asked].all(axis=1) & bool(asked)
         return out

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-
 from flexura.structure import Plan
 from flexura.study.questions.answers import Bounded
 from flexura.study.questions.catalogue import FREQUENCY, Quantity
@@ -50,8 +48,7 @@ class OneDesign:
 
     def read(self, asked: Quantity) -> float:
         """A quantity but for frequencies, masses and parameters, SI. Raises FlexuraError where it cannot be read."""
-        with np.errstate(all="ignore"):
-            return READINGS[asked.kind](self.state(asked), *asked.arguments)
+        return READINGS[asked.kind](self.state(asked), *asked.arguments)
 
     def mode(self, asked: Quantity) -> tuple[int, str]:
         """The number of the mode whose frequency is asked for, from 0, and what is in doubt about that."""

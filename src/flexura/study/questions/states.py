@@ -16,7 +16,7 @@ from flexura.linalg import counted_intervals, factorise, is_definite
 from flexura.mechanism import at
 from flexura.motion import Holding, Pose, PosedDesign, buckling_factor, reached
 from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_pairs
-from flexura.structure import FullOrderModel, Plan, assemble, checked_design
+from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.study.questions.answers import Bounded
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
 from flexura.systems import InputPort, Ports
@@ -40,7 +40,7 @@ class AtRest:
     @cached_property
     def model(self) -> FullOrderModel:
         """Its full-order model."""
-        return assemble(self.plan, self.parameters)
+        return full_order_model(Design.of(self.plan, self.parameters))
 
     @cached_property
     def _ports(self) -> Ports:
@@ -100,7 +100,7 @@ class AtRest:
     def buckling(self) -> float:
         """Factor on all loads and gravity; infinite where they do not buckle it."""
         if self.plan.is_posed:
-            return _pose_factor(reached(checked_design(self.plan, self.parameters)).pose)
+            return _pose_factor(reached(Design.of(self.plan, self.parameters)).pose)
         return preload(self.plan, self.parameters).buckling_factor
 
     def frequencies(self, count: int) -> Bounded:
@@ -130,7 +130,7 @@ class AtPose:
 
     @cached_property
     def _posed(self) -> PosedDesign:
-        found = reached(checked_design(self.plan, self.parameters))
+        found = reached(Design.of(self.plan, self.parameters))
         if not is_definite(found.pose.matrices(held=True)[0]):
             raise SolverError(f"at {self.words} it is not stable")
         return found
@@ -146,7 +146,7 @@ class AtPose:
 
     @cached_property
     def _model(self) -> FullOrderModel:
-        return FullOrderModel(checked_design(self.plan, self.parameters), self._posed.K, self._posed.M)
+        return FullOrderModel(Design.of(self.plan, self.parameters), self._posed.K, self._posed.M)
 
     def _drive(self, of: Freedom) -> int | None:
         """Number of the displacement of the pose that this is."""
