@@ -67,7 +67,8 @@ class Anew:
             members = found.stresses(len(found.poses) - 1).members
             names = [str(own.arguments[0])] if own.arguments else [""]
             stresses = [m.von_mises for m in members if m.von_mises is not None and _within(m.name, names[0])]
-            return Proof(own.text, own.unit, value, max(stresses), "stroke")
+            if stresses:
+                return Proof(own.text, own.unit, value, max(stresses), "stroke")
         answer = questions(self.plan, own.text).values({})
         return Proof(own.text, own.unit, value, float(answer.value[0, 0]), "a plan of its own")
 
