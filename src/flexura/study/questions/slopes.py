@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis import AtPose, at_pose
+from flexura.analysis import AtRest, at_pose
 from flexura.duals import Dual, plain
 from flexura.motion import Repeated
 from flexura.records import Record
@@ -72,6 +72,8 @@ class Exact:
         for kinds, work in ((("mass", "parameter"), self._numbers), (("compliance", "stiffness"), self._compliances)):
             self._try([k for k, own in enumerate(asked) if own.kind in kinds and not own.pose], work)
         self._try([k for k, own in enumerate(asked) if own.kind == FREQUENCY and not own.pose], self._frequencies)
+        linear = [k for k, own in enumerate(asked) if own.kind in ("stress", "margin", "buckling") and not own.pose]
+        self._try(linear, self._at_rest)
         for pose in dict.fromkeys(own.pose for own in asked if own.pose):
             self._try([k for k, own in enumerate(asked) if own.pose == pose and is_sloped(own)], self._at_pose)
 
@@ -125,6 +127,12 @@ class Exact:
                 value, slope = 1 / value, -slope / value**2
             self._tell(k, Dual(np.array(value), slope))
 
+    def _at_rest(self, places: list[int]) -> None:
+        """Stresses, margins and buckling under the loads that are described."""
+        state = AtRest(self.plan, self.parameters, self.names)
+        for k in places:
+            self._tell(k, read_of(state, self.asked[k]))
+
     def _frequencies(self, places: list[int]) -> None:
         single = OneDesign(self.plan, self.parameters, self.asked)
         numbers = dict[int, int]()
@@ -159,7 +167,7 @@ class Exact:
         state = at_pose(design, dict(pose))
         numbers = {k: number for k, number in known.items() if self.asked[k].kind == FREQUENCY}
         for k in known.keys() - numbers.keys():
-            self._tell(k, read_at_pose(state, self.asked[k]))
+            self._tell(k, read_of(state, self.asked[k]))
         for own in state.frequencies(max(numbers.values()) + 1) if numbers else ():
             self._tell_repeated(own, {k: number for k, number in numbers.items() if number in own.at})
 
@@ -190,8 +198,8 @@ def is_sloped(asked: Quantity) -> bool:
     return asked.kind in (FREQUENCY, "force", "stress", "margin", "buckling")
 
 
-def read_at_pose(state: AtPose, asked: Quantity) -> Any:
-    """What is asked of a state with slopes, but for frequencies."""
+def read_of(state: Any, asked: Quantity) -> Any:
+    """What is asked of a state with slopes, at rest or at a pose, but for frequencies."""
     match asked.kind:
         case "force":
             return state.forces[str(asked.arguments[0])]
