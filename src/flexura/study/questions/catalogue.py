@@ -109,6 +109,11 @@ class Quantity:
         return Dimension(*parse_unit(self.unit)[1])
 
     @property
+    def is_bounded(self) -> bool:
+        """Whether answers have proven bounds."""
+        return self.kind == FREQUENCY and isinstance(self.arguments[0], int) and not self.pose
+
+    @property
     def column(self) -> str:
         """Heading of a column: the text, with the unit in brackets unless it is a plain number."""
         return self.text if self.unit == "1" else f"{self.text} [{self.unit}]"

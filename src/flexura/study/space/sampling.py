@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import prod
 from typing import Any, Literal, get_args
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.records import Record
-from flexura.study.space.sequences import BITS, MOST_DIMENSIONS, latin_hypercube, sobol
+from flexura.study.space.sequences import BITS, MOST_DIMENSIONS, Sobol, latin_hypercube
 from flexura.study.space.variables import Variable
 
 Array = NDArray[np.float64]
@@ -41,6 +41,7 @@ class Space(Record):
     sampling: Sampling = "grid"
     samples: int | None = None
     seed: int = 0
+    _sobol: Sobol | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.sampling not in SAMPLINGS:
@@ -59,6 +60,8 @@ class Space(Record):
             raise OptionError(
                 f"{self.size:.4g} designs ({counts}) are more than the {MOST[self.sampling]:.3g} of a study{hint}"
             )
+        if self.sampling == "sobol":
+            object.__setattr__(self, "_sobol", Sobol.of(self.size, len(self.variables), int(self.seed)))
 
     def _check_values(self) -> None:
         if self.samples is not None:
@@ -122,10 +125,9 @@ class Space(Record):
 
     def points(self, start: int, stop: int) -> Array:
         """Samples start ... stop - 1 in the unit cube (stop - start, variables), between 0 and 1, ends left out."""
-        axes, seed = len(self.variables), int(self.seed)
-        if self.sampling == "sobol":
-            return sobol(start, stop, axes, seed)
-        return latin_hypercube(start, stop, self.size, axes, seed)
+        if self._sobol is not None:
+            return self._sobol(start, stop)
+        return latin_hypercube(start, stop, self.size, len(self.variables), int(self.seed))
 
     def _of_grid(self, numbers: NDArray[np.int64]) -> dict[str, Array]:
         found: dict[str, Array] = {}

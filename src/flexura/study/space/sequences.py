@@ -5,12 +5,11 @@ Both sequences are stratified and scrambled, and every coordinate lies between 0
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isqrt
 
 import numpy as np
 from numpy.typing import NDArray
-
-from flexura.records import Kept
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.uint64]
@@ -22,7 +21,6 @@ MOST_DIMENSIONS = 21201
 """Coordinates for which direction numbers are known (Joe and Kuo 2008)."""
 
 ROUNDS = 12
-_DIRECTIONS = Kept(most=8)
 _GOLDEN, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
 
@@ -70,32 +68,36 @@ def latin_hypercube(start: int, stop: int, size: int, axes: int, seed: int) -> A
     return np.minimum(found, np.nextafter(1.0, 0.0))
 
 
-def sobol(start: int, stop: int, axes: int, seed: int) -> Array:
-    """Points start ... stop - 1 (stop - start, axes) of a Sobol' sequence scrambled by a random linear matrix and a
-    shift (Matousek 1998), as SciPy has it.
+@dataclass(frozen=True, eq=False)
+class Sobol:
+    """Points of a Sobol' sequence scrambled by a random linear matrix and a shift (Matousek 1998), as SciPy has it.
 
-    Point k is the exclusive or of the direction numbers at the digits of its Gray code (Antonov and Saleev 1979), so
-    that any of the first 2^32 is found by itself. Those of fewer points are the first of those of more.
+    Point k is the exclusive or of the `directions` (digits, axes) at the digits of its Gray code (Antonov and Saleev
+    1979), and of the `shift` (axes,), so that any of the first 2^32 is found by itself. Those of fewer points are the
+    first of those of more.
     """
-    digits = max(stop - 1, 0).bit_length()
-    shift, directions = _DIRECTIONS.once((axes, seed, digits), lambda: _directions(digits, axes, seed))
-    numbers = np.arange(start, stop, dtype=np.uint64)
-    gray = numbers ^ (numbers >> np.uint64(1))
-    found = np.repeat(shift[None], len(numbers), axis=0)
-    for digit in range(digits):
-        found[((gray >> np.uint64(digit)) & np.uint64(1)).astype(bool)] ^= directions[digit]
-    return np.asarray((found + 0.5) * 2.0**-BITS, dtype=float)
 
+    shift: Whole
+    directions: Whole
 
-def _directions(digits: int, axes: int, seed: int) -> tuple[Whole, Whole]:
-    """The shift (axes,) and the first direction numbers (digits, axes): points 2^(j + 1) - 1 have a Gray code of a
-    single digit."""
-    from scipy.stats import qmc
+    @classmethod
+    def of(cls, size: int, axes: int, seed: int) -> Sobol:
+        """So many points: those of the numbers 2^(j + 1) - 1 have a Gray code of a single digit."""
+        from scipy.stats import qmc
 
-    sequence = qmc.Sobol(axes, scramble=True, bits=BITS, seed=np.random.default_rng(seed))
-    points = np.empty((digits + 1, axes), dtype=np.uint64)
-    points[0] = np.ravel(sequence.random(1)) * 2.0**BITS
-    for digit in range(digits):
-        sequence.fast_forward(2 ** (digit + 1) - 1 - sequence.num_generated)
-        points[digit + 1] = np.ravel(sequence.random(1)) * 2.0**BITS
-    return points[0], points[1:] ^ points[0]
+        sequence = qmc.Sobol(axes, scramble=True, bits=BITS, seed=np.random.default_rng(seed))
+        points = [sequence.random(1)]
+        for digit in range((size - 1).bit_length()):
+            sequence.fast_forward(2 ** (digit + 1) - 1 - sequence.num_generated)
+            points.append(sequence.random(1))
+        found = (np.concatenate(points) * 2.0**BITS).astype(np.uint64)
+        return cls(found[0], found[1:] ^ found[0])
+
+    def __call__(self, start: int, stop: int) -> Array:
+        """Points start ... stop - 1 (stop - start, axes)."""
+        numbers = np.arange(start, stop, dtype=np.uint64)
+        gray = numbers ^ (numbers >> np.uint64(1))
+        found = np.repeat(self.shift[None], len(numbers), axis=0)
+        for digit, direction in enumerate(self.directions):
+            found[((gray >> np.uint64(digit)) & np.uint64(1)).astype(bool)] ^= direction
+        return np.asarray((found + 0.5) * 2.0**-BITS, dtype=float)

@@ -1,0 +1,4 @@
+from flexura.study.engine.run import run as run
+from flexura.study.engine.summary import Summary as Summary
+from flexura.study.engine.table import StudyTable as StudyTable
+from flexura.study.engine.table import open_study as open_study

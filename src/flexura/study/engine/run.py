@@ -1,0 +1,88 @@
+"""Running a study: which blocks are left, and who works them out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import ExitStack, closing
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flexura.deadline import Listener, Progress, checkpoint
+from flexura.errors import FlexuraError, OptionError
+from flexura.study.engine.cluster import connected, on_cluster
+from flexura.study.engine.pool import cpu_count, on_processes
+from flexura.study.engine.stores import Store, store_of
+from flexura.study.engine.table import StudyTable
+from flexura.study.engine.work import Columns, Work
+from flexura.study.space import Space
+
+if TYPE_CHECKING:
+    from flexura.study.questions import Questions
+
+ALONE = 2.0
+"""Seconds of work before processes are started, where nothing is kept in a folder: they take one themselves."""
+
+
+def run(
+    questions: Questions,
+    space: Space,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    folder: str | Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Listener | None = None,
+) -> StudyTable:
+    """Work out what is asked of every design of a space, block by block, with some `parameters` fixed, SI.
+
+    Blocks are shared among `workers` processes, by default as many as there are processors, or the workers of the dask
+    cluster whose `scheduler` has this address: the same blocks, the same bytes. With a `folder` every block that is
+    done is kept there, and a study that was interrupted goes on; without one all are held in memory, and a short study
+    is worked out by this process itself. `progress` is told of every block. Raises OptionError for a folder that cannot
+    be written to or that another process works in, and for a scheduler that is away; SolverError for what a block
+    raises, and when workers die.
+    """
+    if workers is not None and workers < 1:
+        raise OptionError(f"the number of workers is at least 1, not {workers}")
+    if workers is not None and scheduler is not None:
+        raise OptionError("a scheduler has workers of its own: give workers or a scheduler")
+    work = Work(questions, space, dict(parameters or {}))
+    with ExitStack() as stack:
+        client = stack.enter_context(connected(scheduler)) if scheduler is not None else None
+        store = stack.enter_context(store_of(work, folder))
+        left = (number for number in range(work.blocks) if not store.has(number))
+        if client is not None:
+            source = on_cluster(client, work, left, store.remarks.append)
+        else:
+            source = _here(work, left, workers or cpu_count(), folder is None, store.remarks)
+        _take(stack.enter_context(closing(source)), store, progress)
+        return store.table()
+
+
+def _take(source: Iterator[tuple[int, Columns]], store: Store, progress: Listener | None) -> None:
+    """Keep blocks as they come."""
+    tell = progress or (lambda _: None)
+    tell(Progress("designs", store.summary.done, store.work.space.size))
+    try:
+        for number, columns in source:
+            store.add(number, columns)
+            tell(Progress("designs", store.summary.done, store.work.space.size))
+            checkpoint()
+    except FlexuraError as error:
+        if store.kept():
+            error.args = (f"{error}\n    {store.kept()}",)
+        raise
+
+
+def _here(
+    work: Work, left: Iterator[int], workers: int, alone: bool, remarks: list[str]
+) -> Generator[tuple[int, Columns]]:
+    """Blocks worked out on this machine; `alone` in this process, as long as that takes less than a moment."""
+    end = time.monotonic() + (ALONE if workers > 1 else float("inf"))
+    while alone and time.monotonic() < end and (number := next(left, None)) is not None:
+        yield number, work(number)
+    first = next(left, None)
+    if first is not None:
+        yield from on_processes(work, chain([first], left), min(workers, work.blocks), remarks.append)

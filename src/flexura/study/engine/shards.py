@@ -1,0 +1,187 @@
+"""The folder of a study: a manifest, and a Parquet file for each block that is done, whole or not there.
+
+Files are named NUMBER-HASH.parquet, so that they sort by the numbers of designs; those of another study that was in the
+folder before lie in `earlier`, by its key.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from flexura.errors import OptionError
+from flexura.extras import need
+from flexura.files import read_text, write_file
+from flexura.study.engine.identity import FORMAT, Identity, shard_hash
+from flexura.study.engine.work import PROVEN, REASON, Columns
+
+MANIFEST = "study.json"
+EARLIER = "earlier"
+_NAMED = re.compile(r"(\d{10})-([0-9a-f]{16})\.parquet")
+_KEY = b"flexura study"
+
+
+class Folder:
+    """The folder of a study, which may not be there yet."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+
+    def manifest(self) -> dict[str, Any]:
+        """What the folder is of. Raises OptionError where there is no study, or one that cannot be read."""
+        file = self.path / MANIFEST
+        if not file.is_file():
+            raise OptionError(f"{self.path}: there is no study here (no {MANIFEST})")
+        try:
+            found = json.loads(read_text(file))
+            if found["format"] != FORMAT:
+                raise OptionError(f"{file}: format {found['format']!r:.20} is not known; this version reads {FORMAT}")
+            return {**found, "key": str(found["key"]), "columns": list(found["columns"])}
+        except (ValueError, LookupError, TypeError) as error:
+            raise OptionError(f"{file}: not the manifest of a study, or damaged: {error}") from None
+
+    def file(self, key: str, number: int) -> Path:
+        """Where the shard of a block is."""
+        return self.path / f"{number:010d}-{shard_hash(key, number)}.parquet"
+
+    def numbers(self, key: str) -> list[int]:
+        """Blocks of a study that have a file, in order."""
+        names = (_NAMED.fullmatch(file.name) for file in self.path.iterdir()) if self.path.is_dir() else ()
+        return sorted(int(own[1]) for own in names if own and own[2] == shard_hash(key, int(own[1])))
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Have the folder to oneself, made when it is missing; a killed process holds it no longer.
+
+        Raises OptionError when another process works in it, or it cannot be made.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            number = os.open(self.path, os.O_RDONLY) if os.name == "posix" else None
+        except OSError as error:
+            raise OptionError(f"{self.path}: the folder of a study cannot be made: {error.strerror}") from None
+        try:
+            if number is not None and not _lock(number):
+                raise OptionError(f"{self.path}: another process works on the study of this folder")
+            yield
+        finally:
+            if number is not None:
+                os.close(number)
+
+    def prepare(self, identity: Identity, say: Callable[[str], None]) -> None:
+        """Make the folder that of a study. A study of something else that is there is put aside, and said so; one that
+        was put aside is taken up again. Raises OptionError when the folder cannot be written to, or holds other files
+        that a table of `*.parquet` would mix in.
+        """
+        before = self.manifest() if (self.path / MANIFEST).exists() else None
+        keys = {identity.key, *([before["key"]] if before else [])}
+        known = {self.file(key, number).name for key in keys for number in self.numbers(key)}
+        other = sorted(file.name for file in self.path.glob("*.parquet") if file.name not in known)
+        if other:
+            raise OptionError(f"{self.path} holds {other[0]}, which is not of this study; take another folder")
+        if before is not None and before["key"] != identity.key:
+            say(f"{self.path} held another study ({_changed(before, identity)}): that is in its folder {EARLIER} now")
+            self._move(before["key"], self.path, self._aside(before["key"]))
+        if not (self.path / MANIFEST).exists():
+            write_file(self.path / MANIFEST, lambda file: file.write_text(identity.text(), encoding="utf-8"))
+        if self._aside(identity.key).is_dir():
+            say(f"{self.path}: this study was begun here before, and goes on")
+            self._move(identity.key, self._aside(identity.key), self.path)
+
+    def _aside(self, key: str) -> Path:
+        return self.path / EARLIER / key[:16]
+
+    def _move(self, key: str, source: Path, target: Path) -> None:
+        """Move the shards of a study, and its manifest behind them where the other folder has none."""
+        try:
+            target.mkdir(parents=True, exist_ok=True)
+            for number in Folder(source).numbers(key):
+                name = self.file(key, number).name
+                (source / name).replace(target / name)
+            (source / MANIFEST).replace(target / MANIFEST)
+            if source != self.path:
+                with suppress(OSError):
+                    source.rmdir()
+                    source.parent.rmdir()
+        except OSError as error:
+            raise OptionError(f"{source} cannot be moved to {target}: {error.strerror}") from None
+
+    def write(self, key: str, number: int, columns: Columns) -> None:
+        """Write a shard in one step. Raises OptionError when it cannot be written."""
+        data, form = arrow_table(columns, {_KEY: _stamp(key, number)}), need("pyarrow.parquet", "study")
+        repeated = [name for name, own in columns.items() if own.dtype == object]
+        write_file(
+            self.file(key, number),
+            lambda file: form.write_table(
+                data,
+                file,
+                compression="zstd",
+                use_dictionary=repeated,
+                row_group_size=len(data),
+                write_page_checksum=True,
+            ),
+        )
+
+    def fault(self, key: str, number: int, designs: int) -> str:
+        """What is wrong with a shard, by its size and footer; nothing with one that is whole."""
+        form, lib = need("pyarrow.parquet", "study"), need("pyarrow", "study")
+        try:
+            found = form.read_metadata(self.file(key, number))
+        except (OSError, lib.ArrowException) as error:
+            return " ".join(str(error).split())[:100]
+        if (found.metadata or {}).get(_KEY) != _stamp(key, number):
+            return "it is of something else"
+        return "" if found.num_rows == designs else f"{found.num_rows} designs in place of {designs}"
+
+    def read(self, key: str, number: int, columns: list[str] | None = None) -> Columns:
+        """The columns of a shard, or some of them. Raises OptionError for one that is damaged."""
+        form, lib, file = need("pyarrow.parquet", "study"), need("pyarrow", "study"), self.file(key, number)
+        try:
+            data = form.ParquetFile(file, page_checksum_verification=True).read(columns)
+        except (OSError, lib.ArrowException) as error:
+            hint = "take it away and run the study again, which works it out anew"
+            raise OptionError(f"{file}: damaged ({' '.join(str(error).split())[:100]}); {hint}") from None
+        return {name: data[name].to_numpy() for name in data.column_names}
+
+
+def _lock(number: int) -> bool:
+    """Whether a folder could be locked, by its number; True where there are no locks."""
+    try:
+        import fcntl
+
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except ImportError:
+        return True
+    except OSError:
+        return False
+    return True
+
+
+def _stamp(key: str, number: int) -> bytes:
+    return f"{key} {number}".encode()
+
+
+def arrow_table(columns: Columns, metadata: dict[bytes, bytes] | None = None) -> Any:
+    """An Arrow table of columns."""
+    lib = need("pyarrow", "study")
+    kinds = {REASON: lib.string(), PROVEN: lib.bool_()}
+    arrays = {name: lib.array(own, type=kinds.get(name)) for name, own in columns.items()}
+    return lib.table(arrays, metadata=metadata)
+
+
+def _changed(before: dict[str, Any], identity: Identity) -> str:
+    """What differs between two studies, in a few words."""
+    names = {
+        "mechanism": "the mechanism",
+        "parameters": "its parameters",
+        "questions": "what is asked",
+        "space": "what varies",
+        "flexura": "the version of flexura",
+    }
+    found = [words for name, words in names.items() if before.get(name) != identity.manifest.get(name)]
+    return f"{', '.join(found) or 'its description'} differ{'' if len(found) > 1 else 's'}"

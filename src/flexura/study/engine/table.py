@@ -1,0 +1,229 @@
+"""The designs of a study as a table that is read when it is asked for, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexura.arguments import verb
+from flexura.errors import Exceeded, OptionError
+from flexura.extras import need
+from flexura.results import Tabular
+from flexura.study.engine.shards import Folder, arrow_table
+from flexura.study.engine.summary import Summary
+from flexura.study.engine.work import Columns, block_size
+from flexura.tables import ROWS, Facts, Table, counted
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+Read = Callable[[int, "list[str] | None"], Columns]
+"""Gives the columns of a block, all or those that are named."""
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class StudyTable(Tabular):
+    """The designs of a study that are done, a row for each in the order of their numbers; nothing is read before it is
+    asked for, and one block at a time.
+
+    `columns` are headings with SI units in brackets: `design`, its number of `designs`, counted from 0; the parameters
+    that vary (`parameters`), what is `asked`, with proven bounds behind it where there are some, `is proven`, and
+    `reason`: why a quantity is missing (NaN). `folder` is where the shards are, None of a study in memory.
+    """
+
+    _shown = ("name", "done", "designs", "asked", "folder")
+    _told = ("name", "folder", "designs", "done", "columns", "asked", "parameters", "fixed", "space", "failed")
+    _told += ("unproven", "reasons")
+
+    name: str
+    designs: int
+    columns: tuple[str, ...]
+    parameters: tuple[str, ...]
+    asked: tuple[str, ...]
+    is_bounded: bool = field(repr=False)
+    fixed: Mapping[str, float]
+    space: Mapping[str, Any]
+    folder: Path | None
+    numbers: Sequence[int] = field(repr=False)
+    read: Read = field(repr=False)
+    remarks: tuple[str, ...] = field(default=(), repr=False)
+    known: Summary | None = field(default=None, repr=False)
+
+    def __len__(self) -> int:
+        return self.done
+
+    @cached_property
+    def done(self) -> int:
+        """Designs that are there."""
+        size = block_size(self.designs)
+        return sum(min((number + 1) * size, self.designs) - number * size for number in self.numbers)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every design of the study is there."""
+        return self.done == self.designs
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Counts of designs that fail, and extremes of what is asked; read once, block by block."""
+        if self.known is not None:
+            return self.known
+        found = Summary(self.asked, self.is_bounded)
+        for block in self.blocks(["design", *self.asked, "is proven", "reason"]):
+            found.add(block)
+        return found
+
+    @property
+    def failed(self) -> int:
+        """Designs of which something asked could not be worked out."""
+        return self.summary.failed
+
+    @property
+    def unproven(self) -> int:
+        """Designs of which something asked is not proven, though it could be worked out."""
+        return self.summary.unproven
+
+    @property
+    def reasons(self) -> tuple[Any, ...]:
+        """Why designs failed, the most frequent first."""
+        return self.summary.reasons
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Designs that are missing, failed or not proven."""
+        found, of = [], counted(self.designs, "design")
+        if not self.is_complete:
+            text = f"{self.designs - self.done} of {of} are still to be worked out: run the study again to go on"
+            found.append(Exceeded("study", "", self.done, self.designs, "1", text))
+        for own in self.reasons:
+            text = f"{own.count} of {of} could not be worked out, design {own.design} first: {own.text or 'no reason'}"
+            found.append(Exceeded("study", f"design {own.design}", own.count, 0.0, "1", text))
+        if self.unproven:
+            text = f"{self.unproven} of {of} are not proven: their column `is proven` says which"
+            found.append(Exceeded("proof", "", self.unproven, 0.0, "1", text))
+        return tuple(found)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What happened on the way."""
+        return self.remarks
+
+    def blocks(self, columns: Sequence[str] | None = None) -> Iterator[Columns]:
+        """Arrays by heading of one block of designs after the other, of all columns or of those that are named, with or
+        without their units.
+
+        Raises OptionError for other names, and for a shard that is damaged.
+        """
+        names = self._named(columns)
+        for number in self.numbers:
+            yield self.read(number, names)
+
+    def rows(self, start: int, stop: int, columns: Sequence[str] | None = None) -> Columns:
+        """Arrays by heading of the designs start ... stop - 1, those of them that are done. Raises OptionError as
+        `blocks`."""
+        size, names = block_size(self.designs), self._named(columns)
+        found = [
+            {name: own[start - first if start > first else 0 : max(stop - first, 0)] for name, own in block.items()}
+            for number in self.numbers
+            if (first := number * size) < stop and start < first + size
+            for block in [self.read(number, names)]
+        ]
+        return _joined(found, names or self.columns)
+
+    def design(self, number: int) -> dict[str, Any]:
+        """One design by its headings. Raises OptionError when it is not there."""
+        found = self.rows(number, number + 1)
+        if not len(found["design"]):
+            raise OptionError(f"design {number} is not there: there are {self.done} of {self.designs}, counted from 0")
+        return {name: own[0].item() if isinstance(own[0], np.generic) else own[0] for name, own in found.items()}
+
+    def to_columns(self, columns: Sequence[str] | None = None) -> dict[str, Any]:
+        """Arrays by heading of all designs, of all columns or of those that are named: all at once, in memory."""
+        return _joined(list(self.blocks(columns)), self._named(columns) or self.columns)
+
+    def to_frame(self, columns: Sequence[str] | None = None) -> DataFrame:
+        """A pandas DataFrame of all columns or of those that are named, all designs at once.
+
+        Raises OptionError without pandas, and as `blocks`.
+        """
+        return need("pandas", "pandas").DataFrame(self.to_columns(columns))
+
+    def to_arrow(self) -> Any:
+        """A pyarrow Dataset over the shards, lazy; of a study in memory a pyarrow Table. Raises OptionError without
+        pyarrow."""
+        if self.folder is None:
+            return arrow_table(self.to_columns())
+        key, own = Folder(self.folder).manifest()["key"], Folder(self.folder)
+        return need("pyarrow.dataset", "study").dataset([str(own.file(key, number)) for number in self.numbers])
+
+    def _named(self, columns: Sequence[str] | None) -> list[str] | None:
+        if columns is None:
+            return None
+        headings = {heading.rpartition(" [")[0] or heading: heading for heading in self.columns}
+        headings |= {heading: heading for heading in self.columns}
+        found = []
+        for name in [columns] if isinstance(columns, str) else columns:
+            if name not in headings:
+                raise OptionError(f"{name!r} is no column; columns: {', '.join(self.columns)}")
+            found.append(headings[name])
+        return found
+
+    def _columns(self) -> dict[str, Any]:
+        return self.to_columns()
+
+    def _title(self) -> str:
+        return f"{self.done} of {counted(self.designs, 'design')}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        where = {"folder": self.folder or "", "failed": self.failed or "", "not proven": self.unproven or ""}
+        yield Facts(where)
+        shown = [name for name in self.columns if name in ("design", "reason", *self.parameters, *self.asked)]
+        yield Table(self.rows(0, ROWS, shown[:-1] if not self.failed else shown), "designs", count=self.done)
+
+
+def _joined(blocks: list[Columns], names: Sequence[str]) -> Columns:
+    return {name: np.concatenate([own[name] for own in blocks]) if blocks else np.empty(0) for name in names}
+
+
+@verb
+def open_study(folder: str | Path) -> StudyTable:
+    """The study of a folder, complete or not, while it is worked on or after, as a table that is read when it is asked
+    for.
+
+    `pyarrow` is needed (`pip install 'flexura[study]'`). DuckDB and Polars read `FOLDER/*.parquet` as it is. Raises
+    OptionError where there is no study, or one whose manifest is damaged.
+    """
+    need("pyarrow.parquet", "study")
+    own = Folder(folder)
+    found = own.manifest()
+    key = found["key"]
+    try:
+        told = described(found)
+    except (LookupError, TypeError) as error:
+        raise OptionError(f"{own.path}: not the manifest of a study, or damaged: {error}") from None
+    return StudyTable(
+        folder=own.path, numbers=own.numbers(key), read=lambda number, columns: own.read(key, number, columns), **told
+    )
+
+
+def described(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """What a manifest says of the columns and designs of a study."""
+
+    def of(what: str) -> tuple[str, ...]:
+        return tuple(own["name"] for own in manifest["columns"] if own["holds"] == what)
+
+    return {
+        "name": manifest["name"],
+        "designs": manifest["designs"],
+        "columns": tuple(own["name"] for own in manifest["columns"]),
+        "parameters": of("parameter"),
+        "asked": of("asked"),
+        "is_bounded": bool(of("bound")),
+        "fixed": manifest["parameters"],
+        "space": manifest["space"],
+    }

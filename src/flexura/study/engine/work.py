@@ -1,0 +1,117 @@
+"""What a study works out: blocks of its designs, each a function of its number alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.records import Record
+from flexura.study.space import Space
+
+if TYPE_CHECKING:
+    from flexura.study.questions import Questions
+
+Columns = dict[str, NDArray[Any]]
+"""Columns of some designs by their headings, in order."""
+
+STACK = 32
+"""Designs that are evaluated together: the size of a block is a multiple of it."""
+
+PIECE = 1024
+"""Designs of a block that are asked at once, which bounds the memory of a worker."""
+
+FEWEST_BLOCKS, MOST_BLOCKS = 64, 8192
+LARGE, LARGEST = 2048, 65536
+"""Designs of a block where there are enough for many of them, and at most."""
+
+DESIGN, PROVEN, REASON = "design", "is proven", "reason"
+
+
+def block_size(designs: int) -> int:
+    """Designs of a block of a study of so many: small ones have some 64 blocks to be shared out, larger ones blocks of
+    2048, and the largest some 8192 blocks or such of 65536. It is a multiple of 32 and the same on any machine."""
+    wanted = max(min(designs // FEWEST_BLOCKS, LARGE), designs // MOST_BLOCKS, 1)
+    return min(-(-wanted // STACK) * STACK, LARGEST)
+
+
+@dataclass(frozen=True, repr=False)
+class Work(Record):
+    """What is asked of the designs of a space, with some parameters `fixed`, SI; called with the number of a block."""
+
+    questions: Questions
+    space: Space
+    fixed: Mapping[str, float]
+
+    @property
+    def size(self) -> int:
+        """Designs of a block."""
+        return block_size(self.space.size)
+
+    @property
+    def blocks(self) -> int:
+        """How many there are."""
+        return -(-self.space.size // self.size)
+
+    def span(self, number: int) -> tuple[int, int]:
+        """The first design of a block, and the first behind it."""
+        return number * self.size, min((number + 1) * self.size, self.space.size)
+
+    def __call__(self, number: int) -> Columns:
+        """The columns of a block."""
+        start, stop = self.span(number)
+        pieces = [self._piece(k, min(k + PIECE, stop)) for k in range(start, stop, PIECE)]
+        return {name: np.concatenate([own[name] for own in pieces]) for name in pieces[0]}
+
+    def _piece(self, start: int, stop: int) -> Columns:
+        designs = self.space.designs(start, stop)
+        answers = self.questions.values({**self.fixed, **designs})
+        found: Columns = {DESIGN: np.arange(start, stop, dtype=np.int64)}
+        found |= {self.varied[name]: values for name, values in designs.items()}
+        for q, (quantity, heading) in enumerate(zip(self.questions.quantities, self.asked, strict=True)):
+            found[heading] = answers.value[:, q]
+            if quantity.is_bounded:
+                found |= zip(self.bounds[heading], (answers.lower[:, q], answers.upper[:, q]), strict=True)
+        return {**found, PROVEN: answers.is_proven, REASON: answers.reason}
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Headings of what is asked, with units in brackets."""
+        return self.questions.columns
+
+    @property
+    def bounds(self) -> dict[str, tuple[str, str]]:
+        """Headings of the proven bounds of what is asked, where there are some."""
+        return {
+            own.column: (
+                own.column.replace(own.text, f"{own.text} lower", 1),
+                own.column.replace(own.text, f"{own.text} upper", 1),
+            )
+            for own in self.questions.quantities
+            if own.is_bounded
+        }
+
+    @property
+    def varied(self) -> dict[str, str]:
+        """Headings of the parameters that vary, by name; such as are asked too are told from that."""
+        taken = {DESIGN, PROVEN, REASON, *self.asked, *(name for own in self.bounds.values() for name in own)}
+        found = {}
+        for own in self.space.variables:
+            unit = "" if own.unit == "1" else f" [{own.unit or 'SI'}]"
+            found[own.name] = f"{own.name}{unit}" if f"{own.name}{unit}" not in taken else f"parameter {own.name}{unit}"
+        return found
+
+    def headings(self) -> Iterator[tuple[str, str]]:
+        """All columns in order, each with what it holds: design, parameter, asked, bound, proven or reason."""
+        yield DESIGN, "design"
+        for heading in self.varied.values():
+            yield heading, "parameter"
+        for heading in self.asked:
+            yield heading, "asked"
+            for bound in self.bounds.get(heading, ()):
+                yield bound, "bound"
+        yield PROVEN, "proven"
+        yield REASON, "reason"
