@@ -42,6 +42,7 @@ SHELL = {
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
     "time-response": ((flexura.time_response,), {"step", "hammer", "sweep", "noise", "signals"}),  # as inputs
+    "sweep": ((flexura.sweep,), set()),
     "correlate": ((flexura.correlate, flexura.identify, flexura.read_measurement), {"data"}),
     "place-sensors": ((flexura.place_sensors,), set()),
     "sensitivity": ((flexura.sensitivity,), set()),

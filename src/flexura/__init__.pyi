@@ -93,11 +93,14 @@ from flexura.solid.verification import verify as verify
 from flexura.structure import FullOrderModel as FullOrderModel
 from flexura.structure import Plan as Plan
 from flexura.structure import assemble as assemble
+from flexura.study.engine import StudyTable as StudyTable
+from flexura.study.engine import open_study as open_study
 from flexura.study.influence import Sensitivity as Sensitivity
 from flexura.study.influence import sensitivity as sensitivity
 from flexura.study.optimum import Optimum as Optimum
 from flexura.study.optimum import Pareto as Pareto
 from flexura.study.optimum import optimize as optimize
+from flexura.study.sweeps import sweep as sweep
 from flexura.systems import Channel as Channel
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import ModalSystem as ModalSystem

@@ -101,7 +101,7 @@ def _rows(part: Table) -> str:
     count = len(next(iter(part.columns.values()), ())) if part.count is None else part.count
     if not count:
         return ""
-    columns = _columns(shown)
+    columns = text_columns(shown)
     right = [all(_is_number(x) for x in own) for own in shown.values()]
     head = "".join(map(_th, columns, right))
     body = "".join(f"<tr>{''.join(map(_td, cells, right))}</tr>" for cells in zip(*columns.values(), strict=True))
@@ -111,7 +111,7 @@ def _rows(part: Table) -> str:
     return f"{title}<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
 
 
-def _columns(shown: Mapping[str, list[Any]]) -> dict[str, list[str]]:
+def text_columns(shown: Mapping[str, list[Any]]) -> dict[str, list[str]]:
     """The text of all cells by the headings as they are shown; columns of one unit have one prefix."""
     units = {name: own.groups() for name in shown if (own := _HEADING.fullmatch(name)) is not None}
     alike: dict[str, list[list[float]]] = {}

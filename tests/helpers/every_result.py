@@ -173,6 +173,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "StoredMatrices": stored_matrices,
     "Stresses": lambda: statics().stresses(),
     "Stroke": lambda: fx.stroke(guide(), move={f"{NODE}.tx": (0.0, 1e-3)}, steps=2, n=2),
+    "StudyTable": lambda: fx.sweep(guide(), vary={"thickness": (4e-4, 6e-4, 40)}, ask="f1, f2, mass"),
     "System": system,
     "TimeResponse": time_response,
     "Verification": lambda: fx.verify(guide(), n=1, size=2.0),

@@ -67,6 +67,11 @@ COMMANDS = {
         "time_response_command",
         "Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples.",
     ),
+    "sweep": _Command(
+        "studies",
+        "sweep_command",
+        "Many designs of a mechanism: a grid or a sample of parameters, and whatever is asked of each, as a table.",
+    ),
     "correlate": _Command(
         "correlation",
         "correlate_command",

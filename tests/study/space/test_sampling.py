@@ -32,7 +32,7 @@ def test_a_list_is_side_by_side():
 
 @pytest.mark.parametrize("size", [1, 2, 3, 7, 16, 97, 1000, 4099])
 def test_a_latin_hypercube_has_one_point_in_every_interval(size):
-    space = Space(UNIT, "latin-hypercube", size, seed=4)
+    space = Space(UNIT, "latin hypercube", size, seed=4)
     for own in space.designs(0, size).values():
         assert np.array_equal(np.sort(np.floor(own * size)), np.arange(size))
 
@@ -42,7 +42,7 @@ def test_a_latin_hypercube_pairs_its_axes_at_random():
     next of its axis."""
     size, found = 4096, []
     for seed in range(25):
-        points = Space(UNIT, "latin-hypercube", size, seed).points(0, size)
+        points = Space(UNIT, "latin hypercube", size, seed).points(0, size)
         own = np.corrcoef(np.hstack([points[:-1], points[1:, :1]]), rowvar=False)
         found += list(own[np.triu_indices(4, 1)] * np.sqrt(size - 1))
     assert np.std(found) == pytest.approx(1.0, abs=0.2)
@@ -50,7 +50,7 @@ def test_a_latin_hypercube_pairs_its_axes_at_random():
 
 
 def test_permutations_of_a_small_hypercube_are_equally_likely():
-    orders = [tuple(Space(UNIT[:1], "latin-hypercube", 3, s).points(0, 3).ravel().argsort()) for s in range(3000)]
+    orders = [tuple(Space(UNIT[:1], "latin hypercube", 3, s).points(0, 3).ravel().argsort()) for s in range(3000)]
     counts = [orders.count(own) for own in set(orders)]
     assert len(counts) == 6
     assert sum((own - 500) ** 2 / 500 for own in counts) < 25.7  # chi squared of 5 degrees at 1e-4
@@ -63,7 +63,7 @@ def test_sobol_points_are_those_of_scipy(size):
     assert np.array_equal(Space(UNIT, "sobol", size, seed=9).points(0, size), expected)
 
 
-@pytest.mark.parametrize("sampling", ["sobol", "latin-hypercube"])
+@pytest.mark.parametrize("sampling", ["sobol", "latin hypercube"])
 def test_pieces_are_those_of_the_whole(sampling):
     space = Space(UNIT, sampling, 1000, seed=2)
     whole, pieces = space.designs(0, 1000), joined(space, 1, 31, 32, 500, 999)
@@ -77,7 +77,7 @@ def test_more_sobol_points_begin_with_those_of_fewer():
     assert np.array_equal(few, many)
 
 
-@pytest.mark.parametrize("sampling", ["sobol", "latin-hypercube", "grid"])
+@pytest.mark.parametrize("sampling", ["sobol", "latin hypercube", "grid"])
 def test_the_last_of_a_hundred_million_take_no_memory(sampling):
     ranges = tuple(Variable(name, 0, 1, count=10**4) for name in "ab")
     space = Space(ranges) if sampling == "grid" else Space(UNIT, sampling, 10**8)
@@ -91,7 +91,7 @@ def test_the_last_of_a_hundred_million_take_no_memory(sampling):
 
 
 def test_the_largest_spaces_can_be_numbered():
-    for space in (Space(UNIT, "latin-hypercube", 2**53), Space((Variable("n", 0, 2**53 - 1, "integer"),))):
+    for space in (Space(UNIT, "latin hypercube", 2**53), Space((Variable("n", 0, 2**53 - 1, "integer"),))):
         last = space.designs(space.size - 2, space.size)
         assert all((own > 0).all() for own in last.values())
     assert last["n"].tolist() == [2**53 - 2, 2**53 - 1]
@@ -105,7 +105,7 @@ def test_the_largest_spaces_can_be_numbered():
         (((),), "at least one parameter"),
         ((tuple(Variable(n, 0, 1, count=10**5) for n in "abcd"),), r"1e\+20 designs \(100000 x 100000"),
         ((UNIT, "sobol", 2**32 + 1), "more than the 4.29e"),
-        ((UNIT, "latin-hypercube", 2**53 + 1), "more than"),
+        ((UNIT, "latin hypercube", 2**53 + 1), "more than"),
         ((UNIT, "sobol"), "takes a number of samples"),
         ((UNIT, "sobol", 0), "whole number from 1"),
         ((UNIT, "sobol", 2.5), "whole number from 1"),
@@ -153,7 +153,7 @@ def test_other_spaces_have_other_descriptions():
         Space(UNIT, "sobol", 8),
         Space(UNIT, "sobol", 8, 1),
         Space(UNIT, "sobol", 9),
-        Space(UNIT, "latin-hypercube", 8),
+        Space(UNIT, "latin hypercube", 8),
         Space((Variable("a", 0, 1, count=3),)),
         Space((Variable("a", 0, 1, "integer"),)),
         Space((Variable.of("a", [0, 1]),)),

@@ -1,4 +1,5 @@
 from flexura.study.engine.run import run as run
+from flexura.study.engine.shards import arrow_table as arrow_table
 from flexura.study.engine.summary import Summary as Summary
 from flexura.study.engine.table import StudyTable as StudyTable
 from flexura.study.engine.table import open_study as open_study

@@ -7,7 +7,6 @@ from collections.abc import Generator, Iterator, Mapping
 from contextlib import ExitStack, closing
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import FlexuraError, OptionError
@@ -16,10 +15,8 @@ from flexura.study.engine.pool import cpu_count, on_processes
 from flexura.study.engine.stores import Store, store_of
 from flexura.study.engine.table import StudyTable
 from flexura.study.engine.work import Columns, Work
+from flexura.study.questions import Questions
 from flexura.study.space import Space
-
-if TYPE_CHECKING:
-    from flexura.study.questions import Questions
 
 ALONE = 2.0
 """Seconds of work before processes are started, where nothing is kept in a folder: they take one themselves."""

@@ -15,7 +15,7 @@ from flexura.errors import Exceeded, OptionError
 from flexura.extras import need
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
-from flexura.study.engine.summary import Summary
+from flexura.study.engine.summary import Extremes, Summary
 from flexura.study.engine.work import Columns, block_size
 from flexura.tables import ROWS, Facts, Table, counted
 
@@ -141,6 +141,24 @@ class StudyTable(Tabular):
         if not len(found["design"]):
             raise OptionError(f"design {number} is not there: there are {self.done} of {self.designs}, counted from 0")
         return {name: own[0].item() if isinstance(own[0], np.generic) else own[0] for name, own in found.items()}
+
+    def lowest(self, asked: str) -> dict[str, Any]:
+        """The design with the lowest value of what is asked, by its headings. Raises OptionError for anything that is
+        not asked, and where no design has a value."""
+        return self.design(self._extreme(asked).lowest_design)
+
+    def highest(self, asked: str) -> dict[str, Any]:
+        """The design with the highest value of what is asked. Raises OptionError as `lowest`."""
+        return self.design(self._extreme(asked).highest_design)
+
+    def _extreme(self, asked: str) -> Extremes:
+        heading = (self._named([asked]) or [""])[0]
+        if heading not in self.asked:
+            raise OptionError(f"{asked!r} is not what is asked: {', '.join(self.asked)}")
+        found = self.summary.extremes.get(heading, Extremes())
+        if found.lowest_design < 0:
+            raise OptionError(f"{asked} has a value in no design")
+        return found
 
     def to_columns(self, columns: Sequence[str] | None = None) -> dict[str, Any]:
         """Arrays by heading of all designs, of all columns or of those that are named: all at once, in memory."""

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.records import Record
+from flexura.study.questions import Questions
 from flexura.study.space import Space
-
-if TYPE_CHECKING:
-    from flexura.study.questions import Questions
 
 Columns = dict[str, NDArray[Any]]
 """Columns of some designs by their headings, in order."""

@@ -17,10 +17,10 @@ from flexura.study.space.variables import Variable
 
 Array = NDArray[np.float64]
 
-Sampling = Literal["grid", "list", "latin-hypercube", "sobol"]
+Sampling = Literal["grid", "list", "latin hypercube", "sobol"]
 SAMPLINGS: tuple[Sampling, ...] = get_args(Sampling)
 
-MOST = {"grid": 2**53, "list": 2**53, "latin-hypercube": 2**53, "sobol": 2**BITS}
+MOST = {"grid": 2**53, "list": 2**53, "latin hypercube": 2**53, "sobol": 2**BITS}
 """Designs that can be numbered."""
 
 
@@ -29,7 +29,7 @@ class Space(Record):
     """The designs of a study: variables, and how they are sampled.
 
     `grid` is every value of each variable with every value of the others, the last varying fastest; `list` takes the
-    values of all variables side by side; `latin-hypercube` (McKay, Beckman and Conover 1979) and `sobol` (scrambled
+    values of all variables side by side; `latin hypercube` (McKay, Beckman and Conover 1979) and `sobol` (scrambled
     Sobol' points) take `samples` points that `seed` names. Points of a Latin hypercube are found by keyed bijections of
     their numbers, none is stored. Raises OptionError for variables that cannot be sampled so, and for more designs
     than can be numbered.
@@ -65,10 +65,10 @@ class Space(Record):
 
     def _check_values(self) -> None:
         if self.samples is not None:
-            raise OptionError(f"a {self.sampling} takes every value; samples belong to sobol and latin-hypercube")
+            raise OptionError(f"a {self.sampling} takes every value; samples belong to sobol and latin hypercube")
         for own in self.variables:
             if own.distribution is not None:
-                raise OptionError(f"{own.name} has a distribution: it takes the sampling sobol or latin-hypercube")
+                raise OptionError(f"{own.name} has a distribution: it takes the sampling sobol or latin hypercube")
             if self.sampling == "grid" and own.levels is None:
                 raise OptionError(f"{own.name}: how many values does it take? write {own.name}=LOW:HIGH:COUNT")
         if self.sampling == "grid":

@@ -1,0 +1,1 @@
+from flexura.study.sweeps.sweep import sweep as sweep
