@@ -14,7 +14,7 @@ from helpers.forty_digits import Precise
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK = ["guide/guide", "pivot/pivot"]
-SLOW = ["amplifier/amplifier", "rpr/start_corrected"]
+SLOW = ["amplifier/amplifier", "rpr/start_corrected", "tip_tilt/tip_tilt", "xy_stage/xy_stage"]
 
 
 def differences(plan, name, X):
