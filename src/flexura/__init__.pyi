@@ -101,6 +101,8 @@ from flexura.study.optimum import Optimum as Optimum
 from flexura.study.optimum import Pareto as Pareto
 from flexura.study.optimum import optimize as optimize
 from flexura.study.sweeps import sweep as sweep
+from flexura.study.tolerances import Tolerance as Tolerance
+from flexura.study.tolerances import tolerance as tolerance
 from flexura.systems import Channel as Channel
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import ModalSystem as ModalSystem

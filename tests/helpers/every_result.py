@@ -176,6 +176,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "StudyTable": lambda: fx.sweep(guide(), vary={"thickness": (4e-4, 6e-4, 40)}, ask="f1, f2, mass"),
     "System": system,
     "TimeResponse": time_response,
+    "Tolerance": lambda: fx.tolerance(guide(), vary={"thickness": "± 1 %"}, ask="f1, mass", samples=24, workers=1),
     "Verification": lambda: fx.verify(guide(), n=1, size=2.0),
     "VirtualTest": virtual_test,
 }

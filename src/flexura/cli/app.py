@@ -87,6 +87,11 @@ COMMANDS = {
         "sensitivity_command",
         "What a per cent of every parameter does to everything that is asked.",
     ),
+    "tolerance": _Command(
+        "tolerance",
+        "tolerance_command",
+        "What tolerances do: spread, share of good parts, and which tolerance to tighten first.",
+    ),
     "calibrate": _Command(
         "calibration",
         "calibrate_command",

@@ -138,28 +138,33 @@ def _both_sides(raw: Any) -> Any:
 
 
 class Spread(Part):
-    """How a parameter deviates from its value: evenly between two deviations, normally, or as was measured."""
+    """How a parameter deviates from its value: evenly between two deviations, in a triangle over them, normally, or as
+    was measured."""
 
     uniform: Annotated[tuple[AnyQuantity, AnyQuantity], BeforeValidator(_both_sides)] | None = None
     """Deviations between which all are as likely; one number stands for as far down as up."""
+    triangular: Annotated[tuple[AnyQuantity, AnyQuantity], BeforeValidator(_both_sides)] | None = None
+    """Deviations between which those near none are likeliest; one number as in `uniform`."""
     normal: AnyQuantity | None = None
     """Standard deviation."""
     within: PositiveNumber | None = None
     """Standard deviations beyond which a normal deviation is sorted out; none is where it is left out."""
     measured: Annotated[tuple[AnyQuantity, ...], Field(min_length=2)] | None = None
-    """Values, of which each is as likely."""
+    """Values, not deviations; any between two neighbouring ones is as likely, none beyond them."""
     each: bool = True
     """Whether every copy of a part deviates by its own; all deviate alike otherwise."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
-        if (self.uniform is not None) + (self.normal is not None) + (self.measured is not None) != 1:
-            raise refuse("a spread is one of uniform, normal, measured", "e.g. ± 0.02 mm, or {normal: 0.01 mm}")
+        kinds = (self.uniform, self.triangular, self.normal, self.measured)
+        if sum(own is not None for own in kinds) != 1:
+            rule = "a spread is one of uniform, triangular, normal, measured"
+            raise refuse(rule, "e.g. ± 0.02 mm, or {normal: 0.01 mm}")
         if self.within is not None and self.normal is None:
             raise refuse("within belongs to a normal spread", "e.g. {normal: 0.01 mm, within: 3}")
         if isinstance(self.normal, float) and self.normal <= 0:
             raise refuse("a standard deviation must be positive")
-        low, high = self.uniform or (0.0, 1.0)
+        low, high = self.uniform or self.triangular or (0.0, 1.0)
         if isinstance(low, float) and isinstance(high, float) and not low < high:
             raise refuse("the lower deviation is below the upper one", "e.g. +0.01/-0.03 mm")
         return self

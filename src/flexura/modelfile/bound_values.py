@@ -16,7 +16,7 @@ from flexura.units import format_quantity
 _SYMMETRIC = re.compile(r"\s*(?:±|\+\s*/?\s*-)\s*(\S.*)", re.DOTALL)
 _SIDE = re.compile(r"([+-]?)\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _PERCENT = re.compile(r"(-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
-_VARIED = ("from", "to", "uniform", "normal", "measured")
+_VARIED = ("from", "to", "uniform", "triangular", "normal", "measured")
 
 
 def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimension | None]) -> list[Problem]:

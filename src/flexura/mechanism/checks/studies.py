@@ -63,9 +63,10 @@ def _spread(path: Path, own: Spread, parameter: Parameter) -> Iterator[Problem]:
     for i, value in enumerate(own.measured or ()):
         if isinstance(value, float):
             yield from _outside((*path, "measured", i), value, parameter)
-    for i, deviation in enumerate(own.uniform or ()):
-        if isinstance(deviation, float) and isinstance(parameter.value, float):
-            yield from _outside((*path, "uniform", i), parameter.value + deviation, parameter)
+    for kind in ("uniform", "triangular"):
+        for i, deviation in enumerate(getattr(own, kind) or ()):
+            if isinstance(deviation, float) and isinstance(parameter.value, float):
+                yield from _outside((*path, kind, i), parameter.value + deviation, parameter)
 
 
 def _outside(path: Path, value: float, parameter: Parameter) -> Iterator[Problem]:

@@ -16,7 +16,7 @@ from flexura.study.engine.stores import Store, store_of
 from flexura.study.engine.table import StudyTable
 from flexura.study.engine.work import Columns, Work
 from flexura.study.questions import Questions
-from flexura.study.space import Space
+from flexura.study.space import Designs
 
 ALONE = 2.0
 """Seconds of work before processes are started, where nothing is kept in a folder: they take one themselves."""
@@ -24,7 +24,7 @@ ALONE = 2.0
 
 def run(
     questions: Questions,
-    space: Space,
+    space: Designs,
     parameters: Mapping[str, float] | None = None,
     *,
     folder: str | Path | None = None,

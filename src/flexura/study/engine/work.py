@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.records import Record
 from flexura.study.questions import Questions
-from flexura.study.space import Space
+from flexura.study.space import Designs
 
 Columns = dict[str, NDArray[Any]]
 """Columns of some designs by their headings, in order."""
@@ -41,7 +41,7 @@ class Work(Record):
     """What is asked of the designs of a space, with some parameters `fixed`, SI; called with the number of a block."""
 
     questions: Questions
-    space: Space
+    space: Designs
     fixed: Mapping[str, float]
 
     @property

@@ -65,7 +65,7 @@ class Block:
                     kept.append(d)
                 except FlexuraError as error:
                     out[int(d)] = reason_of(error)
-            inside, values = np.array(kept, dtype=np.intp), np.array(rows).reshape(len(rows), -1)
+            inside, values = np.array(kept, dtype=np.intp), np.array(rows)
         known = np.isfinite(self.plan.values())
         broken = np.flatnonzero(~np.isfinite(values[:, known]).all(axis=1)) if len(values) else ()
         for k in np.union1d(broken, self.plan.turned(values)).astype(int) if len(values) else ():

@@ -1,0 +1,203 @@
+"""The verb that says what tolerances do to a mechanism."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.arguments import verb
+from flexura.deadline import Listener
+from flexura.errors import Exceeded, OptionError
+from flexura.mechanism import Mechanism
+from flexura.structure import Plan, one_design, plan_of
+from flexura.study.engine import StudyTable, run
+from flexura.study.questions import Quantity, Questions, Relation, questions, relation
+from flexura.study.tolerances.indices import indices_of
+from flexura.study.tolerances.intervals import FEWEST, mean_interval, percentile_interval
+from flexura.study.tolerances.requirements import yields
+from flexura.study.tolerances.result import QuantitySpread, Tolerance
+from flexura.study.tolerances.sampling import ScrambledNets
+from flexura.study.tolerances.sizes import Sizes, Vary, sizes_of
+from flexura.study.tolerances.spreads import FORMS
+
+Array = NDArray[np.float64]
+
+PERCENTILES = (1, 5, 50, 95, 99)
+
+SAMPLES = 4096
+
+LISTED = 6
+"""Sizes of a tolerance that a note names."""
+
+
+@verb
+def tolerance(
+    model: Mechanism | Plan,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    vary: Vary | None = None,
+    ask: str | Sequence[str] | None = None,
+    require: str | Sequence[str] | None = None,
+    study: str | None = None,
+    samples: int | None = None,
+    seed: int | None = None,
+    each: bool | Sequence[str] = True,
+    indices: bool = True,
+    percentiles: Sequence[float] = PERCENTILES,
+    confidence: float = 0.95,
+    folder: str | Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Listener | None = None,
+) -> Tolerance:
+    """What tolerances of sizes do to everything that is asked, and which share of parts meets what is required.
+
+    `vary` has a tolerance for each parameter, such as `± 0.02 mm`, about its value; every copy of a part has its own,
+    unless `each` is false or names others. What is not given comes from the tolerance study of the file, of those the
+    one that `study` names. 4096 samples are independently scrambled Sobol' nets, run as the designs of `sweep`;
+    `indices` take more designs beside them (theory eqs. U1-U10). Raises ModelError, OptionError and SolverError.
+    """
+    shares = _shares(percentiles, confidence)
+    plan = plan_of(model, parameters)
+    fixed = one_design(parameters)
+    nominal = {name: float(value) for name, value in plan.parameter_values(fixed).items()}
+    given = _given(plan.mechanism, study, _Given(vary, ask, require, samples, seed))
+    own = sizes_of(plan.mechanism, nominal, given.vary or (), each)
+    asked, required = _asked(plan_of(own.mechanism), given.ask or (), given.require or ())
+    nets = ScrambledNets.of(own.variables, own.groups, given.samples, given.seed, indices)
+    others = {name: value for name, value in fixed.items() if name not in nets.names}
+    table = run(asked, nets, others, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
+    values = np.column_stack(list(table.to_columns(table.asked).values()))
+    A, B, AB = nets.sorted_out(values)
+    sample, at = values[: nets.samples], asked.values(fixed).value[0]
+    reasons = _failures(table, sample)
+    return Tolerance(
+        name=plan.mechanism.name,
+        sizes=own.sizes,
+        tolerances=own.tolerances,
+        quantities=tuple(_spread(one, A[..., k], at[k], shares, confidence) for k, one in enumerate(asked.quantities)),
+        shares=shares,
+        confidence=confidence,
+        yields=yields(required, A, at, asked, confidence),
+        correlation=_correlation(sample),
+        indices=indices_of(A[:, : nets.index_points], B, AB, confidence) if indices else None,
+        samples=nets.samples,
+        scramblings=nets.scramblings,
+        seed=nets.seed,
+        failed=sum(reasons.values()),
+        reasons=reasons,
+        values=sample,
+        drawn=np.column_stack(list(nets.designs(0, nets.samples).values())),
+        warnings=tuple(_warnings(table, nets.samples, reasons)),
+        notes=tuple(_notes(own, nets)),
+    )
+
+
+class _Given(NamedTuple):
+    """What a study takes from a call, or from a file."""
+
+    vary: Vary | None
+    ask: str | Sequence[str] | None
+    require: str | Sequence[str] | None
+    samples: Any
+    seed: Any
+
+
+def _given(mechanism: Mechanism, study: str | None, given: _Given) -> _Given:
+    """What is given, with the rest from the tolerance study of the file. Raises OptionError for one that is not there,
+    and where several could be meant."""
+    known = {name: own.tolerance for name, own in mechanism.studies.items() if own.tolerance is not None}
+    if study is not None and study not in known:
+        listed = ", ".join(known) or "none"
+        raise OptionError(f"{study!r} is no tolerance study of {mechanism.name}; known: {listed}")
+    if study is None and given.vary is not None:
+        own = {"samples": SAMPLES, "seed": 0}
+        return given._replace(**{name: own[name] for name in own if getattr(given, name) is None})
+    if study is None and len(known) != 1:
+        several = f"name one of its tolerance studies: {', '.join(known)}" if known else f"{FORMS}"
+        raise OptionError(f"no size has a tolerance; {several}")
+    own = known[study or next(iter(known))]
+    found = [getattr(own, name) if value is None else value for name, value in given._asdict().items()]
+    if given.ask is not None or given.require is not None:
+        found[1], found[2] = given.ask, given.require
+    return _Given(*found)
+
+
+def _shares(percentiles: Sequence[float], confidence: float) -> tuple[float, ...]:
+    if not 0 < confidence < 1:
+        raise OptionError(f"a confidence lies between 0 and 1, e.g. 0.95, not {confidence!r}")
+    for own in percentiles:
+        if not 0 < own < 100:
+            raise OptionError(f"a percentile lies between 0 and 100, not {own!r}")
+    return tuple(float(own) / 100 for own in percentiles)
+
+
+def _asked(plan: Plan, ask: str | Sequence[str], require: str | Sequence[str]) -> tuple[Questions, list[Relation]]:
+    """Everything that is asked, or needed for what is required, each once."""
+    required = [relation(plan, own) for own in ([require] if isinstance(require, str) else require)]
+    if not (ask or required):
+        raise OptionError("nothing is asked; ask for quantities, e.g. f1, or require something, e.g. f1 >= 20 Hz")
+    own = questions(plan, ask).quantities if ask else ()
+    needed = (quantity for one in required for quantity in one.quantities)
+    return Questions(plan, tuple(dict.fromkeys((*own, *needed)))), required
+
+
+def _spread(
+    asked: Quantity, values: Array, nominal: float, shares: Sequence[float], confidence: float
+) -> QuantitySpread:
+    """What is told of a quantity with values (R, n)."""
+    there = values[np.isfinite(values)]
+    return QuantitySpread(
+        asked.text,
+        asked.unit,
+        float(nominal),
+        mean_interval(values, confidence),
+        float(np.std(there, ddof=1)) if len(there) > 1 else np.nan,
+        tuple(percentile_interval(values, share, confidence) for share in shares),
+        float(there.min(initial=np.inf)),
+        float(there.max(initial=-np.inf)),
+    )
+
+
+def _correlation(values: Array) -> Array:
+    """Correlation (q, q) of the columns of values (N, q) over the samples that have them all; NaN of constants."""
+    whole = values[np.isfinite(values).all(axis=1)]
+    if len(whole) < 2:
+        return np.full((values.shape[1],) * 2, np.nan)
+    off = whole - whole.mean(axis=0)
+    size = np.sqrt(np.sum(off**2, axis=0))
+    size[size <= 1e-12 * np.abs(whole).max(axis=0) * np.sqrt(len(whole))] = np.nan
+    return (off / size).T @ (off / size)
+
+
+def _failures(table: StudyTable, values: Array) -> dict[str, int]:
+    """How many samples have no value of something, by why, the most frequent first."""
+    failed = ~np.isfinite(values).all(axis=1)
+    reason = table.rows(0, len(values), ["reason"])["reason"]
+    return dict(Counter(str(own) or "no reason" for own in reason[failed]).most_common())
+
+
+def _warnings(table: StudyTable, samples: int, reasons: Mapping[str, int]) -> Iterator[Exceeded]:
+    failed = sum(reasons.values())
+    if failed:
+        first, count = next(iter(reasons.items()))
+        text = f"{failed} of {samples} samples could not be worked out, {count} of them: {first}"
+        text += "; percentiles are those of the others, and yields count them as failing"
+        yield Exceeded("study", "", failed, 0.0, "1", text)
+    yield from (own for own in table.warnings if own.kind == "proof")
+
+
+def _notes(own: Sizes, nets: ScrambledNets) -> Iterator[str]:
+    for name, group in zip(own.tolerances, own.groups, strict=True):
+        if len(group) > 1:
+            listed = ", ".join(own.sizes[k].name for k in group[:LISTED])
+            yield f"{name}: {len(group)} sizes, {listed}" + (" and so on" if len(group) > LISTED else "")
+    yield (
+        f"{nets.samples} samples in {nets.scramblings} nets scrambled independently; intervals by Student's t over the "
+        f"nets where each has {FEWEST} samples beyond"
+    )

@@ -1,0 +1,86 @@
+"""Designs of tolerance studies by number: independent nets, and their mixtures for Sobol indices."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+from flexura.errors import OptionError
+from flexura.study.space import Variable
+from flexura.study.tolerances.distributions import Normal, Uniform
+from flexura.study.tolerances.sampling import ScrambledNets
+
+
+def sizes(*names: str) -> list[Variable]:
+    return [Variable(name, 0.0, 1.0, distribution=Uniform(0.0, 1.0)) for name in names]
+
+
+def nets(samples: int = 200, indices: bool = True, seed: int = 0) -> ScrambledNets:
+    return ScrambledNets.of(sizes("a", "b", "c"), [[0, 2], [1]], samples, seed, indices)
+
+
+def whole(space: ScrambledNets) -> np.ndarray:
+    return np.column_stack(list(space.designs(0, space.size).values()))
+
+
+@pytest.mark.parametrize("samples", [24, 25, 1000, 4096, 5000, 100_000])
+def test_there_are_as_many_samples_as_asked_for_and_hardly_more(samples: int) -> None:
+    space = nets(samples, indices=False)
+    assert samples <= space.size == space.samples <= samples * 13 / 12
+    assert space.scramblings >= 12
+    assert space.points & (space.points - 1) == 0
+
+
+def test_a_design_is_a_function_of_its_number() -> None:
+    space = nets()
+    every = whole(space)
+    for start in range(0, space.size, 37):
+        part = space.designs(start, min(start + 37, space.size))
+        np.testing.assert_array_equal(np.column_stack(list(part.values())), every[start : start + 37])
+    np.testing.assert_array_equal(whole(pickle.loads(pickle.dumps(space))), every)
+    assert space.designs(5, 5)["a"].shape == (0,)
+
+
+def test_every_net_has_a_point_in_every_interval_of_every_axis() -> None:
+    space = nets(768)
+    A, _, _ = space.sorted_out(whole(space))
+    for net in A:
+        for axis in net.T:
+            assert sorted((axis * space.points).astype(int)) == list(range(space.points))
+
+
+def test_nets_and_seeds_differ() -> None:
+    A, _, _ = nets().sorted_out(whole(nets()))
+    assert len(np.unique(A[:, 0, 0])) == len(A)
+    assert not np.isin(whole(nets(seed=1)), whole(nets())).any()
+
+
+def test_mixtures_differ_by_one_group_alone() -> None:
+    space = nets()
+    A, B, AB = space.sorted_out(whole(space))
+    A = A[:, : space.index_points]
+    assert AB.shape == (2, *B.shape)
+    np.testing.assert_array_equal(AB[0][..., [0, 2]], B[..., [0, 2]])
+    np.testing.assert_array_equal(AB[0][..., 1], A[..., 1])
+    np.testing.assert_array_equal(AB[1][..., [0, 2]], A[..., [0, 2]])
+    np.testing.assert_array_equal(AB[1][..., 1], B[..., 1])
+    assert abs(np.corrcoef(A[..., 0].ravel(), B[..., 0].ravel())[0, 1]) < 0.2
+
+
+def test_what_is_no_sample_is_refused() -> None:
+    with pytest.raises(OptionError, match="from 24"):
+        nets(samples=10)
+    with pytest.raises(OptionError, match="seed"):
+        nets(seed=-1)
+    with pytest.raises(OptionError, match="counted from 0"):
+        nets().designs(0, nets().size + 1)
+
+
+def test_descriptions_tell_designs_apart() -> None:
+    one = ScrambledNets.of([Variable("a", 0, 1, distribution=Normal(0.0, 1.0))], [[0]], 100, 0, True)
+    other = ScrambledNets.of([Variable("a", 0, 1, distribution=Normal(0.0, 1.5))], [[0]], 100, 0, True)
+    assert one.describe() != other.describe()
+    assert nets(seed=1).describe() != nets().describe()
+    assert nets(indices=False).describe() != nets().describe()

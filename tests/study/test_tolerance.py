@@ -1,0 +1,242 @@
+"""What tolerances do to mechanisms whose answers follow by hand: spreads, yields, worst cases, indices, failures."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.errors import OptionError
+from helpers.shell import GUIDE
+
+RHO, LENGTH, WIDTH, THICKNESS = 7850.0, 60e-3, 20e-3, 0.5e-3
+LEAF = RHO * LENGTH * WIDTH
+"""Mass of a leaf per metre of its thickness: the mass of the guide is linear in it."""
+
+
+def guide(studies: str = "") -> fx.Mechanism:
+    return fx.loads(GUIDE.read_text(encoding="utf-8") + studies)
+
+
+@cache
+def alike() -> fx.Tolerance:
+    """Leaves that are cut from one sheet."""
+    return fx.tolerance(
+        guide(),
+        vary={"thickness": "± 0.02 mm"},
+        each=False,
+        ask="mass, f1",
+        require=["mass <= 47.5 g", "f1 >= 50 Hz"],
+        samples=1024,
+        workers=1,
+    )
+
+
+@cache
+def apart() -> fx.Tolerance:
+    """Leaves that are machined one by one."""
+    return fx.tolerance(guide(), vary={"thickness": "± 0.02 mm"}, ask="mass", samples=1024, workers=1)
+
+
+def test_leaves_of_one_sheet_scatter_together() -> None:
+    mass, half = alike().of("mass"), 2 * LEAF * 0.02e-3
+    assert [size.name for size in alike().sizes] == ["thickness"]
+    assert mass.deviation == pytest.approx(half / np.sqrt(3), rel=1e-3)
+    assert mass.mean.value == pytest.approx(mass.nominal, rel=1e-6)
+    for share, own in zip(alike().shares, mass.percentiles, strict=True):
+        truth = mass.nominal + half * (2 * share - 1)
+        assert own.low <= truth <= own.high
+        assert own.value == pytest.approx(truth, abs=5e-3 * half)
+
+
+def test_leaves_machined_one_by_one_scatter_less_together() -> None:
+    mass, half = apart().of("mass"), 2 * LEAF * 0.02e-3
+    assert len(apart().sizes) == 2
+    assert {size.tolerance for size in apart().sizes} == {"thickness"}
+    assert mass.deviation == pytest.approx(half / np.sqrt(6), rel=5e-3)
+    for share, own in zip(apart().shares, mass.percentiles, strict=True):
+        tail = np.sqrt(2 * min(share, 1 - share)) - 1  # a sum of two uniform numbers is triangular
+        truth = mass.nominal + half * (tail if share <= 0.5 else -tail)
+        assert own.low <= truth <= own.high
+
+
+def test_the_share_of_parts_that_meet_a_limit() -> None:
+    first, second, both = alike().yields
+    nominal = alike().of("mass").nominal
+    truth = 0.5 + (47.5e-3 - nominal) / (2 * 2 * LEAF * 0.02e-3)
+    assert first.share.low <= truth <= first.share.high
+    assert first.share.value == pytest.approx(truth, abs=2e-3)
+    assert first.failing == round((1 - first.share.value) * 1024)
+    assert first.is_met_nominally is True
+    assert (second.share.value, second.share.high, second.failing) == (1.0, 1.0, 0)
+    assert second.share.low == pytest.approx(0.025 ** (1 / 1024))
+    assert second.share.method == "Clopper-Pearson"
+    assert second.is_met_nominally is True
+    assert both.share == first.share
+
+
+def test_of_two_tolerances_that_which_does_most_is_to_be_tightened_first() -> None:
+    found = fx.tolerance(
+        guide(), vary={"thickness": "± 0.02 mm", "length": "± 0.4 mm"}, each=False, ask="mass", samples=4096, workers=1
+    )
+    parts = np.array([LENGTH * 0.02e-3, THICKNESS * 0.4e-3]) ** 2
+    truth = parts / parts.sum()
+    assert found.indices is not None
+    np.testing.assert_allclose(found.indices.first[:, 0], truth, atol=5e-3)
+    np.testing.assert_allclose(found.indices.total[:, 0], truth, atol=5e-3)
+    assert found.tighten_first == {"mass": "thickness"}
+    assert list(found.influence("mass")) == ["thickness", "length"]
+    without = fx.tolerance(
+        guide(), vary=["thickness=± 0.02 mm"], each=False, ask="mass", samples=24, indices=False, workers=1
+    )
+    assert without.indices is None
+    assert without.tighten_first == {"mass": None}
+
+
+def test_designs_that_fail_are_said_and_meet_nothing() -> None:
+    """Thickness below its minimum is no design: one in four."""
+    text = GUIDE.read_text(encoding="utf-8").replace("minimum: 0.1 mm", "minimum: 0.49 mm")
+    found = fx.tolerance(
+        fx.loads(text),
+        vary={"thickness": "normal 14.826 um"},  # a quarter of a normal distribution lies below -0.6745 sigma
+        each=False,
+        ask="mass",
+        require="mass <= 1 kg",
+        samples=1024,
+        workers=1,
+    )
+    assert found.failed == pytest.approx(256, abs=8)
+    assert found.yields[0].share.value == pytest.approx(0.75, abs=0.01)
+    assert "minimum" in next(iter(found.reasons))
+    assert [own.kind for own in found.warnings] == ["study"]
+    assert np.isfinite(found.of("mass").deviation)
+
+
+def test_the_study_of_a_file_and_what_is_given_in_its_place() -> None:
+    model = guide(
+        "studies:\n"
+        "  sheet:\n"
+        "    tolerance: {vary: {thickness: {uniform: 0.02 mm, each: false}}, ask: mass, samples: 256}\n"
+        "  other:\n    tolerance: {vary: {length: {triangular: 0.4 mm, each: false}}, require: mass <= 47.2 g}\n"
+    )
+    found = fx.tolerance(model, study="sheet", seed=3, workers=1)
+    assert (found.samples, found.seed, found.tolerances) == (256, 3, ("thickness",))
+    assert [size.name for size in found.sizes] == ["thickness"]
+    other = fx.tolerance(model, study="other", samples=100, workers=1)
+    assert other.sizes[0].distribution["kind"] == "triangular"
+    assert (other.sizes[0].low, other.sizes[0].high) == (pytest.approx(59.6e-3), pytest.approx(60.4e-3))
+    assert [own.text for own in other.yields] == ["mass <= 47.2 g"]
+    with pytest.raises(OptionError, match="sheet, other"):
+        fx.tolerance(model)
+    with pytest.raises(OptionError, match="sheet, other"):
+        fx.tolerance(model, study="none")
+    assert fx.tolerance(model, vary={"width": "± 1 %"}, each=False, ask="mass", samples=24).tolerances == ("width",)
+
+
+def test_a_nominal_value_that_is_set_moves_the_tolerance() -> None:
+    found = fx.tolerance(
+        guide(), {"thickness": 0.4e-3}, vary="thickness=± 0.02 mm", each=False, ask="mass", samples=24, workers=1
+    )
+    assert (found.sizes[0].low, found.sizes[0].high) == (pytest.approx(0.38e-3), pytest.approx(0.42e-3))
+
+
+def test_seeds_name_samples() -> None:
+    def drawn(seed: int) -> np.ndarray:
+        return fx.tolerance(
+            guide(), vary="thickness=± 1 %", each=False, ask="mass", samples=48, seed=seed, indices=False, workers=1
+        ).values
+
+    np.testing.assert_array_equal(drawn(1), drawn(1))
+    assert not np.array_equal(drawn(1), drawn(2))
+
+
+def test_curves_for_pictures() -> None:
+    found = alike()
+    edges, counts = found.histogram("mass")
+    assert counts.sum() == 1024
+    assert len(edges) == len(counts) + 1
+    limits, share = found.yield_curve("mass", points=11)
+    assert share[0] == 1.0
+    assert share[-1] == pytest.approx(1 / 1024)
+    np.testing.assert_allclose(share, np.linspace(1, 0, 11), atol=3e-3)
+    assert limits[0] == found.of("mass").smallest
+
+
+def test_plain_data_and_table() -> None:
+    data = apart().to_dict()
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert "values" not in data
+    table = alike().to_columns()
+    assert table["quantity"] == ["mass", "f1"]
+    assert {len(column) for column in table.values()} == {2}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"vary": {}}, "no size has a tolerance"),
+        ({"vary": {"thikness": "± 1 %"}}, "did you mean 'thickness'"),
+        ({"vary": "thickness"}, "NAME=TOLERANCE"),
+        ({"vary": ["thickness=± 1 %", "thickness=± 2 %"]}, "already"),
+        ({"vary": {"thickness": "± 0.45 mm"}}, "below the minimum"),
+        ({"vary": {"thickness": "+1.6/-0 mm"}}, "above the maximum"),
+        ({"ask": ()}, "nothing is asked"),
+        ({"ask": "f0"}, "f0"),
+        ({"require": "f1 >= 20 mm"}, "dimension"),
+        ({"each": ["length"]}, "length"),
+        ({"samples": 3}, "from 24"),
+        ({"samples": 0}, "from 24"),
+        ({"seed": -1}, "seed"),
+        ({"percentiles": [0]}, "percentile"),
+        ({"confidence": 1.0}, "confidence"),
+    ],
+)
+def test_what_cannot_be_meant_is_named_before_work_starts(options: dict[str, object], words: str) -> None:
+    given: dict[str, object] = {"vary": {"thickness": "± 1 %"}, "ask": "mass"}
+    with pytest.raises(OptionError, match=words):
+        fx.tolerance(guide(), **{**given, **options})  # type: ignore[arg-type]
+
+
+def test_a_folder_keeps_the_designs(tmp_path: Path) -> None:
+    def again() -> fx.Tolerance:
+        return fx.tolerance(
+            guide(), vary="thickness=± 1 %", each=False, ask="mass", samples=48, folder=tmp_path / "study", workers=1
+        )
+
+    first = again()
+    files = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "study").glob("*.parquet")}
+    assert files
+    np.testing.assert_array_equal(again().values, first.values)
+    assert files == {path.name: path.stat().st_mtime_ns for path in (tmp_path / "study").glob("*.parquet")}
+
+
+def side_by_side() -> fx.Mechanism:
+    """Leaves beside each other across the motion: what makes them differ turns the carriage."""
+    text = GUIDE.read_text(encoding="utf-8")
+    text = text.replace("at: [-distance/2, 0, 0]", "at: [0, -distance/2, 0]")
+    return fx.loads(text.replace("step: [distance, 0, 0]", "step: [0, distance, 0]") + "corrections: none\n")
+
+
+def test_leaves_that_differ_turn_a_pure_motion_into_a_parasitic_rotation() -> None:
+    """To first order, rz per force along x is 3 d/4 (t2 - t1)/t / (6 E Iy d^2/L^3 + 2 G J/L), from each leaf's shear
+    force (1 + 3 dt/t) F/2 at its distance from the middle, against the leaves' bending and torsion."""
+    E, G, d, reach = 206e9, 79.5e9, 50e-3, 1e-6
+    Iy, J = WIDTH * THICKNESS**3 / 12, WIDTH * THICKNESS**3 / 3 * (1 - 0.63025 * THICKNESS / WIDTH)
+    per_share = 0.75 * d / (6 * E * Iy * d**2 / LENGTH**3 + 2 * G * J / LENGTH)
+    half = 2 * per_share * reach / THICKNESS
+    question = "compliance(carriage.rz, carriage.tx)"
+    found = fx.tolerance(
+        side_by_side(), vary={"thickness": f"± {reach} m"}, ask=question, samples=192, indices=False, workers=1
+    ).quantities[0]
+    assert found.nominal == pytest.approx(0.0, abs=1e-9 * half)
+    assert found.deviation == pytest.approx(half / np.sqrt(6), rel=2e-2)
+    assert found.percentiles[1].low <= half * (np.sqrt(2 * 0.05) - 1) <= found.percentiles[1].high
+    assert found.mean.low <= 0 <= found.mean.high
+    alike = fx.tolerance(
+        side_by_side(), vary={"thickness": f"± {reach} m"}, each=False, ask=question, samples=24, workers=1
+    ).quantities[0]
+    assert alike.deviation <= 1e-9 * half
