@@ -180,6 +180,35 @@ def test_dimensions(text, dimension):
     assert expression.dimension(DIMENSIONS) == dimension
 
 
+def in_millimetres(number, unit):
+    powers = {"mm": 1, "mm^2": 2, "mm^-1": -1}
+    return float(number) * 1e-3 ** powers[unit], LENGTH.power(powers[unit])
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("9 mm^2", 9e-6),
+        ("9 mm**2", 9e-6),
+        ("9 [mm]^2", 9e-6),
+        ("(9 mm)^2", 81e-6),
+        ("3 mm^-1", 3e3),
+        ("2*9 mm^2/3 mm", 6e-3),
+        ("L*4 mm - 9 mm^2", -1e-6),
+        ("2^3*1 mm", 8e-3),
+    ],
+)
+def test_a_power_behind_a_unit_is_the_units(text, value):
+    expression = Expression.parse(text, in_millimetres)
+    assert expression.evaluate({"L": 2e-3}) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("text", ["2 mm^L", "2 mm^2.5", "2 mm^2^2", "2 mm^2 mm", "2 [N/mm]^2", "2 mm^(2)", "2 mm^"])
+def test_powers_of_units_that_cannot_be_told(text):
+    with pytest.raises(ExpressionError, match=r"\(9 "):
+        Expression.parse(text, in_millimetres)
+
+
 @pytest.mark.parametrize("text", ["L + M", "L + 1", "sin(L)", "2^L", "L^n", "max(L, M)", "atan2(L, M)", "L - 1 [m]*L"])
 def test_dimensions_that_clash(text):
     expression = Expression.parse(text, lambda number, _: (float(number), LENGTH))

@@ -40,6 +40,7 @@ from flexura.mechanism import (
     Superelement,
     Support,
     Tube,
+    parameter_values,
 )
 from flexura.mechanism.base import CONTROL
 from flexura.modelfile import dumps, load, loads, save
@@ -317,6 +318,13 @@ def test_a_parameter_whose_unit_cannot_be_told_is_asked_for():
     told = mechanism({**open_, "w": Parameter(value=1e-3, unit="m")})
     assert "h: 2 mm" in dumps(told)
     assert loads(dumps(told)) == told
+
+
+def test_squares_of_lengths_and_areas_stay_apart():
+    text = BEAM.replace("{t: 1 mm}", "{t: 1 mm, a: t*t + 9 mm^2, b: t*t + (9 mm)^2}")
+    for mechanism in (loads(text), loads(dumps(loads(text)))):
+        values = parameter_values(mechanism)
+        assert (values["a"], values["b"]) == (pytest.approx(10e-6), pytest.approx(82e-6))
 
 
 def test_saved_files_are_complete_or_not_there(tmp_path, monkeypatch):

@@ -7,6 +7,8 @@ Grammar (a number may be followed by a unit name, or by a unit in square bracket
     sign    = ["+" | "-"] power
     power   = atom [("^" | "**") sign]
     atom    = number [unit | "[" unit "]"] | name | function "(" sum {"," sum} ")" | "(" sum ")"
+
+A power right behind a unit is the unit's: `9 mm^2` are nine square millimetres, the square of 9 mm is `(9 mm)^2`.
 """
 
 from __future__ import annotations
@@ -385,10 +387,13 @@ def format_tree(tree: Tree, number: Callable[[Number], str] = _si_literal, above
         case Binary(op, left, right):
             own = _PRECEDENCE[op]
             lhs = format_tree(left, number, own + (op == "^"))
+            if op == "^" and isinstance(left, Number) and lhs[-1:].isalpha() | lhs.endswith("]"):
+                lhs = f"({lhs})"
             text = f"{lhs} {op} {format_tree(right, number, own + 1)}"
     return f"({text})" if own < above else text
 
 
+_POWER = ("^", "**")
 _NAME = re.compile(r"[^\W\d]\w*")
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d]\w*)|(?P<unit>\[[^\[\]]*\])"
@@ -449,7 +454,7 @@ class _Parser:
 
     def power(self) -> Tree:
         base = self.atom()
-        if not self.take("^", "**"):
+        if not self.take(*_POWER):
             return base
         exponent = self.sign()
         literal = exponent.operand if isinstance(exponent, Negative) else exponent
@@ -495,7 +500,22 @@ class _Parser:
         if self.unit is None:
             raise ExpressionError("numbers are in SI here and carry no unit", "units belong in a model file")
         self.at += 1
-        return Number(*self.unit(number, token.strip("[]")))
+        return Number(*self.unit(number, self.powered(token.strip("[]"))))
+
+    def powered(self, unit: str) -> str:
+        """The unit with the power that follows it."""
+        if not self.take(*_POWER):
+            return unit
+        sign = "-" if self.take("+", "-") == "-" else ""
+        (kind, power), after = self.peek(), self.tokens[min(self.at + 1, len(self.tokens) - 1)]
+        self.at += 1
+        is_whole = kind == "number" and power.isdigit() and after[0] not in ("name", "unit") and after[1] not in _POWER
+        if not is_whole or not _NAME.fullmatch(unit):
+            raise ExpressionError(
+                f"it cannot be told whether a power belongs to {unit} or to the quantity",
+                f"write 9 mm^2 for square millimetres, (9 {unit})^n for a power of a quantity",
+            )
+        return f"{unit}^{sign}{power}"
 
 
 def _tokens(text: str) -> list[tuple[str, str]]:
