@@ -82,9 +82,9 @@ class Exceeded:
     """A limit beyond which a result no longer holds: of the theory, of a part, or of what is proven.
 
     `kind` is rotation, displacement, equilibrium, contact, command, force, stress, buckling, resonance, proof,
-    tolerance, mesh, misfit, convergence or limit, one that was asked for and is not met; `place` names the node,
-    member, channel or kind of data, empty where it is the whole; `value` and `limit` are in `unit`, SI, `1` for plain
-    numbers. `text` is the whole sentence.
+    tolerance, mesh, misfit, convergence, study, designs of it that are missing or failed, or limit, one that was asked
+    for and is not met; `place` names the node, member, channel, kind of data or design, empty where it is the whole;
+    `value` and `limit` are in `unit`, SI, `1` for plain numbers. `text` is the whole sentence.
     """
 
     kind: str

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -16,7 +19,6 @@ from rich.progress import (
     Task,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 from rich.text import Text
 
@@ -56,12 +58,58 @@ def steps_shown() -> Iterator[Callable[[Step], None]]:
         yield bar
 
 
-class _Rate(ProgressColumn):
-    """How many designs a second are done."""
+PERIOD = 30.0
+"""Seconds over which a rate is told; longer where so few blocks are done in them."""
+
+FEWEST = 4
+"""Blocks that a rate is told of, where there are as many."""
+
+
+class Pace:
+    """How many designs a second are done, by when so many were."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, int]] = deque()
+
+    def add(self, seconds: float, done: int) -> None:
+        """At a time, so many designs are done."""
+        self._seen.append((seconds, done))
+        while len(self._seen) > FEWEST + 1 and self._seen[1][0] <= seconds - PERIOD:
+            self._seen.popleft()
+
+    @property
+    def rate(self) -> float:
+        """Designs a second; 0 while nothing is known."""
+        (since, before), (seconds, done) = self._seen[0], self._seen[-1]
+        return (done - before) / (seconds - since) if seconds > since else 0.0
+
+    @property
+    def words(self) -> str:
+        """The rate as it is shown."""
+        if self.rate >= 10:
+            return f"{self.rate:,.0f}/s"
+        return f"{60 * self.rate:,.{0 if self.rate >= 0.1 else 1}f}/min" if self.rate else ""
+
+    def left(self, seconds: float, of: int) -> str:
+        """Time that is left at another time, until so many designs are done."""
+        if not self.rate:
+            return ""
+        last, done = self._seen[-1]
+        return f"{timedelta(seconds=round(max((of - done) / self.rate - (seconds - last), 0.0)))} left"
+
+
+class _Words(ProgressColumn):
+    """How many designs are done, their rate and the time left."""
+
+    def __init__(self, pace: Pace) -> None:
+        super().__init__()
+        self._pace = pace
 
     def render(self, task: Task) -> Text:
-        """The rate of the last half minute; nothing before it is known."""
-        return Text(f"{task.speed:,.0f}/s" if task.speed else "", style="progress.data.speed")
+        """Anew several times a second."""
+        of = int(task.total or 0)
+        told = f"{int(task.completed):,} of {of:,}", self._pace.words, self._pace.left(time.monotonic(), of)
+        return Text("  ".join(filter(None, told)))
 
 
 @contextmanager
@@ -72,12 +120,15 @@ def designs_shown() -> Iterator[Callable[[Step], None] | None]:
     if not console.is_terminal:
         yield None
         return
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn()
-    with Progress(*columns, console=console, transient=True, speed_estimate_period=30.0) as shown:
+    pace = Pace()
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), _Words(pace), console=console, transient=True
+    ) as shown:
         whole = None
 
         def bar(step: Step) -> None:
             nonlocal whole
+            pace.add(time.monotonic(), step.done)
             if whole is None:  # designs that were there before do not count for the rate
                 whole = shown.add_task(step.words, total=step.of, completed=step.done)
             shown.update(whole, completed=step.done)

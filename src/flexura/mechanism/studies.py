@@ -64,28 +64,34 @@ Variation = Annotated[Annotated[Range, Tag("range")] | Annotated[Choice, Tag("ch
 
 
 class SweepStudy(Part):
-    """Answers over a grid of designs, or over so many samples of them."""
+    """Answers over a grid or a list of designs, or over so many samples of them."""
 
     vary: Annotated[dict[Name, Variation], Field(min_length=1)]
     """By parameter: `{from: ..., to: ..., steps: ...}`, or a list of values."""
     ask: SomeQuestions
-    sampling: Literal["grid", "latin hypercube", "sobol"] = "grid"
+    sampling: Literal["grid", "list", "latin hypercube", "sobol"] = "grid"
+    """All values with all, side by side, or samples of the ranges."""
     samples: Count | None = None
     """Designs of a Latin hypercube or a Sobol sequence."""
     seed: Seed = 0
 
     @model_validator(mode="after")
     def _sampled(self) -> Self:
-        if self.sampling == "grid" and self.samples is not None:
+        takes_values = self.sampling in ("grid", "list")
+        if takes_values and self.samples is not None:
             raise refuse("samples are those of a Latin hypercube or a Sobol sequence", "write sampling: sobol")
-        if self.sampling != "grid" and self.samples is None:
+        if not takes_values and self.samples is None:
             raise refuse("samples says how many designs there are", "e.g. samples: 4096")
         for name, own in self.vary.items():
-            if isinstance(own, Range) and (own.steps is None) == (self.sampling == "grid") and not own.integer:
+            if isinstance(own, Range) and (own.steps is None) == takes_values and not own.integer:
                 rule = (
-                    f"{name} has no steps on the grid" if self.sampling == "grid" else f"{name} has steps, but no grid"
+                    f"{name} has no steps on the {self.sampling}" if takes_values else f"{name} has steps, but no grid"
                 )
-                raise refuse(rule, "e.g. steps: 11" if self.sampling == "grid" else "leave steps out")
+                raise refuse(rule, "e.g. steps: 11" if takes_values else "leave steps out")
+        counts = {name: own.steps if isinstance(own, Range) else len(own) for name, own in self.vary.items()}
+        if self.sampling == "list" and len({*counts.values()} - {None}) > 1:
+            told = ", ".join(f"{name} has {count}" for name, count in counts.items() if count is not None)
+            raise refuse(f"a list pairs values: every parameter has as many ({told})")
         return self
 
 

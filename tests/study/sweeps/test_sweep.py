@@ -18,6 +18,11 @@ studies:
       ask: [f1, mass]
       sampling: sobol
       samples: 8
+  pairs:
+    sweep:
+      vary: {thickness: [0.3 mm, 0.4 mm, 0.5 mm], length: {from: 50 mm, to: 60 mm, steps: 3}}
+      ask: mass
+      sampling: list
   best:
     optimize: {vary: {thickness: {}}, maximise: f1}
 """
@@ -73,6 +78,12 @@ def test_a_study_of_the_description(described):
     assert found["thickness [m]"] == pytest.approx(np.repeat(np.geomspace(3e-4, 6e-4, 4), 2))
     assert found["length [m]"].tolist() == [0.05, 0.06] * 4
     assert fx.sweep(described, study="sizes", ask="mass").asked == ("mass [kg]",)
+
+
+def test_a_list_of_the_description_pairs_values(described):
+    found = fx.sweep(described, study="pairs").to_columns()
+    assert found["thickness [m]"].tolist() == pytest.approx([3e-4, 4e-4, 5e-4])
+    assert found["length [m]"].tolist() == pytest.approx([0.05, 0.055, 0.06])
 
 
 def test_ends_left_out_are_bounds_and_ends_may_be_expressions(described):

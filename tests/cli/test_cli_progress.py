@@ -1,0 +1,33 @@
+"""Rate and time left of studies, as they are shown."""
+
+from flexura.cli.progress import Pace
+
+
+def told(*seen):
+    pace = Pace()
+    for seconds, done in seen:
+        pace.add(seconds, done)
+    return pace
+
+
+def test_nothing_is_known_at_first():
+    pace = told((5.0, 1000))
+    assert (pace.words, pace.left(9.0, 2000)) == ("", "")
+
+
+def test_designs_that_were_there_before_do_not_count():
+    pace = told((0.0, 5000), (2.0, 9000))
+    assert pace.words == "2,000/s"
+    assert pace.left(2.0, 10_000_000) == "1:23:16 left"
+    assert pace.left(5.0, 15_000) == "0:00:00 left"
+
+
+def test_the_rate_is_that_of_the_last_half_minute():
+    pace = told(*((float(k), min(k, 50) + 100 * max(k - 50, 0)) for k in range(101)))
+    assert pace.words == "100/s"
+
+
+def test_blocks_of_minutes_have_a_rate_too():
+    pace = told(*((100.0 * k, 4 * k) for k in range(10)))
+    assert pace.words == "2.4/min"
+    assert pace.left(940.0, 56) == "0:07:40 left"
