@@ -61,7 +61,7 @@ def quantity(value: float | None, unit: str, digits: int = 5) -> str:
     """An SI value with the prefix that suits it, e.g. `0.00012` m as `120 µm`; empty where it is not known."""
     if value is None or isnan(value):
         return ""
-    factor, shown = _suited([[value]], unit)
+    factor, shown = suited([[value]], unit)
     return f"{number(value / factor, digits)} {shown}".strip()
 
 
@@ -117,18 +117,18 @@ def text_columns(shown: Mapping[str, list[Any]]) -> dict[str, list[str]]:
     alike: dict[str, list[list[float]]] = {}
     for name, (_, unit) in units.items():
         alike.setdefault(unit, []).append([float(x) for x in shown[name] if _is_known(x)])
-    suited = {unit: _suited(groups, unit) for unit, groups in alike.items()}
+    prefixes = {unit: suited(groups, unit) for unit, groups in alike.items()}
     found: dict[str, list[str]] = {}
     for name, column in shown.items():
         what, unit = units.get(name, (name, ""))
-        factor, written = suited.get(unit, (1.0, ""))
+        factor, written = prefixes.get(unit, (1.0, ""))
         noise = ROUND_OFF * _largest(x for own in alike.get(unit, []) for x in own) if written else 0.0
         heading = f"{what} [{written}]" if written else name
         found[heading] = [_cell(x, factor, noise) for x in column]
     return found
 
 
-def _suited(groups: Sequence[Sequence[float]], unit: str) -> tuple[float, str]:
+def suited(groups: Sequence[Sequence[float]], unit: str) -> tuple[float, str]:
     """A factor and the unit that it makes, which shows most groups of numbers with one to four digits before the
     point, and the largest of them best."""
     leading = _LEADING.fullmatch(unit)

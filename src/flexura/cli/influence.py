@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, print_result, read
+from flexura.cli.options import Dpi, File, Json, Plot, Settings, of_pictures, print_result, read
 
 if TYPE_CHECKING:
     from flexura.study.influence import Sensitivity
@@ -24,6 +24,8 @@ def sensitivity_command(
         str | None, typer.Option(metavar="A,B,C", help="Parameters, all that are numbers if none are named.")
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of slopes: .csv or .parquet.")] = None,
+    plot: Plot = None,
+    dpi: Dpi = None,
     set: Settings = None,
     as_json: Json = False,
 ) -> None:
@@ -31,10 +33,15 @@ def sensitivity_command(
     from flexura.cli.tables import write_table
     from flexura.study.influence import sensitivity
 
+    pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
     result = sensitivity(mechanism, parameters, ask=ask, free=names)
     written = [] if out is None else [write_table(result.to_columns(), out)]
+    if plot is not None:
+        from flexura.view import save_sensitivity
+
+        written += save_sensitivity(result, plot, **pictured)
     if as_json:
         print_result(result.to_dict(), written)
         return

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from flexura.cli.options import File, Json, Settings, Strict, print_result, read, say
+from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read, say
 from flexura.errors import OptionError
 
 if TYPE_CHECKING:
@@ -67,6 +67,8 @@ def sweep_command(
     workers: Workers = None,
     scheduler: Scheduler = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the table: .csv or .parquet.")] = None,
+    plot: Plot = None,
+    dpi: Dpi = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -79,6 +81,7 @@ def sweep_command(
 
     if out is not None and out.suffix.lower() not in TABLES:
         raise OptionError(f"{out} must be named {' or '.join(TABLES)}")
+    pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     with designs_shown() as progress, kept_when_interrupted(folder):
         result = sweep(
@@ -98,11 +101,17 @@ def sweep_command(
     if strict:
         result.raise_warnings()
     written = [] if out is None else [write_designs(result, out)]
+    if plot is not None:
+        from flexura.view import save_sweep
+
+        written += save_sweep(result, plot, **pictured)
     if as_json:
         table = {name: plain(own.tolist()) for name, own in result.to_columns().items()} if folder is None else None
         print_result({**result.to_dict(), "table": table}, written)
     else:
         print_study(result)
+        for path in written:
+            typer.echo(f"wrote {path}")
 
 
 _SAMPLINGS: Mapping[SamplingName, Any] = {own: own.value.replace("-", " ") for own in SamplingName}

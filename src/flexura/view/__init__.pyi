@@ -21,6 +21,8 @@ from flexura.view.files import save_pictures as save_pictures
 from flexura.view.identification import draw_stabilisation as draw_stabilisation
 from flexura.view.identification import draw_synthesis as draw_synthesis
 from flexura.view.identification import save_identification as save_identification
+from flexura.view.influence import draw_sensitivity as draw_sensitivity
+from flexura.view.influence import save_sensitivity as save_sensitivity
 from flexura.view.kinetostatics import draw_freedoms as draw_freedoms
 from flexura.view.kinetostatics import draw_kinetostatics as draw_kinetostatics
 from flexura.view.kinetostatics import save_kinetostatics as save_kinetostatics
@@ -46,6 +48,8 @@ from flexura.view.statics import save_preload as save_preload
 from flexura.view.statics import save_statics as save_statics
 from flexura.view.stroke import draw_stroke as draw_stroke
 from flexura.view.stroke import save_stroke as save_stroke
+from flexura.view.sweeps import draw_sweep as draw_sweep
+from flexura.view.sweeps import save_sweep as save_sweep
 from flexura.view.verification import draw_mode_pair as draw_mode_pair
 from flexura.view.verification import draw_verification as draw_verification
 from flexura.view.verification import save_verification as save_verification
