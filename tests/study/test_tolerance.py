@@ -46,7 +46,11 @@ def test_leaves_of_one_sheet_scatter_together() -> None:
     mass, half = alike().of("mass"), 2 * LEAF * 0.02e-3
     assert [size.name for size in alike().sizes] == ["thickness"]
     assert mass.deviation == pytest.approx(half / np.sqrt(3), rel=1e-3)
+    assert mass.linear_deviation == pytest.approx(half / np.sqrt(3), rel=1e-9)
     assert mass.mean.value == pytest.approx(mass.nominal, rel=1e-6)
+    assert mass.worst_high.value - mass.nominal == pytest.approx(half, rel=1e-9)
+    assert mass.worst_low.value - mass.nominal == pytest.approx(-half, rel=1e-9)
+    assert mass.worst_low.is_vertex and mass.worst_high.is_vertex
     for share, own in zip(alike().shares, mass.percentiles, strict=True):
         truth = mass.nominal + half * (2 * share - 1)
         assert own.low <= truth <= own.high
@@ -58,10 +62,13 @@ def test_leaves_machined_one_by_one_scatter_less_together() -> None:
     assert len(apart().sizes) == 2
     assert {size.tolerance for size in apart().sizes} == {"thickness"}
     assert mass.deviation == pytest.approx(half / np.sqrt(6), rel=5e-3)
+    assert mass.linear_deviation == pytest.approx(half / np.sqrt(6), rel=1e-9)
+    np.testing.assert_allclose(mass.variance_share, [0.5, 0.5], rtol=1e-9)
     for share, own in zip(apart().shares, mass.percentiles, strict=True):
         tail = np.sqrt(2 * min(share, 1 - share)) - 1  # a sum of two uniform numbers is triangular
         truth = mass.nominal + half * (tail if share <= 0.5 else -tail)
         assert own.low <= truth <= own.high
+    assert mass.worst_high.value - mass.nominal == pytest.approx(half, rel=1e-9)
 
 
 def test_the_share_of_parts_that_meet_a_limit() -> None:
@@ -71,11 +78,11 @@ def test_the_share_of_parts_that_meet_a_limit() -> None:
     assert first.share.low <= truth <= first.share.high
     assert first.share.value == pytest.approx(truth, abs=2e-3)
     assert first.failing == round((1 - first.share.value) * 1024)
-    assert first.is_met_nominally is True
+    assert (first.is_met_nominally, first.is_met_at_worst) == (True, False)
     assert (second.share.value, second.share.high, second.failing) == (1.0, 1.0, 0)
     assert second.share.low == pytest.approx(0.025 ** (1 / 1024))
     assert second.share.method == "Clopper-Pearson"
-    assert second.is_met_nominally is True
+    assert (second.is_met_nominally, second.is_met_at_worst) == (True, True)
     assert both.share == first.share
 
 
@@ -88,13 +95,20 @@ def test_of_two_tolerances_that_which_does_most_is_to_be_tightened_first() -> No
     assert found.indices is not None
     np.testing.assert_allclose(found.indices.first[:, 0], truth, atol=5e-3)
     np.testing.assert_allclose(found.indices.total[:, 0], truth, atol=5e-3)
+    np.testing.assert_allclose(found.quantities[0].variance_share, truth, rtol=1e-9)
     assert found.tighten_first == {"mass": "thickness"}
     assert list(found.influence("mass")) == ["thickness", "length"]
     without = fx.tolerance(
-        guide(), vary=["thickness=± 0.02 mm"], each=False, ask="mass", samples=24, indices=False, workers=1
+        guide(),
+        vary=["thickness=± 0.02 mm", "length=± 0.4 mm"],
+        each=False,
+        ask="mass",
+        samples=24,
+        indices=False,
+        workers=1,
     )
     assert without.indices is None
-    assert without.tighten_first == {"mass": None}
+    assert without.influence("mass")["length"] == pytest.approx(truth[1], rel=1e-9)
 
 
 def test_designs_that_fail_are_said_and_meet_nothing() -> None:
@@ -144,6 +158,55 @@ def test_a_nominal_value_that_is_set_moves_the_tolerance() -> None:
     assert (found.sizes[0].low, found.sizes[0].high) == (pytest.approx(0.38e-3), pytest.approx(0.42e-3))
 
 
+def test_copies_with_values_of_their_own_scatter_about_these() -> None:
+    """The first leaf is 0.4 mm thick, the second as thick as the parameter says, 0.45 mm."""
+    text = GUIDE.read_text(encoding="utf-8")
+    pattern = "pattern: {type: linear, count: 2, step: [distance, 0, 0]}"
+    own = fx.loads(text.replace(pattern, pattern + "\n    copies: {leaf1: {thickness: 0.4 mm}}"))
+    found = fx.tolerance(own, {"thickness": 0.45e-3}, vary="thickness=± 5 %", ask="mass", samples=24, workers=1)
+    assert [size.nominal for size in found.sizes] == pytest.approx([0.4e-3, 0.45e-3])
+    assert [size.high - size.nominal for size in found.sizes] == pytest.approx([0.02e-3, 0.0225e-3])
+    mass = found.quantities[0]
+    assert mass.nominal - alike().of("mass").nominal == pytest.approx(-LEAF * 0.15e-3)
+    assert mass.worst_high.value - mass.nominal == pytest.approx(LEAF * 0.0425e-3)
+    assert mass.mean.value == pytest.approx(mass.nominal, rel=1e-3)
+
+
+def test_what_is_highest_within_the_tolerances_is_no_corner() -> None:
+    """A product of the distance and what the distance leaves of a metre has its highest value in between."""
+    distance = "  distance: {value: 50 mm, source: example}\n"
+    text = GUIDE.read_text(encoding="utf-8").replace(distance, distance + "  hill: distance*(0.1 m - distance)\n")
+    model = fx.loads(text)
+    found = fx.tolerance(model, vary="distance=± 10 mm", ask="hill", require="hill >= 0.002 m^2", samples=48, workers=1)
+    hill = found.quantities[0]
+    assert hill.worst_low.value == pytest.approx(0.04 * 0.06)
+    assert not hill.worst_high.is_vertex
+    assert hill.worst_high.value <= 0.05**2
+    assert any("highest value" in note for note in found.notes)
+    assert any("far from linear" in note for note in found.notes)
+    assert found.yields[0].is_met_at_worst is True
+
+
+def test_frequencies_that_coincide_have_no_shares_unless_sizes_keep_them_together() -> None:
+    """A square bar bends in two directions at one frequency; its sides part them, its length does not."""
+    bar = fx.loads(
+        "flexura: 1\nname: square bar\nparameters: {b: 10 mm, length: 1 m}\ncorrections: none\n"
+        "nodes: {foot: [0, 0, 0], tip: [0, 0, length]}\n"
+        "links:\n  bar:\n    nodes: [foot, tip]\n    material: spring-steel\n    reference: x\n    elements: 2\n"
+        "    section: {shape: rectangle, width: b, thickness: 10 mm}\nground: {foot: clamped}\n"
+    )
+    apart = fx.tolerance(bar, vary="b=± 0.1 mm", ask="f1, f2", samples=24, workers=1)
+    assert np.isnan(apart.of("f1").variance_share).all()
+    assert "coincides" in apart.of("f1").no_slope
+    assert apart.of("f1").worst_low.value == pytest.approx(0.99 * apart.of("f1").nominal, rel=1e-3)
+    assert apart.of("f2").worst_high.value == pytest.approx(1.01 * apart.of("f1").nominal, rel=1e-3)
+    kept = fx.tolerance(bar, vary="length=± 1 mm", ask="f1, f2", samples=24, workers=1)
+    for own in kept.quantities:
+        assert own.no_slope == ""
+        assert own.slope[0] == pytest.approx(-2 * own.nominal, rel=1e-3)
+        assert own.worst_low.is_vertex
+
+
 def test_seeds_name_samples() -> None:
     def drawn(seed: int) -> np.ndarray:
         return fx.tolerance(
@@ -163,6 +226,10 @@ def test_curves_for_pictures() -> None:
     assert share[0] == 1.0
     assert share[-1] == pytest.approx(1 / 1024)
     np.testing.assert_allclose(share, np.linspace(1, 0, 11), atol=3e-3)
+    assert found.tornado("mass")["thickness"] == (
+        pytest.approx(found.of("mass").worst_low.value),
+        pytest.approx(found.of("mass").worst_high.value),
+    )
     assert limits[0] == found.of("mass").smallest
 
 
@@ -234,9 +301,14 @@ def test_leaves_that_differ_turn_a_pure_motion_into_a_parasitic_rotation() -> No
     ).quantities[0]
     assert found.nominal == pytest.approx(0.0, abs=1e-9 * half)
     assert found.deviation == pytest.approx(half / np.sqrt(6), rel=2e-2)
+    assert found.linear_deviation == pytest.approx(half / np.sqrt(6), rel=2e-2)
+    np.testing.assert_allclose(found.variance_share, [0.5, 0.5], rtol=1e-6)
+    np.testing.assert_allclose([found.worst_low.value, found.worst_high.value], [-half, half], rtol=2e-2)
+    assert found.worst_low.is_vertex
     assert found.percentiles[1].low <= half * (np.sqrt(2 * 0.05) - 1) <= found.percentiles[1].high
     assert found.mean.low <= 0 <= found.mean.high
     alike = fx.tolerance(
         side_by_side(), vary={"thickness": f"± {reach} m"}, each=False, ask=question, samples=24, workers=1
     ).quantities[0]
     assert alike.deviation <= 1e-9 * half
+    assert abs(alike.worst_high.value - alike.worst_low.value) <= 1e-9 * half

@@ -90,7 +90,7 @@ COMMANDS = {
     "tolerance": _Command(
         "tolerance",
         "tolerance_command",
-        "What tolerances do: spread, share of good parts, and which tolerance to tighten first.",
+        "What tolerances do: spread, share of good parts, worst case, and which tolerance to tighten first.",
     ),
     "calibrate": _Command(
         "calibration",

@@ -13,7 +13,7 @@ from flexura.cli.options import File, Json, Settings, Strict, print_result, read
 from flexura.cli.studies import Folder, Scheduler, Workers, kept_when_interrupted
 
 if TYPE_CHECKING:
-    from flexura.study.tolerances import Estimate, Tolerance, Yield
+    from flexura.study.tolerances import Estimate, Extreme, Tolerance, Yield
 
 
 def tolerance_command(
@@ -45,7 +45,7 @@ def tolerance_command(
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """What tolerances do: spread, share of good parts, and which tolerance to tighten first."""
+    """What tolerances do: spread, share of good parts, worst case, and which tolerance to tighten first."""
     from flexura.cli.progress import designs_shown
     from flexura.cli.tables import write_table
     from flexura.study.tolerances import tolerance
@@ -82,7 +82,7 @@ def tolerance_command(
 
 
 def print_tolerance(result: Tolerance) -> None:
-    """Print yields, spreads, and what each tolerance answers for."""
+    """Print yields, spreads, worst cases, and what each tolerance answers for."""
     from flexura.cli.tables import console_of_width, print_warnings
 
     console = console_of_width()
@@ -103,6 +103,8 @@ def _yield(own: Yield, samples: int) -> str:
     text += f", by {share.method}); {own.failing} of {samples} samples fail"
     if own.is_met_nominally is False:
         text += "; the nominal design does, too"
+    if own.is_met_at_worst:
+        text += "; met in the worst case"
     return text
 
 
@@ -131,7 +133,16 @@ def _spreads(result: Tolerance) -> Table:
     for k, share in enumerate(result.shares):
         cells = [_with_interval(own.percentiles[k], own.unit) for own in result.quantities]
         table.add_row(f"{100 * share:g} % lie below", *cells)
+    table.add_row("worst case, low", *(_end(own.worst_low, own.unit, "less") for own in result.quantities))
+    table.add_row("worst case, high", *(_end(own.worst_high, own.unit, "more") for own in result.quantities))
     return table
+
+
+def _end(own: Extreme, unit: str, further: str) -> str:
+    """A worst case, and whether there may be one beyond."""
+    from flexura.tables import quantity
+
+    return quantity(own.value, unit) + ("" if own.is_vertex else f" or {further}")
 
 
 def _with_interval(own: Estimate, unit: str) -> str:

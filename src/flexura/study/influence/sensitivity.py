@@ -52,7 +52,7 @@ class Sensitivity(Tabular):
 
     @property
     def relative(self) -> Array:
-        """(p/y) dy/dp (q, P); NaN where the quantity or the parameter is zero."""
+        """(p/y) dy/dp (q, P); NaN where the quantity or the parameter is zero (theory eq. U13)."""
         scale = np.where(self.value != 0, self.value, np.nan)[:, None]
         return self.slope * np.where(self.nominal != 0, self.nominal, np.nan) / scale
 

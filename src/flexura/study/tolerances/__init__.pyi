@@ -1,5 +1,6 @@
 from flexura.study.tolerances.indices import SobolIndices as SobolIndices
 from flexura.study.tolerances.intervals import Estimate as Estimate
+from flexura.study.tolerances.linear import Extreme as Extreme
 from flexura.study.tolerances.result import QuantitySpread as QuantitySpread
 from flexura.study.tolerances.result import Tolerance as Tolerance
 from flexura.study.tolerances.result import ToleratedSize as ToleratedSize

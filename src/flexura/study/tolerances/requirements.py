@@ -1,15 +1,17 @@
-"""Which share of parts meets what is required."""
+"""Which share of parts meets what is required, and whether the worst case does."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.study.questions import Questions, Relation
+from flexura.study.questions import Relation
 from flexura.study.tolerances.intervals import share_interval
+from flexura.study.tolerances.linear import Box, extreme
 from flexura.study.tolerances.result import Yield
+from flexura.study.tolerances.slopes import SlopesOf
 
 Array = NDArray[np.float64]
 
@@ -18,25 +20,40 @@ ALL = "all of them"
 
 
 def yields(
-    relations: Sequence[Relation], values: Array, nominal: Array, asked: Questions, confidence: float
+    relations: Sequence[Relation], values: Array, slopes: SlopesOf, box: Box, confidence: float
 ) -> tuple[Yield, ...]:
-    """The yields of requirements, and of all together where there are several, from values (R, n, q) of what is asked
-    and those of the nominal design (q,). A design without a value meets nothing."""
-    names = [own.text for own in asked.quantities]
+    """The yields of requirements, and of all together where there are several, from values (R, n, q) of what is asked.
+
+    A design without a value meets nothing.
+    """
+    names = [own.text for own in slopes.asked.quantities]
+    by_name = {name: values[..., k] for k, name in enumerate(names)}
     found, passing = list[Yield](), np.ones(values.shape[:2], dtype=bool)
     for own in relations:
-        passes = _margins(own, names, values) >= 0
+        margins = np.broadcast_to(own.evaluate(by_name), passing.shape)
+        passes = np.nan_to_num(margins, nan=-1.0) >= 0
         passing &= passes
-        met = bool(_margins(own, names, nominal) >= 0) if np.isfinite(nominal).all() else None
-        found.append(Yield(own.text, share_interval(passes, confidence), int(np.sum(~passes)), met))
+        margin = slopes.margin(own)
+        nominal = margin(box.nominal)[0]
+        is_met = bool(nominal >= 0) if np.isfinite(nominal) else None
+        worst = _is_met_at_worst(margin, margins.ravel(), box)
+        found.append(Yield(own.text, share_interval(passes, confidence), int(np.sum(~passes)), is_met, worst))
     if len(found) > 1:
-        known = [own.is_met_nominally for own in found]
-        every = None if None in known else all(known)
-        found.append(Yield(ALL, share_interval(passing, confidence), int(np.sum(~passing)), every))
+        nominal, worst = _every(own.is_met_nominally for own in found), _every(own.is_met_at_worst for own in found)
+        found.append(Yield(ALL, share_interval(passing, confidence), int(np.sum(~passing)), nominal, worst))
     return tuple(found)
 
 
-def _margins(own: Relation, names: Sequence[str], values: Array) -> Array:
-    """Margins of designs with values (..., q), below zero where one is missing."""
-    found = own.evaluate({name: values[..., k] for k, name in enumerate(names)})
-    return np.nan_to_num(np.broadcast_to(found, values.shape[:-1]), nan=-1.0)
+def _is_met_at_worst(margin: Callable[[Array], tuple[float, Array]], margins: Array, box: Box) -> bool | None:
+    """Whether a margin is positive at the worst corner; None where that is not found, or a sample has no margin."""
+    worst = extreme(margin, box.starts(margins, -1), box.low, box.high, -1)
+    if worst.value < 0:
+        return False
+    return True if worst.is_vertex and np.isfinite(margins[box.inside]).all() else None
+
+
+def _every(known: Iterable[bool | None]) -> bool | None:
+    known = list(known)
+    if any(own is False for own in known):
+        return False
+    return None if any(own is None for own in known) else True

@@ -13,6 +13,7 @@ from flexura.errors import Exceeded, OptionError
 from flexura.results import Tabular
 from flexura.study.tolerances.indices import SobolIndices
 from flexura.study.tolerances.intervals import Estimate
+from flexura.study.tolerances.linear import Extreme
 from flexura.tables import Facts, Table, percent, quantity
 
 Array = NDArray[np.float64]
@@ -37,7 +38,9 @@ class ToleratedSize:
 class QuantitySpread:
     """How one quantity scatters, SI: mean, standard deviation and percentiles of the samples, each with its interval.
 
-    `smallest` and `largest` are the furthest samples.
+    `smallest` and `largest` are the furthest samples, `worst_low` and `worst_high` what sizes within their tolerances
+    may lead to. `slope` (d,) and `variance_share` (d,) are those of the sizes, `linear_deviation` what they make of
+    the spread; NaN where there is none, for which `no_slope` has the words.
     """
 
     text: str
@@ -48,17 +51,24 @@ class QuantitySpread:
     percentiles: tuple[Estimate, ...]
     smallest: float
     largest: float
+    worst_low: Extreme
+    worst_high: Extreme
+    slope: Array
+    variance_share: Array
+    linear_deviation: float
+    no_slope: str = ""
 
 
 @dataclass(frozen=True)
 class Yield:
-    """The share of parts that meet a requirement, or all of them, with its interval, and whether the nominal design
-    does; None where it has no value."""
+    """The share of parts that meet a requirement, or all of them, with its interval, and what the nominal design and
+    the worst case say of it; None where nothing can be said."""
 
     text: str
     share: Estimate
     failing: int
     is_met_nominally: bool | None
+    is_met_at_worst: bool | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -108,10 +118,15 @@ class Tolerance(Tabular):
     def influence(self, text: str) -> dict[str, float]:
         """What share of the variance of a quantity each tolerance answers for, the largest first.
 
-        These are total Sobol indices; NaN where there are none.
+        Total Sobol indices where they were asked for, otherwise shares by slopes; NaN where neither tells.
         """
         k = self._number(text)
-        own = np.full(len(self.tolerances), np.nan) if self.indices is None else self.indices.total[:, k]
+        if self.indices is not None:
+            own = self.indices.total[:, k]
+        else:
+            share = self.quantities[k].variance_share
+            of = np.array([size.tolerance for size in self.sizes])
+            own = np.array([share[of == name].sum() for name in self.tolerances])
         order = np.argsort(-np.nan_to_num(own, nan=-1.0), kind="stable")
         return {self.tolerances[j]: float(own[j]) for j in order}
 
@@ -136,6 +151,15 @@ class Tolerance(Tabular):
         limits = np.linspace(own[0], own[-1], points) if len(own) else np.zeros(0)
         return limits, (len(own) - np.searchsorted(own, limits, side="left")) / self.samples
 
+    def tornado(self, text: str) -> dict[str, tuple[float, float]]:
+        """By size, what a quantity comes to, to first order, with this size alone at the ends of its tolerance, SI; the
+        largest difference first."""
+        own = self.of(text)
+        low, high, at = (np.array([getattr(s, what) for s in self.sizes]) for what in ("low", "high", "nominal"))
+        first, last = own.nominal + own.slope * (low - at), own.nominal + own.slope * (high - at)
+        order = np.argsort(-np.nan_to_num(np.abs(last - first)), kind="stable")
+        return {self.sizes[k].name: (float(first[k]), float(last[k])) for k in order}
+
     def _sorted(self, text: str) -> Array:
         own = self.values[:, self._number(text)]
         return np.sort(own[np.isfinite(own)])
@@ -150,6 +174,10 @@ class Tolerance(Tabular):
                 "nominal": [quantity(own.nominal, own.unit) for own in rows],
                 "mean": [quantity(own.mean.value, own.unit) for own in rows],
                 "standard deviation": [quantity(own.deviation, own.unit, 3) for own in rows],
+                "worst case": [
+                    f"{quantity(own.worst_low.value, own.unit)} to {quantity(own.worst_high.value, own.unit)}"
+                    for own in rows
+                ],
                 "tighten first": [self.tighten_first[own.text] or "" for own in rows],
             },
             "quantities",
@@ -164,9 +192,12 @@ class Tolerance(Tabular):
             "nominal [SI]": [own.nominal for own in rows],
             "mean [SI]": [own.mean.value for own in rows],
             "standard deviation [SI]": [own.deviation for own in rows],
+            "linear deviation [SI]": [own.linear_deviation for own in rows],
         }
         for k, share in enumerate(self.shares):
             for what, part in (("", "value"), (" lower", "low"), (" upper", "high")):
                 heading = f"{100 * share:g} %{what} [SI]"
                 found[heading] = [getattr(own.percentiles[k], part) for own in rows]
+        found["worst low [SI]"] = [own.worst_low.value for own in rows]
+        found["worst high [SI]"] = [own.worst_high.value for own in rows]
         return found | {"tighten first": [self.tighten_first[own.text] for own in rows]}

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexura.errors import OptionError
-from flexura.mechanism import Mechanism, Parameter, Spread, with_own_copies
+from flexura.mechanism import Mechanism, Parameter, Spread, parameter_values, with_own_copies
 from flexura.study.space import Variable, variables
 from flexura.study.tolerances.distributions import Distribution, Normal
+from flexura.study.tolerances.linear import Box
 from flexura.study.tolerances.result import ToleratedSize
 from flexura.study.tolerances.spreads import FORMS, distribution_of
 
+Array = NDArray[np.float64]
 Given = str | Spread
 Vary = Mapping[str, Given] | Sequence[str] | str
 """Tolerances by parameter, or texts NAME=TOLERANCE."""
@@ -28,12 +33,15 @@ class Sizes:
     tolerances: tuple[str, ...]
     groups: tuple[tuple[int, ...], ...]
 
+    def box(self, drawn: Array) -> Box:
+        """The range of all sizes, with samples (N, d) of them."""
+        nominal, low, high = np.array([(size.nominal, size.low, size.high) for size in self.sizes]).T
+        return Box(nominal, low, high, drawn)
 
-def sizes_of(
-    mechanism: Mechanism, nominal: Mapping[str, float], vary: Vary, each: bool | Sequence[str] = True
-) -> Sizes:
-    """The sizes of tolerances; every copy of a part has its own where `each` names the parameter, or is true and a file
-    does not say otherwise.
+
+def sizes_of(mechanism: Mechanism, fixed: Mapping[str, float], vary: Vary, each: bool | Sequence[str] = True) -> Sizes:
+    """The sizes of tolerances about their values, with `fixed` parameters set; every copy of a part has its own where
+    `each` names the parameter, or is true and a file does not say otherwise.
 
     Raises OptionError for text that is no tolerance, for parameters that are unknown, follow from others or are named
     twice, and for tolerances that go beyond their bounds.
@@ -44,22 +52,30 @@ def sizes_of(
     for name in chosen:
         if name not in given:
             raise OptionError(f"{name!r} has no tolerance for each copy to have its own; with one: {', '.join(given)}")
-    variables(mechanism, {name: [nominal.get(name, 0.0)] for name in given})
-    found = {name: distribution_of(mechanism, name, own, nominal) for name, own in given.items()}
-    for name, own in found.items():
-        _check_bounds(name, mechanism.parameters[name], own)
+    values = parameter_values(mechanism, fixed)
+    variables(mechanism, {name: [values.get(name, 0.0)] for name in given})
     copied, names = with_own_copies(mechanism, chosen) if chosen else (mechanism, {})
-    sizes, groups = list[ToleratedSize](), list[tuple[int, ...]]()
-    for name, own in found.items():
+    nominal = {name: float(value) for name, value in parameter_values(copied, fixed).items()}
+    sizes, groups, vary_each = list[ToleratedSize](), list[tuple[int, ...]](), list[Variable]()
+    for name, text in given.items():
         copies = tuple(dict.fromkeys(names[name].values())) if name in names else (name,)
         groups.append(tuple(range(len(sizes), len(sizes) + len(copies))))
-        unit, at = mechanism.parameters[name].unit, nominal[name]
-        numbers = (at, own.low, own.high, own.mean, own.deviation)
-        sizes += [ToleratedSize(copy, name, unit, *numbers, own.describe()) for copy in copies]
-    vary_each = [
-        Variable(size.name, size.low, size.high, unit=size.unit, distribution=found[size.tolerance]) for size in sizes
-    ]
-    return Sizes(copied, tuple(sizes), tuple(vary_each), tuple(found), tuple(groups))
+        unit = mechanism.parameters[name].unit
+        for copy in copies:
+            at = nominal[copy]
+            own = distribution_of(mechanism, name, text, {**nominal, name: at})
+            _check_bounds(copy, copied.parameters[copy], own)
+            ends = (own.low, own.high, own.mean, own.deviation)
+            sizes.append(ToleratedSize(copy, name, unit, at, *ends, own.describe()))
+            vary_each.append(Variable(copy, own.low, own.high, unit=unit, distribution=own))
+    return Sizes(_free(copied, sizes), tuple(sizes), tuple(vary_each), tuple(given), tuple(groups))
+
+
+def _free(mechanism: Mechanism, sizes: Sequence[ToleratedSize]) -> Mechanism:
+    """The mechanism with sizes that are numbers and follow from nothing, as they scatter by themselves."""
+    known = mechanism.parameters
+    own = {size.name: known[size.name].replaced({"value": size.nominal}) for size in sizes}
+    return mechanism.replaced({"parameters": {**known, **own}})
 
 
 def _check_bounds(name: str, parameter: Parameter, own: Distribution) -> None:

@@ -16,13 +16,15 @@ from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.engine import StudyTable, run
-from flexura.study.questions import Quantity, Questions, Relation, questions, relation
+from flexura.study.questions import Questions, Relation, questions, relation
 from flexura.study.tolerances.indices import indices_of
 from flexura.study.tolerances.intervals import FEWEST, mean_interval, percentile_interval
+from flexura.study.tolerances.linear import Box, extreme, linear_deviation, significant, variance_shares
 from flexura.study.tolerances.requirements import yields
 from flexura.study.tolerances.result import QuantitySpread, Tolerance
 from flexura.study.tolerances.sampling import ScrambledNets
 from flexura.study.tolerances.sizes import Sizes, Vary, sizes_of
+from flexura.study.tolerances.slopes import SlopesOf
 from flexura.study.tolerances.spreads import FORMS
 
 Array = NDArray[np.float64]
@@ -30,6 +32,9 @@ Array = NDArray[np.float64]
 PERCENTILES = (1, 5, 50, 95, 99)
 
 SAMPLES = 4096
+
+FAR = 0.1
+"""Relative difference between the standard deviations of slopes and of samples from which on it is said."""
 
 LISTED = 6
 """Sizes of a tolerance that a note names."""
@@ -60,30 +65,31 @@ def tolerance(
     `vary` has a tolerance for each parameter, such as `± 0.02 mm`, about its value; every copy of a part has its own,
     unless `each` is false or names others. What is not given comes from the tolerance study of the file, of those the
     one that `study` names. 4096 samples are independently scrambled Sobol' nets, run as the designs of `sweep`;
-    `indices` take more designs beside them (theory eqs. U1-U10). Raises ModelError, OptionError and SolverError.
+    `indices` take more designs beside them (theory eqs. U1-U12). Raises ModelError, OptionError and SolverError.
     """
     shares = _shares(percentiles, confidence)
     plan = plan_of(model, parameters)
     fixed = one_design(parameters)
-    nominal = {name: float(value) for name, value in plan.parameter_values(fixed).items()}
     given = _given(plan.mechanism, study, _Given(vary, ask, require, samples, seed))
-    own = sizes_of(plan.mechanism, nominal, given.vary or (), each)
+    own = sizes_of(plan.mechanism, fixed, given.vary or (), each)
     asked, required = _asked(plan_of(own.mechanism), given.ask or (), given.require or ())
     nets = ScrambledNets.of(own.variables, own.groups, given.samples, given.seed, indices)
     others = {name: value for name, value in fixed.items() if name not in nets.names}
     table = run(asked, nets, others, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
     values = np.column_stack(list(table.to_columns(table.asked).values()))
     A, B, AB = nets.sorted_out(values)
-    sample, at = values[: nets.samples], asked.values(fixed).value[0]
+    sample, drawn = values[: nets.samples], np.column_stack(list(nets.designs(0, nets.samples).values()))
+    slopes, box = SlopesOf(asked, others, nets.names), own.box(drawn)
+    spreads = [_spread(k, A[..., k], own, slopes, box, shares, confidence) for k in range(values.shape[1])]
     reasons = _failures(table, sample)
     return Tolerance(
         name=plan.mechanism.name,
         sizes=own.sizes,
         tolerances=own.tolerances,
-        quantities=tuple(_spread(one, A[..., k], at[k], shares, confidence) for k, one in enumerate(asked.quantities)),
+        quantities=tuple(spreads),
         shares=shares,
         confidence=confidence,
-        yields=yields(required, A, at, asked, confidence),
+        yields=yields(required, A, slopes, box, confidence),
         correlation=_correlation(sample),
         indices=indices_of(A[:, : nets.index_points], B, AB, confidence) if indices else None,
         samples=nets.samples,
@@ -92,9 +98,9 @@ def tolerance(
         failed=sum(reasons.values()),
         reasons=reasons,
         values=sample,
-        drawn=np.column_stack(list(nets.designs(0, nets.samples).values())),
+        drawn=drawn,
         warnings=tuple(_warnings(table, nets.samples, reasons)),
-        notes=tuple(_notes(own, nets)),
+        notes=tuple(_notes(own, nets, spreads)),
     )
 
 
@@ -148,19 +154,31 @@ def _asked(plan: Plan, ask: str | Sequence[str], require: str | Sequence[str]) -
 
 
 def _spread(
-    asked: Quantity, values: Array, nominal: float, shares: Sequence[float], confidence: float
+    k: int, values: Array, own: Sizes, slopes: SlopesOf, box: Box, shares: Sequence[float], confidence: float
 ) -> QuantitySpread:
-    """What is told of a quantity with values (R, n)."""
-    there = values[np.isfinite(values)]
+    """What is told of quantity k, with values (R, n)."""
+    asked, flat = slopes.asked.quantities[k], values.ravel()
+    values_at, slopes_at, reasons = slopes.at(box.nominal)
+    nominal, slope, reason = float(values_at[k]), slopes_at[k], reasons[k]
+    low, high = (extreme(slopes.quantity(k), box.starts(flat, sign), box.low, box.high, sign) for sign in (-1, 1))
+    deviation = np.array([size.deviation for size in own.sizes])
+    slope = slope if reason else significant(slope, box.high - box.low, nominal)
+    there = flat[np.isfinite(flat)]
     return QuantitySpread(
-        asked.text,
-        asked.unit,
-        float(nominal),
-        mean_interval(values, confidence),
-        float(np.std(there, ddof=1)) if len(there) > 1 else np.nan,
-        tuple(percentile_interval(values, share, confidence) for share in shares),
-        float(there.min(initial=np.inf)),
-        float(there.max(initial=-np.inf)),
+        text=asked.text,
+        unit=asked.unit,
+        nominal=nominal,
+        mean=mean_interval(values, confidence),
+        deviation=float(np.std(there, ddof=1)) if len(there) > 1 else np.nan,
+        percentiles=tuple(percentile_interval(values, share, confidence) for share in shares),
+        smallest=float(there.min(initial=np.inf)),
+        largest=float(there.max(initial=-np.inf)),
+        worst_low=low,
+        worst_high=high,
+        slope=slope,
+        variance_share=variance_shares(slope, deviation),
+        linear_deviation=linear_deviation(slope, deviation),
+        no_slope=reason,
     )
 
 
@@ -192,7 +210,7 @@ def _warnings(table: StudyTable, samples: int, reasons: Mapping[str, int]) -> It
     yield from (own for own in table.warnings if own.kind == "proof")
 
 
-def _notes(own: Sizes, nets: ScrambledNets) -> Iterator[str]:
+def _notes(own: Sizes, nets: ScrambledNets, spreads: Sequence[QuantitySpread]) -> Iterator[str]:
     for name, group in zip(own.tolerances, own.groups, strict=True):
         if len(group) > 1:
             listed = ", ".join(own.sizes[k].name for k in group[:LISTED])
@@ -201,3 +219,14 @@ def _notes(own: Sizes, nets: ScrambledNets) -> Iterator[str]:
         f"{nets.samples} samples in {nets.scramblings} nets scrambled independently; intervals by Student's t over the "
         f"nets where each has {FEWEST} samples beyond"
     )
+    for spread in spreads:
+        if spread.no_slope:
+            yield f"{spread.text}: {spread.no_slope.removeprefix(f'{spread.text}: ')}; no share of each size is told"
+        elif abs(spread.linear_deviation - spread.deviation) > FAR * max(spread.deviation, spread.linear_deviation):
+            yield (
+                f"{spread.text}: its standard deviation is {spread.deviation:.3g} {spread.unit}, by slopes alone "
+                f"{spread.linear_deviation:.3g} {spread.unit}: it is far from linear in these tolerances"
+            )
+        ends = ((spread.worst_low, "lowest"), (spread.worst_high, "highest"))
+        if open_ := " and ".join(word for end, word in ends if not end.is_vertex):
+            yield f"{spread.text}: its {open_} value within the tolerances is only the furthest that was found"
