@@ -135,8 +135,8 @@ def test_names_that_cannot_move_are_errors():
 
 
 def test_slopes_that_are_differences_say_so():
-    found = questions(GUIDE, "reach(x), mass, frf(x, x, 20 Hz)").slopes({}, ["thickness"])
-    assert list(found.is_exact) == [False, True, False]
+    found = questions(GUIDE, "frf(x, x, 20 Hz), mass").slopes({}, ["thickness"])
+    assert list(found.is_exact) == [False, True]
 
     def magnitude(t):
         own = fx.frequency_response(
@@ -144,9 +144,78 @@ def test_slopes_that_are_differences_say_so():
         )
         return abs(own.response[0, 0, 0])
 
-    assert found.slope[2, 0] == pytest.approx(eighth_order(magnitude, 5e-4, 1e-5), rel=1e-3)
-    # small strokes of a leaf that is guided at both ends: sigma = 3 E t x / L^2; this goes far
-    assert found.slope[0, 0] == pytest.approx(-found.value[0] / 5e-4, rel=0.15)
+    assert found.slope[0, 0] == pytest.approx(eighth_order(magnitude, 5e-4, 1e-5), rel=1e-3)
+
+
+@pytest.mark.parametrize("model", [GUIDE, HUNG], ids=["bare", "hung"])
+def test_a_reach_moves_so_that_its_stress_stays_that_of_yield(model):
+    """The stress at the stroke of other designs is that of the verb."""
+    found = questions(model, "reach(x)").slopes(AT, NAMES)
+    assert found.is_exact.all()
+    at, h = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}, 1e-3
+    for p, name in enumerate(NAMES):
+
+        def excess(step, p=p, name=name):
+            stroke = found.value[0] + step * at[name] * found.slope[0, p]
+            design = {**AT, name: at[name] * (1 + step)}
+            both = [fx.stroke(model, design, move={"carriage.x": own}).stresses(0) for own in (stroke, -stroke)]
+            return 1 / min(own.factor_to_yield for own in both) - 1
+
+        assert abs(excess(0.0)) < 1e-8
+        assert abs(excess(h) - excess(-h)) / (2 * h) < 1e-5
+
+
+def test_a_reach_that_yields_at_once_stays_zero():
+    text = TEXT + "\nloads: {carriage: {force: [0, 2 kN, 0]}}\n"
+    found = questions(fx.loads(text), "reach(x)").slopes({}, ["thickness"])
+    assert found.value[0] == 0
+    assert found.slope[0, 0] == 0
+
+
+AMPLIFIER = fx.load(EXAMPLES / "amplifier" / "amplifier.yaml")
+
+
+@pytest.mark.parametrize("pose", [None, -3e-5], ids=["rest", "pose"])
+def test_slopes_of_couplings_are_those_of_kinetostatics(pose):
+    names, at = ["rise", "leaf_thickness", "piezo_stiffness"], {"rise": 1.5e-3, "leaf_thickness": 5e-4}
+    values = {**at, "piezo_stiffness": 2e7}
+    words = "" if pose is None else " at output.z = -30 um"
+    asked = [f"{own}(piezo, output.z){words}" for own in ("coupling", "amplification")]
+    found = questions(AMPLIFIER, asked).slopes(at, names)
+    assert found.is_exact.all()
+    posed = questions(AMPLIFIER, asked)
+    for p, name in enumerate(names):
+
+        def read(value, name=name):
+            if pose is not None:
+                return posed.values({**at, name: value}).value[0]
+            own = fx.kinetostatics(AMPLIFIER, {**at, name: value}, platform="output", actuators=["piezo"])
+            moved = own.coupling[2, 0]
+            return np.array([moved, moved / abs(own.elongation[0, 0])])
+
+        np.testing.assert_allclose(found.value, read(values[name]), rtol=1e-9)
+        wanted = eighth_order(read, values[name], 0.01 * values[name])
+        atol = 1e-7 * abs(found.value / values[name])
+        assert (abs(found.slope[:, p] - wanted) < 1e-6 * abs(wanted) + atol).all()
+
+
+def test_slopes_along_what_drives_a_pose_are_those_of_strokes():
+    asked = ("stiffness(x)", "compliance(x, ry)", "compliance(z, ry)", "stiffness(y)")
+    found = questions(GUIDE, [f"{text} at x = 3 mm, y = 0.02 mm" for text in asked]).slopes(AT, NAMES)
+    assert found.is_exact.all()
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    for p, name in enumerate(NAMES):
+
+        def read(value, name=name):
+            move = {"carriage.x": 3e-3, "carriage.y": 2e-5}
+            own = fx.stroke(GUIDE, {**AT, name: value}, move=move, compliance=True).poses[0]
+            k = own.drive_stiffness
+            return np.array([k["carriage.x"], k["carriage.y"], own.compliance_held["carriage"][2, 4]])
+
+        wanted = eighth_order(read, at[name], 0.01 * at[name])
+        got = found.slope[[0, 3, 2], p]
+        size = abs(found.value[[0, 3, 2]] / at[name])
+        assert (abs(got - wanted) < 1e-6 * abs(wanted) + 1e-5 * size).all()
 
 
 POSE = "at x = 3 mm, y = 0.02 mm"

@@ -1,5 +1,6 @@
 from flexura.analysis import signals as signals
 from flexura.analysis.at_pose import AtPose as AtPose
+from flexura.analysis.at_pose import Way as Way
 from flexura.analysis.at_pose import at_pose as at_pose
 from flexura.analysis.at_rest import AtRest as AtRest
 from flexura.analysis.body_doubts import lowered_by_bodies as lowered_by_bodies

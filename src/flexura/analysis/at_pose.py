@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -23,6 +23,7 @@ from flexura.motion import (
     Path,
     Point,
     Pose,
+    PosedDesign,
     Repeated,
     SlopedPose,
     Stopped,
@@ -31,6 +32,7 @@ from flexura.motion import (
 )
 from flexura.records import Record
 from flexura.structure import Design
+from flexura.systems import InputPort, Ports
 
 Array = NDArray[np.float64]
 
@@ -67,6 +69,25 @@ class AtPose(Record):
         """
         return self.state.compliance(self._number(node), held)
 
+    def flexibility(self, rows: Array, held: Sequence[str]) -> Array:
+        """Motions (k, k) along rows (k, n) over the free displacements per unit force along each, with the prescribed
+        displacements of some names held, the others free under their forces. Raises SolverError as `compliance`."""
+        names = list(self.move)
+        return self.state.flexibility(rows, [names.index(name) for name in held])
+
+    def rows(self, node: str) -> Array:
+        """Displacements (6, n) of a node from the free displacements. Raises OptionError for unknown nodes."""
+        return self.state.best.rows(self._number(node))
+
+    def coupling(self, actuator: str, node: str) -> tuple[Any, Any]:
+        """As `AtRest.coupling`, the prescribed displacements free under their forces."""
+        own = self.design
+        there = _Displaced(own.plan, own.parameters, own.values, own.geometry, PosedDesign(self.state.best, ""))
+        port: InputPort = Ports(there).inputs([actuator])[0]
+        rows = np.concatenate([self.rows(node), port.row[None]])
+        moved = self.flexibility(rows, ())[:, -1] * port.gain
+        return moved[:-1], moved[-1]
+
     @cached_property
     def stresses(self) -> LargestStresses:
         """The largest stresses in the members whose sections are known, (m, 1)."""
@@ -90,6 +111,17 @@ class AtPose(Record):
 
     def _number(self, node: str) -> int:
         return int(self.design.plan.topology.numbers([node])[0])
+
+
+@dataclass(frozen=True, repr=False)
+class _Displaced(Design):
+    """A design that is `there`, wherever its plan says."""
+
+    there: PosedDesign
+
+    @property
+    def posed(self) -> PosedDesign:
+        return self.there
 
 
 def _hertz(own: Repeated) -> Repeated:
@@ -127,6 +159,11 @@ class Way:
         if self.loads.any:
             self.to(planned.rest.targets)
 
+    @property
+    def count(self) -> int:
+        """Number of slopes of the design."""
+        return len(slope_of(self.design.values)) if isinstance(self.design.values, Dual) else 0
+
     def to(self, targets: Array) -> Equilibrium:
         """The state at displacements (d,), from the last one. Raises SolverError where no equilibrium leads there."""
         for drive, target in zip(self.equations.drives, targets.tolist(), strict=True):
@@ -145,9 +182,7 @@ class Way:
         move = dict(zip(self.names, targets, strict=True))
         if not isinstance(self.design.values, Dual):
             return AtPose(self.design, move, SlopedPose(pose))
-        slopes = [
-            own.slope if isinstance(own, Dual) else np.zeros(len(slope_of(self.design.values))) for own in targets
-        ]
+        slopes = [own.slope if isinstance(own, Dual) else np.zeros(self.count) for own in targets]
         wanted: Any = Dual(values, np.stack(slopes, axis=1))
         return AtPose(self.design, move, SlopedPose.of(pose, self.design, described_loads(self.design), wanted))
 

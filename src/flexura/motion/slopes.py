@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from flexura.beam import skew
 from flexura.duals import Dual, plain, slope_of
+from flexura.linalg import factorise
 from flexura.motion.buckling import critical_state, material_at
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.loads import Loads
 from flexura.motion.model import MovingModel
-from flexura.motion.pose import Pose, lowest_of_any
+from flexura.motion.pose import Holding, Pose, lowest_of_any
 from flexura.sensitivity import clusters
 from flexura.structure import Design
 
@@ -77,14 +78,27 @@ class SlopedPose:
     def compliance(self, node: int, held: bool = False) -> Any:
         """Displacements (6, 6) of a node per force and moment on it, with slopes, the drives free or held (theory eq.
         V6). Raises SolverError where the state has lost its stiffness."""
-        x = self.pose.pushed(node, held)
         if self.moving is None:
             return self.pose.compliance(node, held)
-        G: Any = self.moving.rows(node)
-        C = G.value @ x
-        change = G.slope @ x - self._form(self._stiffness, x) / 2
-        if held:
-            change = change + self._pulled(x, self.pose.K @ x - G.value.T)
+        held_drives = range(len(self.pose.equations.drives)) if held else ()
+        return self._flexible(self.moving.rows(node), self.pose.pushed(node, held), held_drives)
+
+    def flexibility(self, rows: Any, held: Sequence[int]) -> Any:
+        """Motions (k, k) along `rows` (k, n) per unit force along each, with slopes, the drives numbered `held` held
+        and the others free (theory eq. V6). Raises SolverError as `compliance`."""
+        pose = self.pose
+        holding = Holding.of(pose.state.tangent.rows[list(held)], pose.equations.scale)
+        forces = np.ascontiguousarray(holding.rows(plain(rows)).T)
+        return self._flexible(rows, holding.motions(factorise(holding.matrix(pose.K)).solve(forces)), held)
+
+    def _flexible(self, rows: Any, x: Array, held: Sequence[int]) -> Any:
+        """Motions along rows (k, n), which may have slopes, in displacements x (n, k) by unit forces along them."""
+        G = plain(rows)
+        C = G @ x
+        moved = slope_of(rows) if isinstance(rows, Dual) else np.zeros((1, *G.shape))
+        change = moved @ x - self._form(self._stiffness, x) / 2
+        if len(held):
+            change = change + self._pulled(x, self.pose.K @ x - G.T, held)
         return Dual((C + C.T) / 2, change + np.swapaxes(change, 1, 2))
 
     def eigenvalues(self, n: int, held: bool = False) -> list[Repeated]:
@@ -137,12 +151,13 @@ class SlopedPose:
             return np.zeros((0, x.shape[1], x.shape[1]))
         return slope_of(self.moving.equations.model.form(blocks, x))
 
-    def _pulled(self, x: Array, forces: Array) -> Array:
-        """Work (P, k, k), on motions x (n, k), of slopes of the rows that hold the drives, under forces (n, k) that
-        these exert."""
+    def _pulled(self, x: Array, forces: Array, held: Sequence[int] | None = None) -> Array:
+        """Work (P, k, k), on motions x (n, k), of slopes of the rows that hold the drives, all or those `held`, under
+        forces (n, k) that these exert."""
         if self.moving is None:
             return np.zeros((0, x.shape[1], x.shape[1]))
-        rows: Any = self.moving.state.tangent.rows
+        whole: Any = self.moving.state.tangent.rows
+        rows = whole if held is None else whole[list(held)]
         pull = np.linalg.lstsq(rows.value.T, forces, rcond=None)[0]
         return np.swapaxes(rows.slope @ x, 1, 2) @ pull
 

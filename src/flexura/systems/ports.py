@@ -71,6 +71,11 @@ class InputPort(Record):
     nodes: tuple[int, ...] = ()
     limits: tuple[float, float] = (-np.inf, np.inf)
 
+    @property
+    def gain(self) -> Any:
+        """What the load is of the motion that it works on."""
+        return 1.0 if self.stiffness is None else self.stiffness * self.stroke
+
 
 @dataclass(frozen=True, repr=False)
 class OutputPort(Record):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from flexura.analysis import ratios_to_yield
+from flexura.analysis import AtPose, Way, ratios_to_yield
+from flexura.duals import Dual, plain
 from flexura.errors import SolverError
 from flexura.motion import (
     NO_LOADS,
@@ -21,8 +24,10 @@ from flexura.motion import (
     described_loads,
     end_forces,
 )
-from flexura.structure import Plan, at_rest
+from flexura.structure import Design, Plan, at_rest
 from flexura.study.questions.reading import Freedom
+
+Array = NDArray[np.float64]
 
 SMALL = 1e-4
 """First step, over the size of the mechanism or in rad, from which the stroke at yield is estimated."""
@@ -35,6 +40,9 @@ MOST = 200
 
 EXACT = 1e-10
 """Relative error of a reach."""
+
+ALIKE = 1e-7
+"""Relative difference of strokes to both sides, and of their slopes, that is none."""
 
 HALF_TURN = 3.1
 """Largest rotation that is looked at, rad."""
@@ -110,9 +118,47 @@ def reach(plan: Plan, parameters: Mapping[str, float], of: Freedom) -> float:
 
     Raises SolverError where a way of equilibria ends before, and where nothing yields.
     """
+    return min(_sides(plan, parameters, of).values())
+
+
+def sloped_reach(plan: Plan, parameters: Mapping[str, float], names: Sequence[str], of: Freedom) -> Dual:
+    """As `reach`, with its exact slopes by some parameters: where stress(stroke, p) is that of yield, the stroke moves
+    by minus the slope of the stress by p over that by the stroke (theory eq. V9).
+
+    A slope is NaN where both sides yield alike and part as a parameter moves. Raises as `reach`.
+    """
+    sides = _sides(plan, parameters, of)
+    least = min(sides.values())
+    if least == 0:
+        return Dual(np.zeros(()), np.zeros(len(names)))
+    way = Way(Design.with_slopes(plan.at_rest(), parameters, names), [of.name])
+    moved = [
+        _stroke_slope(way, side * stroke) * side for side, stroke in sides.items() if stroke <= least * (1 + ALIKE)
+    ]
+    size = np.max(np.abs(moved), axis=0)
+    return Dual(np.array(least), np.where(np.ptp(moved, axis=0) <= ALIKE * size, moved[0], np.nan))
+
+
+def _stroke_slope(way: Way, stroke: float) -> Array:
+    """Slopes (P,) of a signed stroke at which the largest stress over yield stress is held."""
+    way.to(np.zeros(1))
+    held, driven = (_ratio(way.at([own])).slope for own in (stroke, Dual(np.array(stroke), np.ones(way.count))))
+    least = np.argmin(np.abs(held))
+    return -held / (driven - held)[least]
+
+
+def _ratio(at: AtPose) -> Any:
+    """Largest stress over yield stress at a pose."""
+    found = at.stresses
+    known = ~np.isnan(plain(found.yield_stress))
+    return np.max(found.von_mises[known, 0] / found.yield_stress[known])
+
+
+def _sides(plan: Plan, parameters: Mapping[str, float], of: Freedom) -> dict[float, float]:
+    """Strokes to the sides 1 and -1, infinite where nothing yields on a side before the other does."""
     stroke = _Stroke(plan, parameters, of)
-    found = stroke.until(1.0, np.inf)
-    found = min(found, stroke.until(-1.0, found))
-    if not np.isfinite(found):
+    first = stroke.until(1.0, np.inf)
+    found = {1.0: first, -1.0: stroke.until(-1.0, first)}
+    if not np.isfinite(min(found.values())):
         raise SolverError(f"nothing yields up to {of.name} = {HALF_TURN} rad")
     return found

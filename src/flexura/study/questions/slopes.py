@@ -20,10 +20,14 @@ from flexura.study.questions.catalogue import FREQUENCY, Quantity
 from flexura.study.questions.designs import FAILURES, reason_of
 from flexura.study.questions.followed import MODES
 from flexura.study.questions.masses import body_mass, total_mass
-from flexura.study.questions.reading import Freedom, Members
+from flexura.study.questions.reach import sloped_reach
+from flexura.study.questions.reading import Freedom, Members, Port
 from flexura.study.questions.single import OneDesign
 
 Array = NDArray[np.float64]
+
+LINEAR = ("stress", "margin", "buckling", "coupling", "amplification")
+"""What is read at rest of `flexura.analysis.AtRest`."""
 
 STEP = 1e-3
 """Relative step of differences."""
@@ -72,8 +76,9 @@ class Exact:
         for kinds, work in ((("mass", "parameter"), self._numbers), (("compliance", "stiffness"), self._compliances)):
             self._try([k for k, own in enumerate(asked) if own.kind in kinds and not own.pose], work)
         self._try([k for k, own in enumerate(asked) if own.kind == FREQUENCY and not own.pose], self._frequencies)
-        linear = [k for k, own in enumerate(asked) if own.kind in ("stress", "margin", "buckling") and not own.pose]
+        linear = [k for k, own in enumerate(asked) if own.kind in LINEAR and not own.pose]
         self._try(linear, self._at_rest)
+        self._try([k for k, own in enumerate(asked) if own.kind == "reach"], self._reaches)
         for pose in dict.fromkeys(own.pose for own in asked if own.pose):
             self._try([k for k, own in enumerate(asked) if own.pose == pose and is_sloped(own)], self._at_pose)
 
@@ -128,10 +133,19 @@ class Exact:
             self._tell(k, Dual(np.array(value), slope))
 
     def _at_rest(self, places: list[int]) -> None:
-        """Stresses, margins and buckling under the loads that are described."""
+        """What is linear under the loads that are described."""
         state = AtRest(self.plan, self.parameters, self.names)
         for k in places:
             self._tell(k, read_of(state, self.asked[k]))
+
+    def _reaches(self, places: list[int]) -> None:
+        """Strokes until something yields."""
+        for k in places:
+            [of] = self.asked[k].arguments
+            assert isinstance(of, Freedom)
+            self._tell(k, sloped_reach(self.plan, self.parameters, self.names, of))
+            if np.isnan(self.slope[k]).any():
+                self.reason[k] = f"{self.asked[k].text}: it yields alike at several places that part as parameters move"
 
     def _frequencies(self, places: list[int]) -> None:
         single = OneDesign(self.plan, self.parameters, self.asked)
@@ -191,11 +205,7 @@ class Exact:
 
 def is_sloped(asked: Quantity) -> bool:
     """Whether exact derivatives of what is asked at a pose are known."""
-    driven = {name for name, _ in asked.pose}
-    of = [own for own in asked.arguments if isinstance(own, Freedom)]
-    if asked.kind in ("stiffness", "compliance"):
-        return len({own.node for own in of}) == 1 and not driven & {own.name for own in of}
-    return asked.kind in (FREQUENCY, "force", "stress", "margin", "buckling")
+    return asked.kind not in ("frf", "frf_peak", "reach")
 
 
 def read_of(state: Any, asked: Quantity) -> Any:
@@ -206,11 +216,17 @@ def read_of(state: Any, asked: Quantity) -> Any:
         case "buckling":
             factor = state.buckling_factor
             return np.inf if factor is None else Dual(np.array(factor.value), np.linalg.eigvalsh(factor.slope)[:, 0])
-        case "stiffness" | "compliance":
-            to, by = asked.arguments[0], asked.arguments[-1]
+        case "coupling" | "amplification":
+            actuator, to = asked.arguments
+            assert isinstance(actuator, Port)
             assert isinstance(to, Freedom)
-            assert isinstance(by, Freedom)
-            found = state.compliance(to.node)[to.component, by.component]
+            moved, elongation = state.coupling(actuator.known, to.node)
+            return moved[to.component] / (1.0 if asked.kind == "coupling" else abs(elongation))
+        case "stiffness" | "compliance":
+            of = [own for own in (asked.arguments[0], asked.arguments[-1]) if isinstance(own, Freedom)]
+            rows = np.stack([state.rows(own.node)[own.component] for own in of])
+            names = {own.name for own in of}
+            found = state.flexibility(rows, [name for name in state.move if name not in names])[0, 1]
             return 1 / found if asked.kind == "stiffness" else found
     largest, of = state.stresses, next(iter(asked.arguments), None)
     chosen = [k for k, name in enumerate(largest.names) if not isinstance(of, Members) or name in of.members]

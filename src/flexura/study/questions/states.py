@@ -81,15 +81,13 @@ class AtRest:
     def coupling(self, actuator: Port, to: Freedom) -> float:
         """Displacement per unit command."""
         into = self._input(actuator)
-        gain = into.stiffness * into.stroke if into.stiffness else 1.0
         moved, bound = self._between(to, into), self._between(to, to) * self._between(into, into)
-        return 0.0 if abs(moved) < ROUNDING * np.sqrt(abs(bound)) else moved * gain
+        return 0.0 if abs(moved) < ROUNDING * np.sqrt(abs(bound)) else moved * into.gain
 
     def amplification(self, actuator: Port, to: Freedom) -> float:
         """Displacement per elongation of the actuator that makes it."""
         into = self._input(actuator)
-        gain = into.stiffness * into.stroke if into.stiffness else 1.0
-        return self.coupling(actuator, to) / abs(self._between(into, into) * gain)
+        return self.coupling(actuator, to) / abs(self._between(into, into) * into.gain)
 
     @cached_property
     def stresses(self) -> Stresses:
