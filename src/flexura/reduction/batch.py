@@ -205,15 +205,14 @@ def independent_frequencies(
     batch = _Batch(plan, all_values, n, tolerance, given, samples=0)
     places = plan.places(parameters)
     found = np.empty((3, len(all_values), n))
-    for first in range(0, len(all_values), STACK - places):
-        used = np.arange(first, min(first + STACK - places, len(all_values)))
+    for used in stacks(len(all_values)):
         if batch.is_stacked:
-            numbers = np.minimum(first + np.arange(STACK), used[-1])
+            numbers = np.minimum(used.start + np.arange(STACK + places), used.stop - 1)
             batch.parameters = {name: np.ravel(v)[numbers] if np.ndim(v) else v for name, v in given.items()}
-            answer = batch(_filled(plan, all_values[numbers], places), slice(0, STACK))
+            answer = batch(_filled(plan, all_values[numbers], places), slice(0, len(numbers)))
         else:
-            answer = batch(all_values, slice(used[0], used[-1] + 1))
-        found[:, used] = [bound[: len(used)] for bound in answer]
+            answer = batch(all_values, used)
+        found[:, used] = [bound[: used.stop - used.start] for bound in answer]
     for d in np.flatnonzero(~_is_proven(found[0], found[1], found[2], tolerance)):
         alone = natural_frequencies(plan, one_of(given, int(d)), n=n, tolerance=tolerance).resolved()
         found[:, d] = alone.frequency_hz, alone.lower_hz, alone.upper_hz
@@ -221,8 +220,8 @@ def independent_frequencies(
 
 
 def _filled(plan: Plan, values: Array, places: bool) -> Array:
-    """Values (STACK, s) of a full stack. Where these may place nodes, the last design is none that was asked for and
-    stands a little off the others, so that a stack of designs of one geometry is worked out like any other."""
+    """Values (designs, s) of a full stack. Where these may place nodes, there is a design behind it that was not asked
+    for and stands a little off the others, so that a stack of designs of one geometry is worked out like any other."""
     if places:
         values[-1, plan.value_table.varying()] *= 1 + 1e-6
     return values

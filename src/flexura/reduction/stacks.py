@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,18 @@ STACK = 64
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
 
 
+LARGEST_FREED = 31 << 20
+"""Bytes just below the largest block that moves the thresholds of glibc's malloc."""
+
+
+@cache
+def keep_freed_memory() -> None:
+    """Have the arrays of one stack reused for the next one: freeing a block of this size, which is never touched, tells
+    glibc's malloc not to give smaller ones back to the system (mallopt(3), M_MMAP_THRESHOLD), from where they would
+    come again page by page, at up to half the cost of a stack. Other libraries are not told anything."""
+    np.empty(LARGEST_FREED, dtype=np.uint8)
+
+
 class ImpossibleDesignError(OptionError):
     """A design of a stack, by its `number` there, has a stiffness or mass that is not positive and finite."""
 
@@ -24,7 +37,8 @@ class ImpossibleDesignError(OptionError):
 
 
 def stacks(designs: int) -> list[slice]:
-    """So many designs cut into stacks."""
+    """So many designs cut into stacks, the memory for which is kept."""
+    keep_freed_memory()
     return [slice(k, min(k + STACK, designs)) for k in range(0, designs, STACK)]
 
 
