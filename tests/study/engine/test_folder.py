@@ -139,7 +139,7 @@ def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
         write(data, file, **how)
 
     monkeypatch.setattr(pyarrow.parquet, "write_table", until_full)
-    with pytest.raises(OptionError, match=r"No space left on device\n *160 of 1000 designs are kept in .*to go on"):
+    with pytest.raises(OptionError, match=r"No space left on device\n *320 of 1000 designs are kept in .*to go on"):
         run(asked(limit=0.9), space(), folder=tmp_path / "study", workers=2)
     assert len(files(tmp_path / "study")) == 6
     monkeypatch.undo()

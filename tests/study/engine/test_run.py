@@ -18,7 +18,7 @@ from flexura.study.engine.work import block_size
 from flexura.study.space import Space, Variable
 from helpers.cheap_studies import asked, files, space, started
 
-SHARDS = 1000 // 32 + 1
+SHARDS = 1000 // 64 + 1
 
 
 def same(a, b):
@@ -170,7 +170,7 @@ def test_progress_begins_with_what_is_there(tmp_path):
     for file in sorted((tmp_path / "study").glob("*.parquet"))[-2:]:
         file.unlink()
     run(asked(), space(), folder=tmp_path / "study", workers=1, progress=told.append)
-    assert [(own.words, own.done, own.of) for own in told] == [("designs", k, 1000) for k in (960, 992, 1000)]
+    assert [(own.words, own.done, own.of) for own in told] == [("designs", k, 1000) for k in (896, 960, 1000)]
 
 
 @pytest.mark.slow
@@ -191,11 +191,11 @@ def test_memory_is_flat(tmp_path):
 
 @pytest.mark.parametrize(
     ("designs", "size"),
-    [(1, 32), (2048, 32), (2112, 64), (4096, 64), (131_072, 2048), (10**7, 2048), (10**8, 12224), (10**12, 65536)],
+    [(1, 64), (4096, 64), (4160, 128), (8192, 128), (131_072, 2048), (10**7, 2048), (10**8, 12224), (10**12, 65536)],
 )
 def test_blocks_are_the_same_on_every_machine(designs, size):
     assert block_size(designs) == size
-    assert size % 32 == 0
+    assert size % 64 == 0
 
 
 @pytest.mark.parametrize(

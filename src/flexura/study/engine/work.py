@@ -16,7 +16,7 @@ from flexura.study.space import Designs
 Columns = dict[str, NDArray[Any]]
 """Columns of some designs by their headings, in order."""
 
-STACK = 32
+STACK = 64
 """Designs that are evaluated together: the size of a block is a multiple of it."""
 
 PIECE = 1024
@@ -31,7 +31,7 @@ DESIGN, PROVEN, REASON = "design", "is proven", "reason"
 
 def block_size(designs: int) -> int:
     """Designs of a block of a study of so many: small ones have some 64 blocks to be shared out, larger ones blocks of
-    2048, and the largest some 8192 blocks or such of 65536. It is a multiple of 32 and the same on any machine."""
+    2048, and the largest some 8192 blocks or such of 65536. It is a multiple of 64 and the same on any machine."""
     wanted = max(min(designs // FEWEST_BLOCKS, LARGE), designs // MOST_BLOCKS, 1)
     return min(-(-wanted // STACK) * STACK, LARGEST)
 
