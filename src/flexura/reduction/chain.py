@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import rigid_arm
+from flexura.beam import rigid_arm, skew
 from flexura.structure import Elements, ElementSlice, Geometry, Part
 
 Array = NDArray[np.float64]
@@ -97,27 +97,22 @@ def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinema
     member = part.table.element_member[number]
     R = own.R[..., member, :, :]
     lead = np.broadcast_shapes(R.shape[:-4], positions.shape[:-2])
-    X = np.zeros((*lead, *number.shape, 2, 6, 6))
+    X, inverse = np.zeros((*lead, *number.shape, 2, 6, 6)), np.zeros((*lead, *number.shape, 6, 6))
     X[..., :3, :3] = X[..., 3:, 3:] = R[..., None, :, :]
+    Rt = np.swapaxes(R, -1, -2)
+    inverse[..., :3, :3] = inverse[..., 3:, 3:] = Rt
     for end, is_last in enumerate((number == part.first[member], number == part.first[member + 1] - 1)):
         arm = positions[..., part.connectivity[number, end], :] - pole
         arm = np.where(is_last[:, :, None], arm + own.offsets[..., member, end, :], arm)
-        X[..., end, :3, 3:] = R @ rigid_arm(arm)[..., :3, 3:]
+        turned = skew(arm)
+        X[..., end, :3, 3:] = -R @ turned
+    inverse[..., :3, 3:] = turned @ Rt
     X = X.reshape(*lead, *number.shape, 12, 6)
     B = np.zeros((*lead, len(number), 12, 12))
     B[..., :6, :6] = np.eye(6)
     B[..., 6:, :6] = -np.eye(6)
     B[..., 6:, 6:] = rigid_arm((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :])
-    return ChainKinematics(X, _inverse(X[..., 6:, :]), B, group.run)
-
-
-def _inverse(X: Array) -> Array:
-    """Inverse of X = [[R, S], [0, R]] (..., 6, 6) with a rotation R: [[R', -R' S R'], [0, R']]."""
-    Rt = np.swapaxes(X[..., :3, :3], -1, -2)
-    out = np.zeros_like(X)
-    out[..., :3, :3] = out[..., 3:, 3:] = Rt
-    out[..., :3, 3:] = -Rt @ X[..., :3, 3:] @ Rt
-    return out
+    return ChainKinematics(X, inverse, B, group.run)
 
 
 def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:

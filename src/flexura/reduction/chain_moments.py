@@ -62,10 +62,9 @@ class PoleFrame:
         consecutive = np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat)))
         self._own: slice | Index = slice(int(flat[0]), int(flat[0]) + len(flat)) if consecutive else flat
         self.Xd = np.zeros((*X.shape[:-2], 12, 12))
-        i, j = slice(0, 6), slice(6, 12)
-        for walked, first, second in ((~reverse, i, j), (reverse, j, i)):
-            self.Xd[..., walked, first, :6] = X[..., walked, first, :]
-            self.Xd[..., walked, second, 6:] = X[..., walked, second, :]
+        self.Xd[..., :6, :6], self.Xd[..., 6:, 6:] = X[..., :6, :], X[..., 6:, :]
+        if reverse.any():
+            self.Xd[..., reverse, :, :] = np.roll(self.Xd[..., reverse, :, :], 6, axis=-1)
         self.Xt = np.swapaxes(self.Xd, -1, -2)
         e = elements.shape[1]
         self.before = np.tri(e)
