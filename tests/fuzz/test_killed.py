@@ -37,7 +37,7 @@ COMMANDS = {
     "report": f"report {GUIDE} --out OUT/a.html",
     "stroke": f"stroke {GUIDE} --move carriage.x=0:2mm --steps 3 -n 2 --out OUT/a.csv --plot OUT",
     "sensitivity": f"sensitivity {GUIDE} --ask f1 --out OUT/a.csv --plot OUT",
-    "tolerance": f"tolerance {GUIDE} --vary thickness=±1% --ask f1 --samples 96 --out OUT/a.csv",
+    "tolerance": f"tolerance {GUIDE} --vary thickness=±1% --ask f1 --samples 96 --out OUT/a.csv --plot OUT",
     "sweep": f"sweep {GUIDE} --vary thickness=0.2mm:0.6mm:200 --ask f1 --out OUT/a.csv --plot OUT",
     "identify": f"identify {CORPUS}measured/modes.csv --plot OUT",
     "estimate-frf": f"estimate-frf {CORPUS}measured/hit.csv --exponential 0.1 --out OUT/a.h5",

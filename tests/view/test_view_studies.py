@@ -11,7 +11,7 @@ from PIL import Image
 
 import flexura as fx
 from flexura.errors import OptionError
-from flexura.view import draw_sensitivity, draw_sweep, save_sensitivity, save_sweep
+from flexura.view import draw_sensitivity, draw_sweep, draw_tolerance, save_sensitivity, save_sweep, save_tolerance
 from helpers.pictures import assert_no_overlap
 from helpers.shell import GUIDE, flexura
 
@@ -265,17 +265,85 @@ def test_frequencies_that_part_have_a_range(influence):
     np.testing.assert_allclose(sorted(np.abs(whiskers[0].get_xdata())), [0.5 * abs(own), 1.5 * abs(own)])
 
 
-def test_files_are_as_fine_as_asked_for(influence, tmp_path):
+@pytest.fixture(scope="module")
+def scattered():
+    return fx.tolerance(
+        fx.load(GUIDE),
+        vary=["thickness=± 0.02 mm", "width=normal 0.05 mm"],
+        ask="mass, width",
+        require=["mass <= 47.5 g", "2 * mass >= 0.09 kg"],
+        samples=192,
+        workers=1,
+    )
+
+
+def test_a_yield_curve_is_the_share_of_the_samples_with_its_interval(scattered):
+    figure = draw_tolerance(scattered)
+    mass = 1e3 * scattered.values[:, 0]
+    curve, _ = by_gid(figure, "yield")
+    for limit, share in zip(curve.get_xdata()[::20], curve.get_ydata()[::20], strict=True):
+        assert share == pytest.approx(100 * np.mean(mass >= limit - 1e-9), abs=0.6)
+    band, _ = by_gid(figure, "interval", PolyCollection)
+    x, y = band.get_paths()[0].vertices.T
+    low, high = scattered.yield_interval("mass", np.array([float(np.median(mass)) / 1e3]))
+    at = np.abs(x - np.median(mass)) < 0.01 * np.ptp(mass)
+    assert low[0] < 0.5 < high[0]
+    assert y[at].min() == pytest.approx(100 * low[0], abs=3) and y[at].max() == pytest.approx(100 * high[0], abs=3)
+    bars = by_gid(figure, "histogram")[0]
+    assert bars.get_data().values.sum() == 192
+    assert "mass, g" in words(figure) and "width, mm" in words(figure)
+    assert_no_overlap(figure)
+
+
+def test_limits_stand_where_they_are_asked_of_one_quantity_with_their_yield(scattered):
+    assert [(own.quantity, own.limit) for own in scattered.yields] == [("mass", 0.0475), ("", None), ("", None)]
+    figure = draw_tolerance(scattered)
+    lines = by_gid(figure, "limit")
+    assert len(lines) == 2 and {line.axes for line in lines} == {*figure.axes[:2]}
+    assert [line.get_xdata()[0] for line in lines] == pytest.approx([47.5, 47.5])
+    share = 100 * np.mean(scattered.values[:, 0] <= 0.0475)
+    assert f"mass <= 47.5 g: {share:.4g} % of parts" in words(figure)
+
+
+def test_shares_of_the_variance_are_bars_the_largest_first(scattered):
+    figure = draw_tolerance(scattered)
+    axes = figure.axes[2]
+    names = [text.get_text() for text in axes.get_yticklabels()]
+    assert names == list(scattered.influence("mass"))
+    total, first = ([own.get_width() for own in bars] for bars in axes.containers)
+    places = [scattered.tolerances.index(name) for name in names]
+    np.testing.assert_allclose(total, 100 * scattered.indices.total[places, 0])
+    np.testing.assert_allclose(first, np.maximum(100 * scattered.indices.first[places, 0], 0))
+    without = draw_tolerance(replace(scattered, indices=None))
+    assert "no shares of the variance" in words(without)
+    assert_no_overlap(without)
+
+
+@pytest.mark.parametrize(("value", "told"), [(3.0, "does not scatter"), (np.nan, "no sample has a value")])
+def test_what_does_not_scatter_has_no_curve(scattered, value, told):
+    figure = draw_tolerance(replace(scattered, values=np.full_like(scattered.values, value)))
+    assert told in words(figure) and not by_gid(figure, "yield")
+    assert_no_overlap(figure)
+
+
+def test_files_are_as_fine_as_asked_for(influence, scattered, tmp_path):
     table = table_of({"a [m]": THICKNESS}, {"f1 [Hz]": THICKNESS})
     written = [*save_sweep(table, tmp_path, dpi=60), *save_sensitivity(influence, tmp_path, dpi=60)]
-    assert [path.name for path in written] == ["sweep.png", "sensitivity.png"]
+    written += save_tolerance(scattered, tmp_path, dpi=60)
+    assert [path.name for path in written] == ["sweep.png", "sensitivity.png", "tolerance.png"]
     with Image.open(written[0]) as picture:
         assert picture.size == (480, 288)
 
 
 def test_the_shell_draws_what_it_prints(tmp_path):
     vary = ("--vary", "thickness=0.3mm:0.6mm:4", "--ask", "f1, mass", "--workers", "1")
-    for name, command in {"sweep": ("sweep", GUIDE, *vary), "sensitivity": ("sensitivity", GUIDE)}.items():
+    scatter = ("--vary", "thickness=± 1 %", "--ask", "mass", "--samples", "48", "--workers", "1")
+    commands = {
+        "sweep": ("sweep", GUIDE, *vary),
+        "sensitivity": ("sensitivity", GUIDE),
+        "tolerance": ("tolerance", GUIDE, *scatter),
+    }
+    for name, command in commands.items():
         done = flexura(*command, "--plot", tmp_path, "--dpi", "60")
         assert done.returncode == 0 and f"wrote {tmp_path}/{name}.png" in done.stdout, done.stderr
         assert "belongs to --plot" in flexura(*command, "--dpi", "60").stderr

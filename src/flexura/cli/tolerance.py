@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, Strict, print_result, read
+from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read
 from flexura.cli.studies import Folder, Scheduler, Workers, kept_when_interrupted
 
 if TYPE_CHECKING:
@@ -41,6 +41,8 @@ def tolerance_command(
     workers: Workers = None,
     scheduler: Scheduler = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of spreads: .csv or .parquet.")] = None,
+    plot: Plot = None,
+    dpi: Dpi = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -50,6 +52,7 @@ def tolerance_command(
     from flexura.cli.tables import write_table
     from flexura.study.tolerances import tolerance
 
+    pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     apart = True if each is None else [name for own in each.split(",") if (name := own.strip()) not in ("", "none")]
     with designs_shown() as progress, kept_when_interrupted(folder):
@@ -73,6 +76,10 @@ def tolerance_command(
     if strict:
         result.raise_warnings()
     written = [] if out is None else [write_table(result.to_columns(), out)]
+    if plot is not None:
+        from flexura.view import save_tolerance
+
+        written += save_tolerance(result, plot, **pictured)
     if as_json:
         print_result(result.to_dict(), written)
         return

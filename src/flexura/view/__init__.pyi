@@ -50,6 +50,8 @@ from flexura.view.stroke import draw_stroke as draw_stroke
 from flexura.view.stroke import save_stroke as save_stroke
 from flexura.view.sweeps import draw_sweep as draw_sweep
 from flexura.view.sweeps import save_sweep as save_sweep
+from flexura.view.tolerances import draw_tolerance as draw_tolerance
+from flexura.view.tolerances import save_tolerance as save_tolerance
 from flexura.view.verification import draw_mode_pair as draw_mode_pair
 from flexura.view.verification import draw_verification as draw_verification
 from flexura.view.verification import save_verification as save_verification

@@ -37,7 +37,9 @@ def yields(
         nominal = margin(box.nominal)[0]
         is_met = bool(nominal >= 0) if np.isfinite(nominal) else None
         worst = _is_met_at_worst(margin, margins.ravel(), box)
-        found.append(Yield(own.text, share_interval(passes, confidence), int(np.sum(~passes)), is_met, worst))
+        found.append(
+            Yield(own.text, share_interval(passes, confidence), int(np.sum(~passes)), is_met, worst, *_limit(own))
+        )
     if len(found) > 1:
         nominal, worst = _every(own.is_met_nominally for own in found), _every(own.is_met_at_worst for own in found)
         found.append(Yield(ALL, share_interval(passing, confidence), int(np.sum(~passing)), nominal, worst))
@@ -57,3 +59,12 @@ def _every(known: Iterable[bool | None]) -> bool | None:
     if any(own is False for own in known):
         return False
     return None if any(own is None for own in known) else True
+
+
+def _limit(own: Relation) -> tuple[str, float | None]:
+    """The quantity that a relation holds against a number, and that; none where it is no plain limit."""
+    for side, other in ((own.left, own.right), (own.right, own.left)):
+        names = [asked.text for asked in side.quantities]
+        if other.is_constant and len(names) == 1 and all(side.evaluate({names[0]: x}) == x for x in (1.0, 3.0)):
+            return names[0], float(other.values({})[0])
+    return "", None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.errors import Exceeded, OptionError
 from flexura.results import Tabular
 from flexura.study.tolerances.indices import SobolIndices
-from flexura.study.tolerances.intervals import Estimate
+from flexura.study.tolerances.intervals import Estimate, share_interval
 from flexura.study.tolerances.linear import Extreme
 from flexura.tables import Facts, Table, percent, quantity
 
@@ -62,13 +62,18 @@ class QuantitySpread:
 @dataclass(frozen=True)
 class Yield:
     """The share of parts that meet a requirement, or all of them, with its interval, and what the nominal design and
-    the worst case say of it; None where nothing can be said."""
+    the worst case say of it; None where nothing can be said.
+
+    Where one asked `quantity` is held against a number, that is the `limit`, SI.
+    """
 
     text: str
     share: Estimate
     failing: int
     is_met_nominally: bool | None
     is_met_at_worst: bool | None
+    quantity: str = ""
+    limit: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -159,6 +164,13 @@ class Tolerance(Tabular):
         first, last = own.nominal + own.slope * (low - at), own.nominal + own.slope * (high - at)
         order = np.argsort(-np.nan_to_num(np.abs(last - first)), kind="stable")
         return {self.sizes[k].name: (float(first[k]), float(last[k])) for k in order}
+
+    def yield_interval(self, text: str, limits: Array) -> tuple[Array, Array]:
+        """Ends (n,) and (n,) of the intervals of the shares of all parts of which a quantity is at least limits (n,),
+        SI (theory eqs. U3-U5)."""
+        own = self.values[:, self._number(text)].reshape(self.scramblings, -1)
+        found = [share_interval(own >= limit, self.confidence) for limit in limits]
+        return np.array([one.low for one in found]), np.array([one.high for one in found])
 
     def _sorted(self, text: str) -> Array:
         own = self.values[:, self._number(text)]
