@@ -7,6 +7,7 @@ import pytest
 
 import flexura as fx
 from flexura.duals import Dual, plain
+from flexura.sensitivity import frequency_slopes
 from flexura.structure import Design, Plan
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -56,3 +57,33 @@ def test_a_design_with_slopes_leaves_those_without_alone():
     before = Design.of(plan)
     assert isinstance(Design.with_slopes(plan, {}, ["length"]).geometry.positions, Dual)
     assert Design.of(plan).geometry is before.geometry
+
+
+NOTCH = """
+flexura: 1
+parameters: {L: %s, r: 3 mm, w: 0.5 mm}
+nodes: {a: [0, 0, 0], b: [L, 0, 0]}
+flexures:
+  n: {nodes: [a, b], material: spring-steel, reference: y, profile: {type: notch, width: 10 mm, contour: %s}}
+bodies: {m: {centre: [L + 10 mm, 0, 0], mass: 1 kg, inertia: [1 kg*mm^2, 1 kg*mm^2, 1 kg*mm^2], carries: [b]}}
+ground: {a: clamped}
+"""
+CIRCLE, ELLIPSE = "{shape: circular, radius: r, web: w}", "{shape: elliptical, depth: r, web: w}"
+
+
+@pytest.mark.parametrize("length", ["6 mm", "5.999999999999999 mm", "6.000000000000001 mm", "2*2.9999999999999996 mm"])
+def test_a_circle_that_ends_where_the_notch_does_but_for_round_off_has_no_slope(length):
+    found = frequency_slopes(fx.Plan(fx.loads(NOTCH % (length, CIRCLE))), {}, ("L", "r", "w"), 1)
+    assert np.isnan(found.slope[0, :2]).all()
+    assert found.slope[0, 2] > 0
+    assert found.kinks == (0, 1)
+
+
+@pytest.mark.parametrize("radius", [1.7, 2.9999, 3.0, 3.1, 4.123456789])
+def test_a_circle_that_always_ends_where_the_notch_does_has_the_slopes_of_an_ellipse(radius):
+    at = {"r": 1e-3 * radius}
+    circle = frequency_slopes(fx.Plan(fx.loads(NOTCH % ("2*r", CIRCLE))), at, ("r", "w"), 1)
+    plan = fx.Plan(fx.loads(NOTCH % ("6 mm", ELLIPSE)))
+    ellipse = frequency_slopes(plan, {**at, "L": 2 * at["r"]}, ("L", "r", "w"), 1)
+    expected = [2 * ellipse.slope[0, 0] + ellipse.slope[0, 1], ellipse.slope[0, 2]]
+    np.testing.assert_allclose(circle.slope[0], expected, rtol=1e-7)

@@ -186,6 +186,23 @@ def test_no_slope_where_there_is_none():
     assert ((moving**0).slope == 0).all()
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-16, -3e-14])
+def test_numbers_equal_but_for_round_off_have_a_slope_where_all_of_theirs_agree(apart):
+    slope = np.array([[1.0, 1.0 + 1e-12, 5.0], [1.0, 2.0, 5.0], [0.0, 1e-20, 5.0], [3.0, 3.0, 5.0]])
+    tied = Dual(np.array([4.0, 4.0 * (1 + apart), 0.0]), slope)
+    expected = [1.0, np.nan, 0.0, 3.0]
+    np.testing.assert_allclose(tied.max().slope, expected, rtol=1e-11, atol=1e-19)
+    np.testing.assert_allclose((-tied).min().slope, np.negative(expected), rtol=1e-11, atol=1e-19)
+    np.testing.assert_allclose(np.maximum(tied[:1], tied[1:2]).slope[[0, 1, 3], 0], [1.0, np.nan, 3.0], rtol=1e-11)
+
+
+def test_numbers_that_differ_by_more_than_round_off_are_not_tied():
+    near = Dual(np.array([4.0, 4.0 * (1 + 1e-9)]), np.array([[1.0, 2.0]]))
+    np.testing.assert_array_equal(near.max().slope, [2.0])
+    np.testing.assert_array_equal(near.min().slope, [1.0])
+    np.testing.assert_array_equal(np.maximum(Dual(np.array([1e-30]), np.ones((1, 1))), 0.0).slope, [[1.0]])
+
+
 @pytest.mark.parametrize(
     "lost",
     [

@@ -1,5 +1,6 @@
 """Derivatives of what is asked, against closed forms and against differences of high order of the verbs."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -250,3 +251,51 @@ def test_slopes_at_a_pose_that_is_not_reached_are_told():
     assert np.isnan(found.slope[:2]).all()
     assert all("no equilibrium" in why for why in found.reason[:2])
     assert np.isfinite(found.slope[2]).all()
+
+
+ALIKE = TEXT.replace("centre: [0, 0, length + 5 mm]", "centre: [aside, 0, length + 5 mm]").replace(
+    "source: example}\n\nsubst", "source: example}\n  aside: {value: 0 mm}\n  force: {value: 5 N}\n\nsubst"
+)
+
+
+def test_equal_leaves_stressed_alike_have_slopes_where_they_agree_and_sides_where_they_part():
+    model = fx.loads(ALIKE + "\nloads: {carriage: {force: [0 N, 0 N, -force]}}\n")
+    names = ("width", "thickness", "length", "distance", "force", "aside")
+    found = questions(model, "stress, margin").slopes({}, names)
+    stress = 5 / (2 * 0.02 * 0.0005)
+    np.testing.assert_allclose(found.value[0], stress, rtol=1e-10)
+    expected = [-stress / 0.02, -stress / 0.0005, 0, 0, stress / 5]
+    np.testing.assert_allclose(found.slope[0, :5], expected, rtol=1e-9)
+    np.testing.assert_allclose(found.slope[1, :5] / found.value[1], -np.array(expected) / stress, rtol=1e-9)
+    assert np.isnan(found.slope[:, 5]).all()
+    assert all("part with aside" in reason and "leaf1.blade, leaf2.blade" in reason for reason in found.reason)
+
+
+IN_A_ROW = """
+flexura: 1
+parameters: {t1: 0.5 mm, t2: 0.5 mm, b: 10 mm}
+nodes: {a: [0, 0, 0], c: [0, 0, 50 mm]}
+bodies:
+  m: {centre: [0, 0, 30 mm], mass: 1 g, inertia: [1 g*mm^2, 1 g*mm^2, 1 g*mm^2]}
+flexures:
+  one: {nodes: [a, m], material: spring-steel, reference: x, profile: {type: leaf, width: b, thickness: t1}}
+  two: {nodes: [m, c], material: spring-steel, reference: x, profile: {type: leaf, width: b, thickness: t2}}
+ground: {a: clamped}
+loads: {c: {force: [0 N, 0 N, 7 N]}}
+"""
+
+
+def test_members_that_part_have_a_slope_on_either_side():
+    found = questions(fx.loads(IN_A_ROW), "stress, margin, stress(two)").slopes({}, ("t1", "b", "t2"))
+    stress = 7 / (0.01 * 0.0005)
+    np.testing.assert_allclose(found.value[[0, 2]], stress, rtol=1e-9)
+    np.testing.assert_allclose(found.slope[0, 1], -stress / 0.01, rtol=1e-9)
+    assert np.isnan(found.slope[:2, [0, 2]]).all()
+    np.testing.assert_allclose(found.slope[2], [0, -stress / 0.01, -stress / 0.0005], rtol=1e-9)
+    sides = [
+        [float(x) for x in re.findall(r"t1 it is (\S+) upwards and (\S+) downwards", r)[0]] for r in found.reason[:2]
+    ]
+    np.testing.assert_allclose(sides[0], [0, -stress / 0.0005], rtol=1e-5)
+    np.testing.assert_allclose(sides[1], [0, found.value[1] / 0.0005], rtol=1e-5)
+    assert "one, two are stressed alike" in found.reason[0]
+    assert found.reason[2] == ""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.internal_forces import end_forces, find_member, internal_force_rows, unknown_member
 from flexura.analysis.numbers import finite_numbers
+from flexura.analysis.settled import settled
 from flexura.arguments import verb
 from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.duals import plain
@@ -306,7 +307,7 @@ def _stresses(
     for first in range(0, states, step):
         own = slice(first, min(first + step, states))
         start, end = (np.moveaxis(forces[:, at, :, own], -1, -2) for forces in ends)
-        force = _at_stations(start, end, share, length, n)
+        force = settled(model.parameters, _at_stations(start, end, share, length, n), length)
         yield first, x, force, *_von_mises(model, part, group, length, x, force)
 
 

@@ -31,7 +31,8 @@ def elliptical(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArra
     Smith, Badami, Dale & Xu (1997). xi: (...) m; half_length a and depth b, the semi-axes along and across
     the member: (...) m; web t: (...) m. Returns h: (...) m. The notch ends at |xi| = a with h = t + 2b.
     """
-    return web + 2 * depth * _arc_rise(xi / half_length, 1.0)
+    inside = _within(xi, half_length) / half_length
+    return web + 2 * depth * (1.0 - np.sqrt((1.0 - inside) * (1.0 + inside)))
 
 
 def parabolic(xi: Real, half_length: Real, depth: Real, web: Real) -> FloatArray:
@@ -89,4 +90,10 @@ def tabulated(xi: ArrayLike, positions: ArrayLike, thicknesses: ArrayLike) -> Fl
 
 def _arc_rise(x: Real, radius: Real) -> FloatArray:
     """Return r - sqrt(r^2 - x^2), and r beyond |x| = r."""
-    return real(radius - np.sqrt(np.maximum((radius - x) * (radius + x), 0.0)))
+    inside = _within(x, radius)
+    return real(radius - np.sqrt((radius - inside) * (radius + inside)))
+
+
+def _within(x: Real, end: Real) -> FloatArray:
+    """Return |x|, and `end` beyond it."""
+    return np.minimum(x * np.sign(x), end)

@@ -89,10 +89,13 @@ def rectangle_von_mises(
     kN, ky, kz = factors
     stretch = _raised(kN, N / A)
     over_thickness, over_width = _raised(ky, 6 * My / (A * thickness)), _raised(kz, 6 * Mz / (A * width))
-    corner = (abs(stretch) + abs(over_thickness) + abs(over_width)) ** 2
+    sums, rests = stretch + over_thickness, stretch - over_thickness
+    corner = abs(sums + over_width)
+    for own in (sums - over_width, rests + over_width, rests - over_width):
+        corner = np.maximum(corner, abs(own))
     on_z, on_y = rectangle_torsion_stress(width, thickness)
     slide_y, slide_z = 1.5 * Vy / A, 1.5 * Vz / A
-    found = np.maximum(corner, (N / A) ** 2 + 3 * (slide_y**2 + slide_z**2))
+    found = np.maximum(corner**2, (N / A) ** 2 + 3 * (slide_y**2 + slide_z**2))
     for side in (1, -1):
         at_z = (stretch + side * over_thickness) ** 2 + 3 * (slide_y - side * on_z * T) ** 2
         at_y = (stretch - side * over_width) ** 2 + 3 * (slide_z + side * on_y * T) ** 2

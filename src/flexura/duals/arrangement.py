@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexura.duals.pairs import Pair, padded, spread
+from flexura.duals.pairs import Pair, agree, padded, spread, tied
 
 
 def behind(axis: Any, ndim: int) -> Any:
@@ -151,7 +151,8 @@ def take(x: Pair, indices: Any, axis: int) -> Pair:
 
 
 def extreme(best: Callable[..., Any]) -> Callable[..., Pair]:
-    """The greatest or the smallest along an axis; NaN for slopes that differ among those that are equal to it."""
+    """The greatest or the smallest along an axis; NaN for slopes that differ among those that equal it but for
+    round-off."""
 
     def rule(x: Pair, axis: int | None = None, keepdims: bool = False) -> Pair:
         if axis is None:
@@ -160,8 +161,10 @@ def extreme(best: Callable[..., Any]) -> Callable[..., Pair]:
         at = np.expand_dims(best(x.value, axis=axis), axis)
         value = np.take_along_axis(x.value, at, axis)
         slope = np.take_along_axis(x.slope, np.broadcast_to(at, (len(x.slope), *at.shape)), axis)
-        unlike = ((x.value == value) & (x.slope != slope)).any(axis=axis, keepdims=True)
-        slope = np.where(unlike, np.nan, slope)
+        tie = tied(x.value, value)
+        if tie.sum() > value.size:
+            unlike = (tie & ~agree(x.slope, slope)).any(axis=axis, keepdims=True)
+            slope = np.where(unlike, np.nan, slope)
         return Pair(value, slope) if keepdims else Pair(np.squeeze(value, axis), np.squeeze(slope, axis))
 
     return rule

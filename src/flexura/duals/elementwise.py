@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.special
 
-from flexura.duals.pairs import Pair, padded, plus, spread, times, unless_still
+from flexura.duals.pairs import Pair, agree, padded, plus, spread, tied, times, unless_still
 
 Rule = Callable[..., Pair]
 
@@ -120,7 +120,7 @@ def _arctan2(y: Any, x: Any, _: Any) -> tuple[Any, Any]:
 
 
 def _extreme(function: Any, ahead: Any) -> Rule:
-    """The greater or the smaller of two; where they are equal, NaN unless their slopes are too."""
+    """The greater or the smaller of two; where they are equal but for round-off, NaN unless their slopes agree."""
 
     def rule(a: Pair, b: Pair) -> Pair:
         value = function(a.value, b.value)
@@ -130,9 +130,9 @@ def _extreme(function: Any, ahead: Any) -> Rule:
             np.zeros((count, *(1,) * len(shape))) if x.slope is None else padded(x.slope, len(shape)) for x in (a, b)
         ]
         slope = np.where(ahead(a.value, b.value), *slopes)
-        tie = a.value == b.value
+        tie = tied(a.value, b.value)
         if np.any(tie):
-            slope = np.where(tie & (slopes[0] != slopes[1]), np.nan, slope)
+            slope = np.where(tie & ~agree(*slopes), np.nan, slope)
         return Pair(value, slope if slope.shape[1:] == shape else spread(slope, shape))
 
     return rule

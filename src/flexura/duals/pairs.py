@@ -6,6 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+TIE = 1e-12
+"""Relative difference up to which numbers are equal but for round-off."""
+
+ALIKE = 1e-7
+"""Difference up to which slopes agree, over the largest by the same parameter."""
+
 
 class Pair(NamedTuple):
     """A value (...) and its slopes (P, ...); a constant has None for slopes."""
@@ -47,3 +53,26 @@ def unless_still(slope: Any, factor: Any, bad: Any, shape: tuple[int, ...]) -> A
     slope = spread(slope, shape)
     found = slope * np.where(bad, 1.0, factor)
     return np.where(bad & (slope != 0), np.nan, np.where(bad, 0.0, found))
+
+
+def tied(a: Any, b: Any) -> Any:
+    """Where values are equal but for round-off."""
+    a, b = _bare(a), _bare(b)
+    with np.errstate(all="ignore"):
+        return (a == b) | (np.abs(a - b) <= TIE * np.maximum(np.abs(a), np.abs(b)))
+
+
+def agree(a: Any, b: Any) -> Any:
+    """Where slopes (P, ...) are equal but for round-off; NaN agrees with nothing."""
+    a, b = _bare(a), _bare(b)
+    with np.errstate(all="ignore"):
+        size = np.fmax(np.abs(a), np.abs(b))
+        largest = np.fmax.reduce(size, axis=tuple(range(1, size.ndim)), keepdims=True, initial=0.0)
+        return (a == b) | (np.abs(a - b) <= ALIKE * largest)
+
+
+def _bare(x: Any) -> Any:
+    """Values without slopes."""
+    while hasattr(x, "slope"):
+        x = x.value
+    return x

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis import AtRest, at_pose
-from flexura.duals import Dual, plain
+from flexura.duals import Dual
 from flexura.motion import Repeated
 from flexura.records import Record
 from flexura.reduction import flexibility
@@ -21,8 +21,9 @@ from flexura.study.questions.designs import FAILURES, reason_of
 from flexura.study.questions.followed import MODES
 from flexura.study.questions.masses import body_mass, total_mass
 from flexura.study.questions.reach import sloped_reach
-from flexura.study.questions.reading import Freedom, Members, Port
+from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.single import OneDesign
+from flexura.study.questions.worst import parting, worst
 
 Array = NDArray[np.float64]
 
@@ -100,6 +101,13 @@ class Exact:
         self.slope[place] = found.slope if with_slopes else 0.0
         self.is_exact[place] = True
 
+    def _read(self, place: int, state: Any) -> None:
+        """Take what is asked of a state as an answer."""
+        asked = self.asked[place]
+        self._tell(place, read_of(state, asked))
+        if asked.kind in ("stress", "margin"):
+            self.reason[place] = parting(state, asked, self.names)
+
     def _numbers(self, places: list[int]) -> None:
         """Masses and parameters."""
         design = Design.with_slopes(self.plan, self.parameters, self.names)
@@ -136,7 +144,7 @@ class Exact:
         """What is linear under the loads that are described."""
         state = AtRest(self.plan, self.parameters, self.names)
         for k in places:
-            self._tell(k, read_of(state, self.asked[k]))
+            self._read(k, state)
 
     def _reaches(self, places: list[int]) -> None:
         """Strokes until something yields."""
@@ -181,7 +189,7 @@ class Exact:
         state = at_pose(design, dict(pose))
         numbers = {k: number for k, number in known.items() if self.asked[k].kind == FREQUENCY}
         for k in known.keys() - numbers.keys():
-            self._tell(k, read_of(state, self.asked[k]))
+            self._read(k, state)
         for own in state.frequencies(max(numbers.values()) + 1) if numbers else ():
             self._tell_repeated(own, {k: number for k, number in numbers.items() if number in own.at})
 
@@ -228,13 +236,7 @@ def read_of(state: Any, asked: Quantity) -> Any:
             names = {own.name for own in of}
             found = state.flexibility(rows, [name for name in state.move if name not in names])[0, 1]
             return 1 / found if asked.kind == "stiffness" else found
-    largest, of = state.stresses, next(iter(asked.arguments), None)
-    chosen = [k for k, name in enumerate(largest.names) if not isinstance(of, Members) or name in of.members]
-    if asked.kind == "stress":
-        return np.max(largest.von_mises[chosen, 0])
-    limit = largest.yield_stress
-    chosen = [k for k in chosen if not np.isnan(plain(limit)[k])]
-    return 1 / np.max(largest.von_mises[chosen, 0] / limit[chosen])
+    return worst(state, asked)
 
 
 def steps(at: Mapping[str, float], names: Iterable[str]) -> tuple[dict[str, Array], Array]:

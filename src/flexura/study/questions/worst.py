@@ -1,0 +1,55 @@
+"""The member that is stressed most, and in words what several do that are stressed alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.duals import Dual, plain
+from flexura.study.questions.catalogue import Quantity
+from flexura.study.questions.reading import Members
+
+Array = NDArray[np.float64]
+
+ALIKE = 1e-12
+"""Relative difference up to which members are stressed alike."""
+
+
+def worst(state: Any, asked: Quantity) -> Any:
+    """The largest stress, or the margin to yield, of the members asked for, in a state with slopes."""
+    own = _asked(state, asked)[1]
+    return np.max(own) if asked.kind == "stress" else 1 / np.max(own)
+
+
+def parting(state: Any, asked: Quantity, names: Sequence[str]) -> str:
+    """Why a stress or margin has no derivative by some of the parameters `names`, with those on either side where
+    members that are stressed alike part; empty where it has all."""
+    members, own = _asked(state, asked)
+    largest: Any = np.max(own)
+    if not isinstance(largest, Dual) or not np.isnan(largest.slope).any():
+        return ""
+    tied = np.flatnonzero(plain(own) >= plain(largest) * (1 - ALIKE))
+    said = []
+    for p in np.flatnonzero(np.isnan(largest.slope)).tolist():
+        sides = own.slope[p, tied] / (1 if asked.kind == "stress" else -(plain(largest) ** 2))
+        if np.isnan(sides).any():
+            said.append(f"sections of {members[tied[0]]} part with {names[p]}, or it is at a kink")
+        else:
+            ends = sorted((sides.max(), sides.min()), reverse=asked.kind == "stress")
+            said.append(f"by {names[p]} it is {ends[0]:.6g} upwards and {ends[1]:.6g} downwards, per SI unit")
+    alike = f"{', '.join(members[k] for k in tied[:4])}{' ...' if len(tied) > 4 else ''} are stressed alike: "
+    return f"{asked.text}: {alike if len(tied) > 1 else ''}{'; '.join(said)}"
+
+
+def _asked(state: Any, asked: Quantity) -> tuple[list[str], Any]:
+    """Members asked for and their stresses (m,), for a margin over their yield stresses."""
+    largest, of = state.stresses, next(iter(asked.arguments), None)
+    chosen = [k for k, name in enumerate(largest.names) if not isinstance(of, Members) or name in of.members]
+    if asked.kind == "stress":
+        return [largest.names[k] for k in chosen], largest.von_mises[chosen, 0]
+    limit = largest.yield_stress
+    chosen = [k for k in chosen if not np.isnan(plain(limit)[k])]
+    return [largest.names[k] for k in chosen], largest.von_mises[chosen, 0] / limit[chosen]
