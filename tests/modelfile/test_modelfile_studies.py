@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
@@ -89,6 +89,8 @@ def spread_of(text: str) -> tuple[float, float]:
         ("± L/100", (-1e-4, 1e-4)),
         ("{uniform: [-0.03 mm, 0.01 mm]}", (-3e-5, 1e-5)),
         ("{uniform: 0.02 mm}", (-2e-5, 2e-5)),
+        ("{uniform: 2 %}", (-2e-4, 2e-4)),
+        ("{uniform: [-2 %, +1 %]}", (-2e-4, 1e-4)),
     ],
 )
 def test_short_forms_of_spreads(text, deviations):
@@ -192,6 +194,7 @@ studies = st.one_of(
 PLAIN = AMPLIFIER.replace("t: 0.3 mm", "t: {value: 0.3 mm}")
 
 
+@settings(deadline=None)
 @given(st.dictionaries(st.sampled_from(["a", "b", "null", "on"]), studies, max_size=3))
 def test_studies_from_python_survive_a_file(found):
     mechanism = loads(PLAIN).replaced({"studies": found})

@@ -151,6 +151,23 @@ def test_the_study_of_a_file_and_what_is_given_in_its_place() -> None:
     assert fx.tolerance(model, vary={"width": "± 1 %"}, each=False, ask="mass", samples=24).tolerances == ("width",)
 
 
+@pytest.mark.parametrize("value", [0.5, -0.5, 40.0])
+def test_per_cent_are_of_the_value_of_pure_numbers_too(value: float) -> None:
+    """In files as in texts, whatever the sign."""
+    distance = "  distance: {value: 50 mm, source: example}\n"
+    for text in ("± 2 %", "{uniform: 2 %, each: false}"):
+        study = f"studies: {{s: {{tolerance: {{vary: {{part: {text}}}, ask: part, samples: 24}}}}}}\n"
+        model = fx.loads(GUIDE.read_text(encoding="utf-8").replace(distance, f"{distance}  part: {value}\n") + study)
+        found = [
+            fx.tolerance(model, workers=1),
+            fx.tolerance(model, vary="part=± 2 %", ask="part", samples=24, workers=1),
+        ]
+        for own in found:
+            assert own.sizes[0].low == pytest.approx(value - 0.02 * abs(value))
+            assert own.sizes[0].high == pytest.approx(value + 0.02 * abs(value))
+            assert own.quantities[0].worst_high.value == pytest.approx(value + 0.02 * abs(value))
+
+
 def test_a_nominal_value_that_is_set_moves_the_tolerance() -> None:
     found = fx.tolerance(
         guide(), {"thickness": 0.4e-3}, vary="thickness=± 0.02 mm", each=False, ask="mass", samples=24, workers=1

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from flexura.errors import ExpressionError, Path, Problem
-from flexura.expressions import NUMBER, Dimension, Expression, parameter
+from flexura.expressions import Call, Dimension, Expression, Name
 from flexura.mechanism import Quantity, Scalar
 from flexura.modelfile.parameters import measure
 from flexura.modelfile.quantities import QuantityReader
@@ -15,8 +15,9 @@ from flexura.units import format_quantity
 
 _SYMMETRIC = re.compile(r"\s*(?:±|\+\s*/?\s*-)\s*(\S.*)", re.DOTALL)
 _SIDE = re.compile(r"([+-]?)\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
-_PERCENT = re.compile(r"(-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
-_VARIED = ("from", "to", "uniform", "triangular", "normal", "measured")
+_PERCENT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
+_DEVIATIONS = ("uniform", "triangular", "normal")
+_VARIED = ("from", "to", "measured", *_DEVIATIONS)
 
 
 def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimension | None]) -> list[Problem]:
@@ -34,7 +35,7 @@ def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimensio
             holders = [(entry, key) for key in _VARIED if key in entry] if isinstance(entry, dict) else [(vary, name)]
             for holder, key in holders:
                 at = (*path, name) if holder is vary else (*path, name, key)
-                holder[key] = reader.read(at, holder[key], name)
+                holder[key] = reader.read(at, holder[key], name, key in _DEVIATIONS and holder is entry)
     return reader.problems
 
 
@@ -72,14 +73,14 @@ class _Values:
         self.reader, self.dimensions = QuantityReader(dimensions), dimensions
         self.problems: list[Problem] = []
 
-    def read(self, path: Path, raw: Any, name: str) -> Any:
-        """A value of the parameter, or values; what is no number stays as it is."""
+    def read(self, path: Path, raw: Any, name: str, is_deviation: bool = False) -> Any:
+        """A value of the parameter, or a deviation from it, or several; what is no number stays as it is."""
         if isinstance(raw, list):
-            return [self.read((*path, i), entry, name) for i, entry in enumerate(raw)]
+            return [self.read((*path, i), entry, name, is_deviation) for i, entry in enumerate(raw)]
         if raw is None or isinstance(raw, dict | bool | Expression):
             return raw
         try:
-            return self.value(raw, name)
+            return self.deviation(raw, name) if is_deviation and isinstance(raw, str) else self.value(raw, name)
         except ExpressionError as error:
             self.problems.append(Problem(path, repr(raw), error.rule, error.hint))
             return raw
@@ -115,8 +116,8 @@ class _Values:
         return [self.deviation(f"{size!r} {unit or shared}".strip(), name) if size else 0.0 for size, unit in both]
 
     def deviation(self, text: str, name: str) -> Scalar:
-        """A deviation of the parameter; of quantities with a dimension, a share of the value where it is in %."""
-        percent = _PERCENT.fullmatch(text)
-        if percent is not None and self.dimensions.get(name) not in (None, NUMBER):
-            return float(percent[1]) / 100 * parameter(name)
+        """A deviation of the parameter; in % it is a share of the parameter's value, whatever its dimension."""
+        percent = _PERCENT.fullmatch(text.strip())
+        if percent is not None:
+            return float(percent[1]) / 100 * Expression(Call("abs", (Name(name),)))
         return self.value(text, name)

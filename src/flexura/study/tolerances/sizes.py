@@ -53,7 +53,7 @@ def sizes_of(mechanism: Mechanism, fixed: Mapping[str, float], vary: Vary, each:
         if name not in given:
             raise OptionError(f"{name!r} has no tolerance for each copy to have its own; with one: {', '.join(given)}")
     values = parameter_values(mechanism, fixed)
-    variables(mechanism, {name: [values.get(name, 0.0)] for name in given})
+    variables(mechanism, {name: [float(values.get(name, 0.0))] for name in given})
     copied, names = with_own_copies(mechanism, chosen) if chosen else (mechanism, {})
     nominal = {name: float(value) for name, value in parameter_values(copied, fixed).items()}
     sizes, groups, vary_each = list[ToleratedSize](), list[tuple[int, ...]](), list[Variable]()

@@ -64,5 +64,5 @@ def _usable(found: Slopes) -> tuple[Array, Array, list[str]]:
         for k in group:
             slope[k] = np.nan
             reason[k] = "it coincides with another frequency, from which it parts: no slope"
-    there = np.isfinite(slope).all(axis=1)
+    there = [bool(np.isfinite(own).all()) for own in slope]
     return found.value, slope, ["" if own else why for own, why in zip(there, reason, strict=True)]
