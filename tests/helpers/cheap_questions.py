@@ -55,6 +55,8 @@ class CheapQuestions:
         default=(CheapQuantity("f1", "Hz", is_bounded=True), CheapQuantity("mass", "kg"))
     )
 
+    is_stacked = True
+
     @property
     def columns(self) -> tuple[str, ...]:
         """Headings."""

@@ -37,6 +37,7 @@ def table_of(parameters, asked, *, bounds=None, proven=None, sampling="grid", re
     return fx.StudyTable(
         name="made",
         designs=n,
+        block=n,
         columns=tuple(columns),
         parameters=tuple(parameters),
         asked=tuple(asked),

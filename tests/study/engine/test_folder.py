@@ -2,6 +2,7 @@
 
 import errno
 import json
+import shutil
 
 import duckdb
 import numpy as np
@@ -16,9 +17,16 @@ from helpers.cheap_questions import CheapQuestions, Described
 from helpers.cheap_studies import asked, files, space, started
 
 
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("undisturbed") / "study"
+    run(asked(limit=0.9), space(), folder=folder, workers=1)
+    return folder
+
+
 @pytest.fixture
-def study(tmp_path):
-    run(asked(limit=0.9), space(), folder=tmp_path / "study", workers=1)
+def study(tmp_path, undisturbed):
+    shutil.copytree(undisturbed, tmp_path / "study")
     return tmp_path / "study"
 
 
@@ -128,7 +136,7 @@ def test_a_folder_is_that_of_one_process(tmp_path):
         process.wait()
 
 
-def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
+def test_a_full_disk_loses_nothing(tmp_path, undisturbed, monkeypatch):
     write, calls = pyarrow.parquet.write_table, []
 
     def until_full(data, file, **how):
@@ -144,8 +152,7 @@ def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
     assert len(files(tmp_path / "study")) == 6
     monkeypatch.undo()
     run(asked(limit=0.9), space(), folder=tmp_path / "study", workers=2)
-    run(asked(limit=0.9), space(), folder=tmp_path / "other", workers=1)
-    assert files(tmp_path / "study") == files(tmp_path / "other")
+    assert files(tmp_path / "study") == files(undisturbed)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from flexura.extras import need
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.summary import Extremes, Summary
-from flexura.study.engine.work import Columns, block_size
+from flexura.study.engine.work import Columns
 from flexura.tables import ROWS, Facts, Table, counted
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class StudyTable(Tabular):
 
     name: str
     designs: int
+    block: int = field(repr=False)
     columns: tuple[str, ...]
     parameters: tuple[str, ...]
     asked: tuple[str, ...]
@@ -60,8 +61,7 @@ class StudyTable(Tabular):
     @cached_property
     def done(self) -> int:
         """Designs that are there."""
-        size = block_size(self.designs)
-        return sum(min((number + 1) * size, self.designs) - number * size for number in self.numbers)
+        return sum(min((number + 1) * self.block, self.designs) - number * self.block for number in self.numbers)
 
     @property
     def is_complete(self) -> bool:
@@ -126,7 +126,7 @@ class StudyTable(Tabular):
     def rows(self, start: int, stop: int, columns: Sequence[str] | None = None) -> Columns:
         """Arrays by heading of the designs start ... stop - 1, those of them that are done. Raises OptionError as
         `blocks`."""
-        size, names = block_size(self.designs), self._named(columns)
+        size, names = self.block, self._named(columns)
         found = [
             {name: own[start - first if start > first else 0 : max(stop - first, 0)] for name, own in block.items()}
             for number in self.numbers
@@ -238,6 +238,7 @@ def described(manifest: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "name": manifest["name"],
         "designs": manifest["designs"],
+        "block": manifest["designs of a shard"],
         "columns": tuple(own["name"] for own in manifest["columns"]),
         "parameters": of("parameter"),
         "asked": of("asked"),

@@ -10,30 +10,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.records import Record
+from flexura.reduction import STACK
 from flexura.study.questions import Questions
 from flexura.study.space import Designs
 
 Columns = dict[str, NDArray[Any]]
 """Columns of some designs by their headings, in order."""
 
-STACK = 64
-"""Designs that are evaluated together: the size of a block is a multiple of it."""
-
-PIECE = 1024
+PIECE = 16 * STACK
 """Designs of a block that are asked at once, which bounds the memory of a worker."""
 
 FEWEST_BLOCKS, MOST_BLOCKS = 64, 8192
-LARGE, LARGEST = 2048, 65536
+LARGE, LARGEST = 32 * STACK, 1024 * STACK
 """Designs of a block where there are enough for many of them, and at most."""
+
+FEW, MANY = 4, 64
+"""Designs of a block, of which it has a multiple and at most without need, where one takes as long as a stack."""
 
 DESIGN, PROVEN, REASON = "design", "is proven", "reason"
 
 
-def block_size(designs: int) -> int:
+def block_size(designs: int, is_stacked: bool) -> int:
     """Designs of a block of a study of so many: small ones have some 64 blocks to be shared out, larger ones blocks of
-    2048, and the largest some 8192 blocks or such of 65536. It is a multiple of 64 and the same on any machine."""
-    wanted = max(min(designs // FEWEST_BLOCKS, LARGE), designs // MOST_BLOCKS, 1)
-    return min(-(-wanted // STACK) * STACK, LARGEST)
+    2048, and the largest some 8192 blocks or such of 65536. They are whole stacks where these are worked out at once,
+    and small where one design is after another. The size is the same on any machine."""
+    multiple, large = (STACK, LARGE) if is_stacked else (FEW, MANY)
+    wanted = max(min(designs // FEWEST_BLOCKS, large), designs // MOST_BLOCKS, 1)
+    return min(-(-wanted // multiple) * multiple, LARGEST)
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,7 +50,7 @@ class Work(Record):
     @property
     def size(self) -> int:
         """Designs of a block."""
-        return block_size(self.space.size)
+        return block_size(self.space.size, self.questions.is_stacked)
 
     @property
     def blocks(self) -> int:

@@ -83,6 +83,15 @@ class Questions(Record):
         groups = tuple(own.repeated), tuple(own.directional)
         return Slopes(self.quantities, chosen, own.value, own.slope, own.is_exact, own.reason, *groups)
 
+    @property
+    def is_stacked(self) -> bool:
+        """Whether everything is worked out for many designs at once, nothing for one after another."""
+        return all(map(self._is_at_once, self.quantities))
+
+    def _is_at_once(self, own: Quantity) -> bool:
+        by_number = own.kind == FREQUENCY and isinstance(own.arguments[0], int) and not own.pose
+        return own.kind in ("mass", "parameter") or (by_number and not (self.plan.is_loaded or self.plan.is_posed))
+
     def _of(self, kind: str) -> list[int]:
         """Places of what is asked of a kind."""
         return [k for k, own in enumerate(self.quantities) if own.kind == kind]
@@ -118,10 +127,7 @@ class Questions(Record):
 
     def _others(self, block: Block, out: Answers, found: Frequencies | None) -> None:
         """Answer what is asked of one design after another."""
-        numbered = [k for k in self._of(FREQUENCY) if isinstance(self.quantities[k].arguments[0], int)]
-        told = {*self._of("mass"), *self._of("parameter")}
-        told |= {k for k in numbered if found is not None and not self.quantities[k].pose}
-        asked = {k: own for k, own in enumerate(self.quantities) if k not in told}
+        asked = {k: own for k, own in enumerate(self.quantities) if not self._is_at_once(own)}
         for design in block.possible if asked else ():
             single = OneDesign(self.plan, block.one(design), self.quantities)
             for k, own in asked.items():
