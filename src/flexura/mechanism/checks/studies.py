@@ -60,13 +60,10 @@ def _range(path: Path, own: Range, parameter: Parameter) -> Iterator[Problem]:
 
 
 def _spread(path: Path, own: Spread, parameter: Parameter) -> Iterator[Problem]:
+    """Deviations move with the value of the parameter: how far they reach is a question when the study is asked."""
     for i, value in enumerate(own.measured or ()):
         if isinstance(value, float):
             yield from _outside((*path, "measured", i), value, parameter)
-    for kind in ("uniform", "triangular"):
-        for i, deviation in enumerate(getattr(own, kind) or ()):
-            if isinstance(deviation, float) and isinstance(parameter.value, float):
-                yield from _outside((*path, kind, i), parameter.value + deviation, parameter)
 
 
 def _outside(path: Path, value: float, parameter: Parameter) -> Iterator[Problem]:
