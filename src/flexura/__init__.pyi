@@ -82,10 +82,10 @@ from flexura.reduction import natural_frequencies as natural_frequencies
 from flexura.reduction import nested as nested
 from flexura.reduction import reduce as reduce
 from flexura.reduction import unproven_frequencies as unproven_frequencies
+from flexura.sensitivity import ModeSensitivities as ModeSensitivities
 from flexura.sensitivity import ResponseSensitivities as ResponseSensitivities
-from flexura.sensitivity import Sensitivities as Sensitivities
+from flexura.sensitivity import mode_sensitivities as mode_sensitivities
 from flexura.sensitivity import response_sensitivities as response_sensitivities
-from flexura.sensitivity import sensitivities as sensitivities
 from flexura.sizes import size_limits as size_limits
 from flexura.solid.fem import with_solid_parts as with_solid_parts
 from flexura.solid.verification import Verification as Verification

@@ -164,7 +164,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
         guide(), free=["length"], inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], frequency_hz=HZ
     ),
     "ScrewAxis": screw_axis,
-    "Sensitivities": lambda: fx.sensitivities(guide(), free=["length"], n=2),
+    "ModeSensitivities": lambda: fx.mode_sensitivities(guide(), free=["length"], n=2),
     "Sensitivity": lambda: fx.sensitivity(guide(), ask="f1, mass"),
     "SensorPlacement": lambda: fx.place_sensors(guide(), sensors=2, n=1),
     "SignalFile": signal_file,

@@ -254,7 +254,7 @@ def test_what_knows_rest_alone_says_so(bent: tuple[fx.Mechanism, float]) -> None
         "preload": lambda: fx.preload(here),
         "kinetostatics": lambda: fx.kinetostatics(here),
         "natural_frequencies": lambda: fx.natural_frequencies(here, {}, n=3),
-        "sensitivities": lambda: fx.sensitivities(here),
+        "sensitivities": lambda: fx.mode_sensitivities(here),
         "place_sensors": lambda: fx.place_sensors(here, sensors=6),
         "tangent_stiffness": lambda: fx.tangent_stiffness(full, np.zeros(full.order)),
         "large": lambda: fx.time_response(

@@ -11,7 +11,7 @@ from helpers import samples
 def test_slopes_are_those_of_sensitivities():
     plan = fx.Plan(samples.beam())
     names = ["thickness", "length", "tip_mass"]
-    whole, light = fx.sensitivities(plan, free=names, n=4), frequency_slopes(plan, {}, names, 4)
+    whole, light = fx.mode_sensitivities(plan, free=names, n=4), frequency_slopes(plan, {}, names, 4)
     np.testing.assert_allclose(light.frequency_hz[:4], whole.frequency_hz, rtol=1e-12)
     np.testing.assert_allclose(light.slope[:4], whole.derivative, rtol=1e-9)
     assert light.repeated == () and light.kinks == ()
@@ -64,5 +64,5 @@ def test_a_kink_is_said():
     found = frequency_slopes(fx.Plan(mechanism), {}, ["first", "heavy"], 1)
     assert found.kinks == (0,) and np.isnan(found.slope[:, 0]).all()
     assert found.slope[0, 1] == pytest.approx(-found.frequency_hz[0] / 2)
-    told = fx.sensitivities(mechanism, free=["first", "heavy"], n=1)
+    told = fx.mode_sensitivities(mechanism, free=["first", "heavy"], n=1)
     assert "first: the design is at a kink" in told.notes[0] and np.isnan(told.derivative[0, 0])

@@ -44,7 +44,7 @@ def test_frequencies_of_a_cantilever_against_high_precision(name):
         expected = [float((a - b) / (2 * h)) for a, b in zip(up, down, strict=True)]
         values = [float(f) for f in beam_frequencies(**at)]
     mechanism = samples.beam()
-    found = fx.sensitivities(mechanism, free=[name], n=8)
+    found = fx.mode_sensitivities(mechanism, free=[name], n=8)
     for f, slope in zip(values, expected, strict=True):
         k = int(np.argmin(abs(found.frequency_hz - f)))
         assert found.frequency_hz[k] == pytest.approx(f, rel=1e-8)
@@ -79,12 +79,12 @@ def test_mechanism_of_closed_loops_against_differences(how):
     """
     plan = fx.Plan(fx.load(RPR))
     names = ["plate", "u_web", "platform_thickness"]
-    found = fx.sensitivities(plan, free=names, **how)
+    found = fx.mode_sensitivities(plan, free=names, **how)
     for p, (name, value) in enumerate(zip(names, found.values, strict=True)):
         table, shapes = [], []
         for step in (0.02 * value, 0.01 * value, 0.005 * value):
             up, down = (
-                fx.sensitivities(plan, free=[name], parameters={name: value + s * step}, **how) for s in (1, -1)
+                fx.mode_sensitivities(plan, free=[name], parameters={name: value + s * step}, **how) for s in (1, -1)
             )
             hz = [
                 refined(plan, s, {name: value + side * step}) if not how else s.frequency_hz
@@ -116,7 +116,7 @@ def richardson(table):
 def test_square_beam_parts_into_its_two_branches():
     """At equal sides f is repeated; across the thickness f ~ thickness, across the width it does not move with it."""
     mechanism = samples.beam(thickness=2e-3, width=2e-3, tip_mass=1e-3).model_copy(update={"masses": {}})
-    found = fx.sensitivities(mechanism, free=["thickness", "length"], n=2)
+    found = fx.mode_sensitivities(mechanism, free=["thickness", "length"], n=2)
     f, t, L = found.frequency_hz[0], 2e-3, 0.08
     assert found.frequency_hz[1] == pytest.approx(f, rel=1e-9)
     assert found.derivative[:, 0] == pytest.approx([0.0, f / t], abs=1e-7 * f / t)
@@ -140,7 +140,7 @@ def test_vectors_of_a_repeated_frequency_turn_as_they_must():
     whole = [row + ["0 N/rad"] * 3 for row in rows] + turn
     matrix = "[" + ", ".join("[" + ", ".join(row) + "]" for row in whole) + "]"
     mechanism = fx.loads(text.replace("MATRIX", matrix))
-    found = fx.sensitivities(mechanism, free=["p"], n=2)
+    found = fx.mode_sensitivities(mechanism, free=["p"], n=2)
     w = 10.0
     assert found.derivative[:, 0] == pytest.approx([0.0, 1 / (2 * w) / (2 * np.pi)], abs=1e-9)
     still, moving = found.branch_shapes[0][:2].T
@@ -195,17 +195,17 @@ def test_responses_with_few_modes_keep_their_static_part():
 
 def test_what_can_be_wrong_is_named():
     with pytest.raises(fx.OptionError, match="not a parameter; known"):
-        fx.sensitivities(samples.beam(), free=["depth"])
+        fx.mode_sensitivities(samples.beam(), free=["depth"])
     with pytest.raises(fx.OptionError, match="follows from"):
-        fx.sensitivities(fx.load(RPR), free=["height"])
+        fx.mode_sensitivities(fx.load(RPR), free=["height"])
     with pytest.raises(fx.OptionError, match="named twice"):
-        fx.sensitivities(samples.beam(), free=["width", "width"])
+        fx.mode_sensitivities(samples.beam(), free=["width", "width"])
     with pytest.raises(fx.OptionError, match="keep belongs to order low"):
-        fx.sensitivities(samples.beam(), free=["width"], keep=2)
+        fx.mode_sensitivities(samples.beam(), free=["width"], keep=2)
 
 
 def test_a_parameter_at_its_bound_has_a_derivative():
     mechanism = samples.beam(thickness=4e-3)
-    found = fx.sensitivities(mechanism, free=["thickness"], n=1)
+    found = fx.mode_sensitivities(mechanism, free=["thickness"], n=1)
     assert 1 < found.relative[0, 0] < 1.5, "1 without the tip mass, 3/2 without mass of the beam"
     assert found.to_dict()["free"] == ["thickness"]

@@ -2,10 +2,10 @@ from flexura.sensitivity.eigenpairs import Cluster as Cluster
 from flexura.sensitivity.eigenpairs import clusters as clusters
 from flexura.sensitivity.eigenpairs import moved_clusters as moved_clusters
 from flexura.sensitivity.eigenpairs import whole_clusters as whole_clusters
-from flexura.sensitivity.frequencies import Sensitivities as Sensitivities
+from flexura.sensitivity.frequencies import ModeSensitivities as ModeSensitivities
 from flexura.sensitivity.frequencies import family_of as family_of
 from flexura.sensitivity.frequencies import free_names as free_names
-from flexura.sensitivity.frequencies import sensitivities as sensitivities
+from flexura.sensitivity.frequencies import mode_sensitivities as mode_sensitivities
 from flexura.sensitivity.frequency_slopes import FrequencySlopes as FrequencySlopes
 from flexura.sensitivity.frequency_slopes import frequency_slopes as frequency_slopes
 from flexura.sensitivity.low_order import Family as Family

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)
-class Sensitivities(Tabular):
+class ModeSensitivities(Tabular):
     """Derivatives of the n lowest natural frequencies and of their shapes with respect to P parameters.
 
     `derivative` (n, P) is in Hz per SI unit of the parameter; `relative` (n, P), (p/f) df/dp, compares parameters.
@@ -74,7 +74,7 @@ class Sensitivities(Tabular):
 
 
 @verb
-def sensitivities(
+def mode_sensitivities(
     model: Mechanism | Plan,
     parameters: Mapping[str, float] | None = None,
     *,
@@ -82,7 +82,7 @@ def sensitivities(
     n: int = 6,
     order: ModelOrder = "full",
     keep: int | Mapping[str, int] = 0,
-) -> Sensitivities:
+) -> ModeSensitivities:
     """Derivatives of the `n` lowest natural frequencies and mode shapes with respect to the parameters `free`.
 
     lambda' = x' (K' - lambda M') x (Fox and Kapoor 1968) and shapes by a bordered solve (after Nelson 1976), repeated
@@ -127,7 +127,7 @@ def sensitivities(
     omega = np.sqrt(np.maximum(pairs.values, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         derivative = np.where(omega[:, None] > 0, slopes / (4 * np.pi * np.where(omega, omega, 1.0)[:, None]), 0.0)
-    return Sensitivities(
+    return ModeSensitivities(
         plan.mechanism.name,
         chosen,
         np.array([values[name] for name in chosen]),

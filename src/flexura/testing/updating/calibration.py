@@ -65,7 +65,7 @@ def calibrate(
     `method`: map weighs the data against priors, which are given (a relative standard deviation, or mean and standard
     deviation, by name), or follow from each parameter's bounds and `source`; least_squares has bounds alone. The search
     makes Gauss-Newton steps within a trust region (Branch, Coleman and Li 1999) with analytic sensitivities. `order`
-    and `keep` as in `sensitivities`. The standard deviations have to cover what the model leaves out, too.
+    and `keep` as in `mode_sensitivities`. The standard deviations have to cover what the model leaves out, too.
 
     Modes with measured shapes are paired by these. Frequencies alone belong to the start's modes of the same number,
     which are tracked by their shapes while parameters move (`pairing="tracked"`), or to whichever modes have that
