@@ -135,17 +135,68 @@ def test_names_that_cannot_move_are_errors():
             asked.slopes({}, names)
 
 
+UNDAMPED = "\n".join(line for line in TEXT.splitlines() if not line.startswith("damping"))
+RESPONSES = (("carriage.tx", 30.0), ("carriage.tx", 47.2), ("carriage.ry", 300.0), ("carriage.tx:velocity", 60.0))
+
+
+@pytest.mark.parametrize(
+    "damping",
+    ["{loss_factor: 0.02}", "{rayleigh: {frequencies: [40 Hz, 400 Hz], ratios: [0.01, 0.02]}}", "{ratio: 0.01}"],
+)
+def test_slopes_of_responses_are_those_of_the_dynamic_stiffness(damping):
+    """Of the verb with a direct solution; where ratios are given, below the modes beyond which theirs ends."""
+    model = fx.loads(f"{UNDAMPED}\ndamping: {damping}\n")
+    asked = RESPONSES if "ratio:" not in damping else RESPONSES[:2]
+    found = questions(model, [f"frf({out}, x, {hz} Hz)" for out, hz in asked]).slopes(AT, NAMES)
+    assert found.is_exact.all()
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    for p, name in enumerate(NAMES):
+
+        def read(value, name=name):
+            own = [
+                fx.frequency_response(
+                    model,
+                    {**AT, name: value},
+                    frequency_hz=[hz],
+                    inputs=["carriage.tx"],
+                    outputs=[out],
+                    order="full",
+                    method="direct" if "ratio:" not in damping else "modal",
+                )
+                for out, hz in asked
+            ]
+            return np.array([abs(one.response[0, 0, 0]) for one in own])
+
+        wanted = eighth_order(read, at[name], 2e-4 * at[name])
+        size = abs(found.value / at[name])
+        assert (abs(found.slope[:, p] - wanted) < 1e-6 * np.maximum(abs(wanted), size)).all()
+
+
+def test_the_peak_of_one_mode_has_the_slopes_of_its_closed_form():
+    """A block of mass m on a spring k with a ratio z peaks at F / (2 k z sqrt(1 - z^2))."""
+    model = fx.loads(BLOCK + "damping: {ratio: 0.05}\n")
+    found = questions(model, "frf_peak(stage.x, stage.x, 20 Hz, 100 Hz), frf(x, x, 30 Hz)").slopes(
+        {}, ["kx", "m", "ky"]
+    )
+    assert found.is_exact.all()
+    peak = 1 / (2 * 2e5 * 0.05 * np.sqrt(1 - 0.05**2))
+    assert found.value[0] == pytest.approx(peak, rel=1e-9)
+    np.testing.assert_allclose(found.slope[0], [-peak / 2e5, 0, 0], rtol=1e-9, atol=1e-9 * peak / 2)
+
+
+def test_the_peak_at_the_end_of_a_band_has_the_slope_there():
+    model = fx.loads(BLOCK + "damping: {ratio: 0.05}\n")
+    found = questions(model, "frf_peak(x, x, 20 Hz, 30 Hz), frf(x, x, 30 Hz)").slopes({}, ["kx", "m"])
+    np.testing.assert_allclose(found.slope[0], found.slope[1], rtol=1e-12)
+
+
 def test_slopes_that_are_differences_say_so():
-    found = questions(GUIDE, "frf(x, x, 20 Hz), mass").slopes({}, ["thickness"])
+    text = BLOCK + "dashpots: {d: {nodes: [stage], damping: {tx: 20 N*s/m}}}\n"
+    found = questions(fx.loads(text), "frf(x, x, 30 Hz), mass").slopes({}, ["kx"])
     assert list(found.is_exact) == [False, True]
-
-    def magnitude(t):
-        own = fx.frequency_response(
-            GUIDE, {"thickness": t}, frequency_hz=[20.0], inputs=["carriage.tx"], outputs=["carriage.tx"], order="full"
-        )
-        return abs(own.response[0, 0, 0])
-
-    assert found.slope[0, 0] == pytest.approx(eighth_order(magnitude, 5e-4, 1e-5), rel=1e-3)
+    w = 2 * np.pi * 30
+    Z = 2e5 - 2 * w**2 + 20j * w
+    assert found.slope[0, 0] == pytest.approx(-Z.real / abs(Z) ** 3, rel=1e-6)
 
 
 @pytest.mark.parametrize("model", [GUIDE, HUNG], ids=["bare", "hung"])

@@ -39,6 +39,7 @@ from flexura.mechanism.damping import Rayleigh as Rayleigh
 from flexura.mechanism.evaluation import ParameterTable as ParameterTable
 from flexura.mechanism.evaluation import bounds as bounds
 from flexura.mechanism.evaluation import evaluated as evaluated
+from flexura.mechanism.evaluation import expressions as expressions
 from flexura.mechanism.evaluation import parameter_at as parameter_at
 from flexura.mechanism.evaluation import parameter_dimensions as parameter_dimensions
 from flexura.mechanism.evaluation import parameter_order as parameter_order

@@ -22,6 +22,7 @@ from flexura.study.questions.followed import MODES
 from flexura.study.questions.masses import body_mass, total_mass
 from flexura.study.questions.reach import sloped_reach
 from flexura.study.questions.reading import Freedom, Port
+from flexura.study.questions.responses import sloped_magnitude
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.worst import parting, worst
 
@@ -80,6 +81,8 @@ class Exact:
         linear = [k for k, own in enumerate(asked) if own.kind in LINEAR and not own.pose]
         self._try(linear, self._at_rest)
         self._try([k for k, own in enumerate(asked) if own.kind == "reach"], self._reaches)
+        for k in (k for k, own in enumerate(asked) if own.kind in ("frf", "frf_peak") and not own.pose):
+            self._try([k], self._responses)
         for pose in dict.fromkeys(own.pose for own in asked if own.pose):
             self._try([k for k, own in enumerate(asked) if own.pose == pose and is_sloped(own)], self._at_pose)
 
@@ -154,6 +157,13 @@ class Exact:
             self._tell(k, sloped_reach(self.plan, self.parameters, self.names, of))
             if np.isnan(self.slope[k]).any():
                 self.reason[k] = f"{self.asked[k].text}: it yields alike at several places that part as parameters move"
+
+    def _responses(self, places: list[int]) -> None:
+        """Magnitudes of responses, where exact slopes of them are known."""
+        for k in places:
+            found = sloped_magnitude(self.plan, self.parameters, self.names, self.asked[k].arguments)
+            if found is not None:
+                self._tell(k, found)
 
     def _frequencies(self, places: list[int]) -> None:
         single = OneDesign(self.plan, self.parameters, self.asked)
