@@ -1,5 +1,6 @@
 """Faces of packages: one list of names, in the stub, which type checkers and the package itself read."""
 
+import pickle
 import re
 import subprocess
 import sys
@@ -73,3 +74,8 @@ def test_namespaces_need_no_import_of_their_own(name):
     code = f"import flexura, sys\nassert 'numpy' not in sys.modules\nprint(flexura.{name}.__name__)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == name.rpartition(".")[2]
+
+
+def test_packages_are_pickled_by_their_names():
+    cloudpickle = pytest.importorskip("cloudpickle")
+    assert pickle.loads(cloudpickle.dumps(flexura)) is flexura

@@ -36,6 +36,10 @@ class _Face(ModuleType):
     def __dir__(self) -> list[str]:
         return sorted(self.__all__)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # functions of a script that name a package are sent to the workers of a cluster with it
+        return import_module, (self.__name__,)
+
 
 def listed(stub: str) -> dict[str, str]:
     """Modules by public name, of the text of a stub."""
