@@ -131,6 +131,24 @@ def closed_loop() -> None:
     subprocess.run([sys.executable, script, HERE], check=True)
 
 
+def studies() -> None:
+    """A sweep, a sensitivity, tolerances and an optimum of the guide."""
+    guide = fx.load(HERE.parents[1] / "examples" / "guide" / "guide.yaml")
+    vary = {"thickness": (0.3e-3, 0.7e-3, 17), "length": (40e-3, 80e-3, 17)}
+    table = fx.sweep(guide, vary=vary, ask="f1, mass", workers=1)
+    fx.view.draw_sweep(table).savefig(HERE / "studies_sweep.png", dpi=80)
+    influence = fx.sensitivity(guide, ask="f1, stiffness(carriage.x), mass, stress(leaf1) at x = 2 mm")
+    fx.view.draw_sensitivity(influence).savefig(HERE / "studies_sensitivity.png", dpi=80)
+    scattered = fx.tolerance(
+        guide, vary=["thickness=± 0.02 mm", "length=normal 0.05 mm"], ask="f1", require="f1 >= 54 Hz", samples=1536
+    )
+    fx.view.draw_tolerance(scattered).savefig(HERE / "studies_tolerance.png", dpi=80)
+    ranges = {"thickness": (0.2e-3, 0.6e-3), "length": (40e-3, 100e-3)}
+    limits = ["f1 >= 40 Hz", "f2 <= 600 Hz"]
+    best = fx.optimize(guide, vary=ranges, minimise="mass", subject_to=limits)
+    fx.view.draw_optimum(best).savefig(HERE / "studies_optimum.png", dpi=80)
+
+
 if __name__ == "__main__":
     contours()
     pivot()
@@ -144,3 +162,4 @@ if __name__ == "__main__":
     stroke_guide()
     poses_pivot()
     poses_rpr()
+    studies()

@@ -11,7 +11,16 @@ from PIL import Image
 
 import flexura as fx
 from flexura.errors import OptionError
-from flexura.view import draw_sensitivity, draw_sweep, draw_tolerance, save_sensitivity, save_sweep, save_tolerance
+from flexura.view import (
+    draw_optimum,
+    draw_sensitivity,
+    draw_sweep,
+    draw_tolerance,
+    save_optimum,
+    save_sensitivity,
+    save_sweep,
+    save_tolerance,
+)
 from helpers.pictures import assert_no_overlap
 from helpers.shell import GUIDE, flexura
 
@@ -327,11 +336,81 @@ def test_what_does_not_scatter_has_no_curve(scattered, value, told):
     assert_no_overlap(figure)
 
 
-def test_files_are_as_fine_as_asked_for(influence, scattered, tmp_path):
+@pytest.fixture(scope="module")
+def best():
+    ranges = {"thickness": (0.2e-3, 0.8e-3), "width": (10e-3, 30e-3)}
+    return fx.optimize(fx.load(GUIDE), vary=ranges, maximise="mass", subject_to="mass <= 45 g", starts=2)
+
+
+def test_an_optimum_shows_its_starts_its_variables_and_what_holds_it(best):
+    figure = draw_optimum(best)
+    (ends,) = by_gid(figure, "the design reported")
+    expected = [own.value for own in best.starts if own.agrees]
+    assert expected
+    np.testing.assert_allclose(np.array(ends.get_ydata()) * 1e-3, expected)
+    for own in best.variables:
+        (found,), (before,) = by_gid(figure, f"found {own.name}"), by_gid(figure, f"before {own.name}")
+        assert found.get_xdata()[0] == pytest.approx((own.value - own.low) / (own.high - own.low))
+        assert before.get_xdata()[0] == pytest.approx((own.start - own.low) / (own.high - own.low))
+        assert found.get_marker() == ("D" if own.at_bound else "o")
+    bars = [own.get_width() for own in figure.axes[2].patches]
+    gains = sorted((own.per_percent for own in best.active), reverse=True)
+    assert gains[0] > 0
+    ratio = np.array(bars) / gains
+    assert "g" in figure.axes[2].get_xlabel()
+    np.testing.assert_allclose(ratio, ratio[0])
+    assert ratio[0] in (pytest.approx(1e3), pytest.approx(1e6))
+    assert_no_overlap(figure)
+
+
+def test_starts_that_end_elsewhere_or_miss_limits_are_told_apart(best):
+    first = replace(best.starts[0], agrees=False, value=0.9 * best.value)
+    second = replace(best.starts[1], agrees=False, violation=0.1)
+    figure = draw_optimum(replace(best, starts=(first, second), active=()))
+    assert by_gid(figure, "elsewhere")[0].get_ydata()[0] == pytest.approx(900 * best.value)
+    assert by_gid(figure, "limits missed")[0].get_xdata()[0] == 2
+    assert "no limit holds it" in words(figure)
+    assert_no_overlap(figure)
+
+
+def front_of(best, values, goals=("f1", "mass"), units=("Hz", "kg")):
+    n = len(values)
+    return fx.Pareto(
+        name="made",
+        goals=goals,
+        units=units,
+        names=("thickness",),
+        parameter_units=("m",),
+        designs=np.linspace(1e-4, 2e-4, n)[:, None],
+        values=np.array(values, dtype=float).reshape(n, len(goals)),
+        residual=np.zeros(n),
+        seed=0,
+        evaluations=0,
+        tried=0,
+        failures={},
+        mechanism=best.mechanism,
+        parameters={},
+    )
+
+
+def test_a_front_of_two_goals_has_its_knee_and_more_goals_are_parallel(best):
+    figure = draw_optimum(front_of(best, [[10, 0.1], [20, 0.11], [30, 0.12], [40, 0.2], [41, 0.3]]))
+    (dots,), (knee,) = by_gid(figure, "front"), by_gid(figure, "knee")
+    np.testing.assert_allclose(dots.get_ydata(), [100, 110, 120, 200, 300])
+    assert (knee.get_xdata()[0], knee.get_ydata()[0]) == (pytest.approx(30), pytest.approx(120))
+    assert_no_overlap(figure)
+    assert not by_gid(draw_optimum(front_of(best, [[10, 0.1], [20, 0.2]])), "knee")
+    three = front_of(best, [[1, 2, 3], [2, 1, 4], [3, 0, 5]], ("f1", "f2", "mass"), ("Hz", "Hz", "kg"))
+    assert len(by_gid(draw_optimum(three), "designs", LineCollection)[0].get_segments()) == 3
+    with pytest.raises(OptionError, match="no front to draw"):
+        draw_optimum(front_of(best, np.empty((0, 2))))
+
+
+def test_files_are_as_fine_as_asked_for(influence, scattered, best, tmp_path):
     table = table_of({"a [m]": THICKNESS}, {"f1 [Hz]": THICKNESS})
     written = [*save_sweep(table, tmp_path, dpi=60), *save_sensitivity(influence, tmp_path, dpi=60)]
-    written += save_tolerance(scattered, tmp_path, dpi=60)
-    assert [path.name for path in written] == ["sweep.png", "sensitivity.png", "tolerance.png"]
+    written += [*save_tolerance(scattered, tmp_path, dpi=60), *save_optimum(best, tmp_path, dpi=60)]
+    assert [path.name for path in written] == ["sweep.png", "sensitivity.png", "tolerance.png", "optimum.png"]
     with Image.open(written[0]) as picture:
         assert picture.size == (480, 288)
 
@@ -343,6 +422,7 @@ def test_the_shell_draws_what_it_prints(tmp_path):
         "sweep": ("sweep", GUIDE, *vary),
         "sensitivity": ("sensitivity", GUIDE),
         "tolerance": ("tolerance", GUIDE, *scatter),
+        "optimum": ("optimize", GUIDE, "--vary", "thickness=0.4mm:0.6mm", "--minimise", "mass", "--starts", "1"),
     }
     for name, command in commands.items():
         done = flexura(*command, "--plot", tmp_path, "--dpi", "60")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import File, Json, Settings, Strict, print_result, read
+from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read
 from flexura.cli.tables import console_of_width, print_warnings, write_table
 from flexura.errors import OptionError
 
@@ -54,6 +54,8 @@ def optimize_command(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the optimum as a model file, or a front as .csv.")
     ] = None,
+    plot: Plot = None,
+    dpi: Dpi = None,
     set: Settings = None,
     strict: Strict = False,
     as_json: Json = False,
@@ -63,6 +65,7 @@ def optimize_command(
 
     if out is not None and out.suffix.lower() not in (*MODELS, ".csv", ".parquet"):
         raise OptionError(f"--out {str(out)!r}: a model file .yaml, or a table .csv or .parquet")
+    pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     result = optimize(
         mechanism,
@@ -86,6 +89,10 @@ def optimize_command(
         raise OptionError(f"--out {str(out)!r}: several goals have a front; write it as .csv and pick a design")
     elif out is not None:
         written = [write_table(result.to_columns(), out)]
+    if plot is not None:
+        from flexura.view import save_optimum
+
+        written += save_optimum(result, plot, **pictured)
     if as_json:
         print_result(result.to_dict(), written)
         return

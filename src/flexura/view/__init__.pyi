@@ -26,6 +26,8 @@ from flexura.view.influence import save_sensitivity as save_sensitivity
 from flexura.view.kinetostatics import draw_freedoms as draw_freedoms
 from flexura.view.kinetostatics import draw_kinetostatics as draw_kinetostatics
 from flexura.view.kinetostatics import save_kinetostatics as save_kinetostatics
+from flexura.view.optimum import draw_optimum as draw_optimum
+from flexura.view.optimum import save_optimum as save_optimum
 from flexura.view.painting import HIDDEN as HIDDEN
 from flexura.view.painting import mode_scale as mode_scale
 from flexura.view.palette import COLOURS as COLOURS
