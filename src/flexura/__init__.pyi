@@ -100,6 +100,15 @@ from flexura.study.influence import sensitivity as sensitivity
 from flexura.study.optimum import Optimum as Optimum
 from flexura.study.optimum import Pareto as Pareto
 from flexura.study.optimum import optimize as optimize
+from flexura.study.questions import Answers as Answers
+from flexura.study.questions import Formula as Formula
+from flexura.study.questions import Quantity as Quantity
+from flexura.study.questions import Questions as Questions
+from flexura.study.questions import Relation as Relation
+from flexura.study.questions import Slopes as Slopes
+from flexura.study.questions import formula as formula
+from flexura.study.questions import questions as questions
+from flexura.study.questions import relation as relation
 from flexura.study.sweeps import sweep as sweep
 from flexura.study.tolerances import Tolerance as Tolerance
 from flexura.study.tolerances import tolerance as tolerance

@@ -151,17 +151,17 @@ def _sloped(found: Any, count: int) -> Sloped:
 
 
 @verb
-def formula(plan: Mechanism | Plan, text: str) -> Formula:
+def formula(model: Mechanism | Plan, text: str) -> Formula:
     """A formula over what may be asked of a mechanism, with units, e.g. `f2 - f1` or `stress(left) / 400 MPa`.
 
     Raises OptionError for text that cannot be read, names that the mechanism lacks and dimensions that clash.
     """
     head, places = trailing_pose(text)
-    return _formula(plan_of(plan), head, text.strip(), places)
+    return _formula(plan_of(model), head, text.strip(), places)
 
 
 @verb
-def relation(plan: Mechanism | Plan, text: str) -> Relation:
+def relation(model: Mechanism | Plan, text: str) -> Relation:
     """That a formula is at most or at least another, e.g. `stress(left) <= 400 MPa at platform.x = 2 mm`.
 
     Raises OptionError as `formula`, for no or several signs, and for sides of different dimensions.
@@ -171,7 +171,7 @@ def relation(plan: Mechanism | Plan, text: str) -> Relation:
     if len(signs) != 1 or signs[0] not in _SENSES:
         said = "two relations" if len(signs) > 1 else "FORMULA <= FORMULA or FORMULA >= FORMULA"
         raise OptionError(f"{text.strip()!r} is no relation: write {said}, e.g. stress(left) <= 400 MPa")
-    plan = plan_of(plan)
+    plan = plan_of(model)
     parts = head.split(signs[0])
     left, right = (_formula(plan, part, part.strip(), places) for part in parts)
     one, other = (side.expression.dimension(_dimensions(side.quantities)) for side in (left, right))

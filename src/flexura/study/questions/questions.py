@@ -147,13 +147,13 @@ class Questions(Record):
 
 
 @verb
-def questions(plan: Mechanism | Plan, ask: str | Sequence[str]) -> Questions:
+def questions(model: Mechanism | Plan, ask: str | Sequence[str]) -> Questions:
     """What is asked of a mechanism, by names separated by commas, or in a sequence.
 
     Raises OptionError, with what may be asked, for text that cannot be read and names that the mechanism lacks, and
     ModelError for a description that cannot be used.
     """
-    own = plan_of(plan)
+    own = plan_of(model)
     texts = [ask] if isinstance(ask, str) else list(ask)
     reader = Reader(own)
     found = [reader.quantity(one) for text in texts for one in separate(text)]
