@@ -222,6 +222,11 @@ def test_bare_literals_of_python_leave_the_dimension_open():
     assert (L + 0.1).dimension(DIMENSIONS) == LENGTH
 
 
+@pytest.mark.parametrize(("own", "said"), [(PRESSURE, "Pa"), (PRESSURE.times(LENGTH), "N/m"), (INERTIA, "kg*m**2")])
+def test_units_are_derived_ones_where_there_are_some(own, said):
+    assert own.unit() == said
+
+
 @pytest.mark.parametrize("dimension", [NUMBER, LENGTH, PRESSURE, INERTIA, AREA.power(Fraction(1, 4))])
 def test_units_name_their_dimensions(dimension):
     assert Dimension.of_unit(dimension.unit() or "1") == dimension

@@ -35,7 +35,7 @@ def problems_of(text: str) -> list[fx.Problem]:
 def test_a_wrong_unit_is_told_once_at_its_definition() -> None:
     (problem,) = problems_of(beam("12 N"))
     assert (problem.where, problem.place, problem.value) == ("beam.yaml:2", "parameters.w", "12 N")
-    assert "in m; this is in kg*m*s**(-2)" in problem.rule
+    assert "in m; this is in N" in problem.rule
     assert "nodes.b.1 and 3 other places" in problem.rule
     assert problem.hint == "e.g. 10 mm"
 

@@ -220,7 +220,7 @@ def test_answers_one_by_one_do_not_depend_on_neighbours(asked):
         ("reach(x) at x = 1 mm", "not known at a pose"),
         ("mass at x = 1 mm", "same at every pose"),
         ("frf(x, x)", r"frf\(OUTPUT, INPUT, HZ\)"),
-        ("frf(x, x, 20)", "in Hz or kHz"),
+        ("frf(x, x, 20)", "unit of '20' is missing; write 20 Hz"),
         ("frf(x, x, 20 rad/s)", "in Hz or kHz"),
         ("frf(x, x, 2 mm)", "in Hz or kHz"),
         ("frf(x, motor, 20 Hz)", "no input"),

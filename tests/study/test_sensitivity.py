@@ -99,3 +99,13 @@ def test_the_command(tmp_path) -> None:
     data = json.loads(flexura("sensitivity", path, "--ask", "mass", "--free", "b", "--json").stdout)
     assert data["parameters"] == ["b"]
     assert data["relative"][0][0] == pytest.approx(1.0)
+
+
+def test_parameters_have_derived_units(tmp_path) -> None:
+    text = GUIDE.read_text(encoding="utf-8").replace("parameters:", "parameters:\n  push: 0 N\n  young: 200 GPa")
+    (tmp_path / "guide.yaml").write_text(text, encoding="utf-8")
+    done = flexura("sensitivity", tmp_path / "guide.yaml", "--ask", "f1")
+    assert "200 GPa" in done.stdout and "Hz per N" in done.stdout, done.stderr
+    done = flexura("sweep", tmp_path / "guide.yaml", "--vary", "push=0N:2N:2", "--ask", "f1, young", "--json")
+    assert list(json.loads(done.stdout)["table"])[1:3] == ["push [N]", "f1 [Hz]"]
+    assert "young [Pa]" in json.loads(done.stdout)["table"]

@@ -167,11 +167,10 @@ def print_study(table: StudyTable) -> None:
 
     console = console_of_width()
     console.print(f"{table.name}: {counted(table.done, 'design')}", markup=False, style="bold")
-    shown = ["design", *table.parameters, *table.asked]
-    rows = table.rows(0, SHOWN, shown)
+    rows = table.legible(0, SHOWN)
     left = table.designs - 2 * SHOWN
-    last = table.rows(max(table.designs - SHOWN, SHOWN), table.designs, shown)
-    columns = text_columns({name: [*rows[name].tolist(), *last[name].tolist()] for name in shown})
+    last = table.legible(max(table.designs - SHOWN, SHOWN), table.designs)
+    columns = text_columns({name: [*rows[name], *last[name]] for name in rows})
     grid = Table(*map(escape, columns), box=None, header_style="bold")
     for number, cells in enumerate(zip(*columns.values(), strict=True)):
         if number == SHOWN and left > 0:
@@ -188,12 +187,18 @@ def print_study(table: StudyTable) -> None:
     print_warnings(console, table.warnings)
 
 
+def _extreme(table: StudyTable, heading: str, unit: str, design: int) -> str:
+    """The value of a quantity in a design, an interval where it is not proven."""
+    from flexura.tables import quantity
+
+    own = table.legible(design, design + 1)[heading][0]
+    return f"{own} {unit}" if isinstance(own, str) else quantity(own, "" if unit == "1" else unit)
+
+
 def _print_extremes(console: Any, table: StudyTable) -> None:
     """The lowest and the highest value of each quantity, and the design that has it."""
     from rich.markup import escape
     from rich.table import Table
-
-    from flexura.tables import quantity
 
     grid = Table("asked", "lowest", "in design", "highest", "in design", box=None, header_style="bold")
     for heading in table.asked:
@@ -201,7 +206,9 @@ def _print_extremes(console: Any, table: StudyTable) -> None:
         if own is not None and own.lowest_design >= 0:
             name, _, unit = heading.rpartition(" [")
             unit = unit.removesuffix("]") if name else "1"
-            lowest, highest = (quantity(value, "" if unit == "1" else unit) for value in (own.lowest, own.highest))
+            lowest, highest = (
+                _extreme(table, heading, unit, design) for design in (own.lowest_design, own.highest_design)
+            )
             grid.add_row(escape(name or heading), lowest, str(own.lowest_design), highest, str(own.highest_design))
     if grid.row_count:
         console.print()

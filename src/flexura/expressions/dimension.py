@@ -27,7 +27,10 @@ class Dimension(NamedTuple):
         return Dimension(*(a * exponent for a in self))
 
     def unit(self) -> str:
-        """The coherent SI unit as text, e.g. `kg*m**2`; empty for a pure number."""
+        """The coherent SI unit as text, with derived units where it has a customary one, e.g. `N/m`, `kg*m**2`; empty
+        for a pure number."""
+        if self in _NAMED:
+            return _NAMED[self]
         parts = []
         for symbol, exponent in zip(("kg", "m", "s", "A", "K"), _reorder(self), strict=True):
             if exponent == 1:
@@ -101,3 +104,6 @@ _COHERENT = {
     "Hz": FREQUENCY,
     "V": VOLTAGE,
 }
+_DERIVED = ("N", "Pa", "N/m", "N*m", "N/m**3", "m/N", "N*s/m", "N*m*s", "W", "V", "m/V", "V/m")
+_NAMED = {dimension: unit for unit in _DERIVED if (dimension := Dimension.of_unit(unit)) is not None}
+"""Units of mechanics and actuators by dimension; those of 1/s are left, which are Hz as well as rad/s."""

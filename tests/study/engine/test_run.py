@@ -74,6 +74,18 @@ def test_designs_that_fail_are_rows_with_a_reason():
     assert f"{table.failed} of 1000 designs could not be worked out" in str(table.warnings[0])
 
 
+def test_frequencies_that_are_not_proven_are_read_as_intervals():
+    table = run(asked(), space())
+    found, legible = table.to_columns(), table.legible(0, 1000)
+    bad = ~found["is proven"]
+    assert [isinstance(own, str) for own in legible["f1 [Hz]"]] == bad.tolist() and 0 < bad.sum() < 1000
+    first = int(np.flatnonzero(bad)[0])
+    ends = [float(own) for own in legible["f1 [Hz]"][first].split(" to ")]
+    assert ends == pytest.approx([found[f"f1 {side} [Hz]"][first] for side in ("lower", "upper")], rel=1e-4)
+    assert "intervals" in str(table.warnings[0])
+    assert legible["mass [kg]"] == found["mass [kg]"].tolist()
+
+
 def test_extremes_are_those_of_all_designs(tmp_path):
     for table in (run(asked(limit=0.9), space()), run(asked(limit=0.9), space(), folder=tmp_path / "s", workers=1)):
         found = table.to_columns()

@@ -16,8 +16,10 @@ from flexura.extras import need
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.summary import Extremes, Summary
-from flexura.study.engine.work import Columns
+from flexura.study.engine.work import PROVEN, Columns, bounds_of
+from flexura.study.questions import are_proven
 from flexura.tables import ROWS, Facts, Table, counted
+from flexura.tables import number as digits
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -104,7 +106,7 @@ class StudyTable(Tabular):
             text = f"{own.count} of {of} could not be worked out, design {own.design} first: {own.text or 'no reason'}"
             found.append(Exceeded("study", f"design {own.design}", own.count, 0.0, "1", text))
         if self.unproven:
-            text = f"{self.unproven} of {of} are not proven: their column `is proven` says which"
+            text = f"{self.unproven} of {of} are not proven within 0.1 %: tables show their frequencies as intervals"
             found.append(Exceeded("proof", "", self.unproven, 0.0, "1", text))
         return tuple(found)
 
@@ -191,6 +193,20 @@ class StudyTable(Tabular):
             found.append(headings[name])
         return found
 
+    def legible(self, start: int, stop: int) -> dict[str, list[Any]]:
+        """Rows as `rows` has them of parameters and of what is asked, for a table that is read: where a frequency is
+        not proven within 0.1 % its interval stands in place of it."""
+        shown = ["design", *self.parameters, *self.asked]
+        bounds = {heading: own for heading in self.asked if (own := bounds_of(heading))[0] in self.columns}
+        found = self.rows(start, stop, [*shown, PROVEN, *(name for own in bounds.values() for name in own)])
+        table = {name: found[name].tolist() for name in shown}
+        for heading, (lower, upper) in bounds.items():
+            value, low, high = found[heading], found[lower], found[upper]
+            for k in np.flatnonzero(~(found[PROVEN] | are_proven(value, low, high) | np.isnan(value))):
+                ends = (digits(float(end)) or "?" for end in (low[k], high[k]))
+                table[heading][k] = " to ".join(ends)
+        return table
+
     def _columns(self) -> dict[str, Any]:
         return self.to_columns()
 
@@ -200,8 +216,10 @@ class StudyTable(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         where = {"folder": self.folder or "", "failed": self.failed or "", "not proven": self.unproven or ""}
         yield Facts(where)
-        shown = [name for name in self.columns if name in ("design", "reason", *self.parameters, *self.asked)]
-        yield Table(self.rows(0, ROWS, shown[:-1] if not self.failed else shown), "designs", count=self.done)
+        table = self.legible(0, ROWS)
+        if self.failed:
+            table["reason"] = self.rows(0, ROWS, ["reason"])["reason"].tolist()
+        yield Table(table, "designs", count=self.done)
 
 
 def _joined(blocks: list[Columns], names: Sequence[str]) -> Columns:

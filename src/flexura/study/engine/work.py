@@ -30,6 +30,15 @@ FEW, MANY = 4, 64
 DESIGN, PROVEN, REASON = "design", "is proven", "reason"
 
 
+def bounds_of(heading: str) -> tuple[str, str]:
+    """Headings of the proven bounds of what is asked, e.g. `f1 lower [Hz]` and `f1 upper [Hz]`."""
+    text, bracket, unit = heading.rpartition(" [")
+    lower, upper = (
+        f"{text if bracket else heading} {side}{bracket}{unit if bracket else ''}" for side in ("lower", "upper")
+    )
+    return lower, upper
+
+
 def block_size(designs: int, is_stacked: bool) -> int:
     """Designs of a block of a study of so many: small ones have some 64 blocks to be shared out, larger ones blocks of
     2048, and the largest some 8192 blocks or such of 65536. They are whole stacks where these are worked out at once,
@@ -86,14 +95,7 @@ class Work(Record):
     @property
     def bounds(self) -> dict[str, tuple[str, str]]:
         """Headings of the proven bounds of what is asked, where there are some."""
-        return {
-            own.column: (
-                own.column.replace(own.text, f"{own.text} lower", 1),
-                own.column.replace(own.text, f"{own.text} upper", 1),
-            )
-            for own in self.questions.quantities
-            if own.is_bounded
-        }
+        return {own.column: bounds_of(own.column) for own in self.questions.quantities if own.is_bounded}
 
     @property
     def varied(self) -> dict[str, str]:

@@ -1,4 +1,5 @@
 from flexura.study.questions.answers import Answers as Answers
+from flexura.study.questions.answers import are_proven as are_proven
 from flexura.study.questions.catalogue import Quantity as Quantity
 from flexura.study.questions.formulas import Formula as Formula
 from flexura.study.questions.formulas import Relation as Relation

@@ -12,6 +12,9 @@ from flexura.records import Record
 
 Array = NDArray[np.float64]
 
+TOLERANCE = 1e-3
+"""Relative error within which frequencies are to be proven."""
+
 
 class Bounded(NamedTuple):
     """Frequencies (..., n), Hz, with their lower and upper bounds, NaN where nothing is proven."""
@@ -54,7 +57,8 @@ class Answers(Record):
         if text not in said.split("; "):
             self.reason[design] = f"{said}; {text}" if said else text
 
-    def within(self, tolerance: float) -> NDArray[np.bool_]:
-        """Where bounds (designs, q) are within a relative error, or a value is proven to be zero."""
-        with np.errstate(all="ignore"):
-            return (self.upper - self.lower <= tolerance * self.lower) | ((self.value == 0) & (self.lower == 0))
+
+def are_proven(value: Array, lower: Array, upper: Array) -> NDArray[np.bool_]:
+    """Where bounds are within 0.1 %, or a value is proven to be zero."""
+    with np.errstate(all="ignore"):
+        return (upper - lower <= TOLERANCE * lower) | ((value == 0) & (lower == 0))

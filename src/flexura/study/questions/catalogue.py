@@ -77,19 +77,10 @@ KINDS = {
 NUMBERED = "f1, f2, ..."
 """How natural frequencies by number are asked."""
 
-_UNITS = {
-    dimensions.NUMBER: "1",
-    dimensions.FREQUENCY: "Hz",
-    dimensions.PRESSURE: "Pa",
-    dimensions.FORCE: "N",
-    dimensions.TRANSLATIONAL_STIFFNESS: "N/m",
-    dimensions.ROTATIONAL_STIFFNESS: "N*m",
-}
-
 
 def unit_of(dimension: Dimension) -> str:
     """The SI unit of a dimension as it is shown, e.g. `Hz` or `kg*m^2`; 1 of a plain number."""
-    return _UNITS.get(dimension) or dimension.unit().replace("**", "^")
+    return "Hz" if dimension == dimensions.FREQUENCY else dimension.unit().replace("**", "^") or "1"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.sensitivity import free_names
 from flexura.structure import Design, Plan, one_design, plan_of
-from flexura.study.questions.answers import Answers
+from flexura.study.questions.answers import TOLERANCE, Answers, are_proven
 from flexura.study.questions.catalogue import FREQUENCY, Quantity, askable
 from flexura.study.questions.designs import FAILURES, Block, reason_of
 from flexura.study.questions.followed import MODES
@@ -24,9 +24,6 @@ from flexura.study.questions.masses import body_mass, total_mass
 from flexura.study.questions.reading import Reader
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.slopes import Exact, Slopes, differences, steps
-
-TOLERANCE = 1e-3
-"""Relative error within which frequencies are to be proven."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -59,7 +56,7 @@ class Questions(Record):
                 self._parameters(block, out)
                 self._others(block, out, self._frequencies(block, out))
         asked = self._of(FREQUENCY)
-        out.is_proven[:] = out.within(TOLERANCE)[:, asked].all(axis=1) & bool(asked)
+        out.is_proven[:] = are_proven(out.value, out.lower, out.upper)[:, asked].all(axis=1) & bool(asked)
         return out
 
     def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> Slopes:

@@ -18,7 +18,7 @@ from flexura.structure import Design, Plan
 from flexura.study.questions.catalogue import FREQUENCY, KINDS, SIGNS, Argument, Kind, Quantity, unit_of, unknown_name
 from flexura.study.questions.grammar import STROKE, Asked, Place
 from flexura.systems import Channel, InputPort, OutputPort, Ports, actuator_names, unit_of_response
-from flexura.units import format_quantity, parse_quantity
+from flexura.units import format_quantity, parse_quantity, split_quantity
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 """Axes of displacements as they are shown; those of DOFs are read as well."""
@@ -187,6 +187,8 @@ class Reader:
             value, exponents = parse_quantity(text)
         except ExpressionError as error:
             raise OptionError(f"{name}(HZ): {error}") from None
+        if not split_quantity(text)[1]:
+            raise OptionError(f"{name}(HZ): the unit of {text!r} is missing; write {text} Hz")
         if Dimension(*exponents) != HERTZ or "Hz" not in text or value <= 0:
             raise OptionError(f"{name}(HZ): a positive frequency in Hz or kHz is expected, e.g. 20 Hz, not {text!r}")
         return Hertz(value)
