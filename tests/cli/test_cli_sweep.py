@@ -59,6 +59,14 @@ def test_designs_that_fail_are_counted_with_their_reason(tmp_path):
     assert strict.returncode == 1 and not (tmp_path / "b.csv").exists()
 
 
+def test_what_is_infinite_is_no_failure(tmp_path):
+    pose = ("--vary", "thickness=0.4mm:0.5mm:2", "--ask", "margin at carriage.x = 0 mm")
+    done = flexura("sweep", GUIDE, *pose, "--out", tmp_path / "a.csv")
+    assert done.returncode == 0, done.stderr
+    rows = table(tmp_path / "a.csv")
+    assert [(row["margin at carriage.x = 0 m"], row["reason"]) for row in rows] == [("inf", "")] * 2
+
+
 def test_a_study_of_the_file_with_its_samples(tmp_path):
     study = "studies: {some: {sweep: {vary: {thickness: {}}, ask: f1, sampling: latin hypercube, samples: 7}}}\n"
     (tmp_path / "guide.yaml").write_text(GUIDE.read_text(encoding="utf-8") + study, encoding="utf-8")

@@ -6,6 +6,7 @@ import csv
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -132,7 +133,6 @@ def write_designs(table: StudyTable, path: Path) -> Path:
     """Write the designs of a study as .csv or .parquet in one step, block by block. Raises OptionError."""
     from flexura.extras import need
     from flexura.files import write_file
-    from flexura.results import plain
     from flexura.study.engine import arrow_table
 
     def as_csv(file: Path) -> None:
@@ -140,7 +140,10 @@ def write_designs(table: StudyTable, path: Path) -> Path:
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(table.columns)
             for block in table.blocks():
-                columns = [["" if own is None else own for own in plain(values.tolist())] for values in block.values()]
+                columns = [
+                    ["" if isinstance(own, float) and isnan(own) else own for own in values.tolist()]
+                    for values in block.values()
+                ]
                 writer.writerows(zip(*columns, strict=True))
 
     def as_parquet(file: Path) -> None:

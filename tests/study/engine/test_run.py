@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -58,6 +59,21 @@ def test_one_worker_two_workers_and_none_give_the_same(tmp_path, undisturbed):
 def test_long_studies_in_memory_are_shared_out(monkeypatch):
     monkeypatch.setattr(sys.modules["flexura.study.engine.run"], "ALONE", 0.0)
     assert same(run(asked(limit=0.9), space(), workers=2), run(asked(limit=0.9), space(), workers=1))
+
+
+@pytest.mark.parametrize(("blocks", "workers"), [(6, None), (16, 11)])
+def test_processes_are_started_where_enough_is_left_and_no_more_than_blocks(monkeypatch, blocks, workers):
+    module, clock, asked_for = sys.modules["flexura.study.engine.run"], iter(np.arange(0.0, 99.0, 0.5)), []
+
+    def on_processes(work, numbers, count, say):
+        asked_for.append(count)
+        yield from ((number, work(number)) for number in numbers)
+
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    monkeypatch.setattr(module, "on_processes", on_processes)
+    table = run(asked(), space(64 * blocks), workers=50)
+    assert table.is_complete
+    assert asked_for == ([] if workers is None else [workers])
 
 
 def test_designs_that_fail_are_rows_with_a_reason():

@@ -248,3 +248,10 @@ def test_the_shell_writes_a_model_of_the_optimum(tmp_path):
     text = flexura("optimize", GUIDE, *limit).stdout
     assert "f1 <= 50 Hz: 1 % more buys 0.5 Hz of f1" in text and "by modes, proven within" in text
     assert Path(out).read_text(encoding="utf-8").startswith("flexura: 1\nextends: ")
+
+
+def test_a_goal_that_nothing_changes_and_goals_against_each_other_are_said() -> None:
+    still = fx.optimize(cantilever(), vary={"t": (0.5e-3, 2e-3)}, maximise="length", starts=2)
+    assert [own.place for own in still.warnings if own.kind == "goal"] == ["maximise length"]
+    against = fx.optimize(cantilever(), vary={"t": (0.5e-3, 2e-3)}, maximise="mass", minimise="mass", points=2)
+    assert ["both large and small" in own.text for own in against.warnings if own.kind == "goal"] == [True]

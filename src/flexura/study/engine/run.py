@@ -19,7 +19,8 @@ from flexura.study.questions import Questions
 from flexura.study.space import Designs
 
 ALONE = 2.0
-"""Seconds of work before processes are started, where nothing is kept in a folder: they take one themselves."""
+"""Seconds of work before processes are started, and that have to be left, where nothing is kept in a folder: they take
+one themselves."""
 
 
 def run(
@@ -77,9 +78,12 @@ def _here(
     work: Work, left: Iterator[int], workers: int, alone: bool, remarks: list[str]
 ) -> Generator[tuple[int, Columns]]:
     """Blocks worked out on this machine; `alone` in this process, as long as that takes less than a moment."""
-    end = time.monotonic() + (ALONE if workers > 1 else float("inf"))
-    while alone and time.monotonic() < end and (number := next(left, None)) is not None:
+    begun, done = time.monotonic(), 0
+    while alone and (number := next(left, None)) is not None:
         yield number, work(number)
+        done, spent = done + 1, time.monotonic() - begun
+        if workers > 1 and spent > ALONE and spent / done * (work.blocks - number - 1) > ALONE:
+            break
     first = next(left, None)
     if first is not None:
-        yield from on_processes(work, chain([first], left), min(workers, work.blocks), remarks.append)
+        yield from on_processes(work, chain([first], left), min(workers, work.blocks - first), remarks.append)

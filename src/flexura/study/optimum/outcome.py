@@ -11,6 +11,7 @@ from flexura.errors import Exceeded, FlexuraError
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method
 from flexura.study.optimum.discrete import Chosen, Mixed
 from flexura.study.optimum.front import Front
+from flexura.study.optimum.goals import goal_doubts
 from flexura.study.optimum.landscape import Landscape
 from flexura.study.optimum.proof import proof
 from flexura.study.optimum.results import (
@@ -49,7 +50,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     proofs, warnings = proof(task.plan.mechanism, values, asked, found)
     active = tuple(_active(task, chosen, quantities)) if chosen.solved is not None and not missed else ()
     solved = chosen.solved
-    warnings = [*_doubts(solved, missed), *warnings]
+    warnings = [*goal_doubts(task), *_doubts(solved, missed), *warnings]
     return Optimum(
         task.plan.mechanism.name,
         aim.text,
@@ -230,7 +231,7 @@ def pareto_of(task: Task, land: Landscape, found: Front, seed: int) -> Pareto:
     values = np.empty((len(designs), len(formulas)))
     for k, own in enumerate(formulas if len(designs) else ()):
         values[:, k] = task.wording.combined(own).value(quantities)
-    warnings = []
+    warnings = list(goal_doubts(task))
     if not len(designs):
         text = "no design was found that meets the limits: there is no front"
         warnings.append(Exceeded("limit", "", float("nan"), 0.0, "1", text))
