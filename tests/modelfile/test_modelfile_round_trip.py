@@ -25,6 +25,7 @@ from flexura.mechanism import (
     Leaf,
     LinearPattern,
     Link,
+    Load,
     Material,
     Mechanism,
     MirrorPattern,
@@ -175,6 +176,12 @@ patterns = st.sampled_from(
 )
 
 
+forces = st.tuples(*3 * [st.sampled_from([0.0, -1.5])])
+loads_of_a_node = (
+    st.builds(Load, force=forces) | st.builds(Load, moment=forces) | st.builds(Load, force=forces, moment=forces)
+)
+
+
 @st.composite
 def mechanisms(draw) -> Mechanism:
     """Mechanisms as Python builds them: SI numbers without units, expressions with bare literals."""
@@ -189,6 +196,7 @@ def mechanisms(draw) -> Mechanism:
     tie = {"carries": ("arm*.n*", "p*"), "mass": draw(sizes), "inertia": draw(inertias)}
     return Mechanism(
         name=draw(texts),
+        loads=draw(st.dictionaries(st.just("stage"), loads_of_a_node)),
         description=draw(texts),
         theory=draw(st.sampled_from(["rayleigh", "timoshenko"])),
         corrections=draw(st.sampled_from(["auto", "none", ("plate", "notch")])),

@@ -85,6 +85,32 @@ def test_statics_of_a_beam_column():
     assert abs(moment[1]) == pytest.approx(Q * L / 4 * np.tan(u) / u, rel=3e-3)
 
 
+def test_a_load_may_go_through_zero():
+    """f^2 of a pinned beam falls linearly with its thrust, and is that of the beam by itself where there is none."""
+    force = {"F": fx.describe.Parameter(value=0.0, unit="N")}
+    beam = bar(24, loads={"b": fx.describe.Load(force=("F", 0, 0))}, parameters=force)
+    euler, free = (np.pi / L) ** 2 * EI, np.pi / (2 * L**2) * np.sqrt(EI / LINE)
+    forces = euler * np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
+    found = fx.sweep(beam, vary={"F": forces}, ask="f1, buckling, stress").to_frame()
+    assert found["f1 [Hz]"].to_numpy() == pytest.approx(free * np.sqrt(1 + forces / euler), rel=4e-5)
+    assert found["buckling"].to_numpy() == pytest.approx([2, 4, *3 * [np.inf]], rel=1e-4)
+    assert found["stress [Pa]"].to_numpy() == pytest.approx(abs(forces) / (B * T), rel=1e-6, abs=1e-6)
+    assert fx.preload(beam).buckling_factor == np.inf
+    assert fx.modes(bar(24), n=1).frequency_hz == pytest.approx(fx.modes(beam, n=1).frequency_hz, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "zero", [{"force": (0, 0, 0)}, {"moment": (0, 0, 0)}, {"force": (0, 0, 0), "moment": (0, 0, 0)}]
+)
+def test_a_zero_load_is_written_and_read_again(zero):
+    beam = bar(4, loads={"b": fx.describe.Load(**zero)})
+    again = fx.loads(fx.dumps(beam))
+    assert again == beam
+    assert fx.dumps(again) == fx.dumps(beam)
+    assert again.loads["b"].model_fields_set == set(zero)
+    assert fx.Mechanism.model_validate_json(beam.model_dump_json()) == beam
+
+
 def test_gravity_stands_and_hangs():
     for sign in (-1, 1):
         column = bar(24, length=1.0, ground={"a": "clamped"}, gravity=(sign * 0.5 * GREENHILL, 0, 0))

@@ -14,14 +14,17 @@ STANDARD_GRAVITY = 9.80665
 
 
 class Load(Part):
-    """A force and a moment at a node, in global axes: a dead load, which keeps its size and direction."""
+    """A force and a moment at a node, in global axes: a dead load, which keeps its size and direction.
+
+    One of both is given, and may be zero.
+    """
 
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
     def _something(self) -> Self:
-        if all(entry == 0 for entry in (*self.force, *self.moment)):
+        if not self.model_fields_set:
             raise refuse("a load has a force or a moment", "e.g. {force: [0, 0, -20 N]}")
         return self
 

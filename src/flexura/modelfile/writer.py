@@ -63,13 +63,14 @@ def save(mechanism: Mechanism, path: str | FilePath) -> None:
 
 
 def _part(part: Part, path: Path, written: dict[Path, Any]) -> dict[str, Any]:
-    """Keys of a part in the order of its fields, without those at their defaults."""
+    """Keys of a part in the order of its fields, without those at their defaults; those that were given, as the zero
+    force of a load, where all are."""
+    fields = type(part).model_fields
+    told = [n for n, own in fields.items() if n in _KINDS or own.is_required() or getattr(part, n) != own.default]
     result: dict[str, Any] = {}
-    for name, field in type(part).model_fields.items():
-        value = getattr(part, name)
-        if name in _KINDS or field.is_required() or value != field.default:
-            key = key_of(type(part), name)
-            result[key] = _data(value, (*path, key), written)
+    for name in told or [name for name in fields if name in part.model_fields_set]:
+        key = key_of(type(part), name)
+        result[key] = _data(getattr(part, name), (*path, key), written)
     return result
 
 
