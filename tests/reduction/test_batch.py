@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import flexura as fx
 from flexura.linalg import lowest
+from flexura.reduction import independent_frequencies
 from helpers.extended_eigen import wide_frequencies
 from helpers.random_mechanisms import FEW, mechanisms
 
@@ -186,3 +187,32 @@ def test_options_that_cannot_be():
         fx.natural_frequencies(plan, n=0)
     with pytest.raises(fx.OptionError, match="between 0 and 1"):
         fx.natural_frequencies(plan, tolerance=0.0)
+
+
+@pytest.mark.parametrize("length", [0.05, 0.1, 0.3])
+@pytest.mark.parametrize("count", [2, 3, 6])
+def test_a_point_mass_on_a_leaf_of_nearly_no_mass(length, count):
+    """f^2 = 3 E I / (m L^3) of the lower bending mode; those without the point mass lie some ten decades above."""
+    width, mass, thickness = 0.01, 1.0, np.linspace(3e-3, 5e-3, 9)
+    section = fx.describe.Rectangle(width=width, thickness=fx.describe.parameter("t"))
+    leaf = fx.describe.Link(
+        nodes=("root", "tip"), material="light", section=section, reference=(0, 0, 1), elements=8,
+        theory="euler_bernoulli",
+    )  # fmt: skip
+    plan = fx.Plan(
+        fx.Mechanism(
+            corrections="none",
+            parameters={"t": fx.describe.Parameter(value=5e-3, unit="m")},
+            materials={"light": fx.describe.Material(E=210e9, nu=0.3, rho=1e-6)},
+            nodes={"root": (0, 0, 0), "tip": (length, 0, 0)},
+            links={"leaf": leaf},
+            masses={"tip": fx.describe.PointMass(node="tip", mass=mass)},
+            ground={"root": "clamped"},
+        )
+    )
+    exact = np.sqrt(3 * 210e9 * width * thickness**3 / 12 / (mass * length**3)) / (2 * np.pi)
+    together = fx.natural_frequencies(plan, {"t": thickness}, n=count)
+    frequency, lower, upper = independent_frequencies(plan, {"t": thickness}, n=count)
+    assert frequency[:, 0] == pytest.approx(exact, rel=1e-6)
+    for low, high in ((lower, upper), (together.lower_hz, together.upper_hz)):
+        assert (low[:, 0] <= exact * (1 + 1e-9)).all() and (exact * (1 - 1e-9) <= high[:, 0]).all()

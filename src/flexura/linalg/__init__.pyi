@@ -34,6 +34,7 @@ from flexura.linalg.search import Eigenpairs as Eigenpairs
 from flexura.linalg.search import ShiftInvert as ShiftInvert
 from flexura.linalg.search import next_to as next_to
 from flexura.linalg.stacked import GUARD as GUARD
+from flexura.linalg.stacked import factors as factors
 from flexura.linalg.stacked import lowest_pairs as lowest_pairs
 from flexura.linalg.stacked import lowest_values as lowest_values
 from flexura.linalg.stacked import small_pencils as small_pencils

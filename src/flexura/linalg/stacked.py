@@ -85,10 +85,12 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
         MY = M @ Y
         # Ritz pairs of the inverse, both matrices small: (Y' M X) z = lambda (Y' M Y) z
         new, Z = small_pencils(Yt @ MX, Yt @ MY)
-        before, change = change, np.max(np.abs(new[:, :count] / values - 1), axis=-1)
+        with np.errstate(invalid="ignore"):
+            # infinite where M Y is not positive enough: never accepted
+            before, change = change, np.max(np.abs(new[:, :count] / values - 1), axis=-1)
+            ratio = np.minimum(change / np.maximum(before, 1e-300), 0.99)
+            error = change * ratio / (1 - ratio)
         values = new[:, :count]
-        ratio = np.minimum(change / np.maximum(before, 1e-300), 0.99)
-        error = change * ratio / (1 - ratio)
         ended = ~(reached < tolerance) & ((error < tolerance) | (step == MAX_STEPS - 1))
         if ended.all():
             return Eigenpairs(new.copy(), Y @ Z), error
@@ -116,18 +118,50 @@ def _solver(K: Array) -> Callable[[Array], Array]:
 
 
 def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
-    """Eigenpairs of the small pencils A z = lambda B z, ascending, B positive definite; vectors B-orthonormal."""
+    """Eigenpairs of small pencils A z = lambda B z (k, n, n), ascending, vectors B-orthonormal; B positive definite.
+
+    Where a B is not, those of its largest leading part that is, with zeros below, then infinite ones with unit vectors.
+    """
     if len(A) == 1:
         # LAPACK knows the pencil as a whole, but not stacks of it
         values, Z, failed = lapack.dsygv(A[0], B[0])
         if not failed:
             return values[None], Z[None]
     d = unit_scale(B)
-    Li = np.linalg.inv(np.linalg.cholesky(scaled(B, d)))
-    Lt = np.swapaxes(Li, -1, -2)
-    C = Li @ scaled(A, d) @ Lt
+    L, good = factors(scaled(B, d))
+    bad = np.flatnonzero(~good)
+    L[bad] = np.eye(B.shape[-1])
+    Li = np.linalg.inv(L)
+    C = Li @ scaled(A, d) @ np.swapaxes(Li, -1, -2)
+    C[bad] = 0.0
     values, Z = np.linalg.eigh(C)
-    return values, d[:, :, None] * (Lt @ Z)
+    Z = d[:, :, None] * (np.swapaxes(Li, -1, -2) @ Z)
+    for k in bad:
+        values[k], Z[k] = _leading(A[k], B[k])
+    return values, Z
+
+
+def _leading(A: Array, B: Array) -> tuple[Array, Array]:
+    """Eigenpairs of a pencil (n, n) as far as B is positive definite."""
+    values, Z = np.full(len(B), np.inf), np.diag(unit_scale(B))
+    for n in range(len(B) - 1, 0, -1):
+        if np.isfinite(A[:n, :n]).all() and factors(scaled(B[:n, :n], unit_scale(B[:n, :n]))[None])[1].all():
+            own, vectors = small_pencils(A[None, :n, :n], B[None, :n, :n])
+            values[:n], Z[:n, :n] = own[0], vectors[0]
+            break
+    return values, Z
+
+
+def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Cholesky factors of matrices (k, n, n), NaN where there is none, and where there is one (k,)."""
+    try:
+        L = np.asarray(np.linalg.cholesky(A), dtype=np.float64)
+        return L, np.asarray(np.isfinite(L).all(axis=(-1, -2)))  # what is no number is not always refused
+    except np.linalg.LinAlgError:
+        if len(A) == 1:
+            return np.full(A.shape, np.nan), np.zeros(1, dtype=bool)
+        halves = [factors(own) for own in np.array_split(A, 2)]
+        return np.concatenate([L for L, _ in halves]), np.concatenate([good for _, good in halves])
 
 
 def _one_by_one(K: Array, M: Array, count: int) -> Eigenpairs:

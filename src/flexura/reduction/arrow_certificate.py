@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.linalg import small_pencils
+from flexura.linalg import factors, small_pencils
 from flexura.reduction.arrow import FIXED, ROUNDING, Arrow, Block, placed
 from flexura.reduction.chain_certificate import (
     CORRECTED,
@@ -85,7 +85,10 @@ def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
         found.append([(_t(X) @ (own @ X)).sum(axis=(1, 2)) for own in A[:2]])
     K, M = (np.sum(own, axis=0) for own in zip(*found, strict=True))
     values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
-    return values, values[:, -1] * np.max([block.slowest for block in arrow.blocks], axis=0) < SETTLED
+    slowest = np.max([block.slowest for block in arrow.blocks], axis=0)
+    return values, np.isfinite(values[:, -1]) & (
+        np.where(np.isfinite(values[:, -1]), values[:, -1], 0.0) * slowest < SETTLED
+    )
 
 
 def arrow_bounds(arrow: Arrow, count: int, tolerance: float) -> ChainBounds:
@@ -98,11 +101,13 @@ def arrow_bounds(arrow: Arrow, count: int, tolerance: float) -> ChainBounds:
     ritz, slowness = _ritz(arrow), arrow.core.slowness
     K, M, R, margin = _projected(arrow, ritz)
     upper, Z = small_pencils(*from_above(K, M, R, ritz.values, slowness))
-    upper = upper + 8 * K.shape[-1] * EPS * upper[:, -1:]
+    last = np.where(np.isfinite(upper), upper, 0.0).max(axis=1, keepdims=True)
+    upper = upper + 8 * K.shape[-1] * EPS * last
     K, M, R, margin = (_t(Z) @ A @ Z for A in (K, M, R, margin))
     values, least, mass, more = (np.einsum("dii->di", A) for A in (K, K - 2 * margin, M, R))
+    values, mass = np.where(np.isfinite(upper), values, np.inf), np.where(mass > 0, mass, 1.0)
     zero, upper = settled(values / mass, upper, np.einsum("dii->di", margin))
-    values = np.maximum(values / mass, 0.0)
+    values = np.where(np.isfinite(upper), np.maximum(values / mass, 0.0), 0.0)
     guess = (least - values**2 / np.maximum(1 - values * slowness[:, None], CORRECTED) * more) / mass
     lower = np.zeros((len(K), count))
     core = ritz.core @ Z
@@ -191,15 +196,3 @@ def _eliminated(block: Block, ell: Array, h: Array) -> tuple[Array, Array]:
     a = np.einsum("...ii->...i", S) + shift[..., m:]
     np.einsum("...ii->...i", S)[...] -= shift[..., m:]
     return S, a
-
-
-def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Cholesky factors of matrices (k, n, n), NaN where there is none, and where there is one (k,)."""
-    try:
-        L = np.asarray(np.linalg.cholesky(A), dtype=np.float64)
-        return L, np.asarray(np.isfinite(L).all(axis=(-1, -2)))  # what is no number is not always refused
-    except np.linalg.LinAlgError:
-        if len(A) == 1:
-            return np.full(A.shape, np.nan), np.zeros(1, dtype=bool)
-        halves = [factors(own) for own in np.array_split(A, 2)]
-        return np.concatenate([L for L, _ in halves]), np.concatenate([good for _, good in halves])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import Mechanism
 from flexura.reduction.arrow import Arrow
 from flexura.reduction.arrow_certificate import arrow_bounds
@@ -317,7 +318,13 @@ class _Batch:
                 order = recent[2]
             else:
                 order = self._order(self._designs(values, own), own.start)
-            return _hertz(self._bounds(order, self.tolerance))
+            answer = _hertz(self._bounds(order, self.tolerance))
+            for d in np.flatnonzero(~np.isfinite(answer[1:]).all(axis=(0, 2))):
+                with suppress(SolverError):  # stays without an upper bound, and unproven
+                    alone = _alone(self.plan, one_of(self.parameters, own.start + int(d)), self.count)
+                    for bound, value in zip(answer, alone, strict=True):
+                        bound[d] = value
+            return answer
         found = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(own.start, own.stop)]
         f, low, up = (np.array(column) for column in zip(*found, strict=True))
         return f, low, up

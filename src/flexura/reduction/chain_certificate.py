@@ -92,16 +92,24 @@ def chain_bounds(own: Order, count: int, start: Eigenpairs, tolerance: float) ->
     return enclosed(lower, upper[:, :count], zero[:, :count], own.loss)
 
 
+def quotients(energy: Array, mass: Array) -> Array:
+    """Rayleigh quotients, infinite where round-off has left no mass."""
+    return np.where(mass > 0, energy / np.where(mass > 0, mass, 1.0), np.inf)
+
+
 def settled(values: Array, upper: Array, margin: Array) -> tuple[NDArray[np.bool_], Array]:
     """Which eigenvalues (designs, p) round-off alone makes, of that `margin`, and upper bounds that rise."""
-    zero = values < 4 * margin
+    zero = (values < 4 * margin) & np.isfinite(upper)
     elastic = np.where(zero, np.inf, values).min(axis=1, keepdims=True)
     zero &= (4 * margin <= ZERO**2 * elastic) & np.isfinite(elastic)
     return zero, np.maximum(np.maximum.accumulate(upper, axis=1), np.where(zero, 4 * margin, 0.0))
 
 
 def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Iterator[Array]:
-    """Lower bounds (designs, p) to be tried: a little below a guess from Ritz values, then at the tolerance."""
+    """Lower bounds (designs, p) to be tried: a little below a guess from Ritz values, then at the tolerance; zero where
+    the upper bound is infinite."""
+    known = np.isfinite(values) & np.isfinite(guess) & np.isfinite(upper)
+    guess, upper, values = (np.where(known, own, 0.0) for own in (guess, upper, values))
     moved = np.maximum(values - guess, 0.0)
     yield guess - 0.05 * np.maximum(upper - guess, 0.0) - 4 * moved**2 / np.maximum(guess, EPS) - 1e-10 * guess
     yield upper * (1 - 0.99 * tolerance) ** 2
@@ -118,8 +126,7 @@ def _projected(own: Order, X: Array) -> _Small:
     K, M, R = (Xt @ (A @ X) for A in (own.K, own.M, own.R))
     rump = _rump(X.shape[-2], X.shape[-1]) * np.einsum("dii->di", own.K)
     slack = np.stack([Xt @ (diagonal[..., None] * X) for diagonal in (*own.slack[:2], own.slack[0] + 2 * rump)])
-    values = np.einsum("dii->di", K) / np.einsum("dii->di", M)
-    return _Small(K, M, R, slack, X, np.maximum(values, 0.0))
+    return _Small(K, M, R, slack, X, np.maximum(quotients(*(np.einsum("dii->di", A) for A in (K, M))), 0.0))
 
 
 def from_above(K: Array, M: Array, R: Array, values: Array, slowness: Array) -> tuple[Array, Array]:
@@ -127,7 +134,8 @@ def from_above(K: Array, M: Array, R: Array, values: Array, slowness: Array) -> 
     x + lambda G M x, but for a part of their mass that is left out, from projections (designs, p, p) of K, from above,
     M, from below, and R."""
     # x'R x <= x'M x / mu, so that a factor below 1/2 keeps the mass positive
-    scale = np.where(values * slowness[:, None] < CORRECTED, values, 0.0)
+    scale = np.where(np.isfinite(values), values, 0.0)
+    scale = np.where(scale * slowness[:, None] < CORRECTED, scale, 0.0)
     response = R * scale[:, None, :]
     # R, from above in `_from_below`, must come from below in the mass
     return K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + np.swapaxes(response, -1, -2))
@@ -135,8 +143,8 @@ def from_above(K: Array, M: Array, R: Array, values: Array, slowness: Array) -> 
 
 def _from_below(small: _Small, slowness: Array) -> tuple[Array, Array]:
     """A pencil whose eigenvalues are near the best lower bounds; nothing depends on how near."""
-    left = np.maximum(1 - small.values * slowness[:, None], CORRECTED)
-    h = small.values / np.sqrt(left)
+    values = np.where(np.isfinite(small.values), small.values, 0.0)
+    h = values / np.sqrt(np.maximum(1 - values * slowness[:, None], CORRECTED))
     return small.K - small.slack[2] - h[:, :, None] * small.R * h[:, None, :], small.M + small.slack[1]
 
 
