@@ -229,6 +229,63 @@ def test_a_saddle_is_left():
     assert found.curvature <= 0
 
 
+def peaks() -> Landscape:
+    """Two hills over a line, the lower one where the first start lies."""
+    x0 = 0.15, 0.85
+    goal = row(
+        lambda x: np.exp(-(((x - x0[0]) / 0.1) ** 2)) + 2 * np.exp(-(((x - x0[1]) / 0.1) ** 2)),
+        lambda x: [-200 * sum(h * (x - c) * np.exp(-(((x - c) / 0.1) ** 2)) for h, c in zip((1, 2), x0, strict=True))],
+    )
+    return Landscape(Variables(), box((0, 1)), goal)
+
+
+def test_starts_beside_a_better_one_are_passed_over():
+    """Of sixteen starts most lie beside a better one; each hill is climbed all the same."""
+    starts = [np.array([own]) for own in (0.1, *np.linspace(0.02, 0.98, 15))]
+    found = best_of(peaks(), starts, "slsqp")
+    assert found is not None
+    ends = [own.best.z[0] for own in found.climbs if own.best is not None]
+    assert ends[0] == pytest.approx(0.15, abs=1e-4) and max(ends) == pytest.approx(0.85, abs=1e-4)
+    assert found.best.z == pytest.approx([0.85], abs=1e-4)
+    assert 2 <= len(found.climbs) < 10 and found.passed == 16 - len(found.climbs)
+
+
+def test_all_starts_are_searched_from_until_one_meets_the_limits():
+    """Nothing below 1/2 of x + y is allowed, and no design meets that: no start is passed over."""
+    land = Landscape(
+        Variables(),
+        box((0, 1), (0, 1)),
+        row(lambda x, y: x, lambda x, y: [1, 0]),
+        [row(lambda x, y: -1 - x - y, lambda x, y: [-1, -1])],
+    )
+    found = best_of(land, [np.array([own, own]) for own in np.linspace(0, 1, 5)], "slsqp")
+    assert found is not None and not found.is_feasible
+    assert len(found.climbs) == 5 and found.passed == 0
+
+
+class Certified(Variables):
+    """Values of many designs are off by as much as they may be, those with slopes are right."""
+
+    def values(self, x: np.ndarray) -> tuple[np.ndarray, Sequence[str]]:
+        return np.stack([x[:, 0], np.where(x[:, 0] % 2 == 0, 4e-4, -4e-4)], axis=1), [""] * len(x)
+
+
+def test_ties_are_told_by_values_of_full_order():
+    """An even x seems better than it is, or to meet a limit that it misses, by less than what is certified."""
+    goal = row(lambda x, y: -1e-4 * (x - 7) ** 2 + y, lambda x, y: [-2e-4 * (x - 7), 1])
+    mixed = Mixed(Landscape(Certified(), box((0, 9), (0, 1)), goal), np.array([0, 1]), (np.arange(10.0), np.zeros(1)))
+    found = chosen_alone(mixed, np.array([[0.0, 0.0]]))
+    assert found is not None and tuple(found.x) == (7, 0)
+    limited = Landscape(
+        Certified(),
+        box((0, 9), (0, 1)),
+        row(lambda x, y: x, lambda x, y: [1, 0]),
+        [row(lambda x, y: (7.999 - x) / 10 + y, lambda x, y: [-0.1, 1])],
+    )
+    found = chosen_alone(Mixed(limited, mixed.at, mixed.levels), np.array([[0.0, 0.0]]))
+    assert found is not None and tuple(found.x) == (7, 0)
+
+
 def bowl(x0: float, y0: float, coupling: float) -> Row:
     return row(
         lambda x, y: -((x - x0) ** 2 + (y - y0) ** 2 + coupling * (x - x0) * (y - y0)),

@@ -76,7 +76,7 @@ class AskedDesigns:
         for k in whole:  # of a group the slopes along one parameter each are of other shapes for each
             slope[list(found.repeated[k])] = np.einsum("iip->ip", found.directional[k])
         repeated, spaces = tuple(found.repeated[k] for k in whole), tuple(found.directional[k] for k in whole)
-        return Point(found.value, slope, repeated, spaces)
+        return Point(found.value, slope, repeated, spaces, tuple(np.flatnonzero(~found.is_exact).tolist()))
 
 
 @dataclass(frozen=True)

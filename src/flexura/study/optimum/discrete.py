@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.study.optimum.box import Box
 from flexura.study.optimum.climb import FEASIBLE, Method, is_better
-from flexura.study.optimum.landscape import Landscape
+from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
 from flexura.study.optimum.rows import Designs, Point
 from flexura.study.optimum.solve import Solved, best_of
 
@@ -21,6 +21,12 @@ Levels = tuple[int, ...]
 
 FEW, FEW_ALONE = 24, 20_000
 """Combinations that are all solved, and that are all worked out where nothing else varies."""
+
+CERTIFIED = 1e-3
+"""How far values of many designs at once may be from those of full order, over their scale."""
+
+TIES = 64
+"""Designs as good within `CERTIFIED` of which the best is told by their values of full order."""
 
 BLOCK = 256
 """Designs that are worked out at once."""
@@ -136,22 +142,42 @@ def _best_among(
     mixed: Mixed, some: Sequence[Levels] | Iterator[Levels], known: dict[Levels, tuple[float, float]] | None = None
 ) -> Levels | None:
     """The best of some combinations; the first of those that are as good."""
-    found: tuple[bool, float, Levels] | None = None
+    judged: dict[Levels, tuple[float, float]] = {}
     waiting = iter(some)
     while block := list(islice(waiting, BLOCK)):
         new = [own for own in block if known is None or own not in known]
         x = np.array([mixed.values(own) for own in new]).reshape(len(new), len(mixed.levels))
         goals, missed = mixed.land.many(x) if new else (np.empty(0), np.empty(0))
-        ranked = dict(zip(new, zip(goals.tolist(), missed.tolist(), strict=True), strict=True))
+        found = dict(zip(new, zip(goals.tolist(), missed.tolist(), strict=True), strict=True))
         if known is not None:
-            known |= ranked
-            ranked = {own: known[own] for own in block}
-        for own, (goal, violation) in ranked.items():
-            if np.isfinite(goal) and np.isfinite(violation):
-                rank = violation <= FEASIBLE, goal if violation <= FEASIBLE else -violation
-                if found is None or rank > found[:2]:
-                    found = (*rank, own)
-    return None if found is None else found[2]
+            known |= found
+            found = {own: known[own] for own in block}
+        judged |= {own: both for own, both in found.items() if np.isfinite(both).all()}
+    return _best_in_full(mixed, judged)
+
+
+def _best_in_full(mixed: Mixed, judged: dict[Levels, tuple[float, float]]) -> Levels | None:
+    """The best of combinations by values of full order, where goals and violations are known but for `CERTIFIED`."""
+
+    def rank(own: Levels) -> tuple[bool, float]:
+        goal, violation = judged[own]
+        return violation <= CERTIFIED, goal if violation <= CERTIFIED else -violation
+
+    ranked = sorted(judged, key=rank, reverse=True)
+    best: tuple[Levels, Sample] | None = None
+    for own in ranked[:TIES]:
+        if best is not None:
+            feasible = best[1].violation <= FEASIBLE
+            least = feasible, (best[1].goal if feasible else -best[1].violation) - CERTIFIED
+            if rank(own) < least:
+                break
+        try:
+            sample = mixed.land.at(mixed.land.box.positions(mixed.values(own)))
+        except FailedDesign:
+            continue
+        if best is None or is_better(sample, best[1]):
+            best = own, sample
+    return best[0] if best is not None else next(iter(ranked), None)
 
 
 def chosen_with_others(

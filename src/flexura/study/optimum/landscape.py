@@ -18,6 +18,10 @@ from flexura.study.optimum.rows import Designs, Point, Row
 Array = NDArray[np.float64]
 
 
+Judged = tuple[Array, Array]
+"""Goals (N,) and violations (N,) of designs, over their scales, NaN where one failed."""
+
+
 class FailedDesign(Exception):  # noqa: N818  it is passed from a function to whoever searches, and never to a user
     """A design that has no answer, at a position `z`."""
 
@@ -102,16 +106,19 @@ class Landscape:
             np.array([k for k, _, _ in of_limits], dtype=np.intp),
         )
 
-    def many(self, x: Array) -> tuple[Array, Array]:
+    def many(self, x: Array) -> Judged:
         """Goals (N,) and violations (N,) of designs (N, P), SI, NaN where one failed."""
         checkpoint()
-        self.tried += len(x)
-        quantities, reasons = self.designs.values(x)
+        return self.judged(*self.designs.values(x))
+
+    def judged(self, quantities: Array, reasons: Sequence[str]) -> Judged:
+        """Goals (N,) and violations (N,) of quantities (N, q), NaN where there is a reason."""
+        self.tried += len(quantities)
         self.failures.update(reason for reason in reasons if reason)
         with np.errstate(invalid="ignore"):
             goals = self.goal.values(quantities)
-            margins = np.stack([row.values(quantities) for row in self.limits]) if self.limits else np.ones((1, len(x)))
-        return goals, np.maximum(-margins.min(axis=0), 0.0)
+            margins = [row.values(quantities) for row in self.limits] or [np.ones(len(quantities))]
+        return goals, np.maximum(-np.min(margins, axis=0), 0.0)
 
 
 KEPT = 256

@@ -26,7 +26,7 @@ from flexura.study.space import Varied
 Array = NDArray[np.float64]
 
 STARTS = 8
-"""Searches, the first from the design as it is."""
+"""Designs that searches may start from, the first the design as it is."""
 
 POINTS = 24
 """Designs of a Pareto front."""
@@ -53,8 +53,9 @@ def optimize(
     `maximise` and `minimise` are formulas over asked names, `subject_to` relations between such, as in `stress(leaf) <=
     400 MPa at stroke 2 mm`; `vary` are parameters with ranges, as of `sweep`, from their minimum to their maximum where
     no range is given, integers, or lists of values. The search is SciPy's SLSQP (Kraft 1988) or trust-constr (Byrd,
-    Hribar and Nocedal 1999) on exact gradients, of the design as it is and of `starts` - 1 Sobol points. Frequencies
-    that coincide are bounded together (Olhoff 1989; Seyranian, Lund and Olhoff 1994). Of integers and lists every
+    Hribar and Nocedal 1999) on exact gradients, of the design as it is and of `starts` - 1 Sobol points, but for those
+    with a better design beside them (multi level single linkage: Rinnooy Kan and Timmer 1987). Frequencies that
+    coincide are bounded together (Olhoff 1989; Seyranian, Lund and Olhoff 1994). Of integers and lists every
     combination is solved where there are few, else those around the optimum between them. What is not given is that
     of the `study` of this name among those that the mechanism describes, or of its only optimum: 8 starts, seed 0.
 
@@ -78,7 +79,7 @@ def optimize(
     task = task_of(plan, fixed, vary, maximise, minimise, subject_to)
     plan.verify(fixed)
     from_where = task.starts(starts, seed)
-    mixed, goals = task.mixed(from_where)
+    mixed, goals, judged = task.mixed(from_where)
 
     def told(number: int) -> None:
         if progress is not None:
@@ -88,7 +89,7 @@ def optimize(
         found = front(mixed, goals, points, seed, method, told)
         return pareto_of(task, mixed.land, found, seed)
     if not len(mixed.at):
-        solved = best_of(mixed.land, list(task.box.positions(from_where)), method, told)
+        solved = best_of(mixed.land, list(task.box.positions(from_where)), method, told, judged)
         chosen = None
         if solved is not None:
             chosen = Chosen(task.box.values(solved.best.z), solved, mixed.land, "", False)

@@ -34,7 +34,7 @@ DIGITS = 9
 """Significant digits of the values of an optimum, which are those that it is proven with."""
 
 NOWHERE = "none of this proves that no design meets the limits"
-LOCAL = "each start leads to an optimum nearby; none of this proves that no better one is elsewhere"
+LOCAL = "each search leads to an optimum nearby; none of this proves that no better one is elsewhere"
 
 
 def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: int) -> Optimum:
@@ -188,7 +188,13 @@ def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterato
         yield chosen.said if chosen.is_every else f"{chosen.said}; one that is further away may be better"
     if solved is not None:
         yield _agreement(task, chosen, solved, is_missed)
+        if solved.passed:
+            others = f"{counted(solved.passed, 'start')} of {solved.passed + len(solved.climbs)}"
+            yield f"{others} had a better design beside them, and were not searched from"
         yield NOWHERE if is_missed else LOCAL
+        if differenced := solved.best.point.differenced:
+            texts = [task.wording.questions.quantities[k].text for k in differenced]
+            yield f"slopes of {', '.join(texts)} are differences of high order, not exact"
         if solved.stationarity.coalesced:
             yield "frequencies coincide at the optimum: they are bounded together, and multipliers are of that bound"
     outside = (task.before < task.box.low) | (task.before > task.box.high)
@@ -203,10 +209,11 @@ def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterato
 def _agreement(task: Task, chosen: Chosen, solved: Solved, is_missed: bool) -> str:
     """Which starts led to the optimum, and what the others found."""
     climbs = solved.climbs
+    searches = "1 search" if len(climbs) == 1 else f"{len(climbs)} searches"
     if is_missed:
-        return f"none of {counted(len(climbs), 'start')} led to a design that meets the limits"
+        return f"none of {searches} led to a design that meets the limits"
     here = [own for own in climbs if solved.agrees(own) and solved.is_here(own)]
-    text = f"{len(here)} of {counted(len(climbs), 'start')} led to this design"
+    text = f"{len(here)} of {searches} led to this design"
     equal = [own for own in climbs if solved.agrees(own) and not solved.is_here(own)]
     if equal:
         text += f", {len(equal)} to other designs that are as good"
@@ -214,8 +221,9 @@ def _agreement(task: Task, chosen: Chosen, solved: Solved, is_missed: bool) -> s
     if worse:
         scale = task.aims[0].sign * chosen.land.goal.scale
         text += f", {len(worse)} to worse ones, the best of them {_best(worse, scale, task.aims[0].formula.unit)}"
-    lost = len(climbs) - len(here) - len(equal) - len(worse)
-    return text + (f"; {lost} met no limits or had no answer" if lost else "")
+    if lost := len(climbs) - len(here) - len(equal) - len(worse):
+        text += f"; {lost} met no limits or had no answer"
+    return text
 
 
 def _best(climbs: list[Climb], scale: float, unit: str) -> str:

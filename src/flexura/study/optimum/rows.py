@@ -18,13 +18,14 @@ NEIGHBOURS = 2
 
 
 class Point(NamedTuple):
-    """Quantities (q,) of one design and their derivatives (q, P) in SI; `repeated` are groups of frequencies that
-    coincide, `directional` the derivatives (m, m, P) of each group's space."""
+    """Quantities (q,) of one design and their derivatives (q, P) in SI, at places `differenced` by differences; of
+    frequencies that coincide `repeated` are groups, `directional` the derivatives (m, m, P) of the space of each."""
 
     value: Array
     slope: Array
     repeated: tuple[tuple[int, ...], ...] = ()
     directional: tuple[Array, ...] = ()
+    differenced: tuple[int, ...] = ()
 
 
 class Designs(Protocol):

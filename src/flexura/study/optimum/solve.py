@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import exp, lgamma, log, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method, climb, is_better
-from flexura.study.optimum.landscape import Landscape, Sample
+from flexura.study.optimum.landscape import Judged, Landscape, Sample
 from flexura.study.optimum.stationarity import Stationarity, stationarity, upward
 
 Array = NDArray[np.float64]
@@ -30,14 +31,20 @@ STEP = 0.05
 """Positions that a stationary design is left by where it is no maximum."""
 
 
+LINKED = 2.0
+"""Starts that are expected as near to one as those that are called beside it, over the logarithm of their number."""
+
+
 @dataclass(frozen=True)
 class Solved:
-    """The best design, its multipliers, `curvature` (see `upward`) and the climb of every start."""
+    """The best design, its multipliers, `curvature` (see `upward`), the climbs, and how many starts were `passed` over
+    as a better design lies beside them."""
 
     best: Sample
     stationarity: Stationarity
     curvature: float
     climbs: tuple[Climb, ...]
+    passed: int = 0
 
     @property
     def is_feasible(self) -> bool:
@@ -55,17 +62,18 @@ class Solved:
 
 
 def best_of(
-    land: Landscape, starts: Sequence[Array], method: Method, told: Callable[[int], None] = lambda _: None
+    land: Landscape,
+    starts: Sequence[Array],
+    method: Method,
+    told: Callable[[int], None] = lambda _: None,
+    judged: Judged | None = None,
 ) -> Solved | None:
     """The best design that a search from any start leads to, or the least violated one; None where all have failed.
 
-    `told` is given the number of each start. A stationary design whose curvature is that of no maximum is left along
-    it, to either side.
+    `told` is given the number of each search, `judged` is how good the starts are, where it is known. A stationary
+    design whose curvature is that of no maximum is left along it, to either side.
     """
-    climbs = []
-    for k, start in enumerate(starts):
-        told(k)
-        climbs.append(climb(land, start, method))
+    climbs = _climbs(land, starts, method, told, judged)
     found = [own.best for own in climbs if own.best is not None]
     if not found:
         return None
@@ -81,7 +89,50 @@ def best_of(
                 best = away
         best, known = _settled(land, best)
         curvature = upward(land, best, known)[0]
-    return Solved(best, known, curvature, tuple(climbs))
+    return Solved(best, known, curvature, tuple(climbs), len(starts) - len(climbs))
+
+
+def _climbs(
+    land: Landscape, starts: Sequence[Array], method: Method, told: Callable[[int], None], judged: Judged | None
+) -> list[Climb]:
+    """Searches from the first start, and from the others, the best first, that have no better design beside them.
+
+    Beside a start lie other starts within a distance that goes to zero as they become many, and what searches have
+    found (Rinnooy Kan and Timmer 1987, "Stochastic global optimization methods, part II: multi level methods"). All are
+    searched from until one has led to a design that meets the limits.
+    """
+    if judged is None and len(starts) > 1:
+        judged = land.many(land.box.values(np.array(starts)))
+    ranks = [_rank(*own) for own in zip(*judged, strict=True)] if judged else [UNANSWERED]
+    known = [(start, rank) for start, rank in zip(starts, ranks, strict=True) if rank != UNANSWERED]
+    near, found = _distance(len(starts), len(starts[0])), list[Climb]()
+    for k in [0, *sorted(range(1, len(starts)), key=lambda own: ranks[own], reverse=True)]:
+        beside = any(rank > ranks[k] and np.linalg.norm(at - starts[k]) <= near for at, rank in known)
+        if beside and ranks[k] != UNANSWERED and any(own.is_feasible for own in found):
+            continue
+        told(len(found))
+        own = climb(land, starts[k], method)
+        found.append(own)
+        if own.best is not None:
+            known.append((own.best.z, _rank(own.best.goal, own.best.violation)))
+    return found
+
+
+UNANSWERED = (False, -np.inf)
+"""The rank of a design that has no answer."""
+
+
+def _rank(goal: float, violation: float) -> tuple[bool, float]:
+    """What orders designs: those that meet the limits by their goal, others by how far they miss them."""
+    if not np.isfinite(goal + violation):
+        return UNANSWERED
+    return (True, goal) if violation <= FEASIBLE else (False, -violation)
+
+
+def _distance(count: int, P: int) -> float:
+    """The radius of a ball in P dimensions that has `LINKED` log(N) of N designs in it."""
+    volume = LINKED * log(count) / count
+    return exp((lgamma(1 + P / 2) + log(volume)) / P) / sqrt(pi) if volume > 0 else 0.0
 
 
 def _settled(land: Landscape, best: Sample) -> tuple[Sample, Stationarity]:

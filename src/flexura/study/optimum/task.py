@@ -16,7 +16,8 @@ from flexura.structure import Plan
 from flexura.study.optimum.asked import AskedDesigns, Combined, Difference, Wording, wording
 from flexura.study.optimum.box import Box
 from flexura.study.optimum.discrete import Mixed
-from flexura.study.optimum.landscape import Landscape
+from flexura.study.optimum.landscape import Judged, Landscape
+from flexura.study.optimum.rows import Row
 from flexura.study.questions import Formula, Relation, formula, relation
 from flexura.study.space import Space, Variable, Varied, variables
 
@@ -91,8 +92,9 @@ class Task:
                 x[:, k] = own.at(scattered[:, k])
         return np.concatenate([first, x])
 
-    def mixed(self, starts: Array) -> tuple[Mixed, tuple[Any, ...]]:
-        """The landscape of the first goal, and rows of all goals, over scales that follow from designs."""
+    def mixed(self, starts: Array) -> tuple[Mixed, tuple[Row, ...], Judged]:
+        """The landscape of the first goal, and rows of all goals, over scales that follow from designs, and how good
+        these are."""
         quantities, reasons = self.designs.values(starts)
         rows = [
             self.wording.row(own, _scale([own.value(quantities)]))
@@ -105,11 +107,10 @@ class Task:
             constant = sides[1] if limit.right.is_constant else sides[0] if limit.left.is_constant else None
             limits.append(self.wording.row(margin, _scale(sides if constant is None else [constant], sides)))
         land = Landscape(self.designs, self.box, rows[0], limits)
-        land.failures.update(reason for reason in reasons if reason)
-        land.tried += len(starts)
+        judged = land.judged(quantities, reasons)
         discrete = [k for k, own in enumerate(self.variables) if own.kind != "continuous"]
         levels = tuple(_levels(self.variables[k]) for k in discrete)
-        return Mixed(land, np.array(discrete, dtype=np.intp), levels), tuple(rows)
+        return Mixed(land, np.array(discrete, dtype=np.intp), levels), tuple(rows), judged
 
 
 def _scale(*choices: Sequence[Array]) -> float:
