@@ -12,6 +12,7 @@ import flexura as fx
 from flexura.analysis.angle_doubts import angle_doubts
 from flexura.analysis.material_doubts import material_doubts
 from flexura.cli.app import app
+from flexura.mechanism import Layout
 from flexura.mechanism.material import CATALOGUE
 
 # E (GPa), rho, nu, yield (MPa) from handbooks
@@ -43,7 +44,7 @@ REAL = {
 def of(**constants: float) -> list[str]:
     """Doubts about a material in a description that uses it."""
     mechanism = fx.Mechanism(materials={"own": fx.describe.Material(**constants)})
-    return [str(d) for d in material_doubts(mechanism, {})]
+    return [str(d) for d in material_doubts(Layout(mechanism), {})]
 
 
 @pytest.mark.parametrize("name", REAL)

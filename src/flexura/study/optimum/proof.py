@@ -65,17 +65,12 @@ class Anew:
                 interval = pose.frequency_interval_hz[number - 1] if pose.proven else None
                 return Proof(own.text, own.unit, value, pose.frequency_hz[number - 1], "stroke", interval)
             members = found.stresses(len(found.poses) - 1).members
-            names = [str(own.arguments[0])] if own.arguments else [""]
-            stresses = [m.von_mises for m in members if m.von_mises is not None and _within(m.name, names[0])]
+            asked = getattr(own.arguments[0], "members", ()) if own.arguments else [m.name for m in members]
+            stresses = [m.von_mises for m in members if m.von_mises is not None and m.name in asked]
             if stresses:
                 return Proof(own.text, own.unit, value, max(stresses), "stroke")
         answer = questions(self.plan, own.text).values({})
         return Proof(own.text, own.unit, value, float(answer.value[0, 0]), "a plan of its own")
-
-
-def _within(member: str, name: str) -> bool:
-    """Whether a placed member is the one of a name, or in the instance of that name."""
-    return not name or member == name or member.startswith(f"{name}.")
 
 
 def proof(
