@@ -157,7 +157,8 @@ def test_per_cent_are_of_the_value_of_pure_numbers_too(value: float) -> None:
     distance = "  distance: {value: 50 mm, source: example}\n"
     for text in ("± 2 %", "{uniform: 2 %, each: false}"):
         study = f"studies: {{s: {{tolerance: {{vary: {{part: {text}}}, ask: part, samples: 24}}}}}}\n"
-        model = fx.loads(GUIDE.read_text(encoding="utf-8").replace(distance, f"{distance}  part: {value}\n") + study)
+        bare = GUIDE.read_text(encoding="utf-8").partition("studies:")[0]
+        model = fx.loads(bare.replace(distance, f"{distance}  part: {value}\n") + study)
         found = [
             fx.tolerance(model, workers=1),
             fx.tolerance(model, vary="part=± 2 %", ask="part", samples=24, workers=1),

@@ -365,7 +365,7 @@ def test_an_optimum_shows_its_starts_its_variables_and_what_holds_it(best):
 
 def test_starts_that_end_elsewhere_or_miss_limits_are_told_apart(best):
     first = replace(best.starts[0], agrees=False, value=0.9 * best.value)
-    second = replace(best.starts[1], agrees=False, violation=0.1)
+    second = replace(best.starts[0], number=1, agrees=False, violation=0.1)
     figure = draw_optimum(replace(best, starts=(first, second), active=()))
     assert by_gid(figure, "elsewhere")[0].get_ydata()[0] == pytest.approx(900 * best.value)
     assert by_gid(figure, "limits missed")[0].get_xdata()[0] == 2
