@@ -68,7 +68,7 @@ COMMANDS = {
         "Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples.",
     ),
     "sweep": _Command(
-        "studies",
+        "sweep",
         "sweep_command",
         "Many designs of a mechanism: a grid or a sample of parameters, and whatever is asked of each, as a table.",
     ),
@@ -83,7 +83,7 @@ COMMANDS = {
         "The best places for so many sensors among the candidates, by effective independence.",
     ),
     "sensitivity": _Command(
-        "influence",
+        "sensitivity",
         "sensitivity_command",
         "What a per cent of every parameter does to everything that is asked.",
     ),
@@ -98,7 +98,7 @@ COMMANDS = {
         "Find parameters with which the mechanism meets a measurement, and how far they can be trusted.",
     ),
     "optimize": _Command(
-        "studies_optimize",
+        "optimize",
         "optimize_command",
         "The best design under limits, what holds it and what giving way would buy, proven at full order.",
     ),

@@ -65,6 +65,9 @@ def optimize_command(
 
     if out is not None and out.suffix.lower() not in (*MODELS, ".csv", ".parquet"):
         raise OptionError(f"--out {str(out)!r}: a model file .yaml, or a table .csv or .parquet")
+    is_model = out is not None and out.suffix.lower() in MODELS
+    if is_model and len([*(maximise or ()), *(minimise or ())]) > 1:
+        raise _front_as_model(out)
     pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     result = optimize(
@@ -83,11 +86,9 @@ def optimize_command(
     if strict:
         result.raise_warnings()
     written = []
-    if out is not None and isinstance(result, Optimum) and out.suffix.lower() in MODELS:
+    if out is not None and isinstance(result, Optimum) and is_model:
         written = [result.save(out, base=file)]
-    elif out is not None and out.suffix.lower() in MODELS:
-        raise OptionError(f"--out {str(out)!r}: several goals have a front; write it as .csv and pick a design")
-    elif out is not None:
+    elif out is not None and not is_model:
         written = [write_table(result.to_columns(), out)]
     if plot is not None:
         from flexura.view import save_optimum
@@ -95,13 +96,19 @@ def optimize_command(
         written += save_optimum(result, plot, **pictured)
     if as_json:
         print_result(result.to_dict(), written)
-        return
-    if isinstance(result, Optimum):
-        print_optimum(result)
     else:
-        print_front(result)
-    for path in written:
-        typer.echo(f"wrote {path}")
+        if isinstance(result, Optimum):
+            print_optimum(result)
+        else:
+            print_front(result)
+        for path in written:
+            typer.echo(f"wrote {path}")
+    if is_model and not isinstance(result, Optimum):
+        raise _front_as_model(out)
+
+
+def _front_as_model(out: Path | None) -> OptionError:
+    return OptionError(f"--out {str(out)!r}: several goals have a front; write it as .csv and pick a design")
 
 
 def print_optimum(result: Optimum) -> None:
