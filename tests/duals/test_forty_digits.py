@@ -1,10 +1,10 @@
 """Derivatives of frequencies against differences at 40 digits of the same formulas, for every parameter."""
 
 import itertools
+from decimal import Decimal
 from pathlib import Path
 from types import SimpleNamespace
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -14,7 +14,7 @@ from flexura.sensitivity import free_names, frequency_slopes
 from flexura.sensitivity.eigenpairs import whole_clusters
 from flexura.sensitivity.variation import FullOrderFamily
 from flexura.structure import Design
-from helpers.forty_digits import Precise
+from helpers.forty_digits import Precise, forty_digits
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK = ["guide/guide", "pivot/pivot"]
@@ -24,9 +24,9 @@ LARGE = ["rpr/rpr", "rpr/rpr_piezo", "imported/guide"]
 
 def differences(plan, name, X):
     """X' K' X and X' M' X (k, k) for fixed vectors (n, k), by central differences with a step of 1e-12."""
-    with mpmath.workdps(40), np.errstate(all="ignore"):
-        family, value = FullOrderFamily(plan), mpmath.mpf(float(plan.parameter_values()[name]))
-        step = (abs(value) or 1) * mpmath.mpf(10) ** -12
+    with forty_digits():
+        family, value = FullOrderFamily(plan), Decimal(float(plan.parameter_values()[name]))
+        step = (abs(value) or 1) * Decimal(10) ** -12
         up, down = (family.products({name: Precise(value + side * step)}, X)[:2] for side in (1, -1))
         return [np.asarray((X.T @ (a - b)) / (2 * step)) for a, b in zip(up, down, strict=True)]
 
@@ -50,10 +50,10 @@ def sloped(plan, names):
     at, still = plan.parameter_values(), Design.of(plan)
     base = {key: np.array(x, dtype=float) for key, x in numbers(still).items()}
     slopes = {key: np.zeros((len(names), *x.shape)) for key, x in base.items()}
-    with mpmath.workdps(40), np.errstate(all="ignore"):
+    with forty_digits():
         for p, name in enumerate(names):
-            value = mpmath.mpf(float(at[name]))
-            step = (abs(value) or 1) * mpmath.mpf(10) ** -12
+            value = Decimal(float(at[name]))
+            step = (abs(value) or 1) * Decimal(10) ** -12
             up, down = (numbers(Design.of(plan, {name: Precise(value + side * step)})) for side in (1, -1))
             for key in base:
                 if isinstance(up[key], Precise):

@@ -1,32 +1,60 @@
 """Arrays of 40 digits that NumPy's functions accept, for differences of code with steps far below round-off."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from decimal import Decimal, localcontext
+
 import mpmath
 import numpy as np
 import scipy.special
+
+
+@contextmanager
+def forty_digits() -> Iterator[None]:
+    """Numbers of 40 digits; what is not finite goes on as it does in double precision."""
+    with localcontext() as context, mpmath.workdps(42), np.errstate(all="ignore"):
+        context.prec, context.traps = 40, dict.fromkeys(context.traps, False)
+        yield
 
 
 def _each(function):
     return np.vectorize(function, otypes=[object])
 
 
+def _decimal(x):
+    """A number of mpmath."""
+    if not mpmath.isfinite(x):
+        return Decimal(float(x))
+    sign, mantissa, exponent, _ = x._mpf_
+    return (-1) ** sign * int(mantissa) * Decimal(2) ** exponent
+
+
+def _by_mpmath(function):
+    return lambda *given: _decimal(function(*(mpmath.mpf(str(x)) for x in given)))
+
+
 _FUNCTIONS = {
-    np.sqrt: mpmath.sqrt,
-    np.exp: mpmath.exp,
-    np.expm1: mpmath.expm1,
-    np.log: mpmath.log,
-    np.sin: mpmath.sin,
-    np.cos: mpmath.cos,
-    np.tan: mpmath.tan,
-    np.tanh: mpmath.tanh,
-    np.arctanh: mpmath.atanh,
-    np.arctan2: mpmath.atan2,
-    np.hypot: mpmath.hypot,
-    np.arcsin: mpmath.asin,
-    np.arccos: mpmath.acos,
-    np.arctan: mpmath.atan,
-    scipy.special.ive: lambda n, z: mpmath.besseli(n, z) * mpmath.exp(-z),
+    np.sqrt: Decimal.sqrt,
+    np.exp: Decimal.exp,
+    np.log: Decimal.ln,
+} | {
+    of: _by_mpmath(function)
+    for of, function in {
+        np.expm1: mpmath.expm1,
+        np.sin: mpmath.sin,
+        np.cos: mpmath.cos,
+        np.tan: mpmath.tan,
+        np.tanh: mpmath.tanh,
+        np.arctanh: mpmath.atanh,
+        np.arctan2: mpmath.atan2,
+        np.hypot: mpmath.hypot,
+        np.arcsin: mpmath.asin,
+        np.arccos: mpmath.acos,
+        np.arctan: mpmath.atan,
+        scipy.special.ive: lambda n, z: mpmath.besseli(n, z) * mpmath.exp(-z),
+    }.items()
 }
-_TRUTHS = {np.isfinite: mpmath.isfinite, np.isnan: mpmath.isnan}
+_TRUTHS = {np.isfinite: Decimal.is_finite, np.isnan: Decimal.is_nan}
 _COMPARED = {np.greater, np.greater_equal, np.less, np.less_equal, np.equal, np.not_equal}
 _PLAIN = {np.shape, np.ndim, np.size, np.argmin, np.argmax}
 
@@ -36,9 +64,9 @@ def exact(x):
     x = np.asarray(x)
     if x.dtype == object:
         return x
-    out = np.empty(x.shape, dtype=object)
-    out[...] = np.array([mpmath.mpf(float(v)) for v in x.ravel()] or [None], dtype=object)[: x.size].reshape(x.shape)
-    return out
+    out = np.empty(x.size, dtype=object)
+    out[:] = [Decimal(v) for v in x.ravel().astype(float).tolist()]
+    return out.reshape(x.shape)
 
 
 class Precise(np.lib.mixins.NDArrayOperatorsMixin):
@@ -112,18 +140,18 @@ class Precise(np.lib.mixins.NDArrayOperatorsMixin):
         if func in (np.empty, np.zeros, np.ones, np.full):
             fill = {np.full: args[-1], np.ones: 1.0}.get(func, 0.0)
             shape = args[0]
-            return Precise(np.full(shape, mpmath.mpf(fill), dtype=object))
+            return Precise(np.full(shape, Decimal(fill), dtype=object))
         args = [_bare(x) for x in args]
         if func in (np.zeros_like, np.ones_like):
             return Precise(func(args[0].astype(float)))
         if func in _PLAIN:
             return func(*args, **kwargs)
         if func is np.linalg.norm:
-            found = _each(mpmath.sqrt)(
+            found = _each(Decimal.sqrt)(
                 (args[0] * args[0]).sum(axis=kwargs["axis"], keepdims=kwargs.get("keepdims", False))
             )
         elif func is np.linalg.inv:
-            found = _stacked(lambda A: mpmath.matrix(A.tolist()) ** -1, args[0])
+            found = _inverse(args[0])
         elif func is np.linalg.det:
             return np.linalg.det(args[0].astype(float))
         elif func is np.einsum:
@@ -143,8 +171,14 @@ def _bare(x):
     return x.a if isinstance(x, Precise) else x
 
 
-def _stacked(function, A):
-    out = np.empty(A.shape, dtype=object)
-    for at in np.ndindex(A.shape[:-2]):
-        out[at] = np.array(function(A[at]).tolist(), dtype=object)
-    return out
+def _inverse(A):
+    """A^-1 (..., n, n) by elimination in the order of columns, which positive definite matrices allow."""
+    n = A.shape[-1]
+    A, X = A.copy(), np.broadcast_to(exact(np.eye(n)), A.shape).copy()
+    for k in range(n):
+        pivot = A[..., k, k, None].copy()
+        A[..., k, :], X[..., k, :] = A[..., k, :] / pivot, X[..., k, :] / pivot
+        factor = A[..., :, k, None].copy()
+        factor[..., k, :] = Decimal(0)
+        A, X = A - factor * A[..., k, None, :], X - factor * X[..., k, None, :]
+    return X

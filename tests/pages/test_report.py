@@ -14,7 +14,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 import flexura as fx
@@ -163,7 +165,7 @@ def values(text: str) -> list[float]:
 
 
 @cache
-def printed(command: str) -> list[float]:
+def printed(command: str) -> NDArray[np.float64]:
     """Numbers that a command of a page prints, and those of the table that it writes."""
     words = shlex.split(command)
     done = CliRunner().invoke(app, words[1:])
@@ -172,19 +174,18 @@ def printed(command: str) -> list[float]:
     if "--out" in words:
         with Path(words[words.index("--out") + 1]).open(encoding="utf-8", newline="") as stream:
             found += [float(cell) for row in list(csv.reader(stream))[1:] for cell in row if cell]
-    return found
+    return np.array(found)
 
 
-def is_among(text: str, found: list[float]) -> bool:
+def is_among(text: str, found: NDArray[np.float64]) -> bool:
     """Whether some number reads as this in the digits of the text; phases, whole turns apart, are the same."""
     number = float(text)
     digits = len(re.sub(r"e.*|[-+.]", "", text).lstrip("0")) or 1
     scale = 10 ** (digits - 1 - math.floor(math.log10(abs(number)))) if number else 1e9
-    near = {round(own * scale) for own in found if math.isfinite(own * scale)}
-    turns = {round((own + 360 * k) * scale) for own in found if abs(own) <= 360 for k in (-2, -1, 1, 2)}
-    return not near.isdisjoint({round(number * scale) + d for d in (-1, 0, 1)}) or (
-        abs(number) > 180 and not turns.isdisjoint({round(number * scale) + d for d in (-1, 0, 1)})
-    )
+    turns = range(-2, 3) if abs(number) > 180 else [0]
+    near = [np.where(abs(found) <= 360, found + 360 * k, found) for k in turns]
+    with np.errstate(over="ignore"):
+        return bool((np.abs(np.rint(np.stack(near) * scale) - round(number * scale)) <= 1).any())
 
 
 def numbers_are_made_again(path: Path, settings: dict[str, float], at: dict[str, float]) -> None:
@@ -215,8 +216,8 @@ def test_commands_make_the_numbers_about_a_pose_again(tmp_path, monkeypatch):
 
 
 def test_numbers_that_are_not_printed_are_seen():
-    assert is_among("7.5205", [7.52049]) and not is_among("7.5205", [7.531, 75.205])
-    assert is_among("-270", [90.0]) and not is_among("-270", [95.0])
+    assert is_among("7.5205", np.array([7.52049])) and not is_among("7.5205", np.array([7.531, 75.205]))
+    assert is_among("-270", np.array([90.0])) and not is_among("-270", np.array([95.0]))
 
 
 def test_doubts_that_say_the_same_are_one_line():
