@@ -291,4 +291,4 @@ def _picked(matrices: Array, basis: Array) -> Array:
     """Coefficients (..., k) of matrices (..., m, m) in a basis (k, m m) whose terms share no entry."""
     at = np.argmax(basis != 0, axis=1)
     flat = matrices.reshape(*matrices.shape[:-2], basis.shape[1])
-    return np.asarray(flat[..., at] * basis[np.arange(len(at)), at])
+    return flat[..., at] * basis[np.arange(len(at)), at]

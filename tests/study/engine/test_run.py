@@ -30,6 +30,12 @@ def same(a, b):
     return all(np.array_equal(first[name], second[name], equal_nan=first[name].dtype == float) for name in first)
 
 
+@pytest.fixture
+def at_once(monkeypatch):
+    """Processes are started after the first block."""
+    monkeypatch.setattr(sys.modules["flexura.study.engine.run"], "ALONE", 0.0)
+
+
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("undisturbed") / "study"
@@ -48,21 +54,26 @@ def test_in_memory_the_answers_are_those_of_the_designs():
     assert (len(table), table.is_complete, table.failed, table.folder) == (1000, True, 0, None)
 
 
+@pytest.mark.usefixtures("at_once")
 def test_one_worker_two_workers_and_none_give_the_same(tmp_path, undisturbed):
-    table = run(asked(limit=0.9, seconds=1e-3), space(), folder=tmp_path / "one", workers=1)
-    assert files(tmp_path / "one") == undisturbed
+    table = run(asked(limit=0.9), space(), folder=tmp_path / "one", workers=1)
+    run(asked(limit=0.9), space(), folder=tmp_path / "two", workers=2)
+    assert files(tmp_path / "one") == files(tmp_path / "two") == undisturbed
     assert len(undisturbed) == SHARDS + 1
     assert same(table, run(asked(limit=0.9), space()))
     assert same(table, open_study(tmp_path / "one"))
 
 
-def test_long_studies_in_memory_are_shared_out(monkeypatch):
-    monkeypatch.setattr(sys.modules["flexura.study.engine.run"], "ALONE", 0.0)
+@pytest.mark.usefixtures("at_once")
+def test_long_studies_in_memory_are_shared_out():
     assert same(run(asked(limit=0.9), space(), workers=2), run(asked(limit=0.9), space(), workers=1))
 
 
+@pytest.mark.parametrize("is_kept", [False, True])
 @pytest.mark.parametrize(("blocks", "workers"), [(6, None), (16, 11)])
-def test_processes_are_started_where_enough_is_left_and_no_more_than_blocks(monkeypatch, blocks, workers):
+def test_processes_are_started_where_enough_is_left_and_no_more_than_blocks(
+    tmp_path, monkeypatch, blocks, workers, is_kept
+):
     module, clock, asked_for = sys.modules["flexura.study.engine.run"], iter(np.arange(0.0, 99.0, 0.5)), []
 
     def on_processes(work, numbers, count, say):
@@ -71,7 +82,7 @@ def test_processes_are_started_where_enough_is_left_and_no_more_than_blocks(monk
 
     monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: next(clock)))
     monkeypatch.setattr(module, "on_processes", on_processes)
-    table = run(asked(), space(64 * blocks), workers=50)
+    table = run(asked(), space(64 * blocks), folder=tmp_path / "study" if is_kept else None, workers=50)
     assert table.is_complete
     assert asked_for == ([] if workers is None else [workers])
 
@@ -140,6 +151,7 @@ def test_an_interruption_keeps_what_is_done(tmp_path, undisturbed):
     assert files(folder) == undisturbed
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_worker_that_dies_is_named_and_its_block_done_again(tmp_path, undisturbed):
     own = asked(limit=0.9, deadly=(0.3, 0.301), scratch=tmp_path, deaths=1)
     table = run(own, space(), folder=tmp_path / "study", workers=2)
@@ -148,10 +160,11 @@ def test_a_worker_that_dies_is_named_and_its_block_done_again(tmp_path, undistur
     assert files(tmp_path / "study") == undisturbed
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_block_that_kills_every_worker_ends_the_study_and_keeps_the_others(tmp_path):
     own = asked(limit=0.9, deadly=(0.3, 0.301), scratch=tmp_path, deaths=9)
     with pytest.raises(SolverError, match=r"killed by signal 9 .*\n *\d+ of 1000 designs are kept in .*study"):
-        run(own, space(), folder=tmp_path / "study", workers=1)
+        run(own, space(), folder=tmp_path / "study", workers=2)
     assert 0 < len(open_study(tmp_path / "study")) < 1000
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterator, Mapping
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, nullcontext
 from itertools import chain
 from pathlib import Path
 
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import FlexuraError, OptionError
+from flexura.extras import need
 from flexura.study.engine.cluster import connected, on_cluster
 from flexura.study.engine.pool import cpu_count, on_processes
 from flexura.study.engine.stores import Store, store_of
@@ -19,8 +20,7 @@ from flexura.study.questions import Questions
 from flexura.study.space import Designs
 
 ALONE = 2.0
-"""Seconds of work before processes are started, and that have to be left, where nothing is kept in a folder: they take
-one themselves."""
+"""Seconds of work before processes are started, and that have to be left: they take one themselves."""
 
 
 def run(
@@ -37,10 +37,10 @@ def run(
 
     Blocks are shared among `workers` processes, by default as many as there are processors, or the workers of the dask
     cluster whose `scheduler` has this address: the same blocks, the same bytes. With a `folder` every block that is
-    done is kept there, and a study that was interrupted goes on; without one all are held in memory, and a short study
-    is worked out by this process itself. `progress` is told of every block. Raises OptionError for a folder that cannot
-    be written to or that another process works in, and for a scheduler that is away; SolverError for what a block
-    raises, and when workers die.
+    done is kept there, and a study that was interrupted goes on; without one all are held in memory. A short study, or
+    what is left of one, is worked out by this process itself. `progress` is told of every block. Raises OptionError for
+    a folder that cannot be written to or that another process works in, and for a scheduler that is away; SolverError
+    for what a block raises, and when workers die.
     """
     if workers is not None and workers < 1:
         raise OptionError(f"the number of workers is at least 1, not {workers}")
@@ -54,7 +54,7 @@ def run(
         if client is not None:
             source = on_cluster(client, work, left, store.remarks.append)
         else:
-            source = _here(work, left, workers or cpu_count(), folder is None, store.remarks)
+            source = _here(work, left, workers or cpu_count(), folder is not None, store.remarks)
         _take(stack.enter_context(closing(source)), store, progress)
         return store.table()
 
@@ -75,12 +75,14 @@ def _take(source: Iterator[tuple[int, Columns]], store: Store, progress: Listene
 
 
 def _here(
-    work: Work, left: Iterator[int], workers: int, alone: bool, remarks: list[str]
+    work: Work, left: Iterator[int], workers: int, is_kept: bool, remarks: list[str]
 ) -> Generator[tuple[int, Columns]]:
-    """Blocks worked out on this machine; `alone` in this process, as long as that takes less than a moment."""
+    """Blocks worked out on this machine, in this process as long as that takes less than a moment."""
     begun, done = time.monotonic(), 0
-    while alone and (number := next(left, None)) is not None:
-        yield number, work(number)
+    while (number := next(left, None)) is not None:
+        with need("threadpoolctl", "study").threadpool_limits(1) if is_kept else nullcontext():  # as workers have it
+            columns = work(number)
+        yield number, columns
         done, spent = done + 1, time.monotonic() - begun
         if workers > 1 and spent > ALONE and spent / done * (work.blocks - number - 1) > ALONE:
             break
