@@ -111,6 +111,10 @@ Listener = Callable[[Progress], None]
 """What the argument `progress` of a verb is: it is told how far the work is."""
 
 
+def unheard(_: Progress) -> None:
+    """A listener where nobody listens."""
+
+
 def told(progress: Listener | None) -> Say:
     """What tells a listener, if there is one, what is worked on next in words."""
     return (lambda words: progress(Progress(words))) if progress is not None else (lambda _: None)

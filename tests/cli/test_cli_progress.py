@@ -1,6 +1,13 @@
 """Rate and time left of studies, as they are shown."""
 
+import io
+import time
+
+from rich.console import Console
+
+import flexura.cli.progress as module
 from flexura.cli.progress import Pace
+from flexura.deadline import Progress as Step
 
 
 def told(*seen):
@@ -31,3 +38,16 @@ def test_blocks_of_minutes_have_a_rate_too():
     pace = told(*((100.0 * k, 4 * k) for k in range(10)))
     assert pace.words == "2.4/min"
     assert pace.left(940.0, 56) == "0:07:40 left"
+
+
+def test_rounds_are_shown_on_a_terminal_alone(monkeypatch):
+    stream = io.StringIO()
+    monkeypatch.setattr(module, "Console", lambda **_: Console(file=stream, force_terminal=True, width=100))
+    with module.rounds_shown() as show:
+        for step in (Step("searches", 1, 8), Step("proof")):
+            show(step)
+            time.sleep(0.15)
+    assert "searches" in stream.getvalue() and "1/8" in stream.getvalue() and "proof" in stream.getvalue()
+    monkeypatch.undo()
+    with module.rounds_shown() as show:
+        assert show is None

@@ -76,6 +76,26 @@ def test_slopes_that_are_differences_say_so() -> None:
     assert found.relative[1, 0] == pytest.approx(1.0, abs=0.05)
 
 
+def test_what_has_no_answer_is_a_warning() -> None:
+    found = fx.sensitivity(fx.load(GUIDE), ask="f1, stress(leaf1) at carriage.x = 300 mm", free=["length"])
+    (warning,) = found.warnings
+    assert (warning.kind, warning.place) == ("study", found.quantities[1])
+    assert "no equilibrium" in warning.text and np.isnan(found.value[1]) and np.isfinite(found.slope[0]).all()
+    with pytest.raises(fx.LimitError):
+        found.raise_warnings()
+
+
+def test_the_mass_of_tapered_elements_has_slopes() -> None:
+    """A bar with fillets is as heavy as it is wide, and gains rho w L with its thickness."""
+    section = "section: {shape: rectangle, width: b, thickness: h}"
+    notch = "profile: {type: notch, width: b, contour: {shape: corner_filleted, fillet_radius: 1 mm, web: h}}"
+    text = BAR.replace("links:", "flexures:").replace(section, f"{notch}\n    integration: tapered")
+    found = fx.sensitivity(fx.loads(text), ask="mass", free=["b", "h"])
+    assert found.is_exact.all()
+    assert found.relative[0, 0] == pytest.approx(1.0, rel=1e-9)
+    assert found.slope[0, 1] == pytest.approx(7850 * 10e-3 * 1.0, rel=1e-9)
+
+
 def test_names_that_are_unknown_or_follow_are_refused() -> None:
     model = fx.loads(BAR)
     with pytest.raises(fx.OptionError, match="double follows"):

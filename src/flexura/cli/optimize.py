@@ -61,6 +61,7 @@ def optimize_command(
     as_json: Json = False,
 ) -> None:
     """The best design under limits, what holds it and what giving way would buy, proven at full order."""
+    from flexura.cli.progress import rounds_shown
     from flexura.study.optimum import Optimum, optimize
 
     if out is not None and out.suffix.lower() not in (*MODELS, ".csv", ".parquet"):
@@ -70,19 +71,21 @@ def optimize_command(
         raise _front_as_model(out)
     pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
-    result = optimize(
-        mechanism,
-        parameters,
-        vary=vary or None,
-        maximise=maximise or None,
-        minimise=minimise or None,
-        subject_to=subject_to or None,
-        study=study,
-        starts=starts,
-        points=points,
-        method="slsqp" if method is Method["slsqp"] else "trust-constr",
-        seed=seed,
-    )
+    with rounds_shown() as progress:
+        result = optimize(
+            mechanism,
+            parameters,
+            vary=vary or None,
+            maximise=maximise or None,
+            minimise=minimise or None,
+            subject_to=subject_to or None,
+            study=study,
+            starts=starts,
+            points=points,
+            method="slsqp" if method is Method["slsqp"] else "trust-constr",
+            seed=seed,
+            progress=progress,
+        )
     if strict:
         result.raise_warnings()
     written = []

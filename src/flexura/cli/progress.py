@@ -58,6 +58,27 @@ def steps_shown() -> Iterator[Callable[[Step], None]]:
         yield bar
 
 
+@contextmanager
+def rounds_shown() -> Iterator[Callable[[Step], None] | None]:
+    """A function that shows the rounds of a search and their time on a terminal; None in a pipe."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True) as shown:
+        own, last = shown.add_task("starts", total=None), ""
+
+        def bar(step: Step) -> None:
+            nonlocal last
+            if step.words != last:
+                shown.reset(own, description=step.words, total=step.of)
+                last = step.words
+            shown.update(own, completed=step.done, total=step.of)
+
+        yield bar
+
+
 PERIOD = 30.0
 """Seconds over which a rate is told; longer where so few blocks are done in them."""
 

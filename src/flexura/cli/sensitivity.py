@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from flexura.cli.options import Dpi, File, Json, Plot, Settings, of_pictures, print_result, read
+from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read
 
 if TYPE_CHECKING:
     from flexura.study.influence import Sensitivity
@@ -27,6 +27,7 @@ def sensitivity_command(
     plot: Plot = None,
     dpi: Dpi = None,
     set: Settings = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """What a per cent of every parameter does to everything that is asked."""
@@ -37,6 +38,8 @@ def sensitivity_command(
     mechanism, parameters = read(file, set)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
     result = sensitivity(mechanism, parameters, ask=ask, free=names)
+    if strict:
+        result.raise_warnings()
     written = [] if out is None else [write_table(result.to_columns(), out)]
     if plot is not None:
         from flexura.view import save_sensitivity
@@ -52,7 +55,7 @@ def sensitivity_command(
 
 def _print(result: Sensitivity) -> None:
     """Print a row for each parameter, and a column for each quantity."""
-    from flexura.cli.tables import console_of_width
+    from flexura.cli.tables import console_of_width, print_warnings
     from flexura.tables import quantity
 
     console = console_of_width()
@@ -66,6 +69,7 @@ def _print(result: Sensitivity) -> None:
         cells = [_cell(result, k, p) for k in range(len(result.quantities))]
         table.add_row(name, quantity(float(result.nominal[p]), result.parameter_units[p]), *cells)
     console.print(table)
+    print_warnings(console, result.warnings)
     for note in result.notes:
         console.print(f"note: {note}", markup=False)
 

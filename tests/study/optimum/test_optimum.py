@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.deadline import Progress
 from flexura.results import plain
 from flexura.study.questions import Questions, questions
 from helpers.shell import flexura
@@ -265,14 +266,18 @@ def test_limits_that_nothing_meets():
 
 
 def test_lists_are_tried_one_by_one():
+    told = []
     found = fx.optimize(
         fx.load(GUIDE),
         vary={"thickness": [5e-4, 2e-4, 3e-4], "length": (30e-3, 100e-3)},
         minimise="f1",
         subject_to="f2 >= 300 Hz",
         starts=2,
+        progress=told.append,
     )
     assert isinstance(found, fx.Optimum)
+    rounds = [(own.words, own.done, own.of) for own in told]
+    assert rounds == [*(("combinations", k, 3) for k in range(3)), ("proof", 0, None)]
     assert found.optimum["thickness"] == 2e-4 and "each of 3 combinations was solved" in found.notes
     alone = fx.optimize(fx.load(GUIDE), vary={"thickness": [5e-4, 2e-4, 3e-4]}, maximise="f1", subject_to="f1 <= 40 Hz")
     each = [
@@ -286,12 +291,16 @@ def test_lists_are_tried_one_by_one():
 def test_a_front_is_the_same_again_and_its_designs_are_saved(tmp_path):
     """Thinner leaves alone lower f1, so that the front of f1 and mass over the thickness is all of it."""
 
+    told: list[Progress] = []
+
     def front() -> fx.Pareto:
-        found = fx.optimize(fx.load(GUIDE), vary="thickness=0.3mm:0.6mm", maximise="f1", minimise="mass", points=3)
+        vary = "thickness=0.3mm:0.6mm"
+        found = fx.optimize(fx.load(GUIDE), vary=vary, maximise="f1", minimise="mass", points=3, progress=told.append)
         assert isinstance(found, fx.Pareto)
         return found
 
     found = front()
+    assert [own.words for own in told][59:61] == ["generations", "designs of the front"]
     assert np.array_equal(found.values, front().values) and len(found) >= 3
     assert found.designs[[0, -1], 0] == pytest.approx([0.3e-3, 0.6e-3], rel=1e-6)
     for row in (0, len(found) - 1):

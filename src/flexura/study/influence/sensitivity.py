@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.errors import Exceeded
 from flexura.mechanism import Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity import free_names
@@ -48,6 +49,7 @@ class Sensitivity(Tabular):
     highest: Array
     is_exact: NDArray[np.bool_]
     repeated: tuple[tuple[int, ...], ...] = ()
+    warnings: tuple[Exceeded, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -116,8 +118,17 @@ def sensitivity(
         highest,
         found.is_exact,
         found.repeated,
+        tuple(_missing(texts, found)),
         tuple(_notes(texts, chosen, nominal, found)),
     )
+
+
+def _missing(texts: tuple[str, ...], found: Slopes) -> Iterator[Exceeded]:
+    """What has no value, or slopes that are missing."""
+    for text, value, slope, why in zip(texts, found.value, found.slope, found.reason, strict=True):
+        missing = int(np.count_nonzero(~np.isfinite(slope)))
+        if why and (missing or not np.isfinite(value)):
+            yield Exceeded("study", text, missing, 0.0, "1", why if why.startswith(text) else f"{text}: {why}")
 
 
 def _ranges(found: Slopes) -> tuple[Array, Array, Array]:
@@ -138,9 +149,7 @@ def _notes(texts: tuple[str, ...], names: Sequence[str], nominal: Array, found: 
     near = ", ".join(text for text, exact in zip(texts, found.is_exact, strict=True) if not exact)
     if near:
         yield f"{near}: slopes by differences of fourth order, between designs nearby"
-    for text, value, slope, why in zip(texts, found.value, found.slope, found.reason, strict=True):
-        if why and not np.isfinite([value, *slope]).all():
-            yield f"{text}: {why}"
+    for text, value in zip(texts, found.value, strict=True):
         if value == 0:
             yield f"{text} is zero and has no per cent: its slopes are per unit of the parameter"
     zero = [name for name, value in zip(names, nominal, strict=True) if value == 0]

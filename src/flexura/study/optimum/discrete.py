@@ -10,6 +10,7 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import Listener, Progress, unheard
 from flexura.study.optimum.box import Box
 from flexura.study.optimum.climb import FEASIBLE, Method, is_better
 from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
@@ -115,12 +116,12 @@ class Mixed:
                         yield tuple(own)
 
 
-def chosen_alone(mixed: Mixed, starts: Array) -> Chosen | None:
+def chosen_alone(mixed: Mixed, starts: Array, told: Listener = unheard) -> Chosen | None:
     """The best combination where nothing else varies: of all, or where no neighbour of it is better; None where all
     failed."""
     if mixed.count <= FEW_ALONE:
         every = product(*(range(len(own)) for own in mixed.levels))
-        found = _best_among(mixed, every)
+        found = _best_among(mixed, every, told=told)
         said = f"all {mixed.count} combinations were worked out"
         return None if found is None else Chosen(mixed.values(found), None, mixed.land, said, True)
     known: dict[Levels, tuple[float, float]] = {}
@@ -139,12 +140,17 @@ def chosen_alone(mixed: Mixed, starts: Array) -> Chosen | None:
 
 
 def _best_among(
-    mixed: Mixed, some: Sequence[Levels] | Iterator[Levels], known: dict[Levels, tuple[float, float]] | None = None
+    mixed: Mixed,
+    some: Sequence[Levels] | Iterator[Levels],
+    known: dict[Levels, tuple[float, float]] | None = None,
+    told: Listener = unheard,
 ) -> Levels | None:
     """The best of some combinations; the first of those that are as good."""
     judged: dict[Levels, tuple[float, float]] = {}
-    waiting = iter(some)
+    waiting, done = iter(some), 0
     while block := list(islice(waiting, BLOCK)):
+        told(Progress("combinations", done, mixed.count))
+        done += len(block)
         new = [own for own in block if known is None or own not in known]
         x = np.array([mixed.values(own) for own in new]).reshape(len(new), len(mixed.levels))
         goals, missed = mixed.land.many(x) if new else (np.empty(0), np.empty(0))
@@ -180,9 +186,7 @@ def _best_in_full(mixed: Mixed, judged: dict[Levels, tuple[float, float]]) -> Le
     return best[0] if best is not None else next(iter(ranked), None)
 
 
-def chosen_with_others(
-    mixed: Mixed, starts: Array, method: Method, told: Callable[[int], None] = lambda _: None
-) -> Chosen | None:
+def chosen_with_others(mixed: Mixed, starts: Array, method: Method, told: Listener = unheard) -> Chosen | None:
     """The best combination and the best values of the continuous variables with it; None where all failed."""
     known: dict[Levels, Solved | None] = {}
 
@@ -196,7 +200,7 @@ def chosen_with_others(
     relaxed = None
     if mixed.count <= FEW:
         for k, combination in enumerate(product(*(range(len(own)) for own in mixed.levels))):
-            told(k)
+            told(Progress("combinations", k, mixed.count))
             solved(combination, starts)
         said = f"each of {mixed.count} combinations was solved"
     else:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import Listener, Progress, unheard
 from flexura.extras import need
 from flexura.study.optimum.climb import FEASIBLE, Method, climb
 from flexura.study.optimum.discrete import Mixed
@@ -55,7 +56,7 @@ def front(
     points: int,
     seed: int,
     method: Method,
-    told: Callable[[int], None] = lambda _: None,
+    told: Listener = unheard,
 ) -> Front:
     """About so many designs of the front, spread along it.
 
@@ -63,11 +64,12 @@ def front(
     without loss in the others, on exact gradients (epsilon-constraint method: Haimes, Lasdon and Wismer 1971). Raises
     OptionError without pymoo.
     """
-    x = _evolved(mixed, goals, 2 * points, seed)
+    x = _evolved(mixed, goals, 2 * points, seed, told)
     ends = [_climbed(mixed, goals, k, own, None, method) for k in range(len(goals)) for own in _extremes(x, k)]
     held = [own for own in ends if own is not None]
-    for number, own in enumerate(_spread(x, points)):
-        told(number)
+    spread = _spread(x, points)
+    for number, own in enumerate(spread):
+        told(Progress("designs of the front", number, len(spread)))
         better = _climbed(mixed, goals, number % len(goals), own[0], own[1], method)
         held.append(better if better is not None else (*own, np.nan))
     if not held:
@@ -137,7 +139,7 @@ def _climbed(
     return whole(own.box.values(found.best.z)), values, residual
 
 
-def _evolved(mixed: Mixed, goals: Sequence[Row], population: int, seed: int) -> list[Found]:
+def _evolved(mixed: Mixed, goals: Sequence[Row], population: int, seed: int, told: Listener) -> list[Found]:
     """Feasible designs that NSGA-II ends with, and their goals."""
     Problem = need("pymoo.core.problem", "study").Problem
     NSGA2 = need("pymoo.algorithms.moo.nsga2", "study").NSGA2
@@ -156,7 +158,11 @@ def _evolved(mixed: Mixed, goals: Sequence[Row], population: int, seed: int) -> 
             out["F"] = -np.where(known, values, -WORST)
             out["G"] = -np.where(known, margins, -WORST)
 
-    found = minimize(Designs(), NSGA2(pop_size=population), ("n_gen", GENERATIONS), seed=seed, verbose=False)
+    def generation(algorithm: Any) -> None:
+        told(Progress("generations", algorithm.n_gen, GENERATIONS))
+
+    method = NSGA2(pop_size=population)
+    found = minimize(Designs(), method, ("n_gen", GENERATIONS), seed=seed, verbose=False, callback=generation)
     last = found.pop
     x, missed = spaced(mixed, last.get("X")), last.get("G").max(axis=1)
     return [(own, -values) for own, values, by in zip(x, last.get("F"), missed, strict=True) if by <= FEASIBLE]

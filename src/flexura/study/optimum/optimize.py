@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
-from flexura.deadline import Listener, Progress
+from flexura.deadline import Listener, Progress, unheard
 from flexura.errors import OptionError, SolverError
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan, one_design, plan_of
@@ -80,11 +80,7 @@ def optimize(
     plan.verify(fixed)
     from_where = task.starts(starts, seed)
     mixed, goals, judged = task.mixed(from_where)
-
-    def told(number: int) -> None:
-        if progress is not None:
-            progress(Progress("searching", number))
-
+    told = progress or unheard
     if len(goals) > 1:
         found = front(mixed, goals, points, seed, method, told)
         return pareto_of(task, mixed.land, found, seed)
@@ -94,11 +90,12 @@ def optimize(
         if solved is not None:
             chosen = Chosen(task.box.values(solved.best.z), solved, mixed.land, "", False)
     elif not len(mixed.others):
-        chosen = chosen_alone(mixed, from_where)
+        chosen = chosen_alone(mixed, from_where, told)
     else:
         chosen = chosen_with_others(mixed, from_where, method, told)
     if chosen is None:
         raise SolverError(f"no design could be worked out: {_most(mixed.land.failures)}")
+    told(Progress("proof"))
     return optimum_of(task, mixed, chosen, method, seed)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, lgamma, log, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.deadline import Listener, Progress, unheard
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method, climb, is_better
 from flexura.study.optimum.landscape import Judged, Landscape, Sample
 from flexura.study.optimum.stationarity import Stationarity, stationarity, upward
@@ -65,12 +66,12 @@ def best_of(
     land: Landscape,
     starts: Sequence[Array],
     method: Method,
-    told: Callable[[int], None] = lambda _: None,
+    told: Listener = unheard,
     judged: Judged | None = None,
 ) -> Solved | None:
     """The best design that a search from any start leads to, or the least violated one; None where all have failed.
 
-    `told` is given the number of each search, `judged` is how good the starts are, where it is known. A stationary
+    `told` hears of each search, `judged` is how good the starts are, where it is known. A stationary
     design whose curvature is that of no maximum is left along it, to either side.
     """
     climbs = _climbs(land, starts, method, told, judged)
@@ -93,7 +94,7 @@ def best_of(
 
 
 def _climbs(
-    land: Landscape, starts: Sequence[Array], method: Method, told: Callable[[int], None], judged: Judged | None
+    land: Landscape, starts: Sequence[Array], method: Method, told: Listener, judged: Judged | None
 ) -> list[Climb]:
     """Searches from the first start, and from the others, the best first, that have no better design beside them.
 
@@ -110,7 +111,7 @@ def _climbs(
         beside = any(rank > ranks[k] and np.linalg.norm(at - starts[k]) <= near for at, rank in known)
         if beside and ranks[k] != UNANSWERED and any(own.is_feasible for own in found):
             continue
-        told(len(found))
+        told(Progress("searches", len(found), len(starts)))
         own = climb(land, starts[k], method)
         found.append(own)
         if own.best is not None:
