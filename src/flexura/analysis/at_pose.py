@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -148,7 +148,7 @@ class Way:
 
     def __init__(self, design: Design, names: list[str]) -> None:
         self.design, self.names = design, names
-        self._plain = plain_design(design)
+        self._plain = design.still()
         model = MovingModel.of(self._plain)
         planned = course(model, Given(dict.fromkeys(names, 0.0), {}, {}, None, {}), 1)
         self.equations = Equations(model, planned.drives)
@@ -191,16 +191,3 @@ def stresses_of(design: Design, pose: Pose) -> LargestStresses:
     """The largest stresses in the members of a design at a pose."""
     forces = end_forces(pose.equations.model, [pose.state])
     return largest_stresses(design, forces.__getitem__, 1)
-
-
-def plain_design(design: Design) -> Design:
-    """The design without slopes."""
-    if not isinstance(design.values, Dual):
-        return design
-    values = plain(design.values)
-    return replace(
-        design,
-        parameters={k: plain(v) for k, v in design.parameters.items()},
-        values=values,
-        geometry=design.plan.geometry(values),
-    )

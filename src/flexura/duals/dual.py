@@ -122,9 +122,10 @@ class Dual:
         raise TypeError(f"{func.__name__} has no rule for slopes")
 
     def __getitem__(self, at: Any) -> Dual:
-        at = at if isinstance(at, tuple) else (at,)
-        if sum(not _basic(k) for k in at) < 1 or (len(at) == 1):
-            return Dual(self.value[at], self.slope[(ALL, *at)])
+        if not isinstance(at, tuple):
+            return _dual(self.value[at], self.slope[ALL, at])
+        if _in_place(at):
+            return _dual(self.value[at], self.slope[(ALL, *at)])
         return Dual(self.value[at], _last_first(_first_last(self.slope)[_open_ended(at)]))
 
     def __setitem__(self, at: Any, new: Any) -> None:
@@ -203,8 +204,23 @@ def _operators() -> None:
         setattr(Dual, f"__{name}__", lambda a, f=ufunc: f(a))
 
 
-def _basic(k: Any) -> bool:
-    return k is None or k is Ellipsis or isinstance(k, slice | int | np.integer)
+def _dual(value: Any, slope: Any) -> Dual:
+    """A number with slopes whose shapes are known to fit."""
+    found = Dual.__new__(Dual)
+    found.value, found.slope = value, slope
+    return found
+
+
+def _in_place(at: tuple[Any, ...]) -> bool:
+    """Whether an index leaves the axes of what it picks where they were: slices and integers, or slices and one
+    array."""
+    arrays = integers = 0
+    for k in at:
+        if isinstance(k, int | np.integer):
+            integers += 1
+        elif not (k is None or k is Ellipsis or isinstance(k, slice)):
+            arrays += 1
+    return not arrays or (arrays == 1 and not integers)
 
 
 def _open_ended(at: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -223,14 +239,12 @@ def _last_first(slope: Any) -> Any:
 def _pair(x: Any) -> Pair:
     if isinstance(x, Dual):
         return Pair(x.value, x.slope)
-    return Pair(x if np.isscalar(x) or hasattr(x, "__array_function__") else np.asarray(x), None)
+    plain = type(x) is np.ndarray or np.isscalar(x) or hasattr(x, "__array_function__")
+    return Pair(x if plain else np.asarray(x), None)
 
 
 def _with_slopes(rule: Callable[..., Pair], inputs: Any) -> Dual:
-    value, slope = rule(*map(_pair, inputs))
-    found = Dual.__new__(Dual)
-    found.value, found.slope = value, slope
-    return found
+    return _dual(*rule(*map(_pair, inputs)))
 
 
 def _first(rule: Callable[..., Pair]) -> Callable[..., Dual]:

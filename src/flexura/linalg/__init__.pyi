@@ -1,3 +1,4 @@
+from flexura.linalg.blocks import lowest_groups as lowest_groups
 from flexura.linalg.buckling import critical_factors as critical_factors
 from flexura.linalg.buckling import critical_shapes as critical_shapes
 from flexura.linalg.contour import real_eigenvalues as real_eigenvalues

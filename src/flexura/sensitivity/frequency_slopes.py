@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.sensitivity.eigenpairs import clusters, whole_clusters
+from flexura.linalg import lowest_groups
+from flexura.modal import REPEATED_EIGENVALUES
+from flexura.sensitivity.eigenpairs import GUARD, clusters, whole_clusters
 from flexura.sensitivity.energies import Pairs, energy_slopes
 from flexura.sensitivity.variation import FullOrderFamily
-from flexura.structure import Design, Plan
+from flexura.structure import Design, Plan, stiffness_and_mass
 
 Array = NDArray[np.float64]
 
@@ -42,11 +44,11 @@ def frequency_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequenc
     plan.refuse_pose("derivatives of frequencies")
     if n < 1:
         raise OptionError(f"the number of frequencies is at least 1, not {n}")
-    family = FullOrderFamily(plan)
-    model = family.model(parameters)
-    pairs = whole_clusters(model.K, model.M, n)
+    design = Design.with_slopes(plan, parameters, names)
+    K, M = stiffness_and_mass(design.still())
+    pairs = lowest_groups(K, M, n, GUARD, REPEATED_EIGENVALUES) or whole_clusters(K, M, n)
     groups = clusters(pairs.values)
-    forms = iter(_forms(family, parameters, names, pairs.vectors, Pairs.of(groups, pairs.values)).T)
+    forms = iter(_forms(design, parameters, names, pairs.vectors, Pairs.of(groups, pairs.values)).T)
     omega = np.sqrt(np.maximum(pairs.values, 0.0))
     slope = np.zeros((len(omega), len(names)))
     repeated, directional = [], []
@@ -64,15 +66,13 @@ def frequency_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequenc
     return FrequencySlopes(omega / (2 * np.pi), slope, tuple(repeated), tuple(directional), kinks)
 
 
-def _forms(
-    family: FullOrderFamily, parameters: Mapping[str, float], names: Sequence[str], X: Array, pairs: Pairs
-) -> Array:
+def _forms(design: Design, parameters: Mapping[str, float], names: Sequence[str], X: Array, pairs: Pairs) -> Array:
     """x_a' (K' - lambda M') x_b (P, q) for pairs of modes; by the energies of elements where nothing is loaded."""
-    if not family.plan.is_loaded:
-        return energy_slopes(Design.with_slopes(family.plan, parameters, names), X, pairs)
+    if not design.plan.is_loaded:
+        return energy_slopes(design, X, pairs)
     a, b, value = pairs
     found = []
-    for change in family.changes(parameters, names, X):
+    for change in FullOrderFamily(design.plan).changes(parameters, names, X):
         own = (X[:, a] * (change.K[:, b] - value * change.M[:, b])).sum(axis=0)
         found.append(own if change.is_smooth else np.full(len(value), np.nan))
     return np.array(found).reshape(len(names), -1)

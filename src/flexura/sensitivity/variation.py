@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.duals import Dual, plain, zeros
+from flexura.duals import Dual, zeros
 from flexura.linalg import factorise
 from flexura.structure import (
     Design,
@@ -118,7 +118,7 @@ class FullOrderFamily:
         K u = f is solved once for every order of them."""
         if not isinstance(design.values, Dual):
             return described_prestress(design).K_g @ X
-        bare = Design.at(self.plan, plain(design.values), {})
+        bare = design.still()
         model = FullOrderModel(design, *full_order(self.plan).elastic(bare))
         loads, solve = self.plan.loads, factorise(model.K).solve
         load = dead_load(model, loads.gravity(design.values), loads.wrenches(design.values))

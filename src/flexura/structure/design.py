@@ -68,6 +68,13 @@ class Design(Record):
         """The design of values (..., s) that have been worked out from these parameters."""
         return Design(plan, dict(parameters), values, plan.geometry(values))
 
+    def still(self) -> Design:
+        """The same design without slopes."""
+        if not isinstance(self.values, Dual):
+            return self
+        own = {name: plain(value) for name, value in self.parameters.items()}
+        return Design(self.plan, own, plain(self.values), self.geometry.still(self.plan.parts))
+
     def stacked(self) -> Design:
         """A stack of this one design."""
         return replace(self, values=self.values[None])

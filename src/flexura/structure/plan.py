@@ -62,6 +62,13 @@ class Geometry(Record):
     t: Array
     positions: Array
 
+    def still(self, parts: Mapping[str, Part]) -> Geometry:
+        """The geometry of the parts without slopes."""
+        if not isinstance(self.Q, Dual):
+            return self
+        own = {name: PartGeometry(*map(plain, found)) for name, found in self.parts.items()}
+        return Geometry(own, _Transforms(parts, own), plain(self.Q), plain(self.t), plain(self.positions))
+
 
 class _Transforms(dict[str, Array]):
     """Element transforms by prototype, worked out when they are first asked for."""
