@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from flexura.duals import Dual
 from flexura.structure import Plan
-from flexura.study.optimum.rows import NEIGHBOURS, Frequency, Point, Row
-from flexura.study.questions import Formula, Quantity, Questions, questions
+from flexura.study.optimum.rows import NEIGHBOURS, VERSIONS, Frequency, Point, Row, Worst
+from flexura.study.questions import Formula, Quantity, Questions, by_members, questions
 
 Array = NDArray[np.float64]
 
@@ -55,9 +55,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class AskedDesigns:
-    """Answers of `questions` where parameters `names` vary and those of `fixed` have values."""
+    """Answers of `questions` where parameters `names` vary and those of `fixed` have values; of a point also those of
+    the `parts` of `worsts`, which stand behind."""
 
     questions: Questions
+    parts: tuple[Quantity, ...]
+    worsts: tuple[Worst, ...]
     names: tuple[str, ...]
     fixed: Mapping[str, float]
 
@@ -70,38 +73,62 @@ class AskedDesigns:
 
     def point(self, x: Array) -> Point:
         """Quantities and slopes of one design (P,). Raises FlexuraError when it fails."""
-        found = self.questions.slopes({**self.fixed, **dict(zip(self.names, map(float, x), strict=True))}, self.names)
-        slope = found.slope.copy()
+        own = Questions(self.questions.plan, (*self.questions.quantities, *self.parts))
+        found = own.slopes({**self.fixed, **dict(zip(self.names, map(float, x), strict=True))}, self.names)
+        value, slope = found.value.copy(), found.slope.copy()
+        for worst in self.worsts:
+            _stand_in(worst, value, slope)
         whole = [k for k, own in enumerate(found.repeated) if len(own) == len(found.directional[k])]
         for k in whole:  # of a group the slopes along one parameter each are of other shapes for each
             slope[list(found.repeated[k])] = np.einsum("iip->ip", found.directional[k])
         repeated, spaces = tuple(found.repeated[k] for k in whole), tuple(found.directional[k] for k in whole)
-        return Point(found.value, slope, repeated, spaces, tuple(np.flatnonzero(~found.is_exact).tolist()))
+        differenced = np.flatnonzero(~found.is_exact[: len(self.questions.quantities)])
+        return Point(value, slope, repeated, spaces, tuple(differenced.tolist()))
+
+
+def _stand_in(worst: Worst, value: Array, slope: Array) -> None:
+    """Parts that are nothing, as where no force goes, are as the worst; where that has no slope, since parts are alike,
+    it has the slope of one of them."""
+    parts = np.array(worst.parts)
+    known = np.isfinite(value[parts]) & np.isfinite(slope[parts]).all(axis=1)
+    if known.any():
+        first = parts[known][np.argmax(worst.sign * value[parts[known]])]
+        still = np.isnan(slope[worst.place])
+        slope[worst.place, still] = slope[first, still]
+    value[parts[~known]], slope[parts[~known]] = value[worst.place], slope[worst.place]
 
 
 @dataclass(frozen=True)
 class Wording:
     """What is asked of designs for formulas, and where each quantity stands; `ladders` are ascending frequencies of one
-    state each, as places."""
+    state each, as places; `parts` of `worsts` stand behind the questions."""
 
     questions: Questions
     place: Mapping[str, int]
     ladders: tuple[tuple[int, ...], ...]
+    parts: tuple[Quantity, ...] = ()
+    worsts: tuple[Worst, ...] = ()
 
     def combined(self, formula: Formula, sign: float = 1.0) -> Combined:
         """A formula as a function of all quantities."""
         return Combined(formula, {own.text: self.place[own.text] for own in formula.quantities}, sign)
 
     def row(self, function: Combined | Difference, scale: float = 1.0) -> Row:
-        """A row of the function, with the frequencies that it depends on."""
+        """A row of the function, with the frequencies and the worst of several that it depends on."""
         own = (function,) if isinstance(function, Combined) else (function.first, function.second)
         used = {place for part in own for place in part.places.values()}
         frequencies = [Frequency(ladder, k) for ladder in self.ladders for k, p in enumerate(ladder) if p in used]
-        return Row(function, scale, tuple(frequencies))
+        room, worsts = VERSIONS // (NEIGHBOURS + 1) ** len(frequencies), list[Worst]()
+        for worst in self.worsts:
+            if worst.place in used and len(worst.parts) <= room:
+                worsts.append(worst)
+                room //= len(worst.parts)
+        return Row(function, scale, tuple(frequencies), tuple(worsts))
 
 
 def wording(plan: Plan, formulas: Iterable[Formula]) -> Wording:
-    """The questions that formulas need, with the frequencies beside those that they ask for by number."""
+    """The questions that formulas need, with the frequencies beside those that they ask for by number, and the members
+    that a stress is the largest of."""
     asked: dict[str, Quantity] = {own.text: own for formula in formulas for own in formula.quantities}
     highest: dict[str, int] = {}
     for own in asked.values():
@@ -115,7 +142,15 @@ def wording(plan: Plan, formulas: Iterable[Formula]) -> Wording:
         texts += [name for name in names if name not in texts]
         ladders.append(tuple(texts.index(name) for name in names))
     found = questions(plan, texts)
-    return Wording(found, {text: k for k, text in enumerate(texts)}, tuple(ladders))
+    place, parts, worsts = {text: k for k, text in enumerate(texts)}, list[Quantity](), list[Worst]()
+    for own in found.quantities:
+        if len(members := by_members(plan, own)) > 1:
+            at = len(texts) + len(parts)
+            worsts.append(
+                Worst(place[own.text], tuple(range(at, at + len(members))), 1 if own.kind == "stress" else -1)
+            )
+            parts += members
+    return Wording(found, place, tuple(ladders), tuple(parts), tuple(worsts))
 
 
 def numbered(quantity: Quantity) -> int | None:

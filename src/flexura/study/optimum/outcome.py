@@ -78,7 +78,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
 def _quantities(task: Task, x: Array) -> Array:
     """Quantities of a design, as the search has them with slopes, or without where some have none."""
     try:
-        return task.designs.point(x).value
+        return task.designs.point(x).value[: len(task.wording.place)]
     except FlexuraError:
         return task.designs.values(x[None])[0][0]
 

@@ -16,6 +16,9 @@ Places = NDArray[np.intp]
 NEIGHBOURS = 2
 """Frequencies beside one that is asked for which may coincide with it."""
 
+VERSIONS = 512
+"""Versions of a row at most; what would make more of them stands for itself."""
+
 
 class Point(NamedTuple):
     """Quantities (q,) of one design and their derivatives (q, P) in SI, at places `differenced` by differences; of
@@ -64,6 +67,15 @@ class Frequency(NamedTuple):
         return self.ladder[min(max(self.rung + steps, 0), len(self.ladder) - 1)]
 
 
+class Worst(NamedTuple):
+    """A quantity that a row depends on, and that is the largest (`sign` 1) or the least (-1) of `parts`: places among
+    the quantities."""
+
+    place: int
+    parts: tuple[int, ...]
+    sign: float
+
+
 @dataclass(frozen=True)
 class Row:
     """A function over `scale`, at least 0 where it is a limit, made as large as can be where it is a goal."""
@@ -71,22 +83,32 @@ class Row:
     function: Function
     scale: float = 1.0
     frequencies: tuple[Frequency, ...] = ()
+    worsts: tuple[Worst, ...] = ()
 
     def copies(self, quantities: Array) -> list[Places]:
         """Places (q,) of the quantities in each version of the row that has to hold, the row itself first.
 
         A frequency f_k that should be higher is the least of f_k, f_(k+1) ..., one that should be lower the greatest of
         f_k, f_(k-1) ...: each of them smooth where their order is not (bound formulation: Olhoff 1989, "Multicriterion
-        structural optimization via bound formulation and mathematical programming").
+        structural optimization via bound formulation and mathematical programming"). So it is with the largest of
+        several stresses: all of them are to be small.
         """
-        if not self.frequencies:
+        if not (self.frequencies or self.worsts):
             return [np.arange(len(quantities), dtype=np.intp)]
         slope = self.function.slope(quantities)
+        rungs = [own.beside(0) for own in self.frequencies]
+        steps = range(NEIGHBOURS + 1)
+        choices = [
+            tuple(own.beside(step if slope[rung] > 0 else -step) for step in steps)
+            for own, rung in zip(self.frequencies, rungs, strict=True)
+        ]
+        choices += [
+            own.parts if slope[own.place] * own.sign < 0 else (own.place,) * len(own.parts) for own in self.worsts
+        ]
         found = []
-        for steps in product(range(NEIGHBOURS + 1), repeat=len(self.frequencies)):
+        for chosen in product(*choices):
             places = np.arange(len(quantities), dtype=np.intp)
-            for own, step in zip(self.frequencies, steps, strict=True):
-                places[own.beside(0)] = own.beside(step if slope[own.beside(0)] > 0 else -step)
+            places[[*rungs, *(own.place for own in self.worsts)]] = chosen
             found.append(places)
         return found
 

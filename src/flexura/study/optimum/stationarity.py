@@ -19,6 +19,9 @@ ACTIVE = 1e-4
 FLAT = 1e-2
 """Gradient of a goal, over its scale, from which on its residual is taken relative to it."""
 
+BETWEEN = -1
+"""In place of the number of a version: of a direction between frequencies that coincide."""
+
 ANGLES = 16
 """Directions of the space of two frequencies that coincide for which their derivatives are taken."""
 
@@ -33,7 +36,8 @@ class Stationarity:
     `active` are the numbers of limits that hold with equality; `residual` is what remains of the goal's gradient by
     scaled position, over that gradient or over `FLAT`, whichever is larger (Karush 1939; Kuhn and Tucker 1951).
     `coalesced` says that more than one version of the goal has weight; `held` (h, P) are gradients of what must not
-    change to first order.
+    change to first order. The Lagrangian is version `goal` of the goal and those of the limits (v,) times `weights`;
+    `is_smooth` says that it is, with no direction of a space of repeated frequencies in it.
     """
 
     limits: Array
@@ -43,6 +47,9 @@ class Stationarity:
     residual: float
     coalesced: bool
     held: Array
+    goal: int
+    weights: Array
+    is_smooth: bool
 
 
 def stationarity(land: Landscape, sample: Sample) -> Stationarity:
@@ -54,12 +61,14 @@ def stationarity(land: Landscape, sample: Sample) -> Stationarity:
     from scipy.optimize import nnls
 
     P = len(sample.z)
-    goals = _slopes(land, sample, land.goal, sample.goals - sample.goal, sample.goal_slopes)
+    leading, goals = _slopes(land, sample, land.goal, sample.goals - sample.goal, sample.goal_slopes)
     owners: list[int] = []
+    versions: list[int] = []
     rows: list[Array] = []
     for k, limit in enumerate(land.limits):
         own = np.flatnonzero(sample.limit == k)
-        found = _slopes(land, sample, limit, sample.margins[own], sample.margin_slopes[own])
+        near, found = _slopes(land, sample, limit, sample.margins[own], sample.margin_slopes[own])
+        versions += [*own[near], *[BETWEEN] * (len(found) - len(near))]
         rows += found
         owners += [k] * len(found)
     at_low, at_high = np.flatnonzero(sample.z <= ACTIVE), np.flatnonzero(sample.z >= 1 - ACTIVE)
@@ -75,7 +84,10 @@ def stationarity(land: Landscape, sample: Sample) -> Stationarity:
     residual = float(np.linalg.norm(columns @ weights)) / max(FLAT, *(float(np.linalg.norm(g)) for g in goals))
     ends = np.cumsum([len(goals), len(rows), len(at_low)])
     limits, low, high = np.zeros(len(land.limits)), np.zeros(P), np.zeros(P)
-    np.add.at(limits, owners, weights[ends[0] : ends[1]])
+    of_rows = weights[ends[0] : ends[1]]
+    np.add.at(limits, owners, of_rows)
+    of_versions, known = np.zeros(len(sample.margins)), np.array(versions, dtype=np.intp) != BETWEEN
+    of_versions[np.array(versions, dtype=np.intp)[known]] = of_rows[known]
     low[at_low], high[at_high] = weights[ends[1] : ends[2]], weights[ends[2] :]
     strong = weights * lengths > 1e-6 * size
     held = columns[:, strong & (np.arange(len(weights)) >= ends[0])].T
@@ -83,16 +95,32 @@ def stationarity(land: Landscape, sample: Sample) -> Stationarity:
     if len(pulling) > 1:
         held = np.vstack([held, [g - pulling[0] for g in pulling[1:]]])
     active = tuple(dict.fromkeys(owners))
-    return Stationarity(limits, low, high, active, residual, len(pulling) > 1, held)
+    top = int(np.argmax(weights[: len(goals)]))
+    coalesced = len(pulling) > 1
+    is_smooth = not (coalesced or top >= len(leading) or strong[ends[0] : ends[1]][~known].any())
+    return Stationarity(
+        limits,
+        low,
+        high,
+        active,
+        residual,
+        coalesced,
+        held,
+        int(leading[min(top, len(leading) - 1)]),
+        of_versions,
+        is_smooth,
+    )
 
 
-def _slopes(land: Landscape, sample: Sample, row: Row, gaps: Array, slopes: Array) -> list[Array]:
-    """Gradients of the versions of a row that are within reach of their bound, and of what lies between those whose
-    frequencies coincide."""
+def _slopes(
+    land: Landscape, sample: Sample, row: Row, gaps: Array, slopes: Array
+) -> tuple[NDArray[np.intp], list[Array]]:
+    """The versions of a row that are within reach of their bound, their gradients, and those of what lies between those
+    whose frequencies coincide."""
     near = np.flatnonzero(gaps <= ACTIVE)
     found = [slopes[i] for i in near]
     if not len(near):
-        return found
+        return near, found
     point = sample.point
     rate = land.box.rates(sample.z)
     partial = row.function.slope(point.value) / row.scale
@@ -106,7 +134,7 @@ def _slopes(land: Landscape, sample: Sample, row: Row, gaps: Array, slopes: Arra
                     (base + partial[own.beside(0)] * np.einsum("i,ijp,j->p", v, matrices, v)) * rate
                     for v in _directions(len(group))
                 ]
-    return found
+    return near, found
 
 
 def _directions(m: int) -> list[Array]:
@@ -129,7 +157,7 @@ def upward(land: Landscape, sample: Sample, found: Stationarity) -> tuple[float,
     """
     P = len(sample.z)
     free = null_space(found.held, rcond=1e-8) if len(found.held) else np.eye(P)
-    if not free.shape[1] or found.coalesced:
+    if not free.shape[1] or not found.is_smooth:
         return 0.0, None
     try:
         gradients = [_lagrangian(land, sample, found, direction) for direction in free.T]
@@ -146,8 +174,6 @@ def _lagrangian(land: Landscape, sample: Sample, found: Stationarity, direction:
     for side in (1.0, -1.0):
         own = land.at(sample.z + side * CURVATURE_STEP * direction)
         steps.append(own.z @ direction)
-        first = [np.flatnonzero(own.limit == k)[0] for k in range(len(land.limits))]
-        margins = own.margin_slopes[first] if first else np.zeros((0, len(sample.z)))
-        gradients.append(own.goal_slopes[0] + found.limits @ margins)
+        gradients.append(own.goal_slopes[found.goal] + found.weights @ own.margin_slopes)
     gap = steps[0] - steps[1]
     return (gradients[0] - gradients[1]) / gap if gap > 0 else np.zeros(len(sample.z))

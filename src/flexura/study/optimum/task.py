@@ -67,7 +67,8 @@ class Task:
     @cached_property
     def designs(self) -> AskedDesigns:
         """Answers of designs."""
-        return AskedDesigns(self.wording.questions, self.names, self.fixed)
+        own = self.wording
+        return AskedDesigns(own.questions, own.parts, own.worsts, self.names, self.fixed)
 
     @cached_property
     def before(self) -> Array:

@@ -8,3 +8,4 @@ from flexura.study.questions.formulas import relation as relation
 from flexura.study.questions.questions import Questions as Questions
 from flexura.study.questions.questions import questions as questions
 from flexura.study.questions.slopes import Slopes as Slopes
+from flexura.study.questions.worst import by_members as by_members

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.duals import Dual, plain
+from flexura.structure import Plan
 from flexura.study.questions.catalogue import Quantity
-from flexura.study.questions.reading import Members
+from flexura.study.questions.reading import Members, Reader
 
 Array = NDArray[np.float64]
 
@@ -22,6 +24,22 @@ def worst(state: Any, asked: Quantity) -> Any:
     """The largest stress, or the margin to yield, of the members asked for, in a state with slopes."""
     own = _asked(state, asked)[1]
     return np.max(own) if asked.kind == "stress" else 1 / np.max(own)
+
+
+def by_members(plan: Plan, asked: Quantity) -> list[Quantity]:
+    """Of a stress or a margin that of each member it is the worst of; nothing of all else."""
+    if asked.kind not in ("stress", "margin"):
+        return []
+    of, known = next(iter(asked.arguments), None), Reader(plan).yield_stresses
+    names = (
+        of.members
+        if isinstance(of, Members)
+        else [name for name, limit in known.items() if asked.kind == "stress" or not np.isnan(limit)]
+    )
+    _, at, pose = asked.text.partition(" at ")
+    return [
+        replace(asked, text=f"{asked.kind}({name}){at}{pose}", arguments=(Members(name, (name,)),)) for name in names
+    ]
 
 
 def parting(state: Any, asked: Quantity, names: Sequence[str]) -> str:
