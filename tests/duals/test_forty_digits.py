@@ -19,7 +19,7 @@ from helpers.forty_digits import Precise, forty_digits
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK = ["guide/guide", "pivot/pivot"]
 SLOW = ["amplifier/amplifier", "rpr/start_corrected", "tip_tilt/tip_tilt", "xy_stage/xy_stage"]
-LARGE = ["rpr/rpr", "rpr/rpr_piezo", "imported/guide"]
+LARGE = ["rpr/rpr", "rpr/rpr_piezo", "rpr/rpr_test", "imported/guide"]
 
 
 def differences(plan, name, X):
