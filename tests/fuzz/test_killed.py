@@ -33,7 +33,7 @@ COMMANDS = {
     "time-response": f"time-response {GUIDE} --dt 1ms --step carriage.tx=1N --duration 0.1s -o carriage.tx"
     " --damping 0.01 --out OUT/a.csv --plot OUT",
     "verify": f"verify {GUIDE} -n 1 --size 2 --out OUT/a.step --plot OUT",
-    "virtual-test": "virtual-test examples/rpr/rpr_test.yaml --out OUT/a.uff --plot OUT",
+    "virtual-test": "virtual-test tests/fuzz/hit.yaml --out OUT/a.uff --plot OUT",
     "report": f"report {GUIDE} --out OUT/a.html",
     "stroke": f"stroke {GUIDE} --move carriage.x=0:2mm --steps 3 -n 2 --out OUT/a.csv --plot OUT",
     "sensitivity": f"sensitivity {GUIDE} --ask f1 --out OUT/a.csv --plot OUT",

@@ -86,8 +86,9 @@ def negative_pivots(A: Pairs, digits: int = 80) -> int:
     """
     with localcontext() as context:
         context.prec = digits
+        none = Decimal(0)
         rows = [
-            [Decimal(hi) + Decimal(lo) for hi, lo in zip(own, rest, strict=True)]
+            [Decimal(hi) + Decimal(lo) if hi else none for hi, lo in zip(own, rest, strict=True)]
             for own, rest in zip(A.hi.tolist(), A.lo.tolist(), strict=True)
         ]
         n, width, count = len(rows), len(rows[0]), 0

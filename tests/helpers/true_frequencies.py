@@ -18,7 +18,7 @@ def true_frequencies(model, count=None) -> np.ndarray:
         shift = float(np.median(K.diagonal() / M.diagonal().clip(1e-12))) * 1e-6
     mu, y = la.eigh(M * d[:, None] * d, (K + shift * M) * d[:, None] * d)
     x = (d[:, None] * y).astype(np.longdouble)[:, ::-1][:, : min(int((mu > 1e-14 * mu.max()).sum()), count or len(mu))]
-    wide_K, wide_M = K.astype(np.longdouble), M.astype(np.longdouble)
+    wide_K, wide_M = model.K.astype(np.longdouble), model.M.astype(np.longdouble)
     values = np.einsum("ik,ik->k", x, wide_K @ x) / np.einsum("ik,ik->k", x, wide_M @ x)
     return np.sqrt(np.sort(np.maximum(values, 0).astype(float))) / (2 * np.pi)
 

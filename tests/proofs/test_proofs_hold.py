@@ -42,10 +42,10 @@ def contradictions(result: fx.Modes, exact: ExactModel) -> list[str]:
 def check(seeds) -> None:
     wrong, unproven = {}, 0
     for seed in seeds:
-        mechanism = nasty(seed)
+        plan = fx.Plan(nasty(seed))
         order = ("low", "full")[seed // 2 % 2]
-        result = fx.modes(mechanism, n=3 + seed % 6, order=order)
-        own = contradictions(result, ExactModel(fx.assemble(mechanism)))
+        result = fx.modes(plan, n=3 + seed % 6, order=order)
+        own = contradictions(result, ExactModel(fx.assemble(plan)))
         if own:
             wrong[seed, order] = own
         unproven += not result.certificate.is_counted
@@ -61,9 +61,15 @@ def test_nasty_mechanisms(threads):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(10))
-def test_thousands_of_nasty_mechanisms(part):
-    with threadpool_limits(1 + part % 2):
+def test_two_thousand_nasty_mechanisms(part):
+    with threadpool_limits(1):
         check(MANY[part::10])
+
+
+@pytest.mark.slow
+def test_nasty_mechanisms_of_two_threads():
+    with threadpool_limits(2):
+        check(MANY[::40])
 
 
 @pytest.mark.parametrize("elements", [1, 40, 400])
