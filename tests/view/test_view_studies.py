@@ -353,13 +353,59 @@ def test_an_optimum_shows_its_starts_its_variables_and_what_holds_it(best):
         assert found.get_xdata()[0] == pytest.approx((own.value - own.low) / (own.high - own.low))
         assert before.get_xdata()[0] == pytest.approx((own.start - own.low) / (own.high - own.low))
         assert found.get_marker() == ("D" if own.at_bound else "o")
-    bars = [own.get_width() for own in figure.axes[2].patches]
+    bars = [own.get_width() for own in figure.axes[3].patches]
     gains = sorted((own.per_percent for own in best.active), reverse=True)
     assert gains[0] > 0
     ratio = np.array(bars) / gains
-    assert "g" in figure.axes[2].get_xlabel()
+    assert "g" in figure.axes[3].get_xlabel()
     np.testing.assert_allclose(ratio, ratio[0])
     assert ratio[0] in (pytest.approx(1e3), pytest.approx(1e6))
+    assert_no_overlap(figure)
+
+
+def test_around_an_optimum_are_the_edges_of_limits_and_what_misses_them(best):
+    figure = draw_optimum(best)
+    around = figure.axes[0]
+    assert (around.get_xlabel(), around.get_ylabel()) == ("thickness, mm", "width, mm")
+    (edge,) = by_gid(figure, "mass <= 45 g", ContourSet)
+    thickness, width = edge.get_paths()[0].vertices.T
+    asked = fx.questions(fx.load(GUIDE), "mass").values({"thickness": 1e-3 * thickness, "width": 1e-3 * width})
+    np.testing.assert_allclose(asked.value[:, 0], 0.045, rtol=1e-3)
+    (missed,) = by_gid(figure, "missed", ContourSet)
+    barred = missed.get_paths()[0]
+    assert barred.contains_point((0.75, 29)) and not barred.contains_point((0.25, 11))
+    (found,) = by_gid(figure, "found")
+    assert (found.get_xdata()[0], found.get_ydata()[0]) == pytest.approx(
+        (1e3 * best.optimum["thickness"], 1e3 * best.optimum["width"])
+    )
+    (search,) = by_gid(figure, "search 0")
+    np.testing.assert_allclose(search.get_xdata()[0], 1e3 * best.starts[0].start["thickness"])
+    assert "mass <= 45 g: 1 % buys 450 mg" in words(figure)
+
+
+def test_around_an_optimum_of_one_variable_is_a_curve_with_what_has_no_answer():
+    limits = ["f1 <= 60 Hz", "sqrt(f1 / 1 Hz - 50) >= 0.5"]
+    found = fx.optimize(fx.load(GUIDE), vary={"length": (50e-3, 70e-3)}, maximise="f1", subject_to=limits, starts=1)
+    figure = draw_optimum(found)
+    (curve,), (edge,) = by_gid(figure, "goal"), by_gid(figure, "f1 <= 60 Hz")
+    known = np.isfinite(curve.get_ydata())
+    assert np.array_equal(known, curve.get_xdata() <= curve.get_xdata()[known].max()) and not known.all()
+    assert curve.get_ydata()[known].min() == pytest.approx(50, abs=0.3)
+    assert edge.get_xdata()[0] == pytest.approx(1e3 * found.optimum["length"], rel=1e-6)
+    (barred,) = [own for own in by_gid(figure, "missed") if own.get_x() == 50]
+    assert barred.get_x() + barred.get_width() == pytest.approx(edge.get_xdata()[0])
+    assert by_gid(figure, "no value") and "no answer" in words(figure)
+    assert_no_overlap(figure)
+
+
+def test_combinations_are_dots_without_searches():
+    found = fx.optimize(fx.load(GUIDE), vary="length=50mm,60mm,80mm", maximise="f1", subject_to="f1 <= 70 Hz")
+    figure = draw_optimum(found)
+    (dots,) = by_gid(figure, "goal")
+    np.testing.assert_allclose(dots.get_xdata(), [50, 60, 80])
+    (barred,) = by_gid(figure, "missed")
+    assert (barred.get_x(), barred.get_width()) == (50, pytest.approx(5))
+    assert "no searches" in words(figure) and "no multipliers" in words(figure)
     assert_no_overlap(figure)
 
 

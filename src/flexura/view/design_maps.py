@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -68,34 +69,39 @@ def _title(axes: Axes, name: str, scale: Scale, x: Array, y: Array, values: Arra
 
 
 def _levels(axes: Axes, x: Array, y: Array, values: Array) -> None:
-    """Labelled level lines over a grid, and hatched cells where a corner has no value."""
+    """Level lines over a grid, and crosses where there is no value, as long as they can be told apart."""
     own_x, column = np.unique(x, return_inverse=True)
     own_y, row = np.unique(y, return_inverse=True)
     grid = np.full((len(own_y), len(own_x)), np.nan)
     grid[row, column] = values
+    draw_levels(axes, own_x, own_y, grid)
+    j, i = np.nonzero(~np.isfinite(grid))
+    if len(own_x) * len(own_y) <= 400 and len(i):
+        axes.plot(own_x[i], own_y[j], "x", color=FAILED, ms=4, clip_on=False, gid="failed")
+
+
+def draw_levels(axes: Axes, x: Array, y: Array, grid: Array) -> None:
+    """Labelled level lines of values (y, x) over a grid, and hatched cells where a corner has no value."""
     known = np.isfinite(grid)
     lost = ~(known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:])
     if lost.any():
         j, i = np.nonzero(lost)
-        left, right, low, high = own_x[i], own_x[i + 1], own_y[j], own_y[j + 1]
-        corners = np.stack([[left, left, right, right], [low, high, high, low]], axis=-1).transpose(1, 0, 2)
+        left, right, lower, upper = x[i], x[i + 1], y[j], y[j + 1]
+        corners = np.stack([[left, left, right, right], [lower, upper, upper, lower]], axis=-1).transpose(1, 0, 2)
         axes.add_collection(PolyCollection(list(corners), gid="no value", **HATCHED))
-    failed = ~known
-    if not lost.all():
-        masked = np.ma.masked_invalid(grid)
-        low, high = float(masked.min()), float(masked.max())
-        if high - low > CONSTANT * max(abs(low), abs(high)):
-            limits = limits_of(grid)
-            wide = isinstance(limits, LogNorm)
-            levels = (LogLocator(subs=(1.0, 2.0, 5.0)) if wide else MaxNLocator(LEVELS)).tick_values(low, high)
-            style: dict[str, Any] = {"levels": levels, "corner_mask": False}
-            axes.contourf(own_x, own_y, masked, cmap=_LIGHT, norm=limits, extend="both", **style)
-            lines = axes.contour(own_x, own_y, masked, colors=[INK], linewidths=0.7, **style)
-            for text in axes.clabel(lines, fontsize=7, fmt=plain):
-                text.set_parse_math(False)
-    if len(own_x) * len(own_y) <= 400 and failed.any():
-        j, i = np.nonzero(failed)
-        axes.plot(own_x[i], own_y[j], "x", color=FAILED, ms=4, clip_on=False, gid="failed")
+    if lost.all():
+        return
+    masked = np.ma.masked_invalid(grid)
+    low, high = float(masked.min()), float(masked.max())
+    if high - low > CONSTANT * max(abs(low), abs(high)):
+        limits = limits_of(grid)
+        wide = isinstance(limits, LogNorm)
+        levels = (LogLocator(subs=(1.0, 2.0, 5.0)) if wide else MaxNLocator(LEVELS)).tick_values(low, high)
+        style: dict[str, Any] = {"levels": levels, "corner_mask": False}
+        axes.contourf(x, y, masked, cmap=_LIGHT, norm=limits, extend="both", **style)
+        lines = axes.contour(x, y, masked, colors=[INK], linewidths=0.7, **style)
+        for text in axes.clabel(lines, fontsize=7, fmt=plain):
+            text.set_parse_math(False)
 
 
 def _dots(axes: Axes, x: Array, y: Array, values: Array, label: str) -> None:
@@ -109,10 +115,11 @@ def _dots(axes: Axes, x: Array, y: Array, values: Array, label: str) -> None:
         colour_axis(axes.figure.colorbar(dots, ax=axes, fraction=0.045, pad=0.02).ax, limits, label)
 
 
-def legible(figure: Figure) -> Figure:
-    """A figure of maps without those labels of lines that stand over one another or beyond the map."""
-    figure.canvas.draw()
-    for axes in figure.axes:
+def legible(figure: Figure, maps: Sequence[Axes]) -> Figure:
+    """A figure without those labels of lines in its maps that stand over one another or beyond the map."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in maps:
         kept: list[Bbox] = []
         for text in [*axes.texts]:
             box = text.get_window_extent()

@@ -1,8 +1,7 @@
-"""Optima in pictures: where searches ended, where the design lies, what holds it; and fronts of several goals."""
+"""Optima in pictures: the designs around, where searches ended, what holds them; and fronts of several goals."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +10,13 @@ from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
-from flexura.study.optimum import ActiveLimit, Optimum, Pareto
+from flexura.study.optimum import ActiveLimit, Optimum, Pareto, slice_of
 from flexura.tables import counted, quantity
 from flexura.view.annotations import foot
 from flexura.view.bars import Bar, draw_bars, ranked
 from flexura.view.charts import FAINT, headline, legend_above, shortened, style
+from flexura.view.design_maps import legible
+from flexura.view.design_slices import draw_slice
 from flexura.view.figures import DPI, new_chart
 from flexura.view.files import save_figures
 from flexura.view.meshes import Array
@@ -40,32 +41,52 @@ def save_optimum(result: Optimum | Pareto, folder: Path | str, *, dpi: float = D
 
 @verb
 def draw_optimum(result: Optimum | Pareto, *, dpi: float = DPI) -> Figure:
-    """Draw an optimum: the value that each start ended at, where every variable lies between its bounds, before and at
-    the optimum, and what 1 % of room in each limit that holds it would buy. Of a front of two goals the designs, with
-    the knee, the design furthest from the line between the ends; of more goals parallel coordinates.
+    """Draw an optimum: level lines of the goal around it over two variables, or its curve over one, with the edge of
+    each limit, designs that miss one behind bars and the searches; the value that each of these ended at, where every
+    variable lies between its bounds, and what 1 % of room in each limit that holds it would buy. Of a front of two
+    goals the designs, with the knee, the design furthest from the line between the ends; of more goals parallel
+    coordinates.
 
+    Of more than two variables those two are shown that change the goal, or a limit that holds it, most; all else is as
+    found. What takes each design by itself is interpolated between some, and notes say how far that is off at others.
     dpi as in `draw_mechanism`. Returns a Figure. Raises OptionError for a front without designs.
     """
-    figure = _optimum(result, dpi) if isinstance(result, Optimum) else _front(result, dpi)
+    if isinstance(result, Optimum):
+        return _optimum(result, dpi)
+    figure = _front(result, dpi)
     foot(figure, foremost(result.warnings, 1), result.notes)
     return figure
 
 
 def _optimum(result: Optimum, dpi: float) -> Figure:
-    rows = max(min(len(result.variables), MOST_VARIABLES), len(result.active), 4)
-    figure = new_chart((12.0, 1.7 + 0.3 * rows), dpi)
-    left, middle, right = figure.subplots(1, 3, width_ratios=(0.8, 1.0, 1.1))
-    _starts(left, result)
+    shown = slice_of(result)
+    heights = (1.2, 0.5 + 0.22 * min(len(result.variables), MOST_VARIABLES), 0.8 + 0.25 * max(len(result.active), 3))
+    figure = new_chart((12.0, max(1.1 + sum(heights), 5.6)), dpi)
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.15, 1.0), height_ratios=heights)
+    around = figure.add_subplot(grid[:, 0])
+    draw_slice(around, result, shown)
+    upper, middle, lower = (figure.add_subplot(grid[row, 1]) for row in range(3))
+    _starts(upper, result)
     _variables(middle, result)
-    _active(right, result.active)
+    _active(lower, result)
     value = quantity(result.value, result.unit)
     said = f"{result.goal} {value}" if result.is_feasible else f"{result.goal}: no design meets the limits"
     headline(figure, f"{result.name}: {said}")
-    return figure
+    foot(figure, foremost(result.warnings, 1), [*shown.notes, *result.notes])
+    return legible(figure, [around])
+
+
+def _words(axes: Axes, said: str) -> None:
+    axes.set_axis_off()
+    style = {"size": 8, "ha": "center", "va": "center", "color": INK, "parse_math": False}
+    axes.text(0.5, 0.5, said, transform=axes.transAxes, **style)
 
 
 def _starts(axes: Axes, result: Optimum) -> None:
     """What each start ended at: at the optimum, elsewhere, or where limits are missed."""
+    if not result.starts:
+        _words(axes, "no searches: combinations were compared")
+        return
     scale = scale_for([result.value, *(own.value for own in result.starts)], result.unit)
     missed = [own for own in result.starts if own.violation > FEASIBLE]
     here = [own for own in result.starts if own.agrees and own not in missed]
@@ -102,7 +123,7 @@ def _variables(axes: Axes, result: Optimum) -> None:
         axes.plot([part[1]], [at], "D" if own.at_bound else "o", color=FOUND, ms=5, gid=f"found {own.name}")
         axes.text(1.05, at, quantity(own.value, own.unit, 4), size=7, va="center", color=INK)
     axes.set_yticks(-np.arange(len(shown)), [shortened(own.name, 26) for own in shown], fontsize=7, parse_math=False)
-    axes.set(xlim=(-0.05, 1.35), ylim=(-max(len(shown), 4) + 0.4, 0.6))
+    axes.set(xlim=(-0.05, 1.35), ylim=(-max(len(shown), 2) + 0.4, 0.6))
     axes.set_xticks([0, 1], ["low", "high"], fontsize=7)
     axes.tick_params(axis="y", length=0, colors=INK)
     for spine in axes.spines.values():
@@ -112,16 +133,18 @@ def _variables(axes: Axes, result: Optimum) -> None:
     axes.set_title(title, fontsize=7.5, color=INK, loc="left")
 
 
-def _active(axes: Axes, active: Sequence[ActiveLimit]) -> None:
-    """What a per cent of room in each limit buys, in the unit of the goal."""
+def _active(axes: Axes, result: Optimum) -> None:
+    """What a per cent of room in each limit buys, in the unit of the goal; of no optimum, what is missed."""
+    active = result.active
     if not active:
-        axes.set_axis_off()
-        axes.text(0.5, 0.5, "no limit holds it", size=8, ha="center", color=INK, transform=axes.transAxes)
+        said = "combinations have no multipliers" if not result.starts else "no limit holds it"
+        said = "\n".join(shortened(str(own), 70) for own in result.violations) or said
+        _words(axes, said)
         return
     scale = scale_for([own.per_percent for own in active], active[0].goal_unit)
     bars = [_bar(own, own.per_percent / scale.size, scale.said(own.per_percent, 3)) for own in active]
     sign = "falls by" if active[0].falls else "rises by"
-    draw_bars(axes, ranked(bars, scale.unit), scale.label(f"{shortened(active[0].goal, 24)} {sign}"), 4)
+    draw_bars(axes, ranked(bars, scale.unit), scale.label(f"{shortened(active[0].goal, 24)} {sign}"), 3)
     axes.set_title("what 1 % of room in a limit buys", fontsize=7.5, color=INK, loc="left")
 
 

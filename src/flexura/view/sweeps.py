@@ -70,7 +70,7 @@ def draw_sweep(table: StudyTable, *, dpi: float = DPI) -> Figure:
     over = ", ".join(named(name)[0] for name in shown.varied)
     headline(figure, f"{table.name}: {counted(table.done, 'design')} over {over}")
     foot(figure, foremost(table.warnings, 1), [*notes, *table.notes])
-    return figure
+    return legible(figure, figure.axes) if count == 2 else figure
 
 
 def _curves(shown: DesignsShown, dpi: float) -> Figure:
@@ -170,7 +170,7 @@ def _maps(shown: DesignsShown, dpi: float) -> Figure:
         draw_map(axes, shown, heading)
     for axes in panels[len(headings) :]:
         axes.set_visible(False)
-    return legible(figure)
+    return figure
 
 
 def _lines(shown: DesignsShown, dpi: float) -> tuple[Figure, list[str]]:

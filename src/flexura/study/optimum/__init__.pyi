@@ -6,3 +6,5 @@ from flexura.study.optimum.results import OptimumVariable as OptimumVariable
 from flexura.study.optimum.results import Pareto as Pareto
 from flexura.study.optimum.results import Proof as Proof
 from flexura.study.optimum.results import Violation as Violation
+from flexura.study.optimum.slices import DesignSlice as DesignSlice
+from flexura.study.optimum.slices import slice_of as slice_of

@@ -55,6 +55,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
         task.plan.mechanism.name,
         aim.text,
         aim.formula.unit,
+        tuple(limit.text for limit in task.limits),
         value,
         tuple(_variables(task, x)),
         active,
@@ -105,9 +106,9 @@ def _variables(task: Task, x: Array) -> Iterator[OptimumVariable]:
     z = task.box.positions(x)
     for k, own in enumerate(task.variables):
         at = "" if own.kind != "continuous" else "low" if z[k] <= ACTIVE else "high" if z[k] >= 1 - ACTIVE else ""
-        yield OptimumVariable(
-            own.name, own.unit, own.kind, float(task.before[k]), float(x[k]), float(own.low), float(own.high), at
-        )
+        levels = tuple(np.unique(own.values).tolist()) if own.kind == "choice" else ()
+        ends = float(task.before[k]), float(x[k]), float(own.low), float(own.high)
+        yield OptimumVariable(own.name, own.unit, own.kind, *ends, at, levels)
 
 
 def _active(task: Task, chosen: Chosen, quantities: Array) -> Iterator[ActiveLimit]:

@@ -41,6 +41,8 @@ class OptimumVariable(Record):
     high: float
     at_bound: str = ""
     """`low` or `high` where a bound holds it."""
+    levels: tuple[float, ...] = ()
+    """The values of a list."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,20 +133,23 @@ class Violation(Record):
 class Optimum(Tabular):
     """The best design that was found.
 
-    `value` is the `goal` there in `unit`; `active` are limits and bounds that hold it, and `kkt_residual` is what the
-    conditions of an optimum are missed by, relative. `proof` has every quantity at full order. Where no design meets
-    the limits, `violations` say by how much the least violated one misses them, and there is no optimum.
+    `value` is the `goal` there in `unit`, `subject_to` are the limits as asked; `active` are those of them, and the
+    bounds, that hold it, and `kkt_residual` is what the conditions of an optimum are missed by, relative. `proof` has
+    every quantity at full order. Where no design meets the limits, `violations` say by how much the least violated one
+    misses them, and there is no optimum.
     """
 
     _shown = ("name", "goal", "value", "optimum")
     _told = (
-        *("name", "goal", "unit", "optimum", "value", "active", "multipliers", "proof", "kkt_residual", "variables"),
+        *("name", "goal", "unit", "subject_to", "optimum", "value", "active", "multipliers", "proof", "kkt_residual"),
+        "variables",
         *("violations", "nearest", "starts", "method", "seed", "evaluations", "tried", "failures"),
     )
 
     name: str
     goal: str
     unit: str
+    subject_to: tuple[str, ...]
     value: float
     variables: tuple[OptimumVariable, ...]
     active: tuple[ActiveLimit, ...]

@@ -1,0 +1,173 @@
+"""Goals and limits of the designs around an optimum, over one or two of its variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.structure import Plan, plan_of
+from flexura.study.optimum.between import Fit, Way
+from flexura.study.optimum.box import Box
+from flexura.study.optimum.results import Optimum, OptimumVariable
+from flexura.study.questions import Formula, Quantity, Questions, Relation, formula, relation
+from flexura.tables import counted
+
+Array = NDArray[np.float64]
+
+ALONG = {1: 81, 2: 24}
+"""Values of a variable, of one and of two of them."""
+
+NODES = {1: (5, 15), 2: (3, 7)}
+"""Values at which is asked what takes each design by itself; the second where the first do not tell enough."""
+
+PROBES = np.array([[0.27, 0.71], [0.78, 0.33], [0.45, 0.12]])
+"""Parts of the ranges at which interpolated values are held against answers."""
+
+LEVELS = 60
+"""Values of a list, or whole numbers, that are shown."""
+
+LARGE = 3000
+"""Free DOFs of a mechanism of which nothing is asked everywhere."""
+
+NEAR = 0.01
+"""Difference from the answers up to which interpolated values are taken for them."""
+
+SMOOTH = 0.1
+"""Difference from which on nothing is taken to be smooth."""
+
+STEP = 0.1
+"""Part of its range that each variable is moved by to see which matter most."""
+
+
+@dataclass(frozen=True)
+class DesignSlice:
+    """Designs through an optimum over one or two variables `along`, SI: their values `x`, ascending, one of which is
+    the optimum's; the `goal` and `margins` of limits by their text, not negative where they are met, over the values of
+    the variables in their order, NaN where there is no answer. All others are `held`; `notes` say what is not asked of
+    each design."""
+
+    along: tuple[OptimumVariable, ...]
+    x: tuple[Array, ...]
+    goal: Array
+    margins: Mapping[str, Array]
+    held: tuple[OptimumVariable, ...]
+    is_discrete: bool
+    by_logarithm: tuple[bool, ...]
+    notes: tuple[str, ...]
+
+
+def slice_of(result: Optimum) -> DesignSlice:
+    """The slice through an optimum along the two continuous variables that matter most to the goal and to the limits
+    that hold it, along one where there is one, else along one of integers or of a list."""
+    asked = _Asked.of(result)
+    ranged = [own for own in result.variables if own.kind == "continuous"]
+    count = min(len(ranged), 2) or 1
+    chosen = asked.foremost(ranged or list(result.variables), count)
+    box = _box(chosen)
+    x = [_values(own, box, k, ALONG[count]) for k, own in enumerate(chosen)]
+    found = asked.over(box, x, count if ranged else 0)
+    shape = tuple(map(len, x))
+    goal, *rows = (np.asarray(own.evaluate(found), dtype=float) for own in (asked.goal, *asked.limits))
+    margins = {own.text: np.broadcast_to(row, shape) for own, row in zip(asked.limits, rows, strict=True)}
+    held = tuple(own for own in result.variables if own not in chosen)
+    wide, notes = tuple(map(bool, box.by_logarithm)), tuple(asked.notes)
+    return DesignSlice(chosen, tuple(x), np.broadcast_to(goal, shape), margins, held, not ranged, wide, notes)
+
+
+def _box(variables: Sequence[OptimumVariable]) -> Box:
+    low, high = np.array([(own.low, own.high) for own in variables]).T
+    return Box(tuple(own.name for own in variables), low, high)
+
+
+def _values(own: OptimumVariable, box: Box, k: int, count: int) -> Array:
+    """Values of a variable of a box, with the optimum's among them."""
+    if own.kind != "continuous":
+        whole = np.round(np.linspace(own.low, own.high, int(min(own.high - own.low + 1, LEVELS))))
+        levels = np.array(own.levels or whole)
+        return np.union1d(levels[:: -(-len(levels) // LEVELS)], own.value)
+    found = box.values(np.repeat(np.linspace(0, 1, count)[:, None], len(box.names), axis=1))[:, k]
+    found[1 + np.abs(found[1:-1] - own.value).argmin()] = own.value
+    return np.unique(found)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked of designs around one, whose variables are `at`."""
+
+    plan: Plan
+    at: Mapping[str, float]
+    goal: Formula
+    limits: Sequence[Relation]
+    active: Sequence[Relation]
+    notes: list[str] = field(default_factory=list)
+
+    @staticmethod
+    def of(result: Optimum) -> _Asked:
+        plan = plan_of(result.mechanism, result.parameters)
+        limits = [relation(plan, text) for text in result.subject_to]
+        active = {own.text for own in result.active}
+        goal = formula(plan, result.goal.partition(" ")[2])
+        holding = [own for own in limits if own.text in active]
+        return _Asked(plan, {**result.parameters, **result.design}, goal, limits, holding)
+
+    @property
+    def quantities(self) -> list[Quantity]:
+        """All of it, each once."""
+        return [*dict.fromkeys(q for own in (self.goal, *self.limits) for q in own.quantities)]
+
+    def values(self, quantities: Sequence[Quantity], x: Mapping[str, Array]) -> dict[str, Array]:
+        """What is asked by its text, of designs whose variables are moved."""
+        found = Questions(self.plan, tuple(quantities)).values({**self.at, **x}).value
+        return {own.text: found[:, k] for k, own in enumerate(quantities)}
+
+    def foremost(self, variables: Sequence[OptimumVariable], count: int) -> tuple[OptimumVariable, ...]:
+        """So many variables, those first that change the goal, or a limit that holds it, by most of their size."""
+        if len(variables) <= count:
+            return tuple(variables)
+        box = _box(variables)
+        here = box.positions(np.array([own.value for own in variables]))
+        moved = np.concatenate([here[None], *(here + way * STEP * np.eye(len(here)) for way in (1, -1))])
+        x = box.values(moved)
+        found = self.values(self.quantities, {own.name: x[:, k] for k, own in enumerate(variables)})
+        goal = np.broadcast_to(np.asarray(self.goal.evaluate(found), dtype=float), len(x))
+        rows = [goal / (abs(goal[0]) or 1.0), *(own.evaluate(found) for own in self.active)]
+        change = np.nan_to_num(np.max([np.abs(own[1:] - own[0]) for own in rows], axis=0), posinf=0.0)
+        order = np.argsort(-np.maximum(*np.split(change, 2)), kind="stable")[:count]
+        return tuple(variables[k] for k in sorted(order))
+
+    def over(self, box: Box, x: Sequence[Array], smooth: int) -> dict[str, Array]:
+        """What is asked over a grid of values; of `smooth` variables that are continuous, what takes each design by
+        itself is interpolated between some."""
+        everywhere, some = [], []
+        for own in self.quantities:
+            quick = Questions(self.plan, (own,)).is_stacked and self.plan.topology.n_dof <= LARGE
+            (everywhere if quick or not smooth else some).append(own)
+        found = self._grid(everywhere, box.names, x) if everywhere else {}
+        return found | self._interpolated(some, box, x) if some else found
+
+    def _grid(self, quantities: Sequence[Quantity], names: Sequence[str], x: Sequence[Array]) -> dict[str, Array]:
+        mesh = np.meshgrid(*x, indexing="ij")
+        found = self.values(quantities, {name: own.ravel() for name, own in zip(names, mesh, strict=True)})
+        return {text: own.reshape(mesh[0].shape) for text, own in found.items()}
+
+    def _interpolated(self, quantities: Sequence[Quantity], box: Box, x: Sequence[Array]) -> dict[str, Array]:
+        """What is asked of some designs, and between them; `notes` say of how many, and how far it is off elsewhere."""
+        ways = [Way.of(low, high) for low, high in zip(box.low, box.high, strict=True)]
+        probes = [way.values(own) for way, own in zip(ways, PROBES.T, strict=False)]
+        known = self.values(quantities, dict(zip(box.names, probes, strict=True)))
+        fits, off, left = dict[str, Fit](), dict[str, float](), list(quantities)
+        for count in NODES[len(ways)]:
+            nodes = [way.values(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))) for way in ways]
+            found = self._grid(left, box.names, nodes)
+            fits |= {text: Fit(ways, nodes, own) for text, own in found.items()}
+            off |= {text: fits[text].off(probes, known[text]) for text in found}
+            left = [own for own in left if off[own.text] > NEAR]
+            if not left:
+                break
+        for text, own in off.items():
+            said = f"{100 * own:.2g} % off at others" if np.isfinite(own) else "not all of which have an answer"
+            self.notes.append(f"{text} is interpolated between {counted(fits[text].values.size, 'design')}, {said}")
+        return {text: fit.at(x, off[text] <= SMOOTH) for text, fit in fits.items()}
