@@ -42,4 +42,5 @@ from flexura.reduction.parts import PartReducer as PartReducer
 from flexura.reduction.serial_chains import SegmentChains as SegmentChains
 from flexura.reduction.serial_chains import segment_chains as segment_chains
 from flexura.reduction.stacks import STACK as STACK
+from flexura.reduction.static_stacks import independent_flexibility as independent_flexibility
 from flexura.reduction.unproven import unproven_frequencies as unproven_frequencies

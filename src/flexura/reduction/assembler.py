@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,22 +12,25 @@ from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Kept, Latest
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.stacks import refuse_impossible
-from flexura.structure import Design, Plan, Scatter, block_diagonal
+from flexura.structure import Design, PartMatrices, Plan, Scatter, block_diagonal
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
 class LowOrderAssembler:
-    """Numbers the low-order coordinates of a plan and assembles its reduced parts."""
+    """Numbers the low-order coordinates of a plan and assembles its reduced parts, of which `more` nodes than their
+    boundary may be kept, by prototype."""
 
-    def __init__(self, plan: Plan) -> None:
-        self.plan = plan
-        self.reducers = {name: PartReducer(part) for name, part in plan.parts.items() if part.has_matrices}
+    def __init__(self, plan: Plan, more: Mapping[str, Sequence[int]] | None = None) -> None:
+        self.plan, more = plan, more or {}
+        self.reducers = {
+            name: PartReducer(part, more.get(name, ())) for name, part in plan.parts.items() if part.has_matrices
+        }
         topology = plan.topology
         kept = np.zeros(topology.n_nodes, dtype=bool)
         for name, reducer in self.reducers.items():
-            kept[topology.root[self._numbers(name, reducer.part.boundary)]] = True
+            kept[topology.root[self._numbers(name, reducer.kept)]] = True
         self.physical = np.flatnonzero((topology.dof >= 0) & kept[:, None])
         """Positions of the physical coordinates in the flattened (node, DOF) table."""
         self._dof = np.full(topology.dof.size, -1, dtype=np.intp)
@@ -41,7 +45,7 @@ class LowOrderAssembler:
     def coordinates(self, name: str, modes: int, first: int) -> Index:
         """Low-order coordinate (copies, b + modes) of every coordinate of a reduced part; -1 where held."""
         topology = self.plan.topology
-        number = self._numbers(name, self.reducers[name].part.boundary)
+        number = self._numbers(name, self.reducers[name].kept)
         physical = self._dof[topology.root[number]].reshape(len(number), -1)
         modal = first + np.arange(len(number) * modes).reshape(len(number), modes)
         return np.hstack([physical, modal])
@@ -50,7 +54,7 @@ class LowOrderAssembler:
         """Block-diagonal boundary transforms (..., copies, b, b) per prototype, kept while geometry stays the same."""
 
         def found() -> dict[str, Array]:
-            own = {name: reducer.part.boundary for name, reducer in self.reducers.items()}
+            own = {name: reducer.kept for name, reducer in self.reducers.items()}
             return {name: block_diagonal(design.node_transforms(name, at)) for name, at in own.items()}
 
         return self._latest.get(design.geometry, found)
@@ -77,19 +81,47 @@ class LowOrderAssembler:
 
         Raises ImpossibleDesignError.
         """
-        lead, matrices = design.values.shape[:-1], design.matrices
-        discrete = [element for own in matrices.values() for element in own.discrete_elements]
-        refuse_impossible(design.elements, discrete, math.prod(lead))
-        transforms = self.transforms(design)
-        K, M = [], []
-        for name, reducer in self.reducers.items():
+        lead, matrices = design.values.shape[:-1], _checked(design)
+        own = {
+            name: reducer.condensed(matrices[name], design.geometry, lead) for name, reducer in self.reducers.items()
+        }
+        K, M = (self._summed(design, {name: both[k] for name, both in own.items()}) for k in range(2))
+        return K, M
+
+    def stiffness(self, design: Design) -> Array:
+        """K (..., n, n) of every design of a stack, of parts that keep all that is left behind their chains.
+
+        Raises ImpossibleDesignError.
+        """
+        lead, matrices = design.values.shape[:-1], _checked(design)
+        return self._summed(
+            design,
+            {name: reducer.stiffness(matrices[name], design.geometry, lead) for name, reducer in self.reducers.items()},
+        )
+
+    def _summed(self, design: Design, parts: Mapping[str, Array]) -> Array:
+        """The sum (..., n, n) of the matrices (..., b, b) of parts, each placed as often as its prototype."""
+        transforms, placed = self.transforms(design), []
+        for name, own in parts.items():
             T = transforms[name]
-            k, m = reducer.condensed(matrices[name], design.geometry, lead)
-            Tt = np.swapaxes(T, -1, -2)
-            K.append(Tt @ k[..., None, :, :] @ T)
-            M.append(Tt @ m[..., None, :, :] @ T)
-        scatter = self.scatter((0,) * len(self.reducers))
-        return scatter.dense(K, lead), scatter.dense(M, lead)
+            placed.append(np.swapaxes(T, -1, -2) @ own[..., None, :, :] @ T)
+        return np.asarray(self.scatter((0,) * len(self.reducers)).dense(placed, design.values.shape[:-1]))
+
+    def node_rows(self, design: Design, numbers: Index) -> Array:
+        """B (..., k, 6, n): displacements of the global nodes `numbers` (k,), whose roots are kept, global frame."""
+        D, _ = design.node_arms(numbers)
+        place = self._dof[self.plan.topology.root[numbers]]
+        found = np.zeros((*D.shape[:-2], 6, len(self.physical) + 1))
+        found[..., np.arange(len(numbers))[:, None, None], np.arange(6)[:, None], place[:, None, :]] = D
+        return found[..., :-1]
+
+
+def _checked(design: Design) -> dict[str, PartMatrices]:
+    """Matrices of the parts of a stack of designs. Raises ImpossibleDesignError."""
+    matrices = design.matrices
+    discrete = [element for own in matrices.values() for element in own.discrete_elements]
+    refuse_impossible(design.elements, discrete, math.prod(design.values.shape[:-1]))
+    return matrices
 
 
 def with_modes(T: Array, k: int) -> Array:

@@ -22,7 +22,15 @@ from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, Kind, chain_assembler
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
-from flexura.reduction.stacks import STACK, ImpossibleDesignError, named, one_of, refuse_turned, some_of, stacks
+from flexura.reduction.stacks import (
+    ImpossibleDesignError,
+    independent_stacks,
+    named,
+    one_of,
+    refuse_turned,
+    some_of,
+    stacks,
+)
 from flexura.results import Tabular
 from flexura.structure import Design, Plan, assemble, plan_of
 from flexura.tables import Facts, Table, counted, percent
@@ -204,28 +212,18 @@ def independent_frequencies(
     given, all_values = dict(parameters), np.atleast_2d(plan.values(parameters))
     refuse_turned(plan, all_values, given)
     batch = _Batch(plan, all_values, n, tolerance, given, samples=0)
-    places = plan.places(parameters)
     found = np.empty((3, len(all_values), n))
-    for used in stacks(len(all_values)):
-        if batch.is_stacked:
-            numbers = np.minimum(used.start + np.arange(STACK + places), used.stop - 1)
-            batch.parameters = {name: np.ravel(v)[numbers] if np.ndim(v) else v for name, v in given.items()}
-            answer = batch(_filled(plan, all_values[numbers], places), slice(0, len(numbers)))
-        else:
-            answer = batch(all_values, used)
-        found[:, used] = [bound[: used.stop - used.start] for bound in answer]
+    if batch.is_stacked:
+        for used, values, batch.parameters in independent_stacks(plan, given):
+            answer = batch(values, slice(0, len(values)))
+            found[:, used] = [bound[: used.stop - used.start] for bound in answer]
+    else:
+        for used in stacks(len(all_values)):
+            found[:, used] = batch(all_values, used)
     for d in np.flatnonzero(~_is_proven(found[0], found[1], found[2], tolerance)):
         alone = natural_frequencies(plan, one_of(given, int(d)), n=n, tolerance=tolerance).resolved()
         found[:, d] = alone.frequency_hz, alone.lower_hz, alone.upper_hz
     return found[0], found[1], found[2]
-
-
-def _filled(plan: Plan, values: Array, places: bool) -> Array:
-    """Values (designs, s) of a full stack. Where these may place nodes, there is a design behind it that was not asked
-    for and stands a little off the others, so that a stack of designs of one geometry is worked out like any other."""
-    if places:
-        values[-1, plan.value_table.varying()] *= 1 + 1e-6
-    return values
 
 
 class _Batch:

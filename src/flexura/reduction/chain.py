@@ -51,12 +51,13 @@ class ChainKinematics:
     run: slice | None
 
 
-def find_chains(part: Part) -> list[ChainGroup]:
-    """Split the elements of a part into chains between nodes that are kept, branch or carry discrete elements."""
+def find_chains(part: Part, kept: Index | None = None) -> list[ChainGroup]:
+    """Split the elements of a part into chains between nodes that are kept, by default its boundary, branch or carry
+    discrete elements."""
     lumped = {n for nodes, _, _ in part.discrete_nodes() for n in nodes}
     degree = np.bincount(part.connectivity.ravel(), minlength=part.n_nodes)
     passable = degree == 2
-    passable[part.boundary] = False
+    passable[part.boundary if kept is None else kept] = False
     passable[list(lumped)] = False
     at_node: list[list[int]] = [[] for _ in range(part.n_nodes)]
     for e, (i, j) in enumerate(part.connectivity):
@@ -117,11 +118,8 @@ def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinema
 
 def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
     """Reduced K and M (..., c, 12, 12) of each chain over its two end nodes (theory eqs. 48-51)."""
-    C, M = (taken(matrices, group.elements, kin.run) for matrices in (elements.C, elements.M))
-    F = kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2)
-    running = np.cumsum(F, axis=-3)
-    k = np.linalg.inv(running[..., -1, :, :])
-    k = (k + np.swapaxes(k, -1, -2)) / 2
+    M = taken(elements.M, group.elements, kin.run)
+    running, k = _flexibility(group, kin, elements)
     P = np.empty((*running.shape[:-3], running.shape[-3] + 1, 6, 6))
     P[..., 0, :, :] = 0.0
     np.matmul(running, k[..., None, :, :], out=P[..., 1:, :, :])
@@ -136,8 +134,26 @@ def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | Eleme
     V[..., 6:, 6:] = kin.X[..., 6:, :] @ at_j
     flat = (*V.shape[:-3], V.shape[len(V.shape) - 3] * 12, 12)
     m = np.swapaxes(V.reshape(flat), -1, -2) @ (M @ V).reshape(flat)
-    K = np.swapaxes(kin.B[..., 6:, :], -1, -2) @ k @ kin.B[..., 6:, :]
-    return K, np.swapaxes(kin.B, -1, -2) @ m @ kin.B
+    return _at_ends(kin, k), np.swapaxes(kin.B, -1, -2) @ m @ kin.B
+
+
+def chain_stiffness(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> Array:
+    """Reduced K (..., c, 12, 12) alone, as `condense`."""
+    return _at_ends(kin, _flexibility(group, kin, elements)[1])
+
+
+def _flexibility(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
+    """Flexibility (..., c, e, 6, 6) of each chain up to the end of every element, at the pole, and the stiffness
+    (..., c, 6, 6) of the whole chain."""
+    C = taken(elements.C, group.elements, kin.run)
+    running = np.cumsum(kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2), axis=-3)
+    k = np.linalg.inv(running[..., -1, :, :])
+    return running, (k + np.swapaxes(k, -1, -2)) / 2
+
+
+def _at_ends(kin: ChainKinematics, k: Array) -> Array:
+    """Stiffness (..., c, 12, 12) over the ends of chains."""
+    return np.asarray(np.swapaxes(kin.B[..., 6:, :], -1, -2) @ k @ kin.B[..., 6:, :])
 
 
 def taken(matrices: Array, index: Index, run: slice | None) -> Array:

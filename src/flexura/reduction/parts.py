@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.linalg import factorise, scaled, unit_scale
 from flexura.records import Latest
-from flexura.reduction.chain import ChainKinematics, condense, find_chains, kinematics
+from flexura.reduction.chain import ChainKinematics, chain_stiffness, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.sizes import beyond
 from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs
@@ -30,22 +31,23 @@ WIDE = 900
 
 
 class PartReducer:
-    """Reduces one prototype's own part to its boundary nodes."""
+    """Reduces one prototype's own part to its boundary nodes, and `more` of its nodes, which are `kept` (k,)."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Part, more: Sequence[int] = ()) -> None:
         self.part = part
-        self.boundary_dofs = node_dofs(part.boundary)
-        self.interior_dofs = node_dofs(part.interior)
-        self.chains = find_chains(part)
+        self.kept = np.array([*part.boundary, *sorted({*more} - set(part.boundary.tolist()))], dtype=np.intp)
+        self.boundary_dofs = node_dofs(self.kept)
+        self.interior_dofs = node_dofs(np.setdiff1d(part.interior, self.kept))
+        self.chains = find_chains(part, self.kept)
         self._latest: Latest[list[ChainKinematics]] = Latest()
 
     @cached_property
     def remaining(self) -> Index:
-        """Nodes that are left after chains are condensed: the boundary first, then the rest."""
+        """Nodes that are left after chains are condensed: those that are kept first, then the rest."""
         part = self.part
         ends = {int(n) for group in self.chains for n in group.nodes[:, [0, -1]].ravel()}
         ends |= {n for nodes, _, _ in part.discrete_nodes() for n in nodes}
-        return np.array([*part.boundary, *sorted(ends - set(part.boundary.tolist()))], dtype=np.intp)
+        return np.array([*self.kept, *sorted(ends - set(self.kept.tolist()))], dtype=np.intp)
 
     @cached_property
     def _stiffness(self) -> Scatter:
@@ -133,10 +135,9 @@ class PartReducer:
 
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""
-        kinematic = self._latest.get(geometry, lambda: [kinematics(self.part, g, geometry) for g in self.chains])
         K: list[Array] = []
         M: list[Array] = []
-        for group, kin in zip(self.chains, kinematic, strict=True):
+        for group, kin in zip(self.chains, self._kinematics(geometry), strict=True):
             k, m = condense(group, kin, matrices.elements)
             K.append(k)
             M.append(m)
@@ -146,6 +147,18 @@ class PartReducer:
         if not lead and self._chain_stiffness.n > SPARSE_FROM:
             return _sparse_guyan(self._chain_stiffness.sparse(K), self._chain_mass.sparse(M), b)
         return _guyan(self._chain_stiffness.dense(K, lead), self._chain_mass.dense(M, lead), b)
+
+    def stiffness(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> Array:
+        """K (*lead, n, n) over the `remaining` nodes, for a stack of designs."""
+        K: list[Array] = [
+            chain_stiffness(group, kin, matrices.elements)
+            for group, kin in zip(self.chains, self._kinematics(geometry), strict=True)
+        ]
+        K += [discrete.K[..., None, :, :] for discrete in matrices.discrete_elements if discrete.K is not None]
+        return np.asarray(self._chain_stiffness.dense(K, lead))
+
+    def _kinematics(self, geometry: Geometry) -> list[ChainKinematics]:
+        return self._latest.get(geometry, lambda: [kinematics(self.part, g, geometry) for g in self.chains])
 
 
 def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:

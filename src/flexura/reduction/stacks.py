@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -40,6 +40,24 @@ def stacks(designs: int) -> list[slice]:
     """So many designs cut into stacks, the memory for which is kept."""
     keep_freed_memory()
     return [slice(k, min(k + STACK, designs)) for k in range(0, designs, STACK)]
+
+
+def independent_stacks(
+    plan: Plan, parameters: Mapping[str, ArrayLike]
+) -> Iterator[tuple[slice, NDArray[np.float64], dict[str, ArrayLike]]]:
+    """Designs in stacks that are filled up to one size, so that each is worked out to the last bit the same whatever
+    others stand beside it: which designs of all a stack begins with, and its values (k, s) and parameters.
+
+    Where parameters may place nodes, there is a design behind a stack that was not asked for and stands a little off
+    the others, so that a stack of designs of one geometry is worked out like any other.
+    """
+    every, places = np.atleast_2d(plan.values(parameters)), plan.places(parameters)
+    for used in stacks(len(every)):
+        numbers = np.minimum(used.start + np.arange(STACK + places), used.stop - 1)
+        values = every[numbers]
+        if places:
+            values[-1, plan.value_table.varying()] *= 1 + 1e-6
+        yield used, values, {name: np.ravel(v)[numbers] if np.ndim(v) else v for name, v in parameters.items()}
 
 
 def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteElement], designs: int) -> None:

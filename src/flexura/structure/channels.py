@@ -44,9 +44,9 @@ class PartChannels:
         return bool(self.piezos or self.masses)
 
     def number(self, kind: str, key: str, name: str, values: Array) -> Array | None:
-        """A number or vector of an actuator or sensor at values (s,); None where it has none."""
+        """A number (...) or vector (..., 3) of an actuator or sensor at values (..., s); None where it has none."""
         entries = self._entries[kind, key].get(name)
-        return None if entries is None else values[entries]
+        return None if entries is None else values[..., entries]
 
     def mass_matrices(self, values: Array) -> list[tuple[str, int, Array]]:
         """Name, node and mass matrix (..., 6, 6) of the sensors that have a mass."""

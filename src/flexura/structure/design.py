@@ -161,11 +161,12 @@ class Design(Record):
         return G
 
     def node_arms(self, numbers: Index) -> tuple[Array, Index]:
-        """D (k, 6, 6), displacements of the nodes `numbers` (k,), global frame, from those of their roots, and the DOFs
-        (k, 6) of these, -1 where held. One design."""
+        """D (..., k, 6, 6), displacements of the nodes `numbers` (k,), global frame, from those of their roots, and the
+        DOFs (k, 6) of these, -1 where held."""
         topology, x = self.plan.topology, self.positions
         root = topology.root[numbers]
-        return rigid_arm(np.where(topology.is_rigid[numbers, None], x[numbers] - x[root], 0.0)), topology.dof[root]
+        arm = np.where(topology.is_rigid[numbers, None], x[..., numbers, :] - x[..., root, :], 0.0)
+        return rigid_arm(arm), topology.dof[root]
 
     def node_rows(self, numbers: Index) -> sp.csr_matrix:
         """B (6k, n): displacements of the nodes `numbers` (k,), global frame, from the DOFs of the full-order model.

@@ -1,3 +1,4 @@
+from flexura.systems.action import Action as Action
 from flexura.systems.band import NEAR as NEAR
 from flexura.systems.band import UNDAMPED as UNDAMPED
 from flexura.systems.band import band_limits as band_limits

@@ -29,6 +29,7 @@ from flexura.mechanism import (
 )
 from flexura.records import Record
 from flexura.structure import Design, Plan
+from flexura.systems.action import Action, signs_of
 from flexura.systems.channel import Channel
 
 Array = NDArray[np.float64]
@@ -140,6 +141,29 @@ class Ports:
             found.append(self._actuator(name) if name in self._actuators else self._dof_input(name))
         return found
 
+    def action(self, name: str) -> Action:
+        """What an actuator, or a force or moment on a DOF, acts along, of one design or of a stack.
+
+        Raises OptionError and ModelError as `inputs`, and OptionError for motions of the base.
+        """
+        if name not in self._actuators:
+            node, dof = self._node_and_dof(name, "input", self._actuators)
+            if node is None:
+                raise OptionError(f"{name} accelerates the base, and acts along nothing")
+            return Action([node], np.eye(3)[dof % 3], dof >= 3, 1.0)
+        prototype, _, key = entry = self._actuators[name]
+        channels = self.plan.topology.copies[prototype].part.channels
+        part: Actuator = channels.actuators[key]
+        if isinstance(part, BaseMotion | BaseRotation):
+            raise OptionError(f"{name} accelerates the base, and acts along nothing")
+        turns = isinstance(part, MomentActuator)
+        stiffness, gain = (
+            channels.number("actuator", key, own, self.values) if isinstance(part, PiezoStack) else None
+            for own in ("stiffness", "gain")
+        )
+        force = (1.0 if stiffness is None else stiffness) * (1.0 if gain is None else gain)
+        return Action(*self._directed(entry, "actuator", turns), turns, force)
+
     def outputs(self, names: Sequence[str] | None = None) -> list[OutputPort]:
         """Outputs by name, wildcards allowed; all described sensors when none are named.
 
@@ -180,27 +204,33 @@ class Ports:
     def _along(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[Array, Array, dict[str, Any]]:
         """Row (n,) of the motion along or about a direction, of one node or of the second against the first, its
         reading (6,) in rigid motions of the base, and the place that a channel has there."""
+        numbers, d = self._directed(entry, kind, turns)
+        at = slice(3, 6) if turns else slice(0, 3)
+        rows, signs = self._rows(numbers), signs_of(numbers)
+        row = sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs))
+        absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
+        return real(row), real(absolute), self._place(numbers, d)
+
+    def _directed(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[list[int], Array]:
+        """The global nodes of an actuator or a sensor and its direction (..., 3), of one design or of a stack."""
         name, copy, key = entry
         placed = self.plan.topology.copies[name]
         channels = placed.part.channels
         numbers = [placed.offset[copy] + k for k in channels.nodes[kind, key]]
         direction = channels.number(kind, key, "direction", self.values)
         if direction is None:
-            ends = self.design.positions[numbers]
-            d = ends[1] - ends[0]
-            if not np.linalg.norm(d) > 0:
+            ends = self.design.positions[..., numbers, :]
+            d = ends[..., 1, :] - ends[..., 0, :]
+            if not (np.linalg.norm(plain(d), axis=-1) > 0).all():
                 raise ModelError([Problem((f"{kind}s", key), "", "its two nodes are at one place", "give a direction")])
         else:
-            Q = self.geometry.Q[placed.number[copy]]
-            d = Q @ direction * (round(float(np.linalg.det(plain(Q)))) if turns else 1)
+            Q = self.geometry.Q[..., placed.number[copy], :, :]
+            d = (Q @ direction[..., None])[..., 0]
+            if turns:
+                d = d * np.linalg.det(plain(Q)).round()[..., None]
             if (posed := self.design.posed) is not None and self._turns_along(channels, kind, key):
                 d = posed.rotations[numbers[0]] @ d
-        d = d / np.linalg.norm(d)
-        at = slice(3, 6) if turns else slice(0, 3)
-        rows, signs = self._rows(numbers), (1.0,) if len(numbers) == 1 else (-1.0, 1.0)
-        row = sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs))
-        absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
-        return real(row), real(absolute), self._place(numbers, d)
+        return numbers, d / np.linalg.norm(d, axis=-1, keepdims=True)
 
     @staticmethod
     def _turns_along(channels: Any, kind: str, key: str) -> bool:

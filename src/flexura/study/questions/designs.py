@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -49,6 +49,20 @@ class Block:
     def possible(self) -> Index:
         """Numbers of the designs that are not refused."""
         return np.array([d for d in range(self.count) if d not in self.refused], dtype=np.intp)
+
+    def divided(self, work: Callable[[Index], None]) -> dict[int, str]:
+        """Have the possible designs worked on together, or each by itself where that fails; why some of them fail even
+        so, by their numbers."""
+        failed = dict[int, str]()
+        try:
+            work(self.possible)
+        except FAILURES:
+            for d in self.possible:
+                try:
+                    work(np.array([d]))
+                except FAILURES as error:
+                    failed[int(d)] = reason_of(error)
+        return failed
 
     def _refused(self) -> dict[int, str]:
         """Designs with values out of bounds or not finite, or with a size that has gone through zero."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from flexura.reduction import independent_frequencies
 from flexura.study.questions.answers import Bounded
-from flexura.study.questions.designs import FAILURES, Block, reason_of
+from flexura.study.questions.designs import Block
 
 Array = NDArray[np.float64]
 
@@ -18,15 +18,7 @@ class Frequencies:
 
     def __init__(self, block: Block, n: int, tolerance: float) -> None:
         self.bounded = Bounded(*np.full((3, block.count, n), np.nan))
-        self.failed: dict[int, str] = {}
-        try:
-            self._solve(block, block.possible, tolerance)
-        except FAILURES:
-            for d in block.possible:
-                try:
-                    self._solve(block, np.array([d]), tolerance)
-                except FAILURES as error:
-                    self.failed[int(d)] = reason_of(error)
+        self.failed = block.divided(lambda designs: self._solve(block, designs, tolerance))
 
     def _solve(self, block: Block, designs: NDArray[np.intp], tolerance: float) -> None:
         n = self.bounded.hertz.shape[1]

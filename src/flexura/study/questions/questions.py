@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
@@ -24,6 +24,9 @@ from flexura.study.questions.masses import body_mass, total_mass
 from flexura.study.questions.reading import Reader
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.slopes import Exact, Slopes, differences, steps
+from flexura.study.questions.statics import STATIC, Statics
+
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,7 +57,7 @@ class Questions(Record):
             with np.errstate(all="ignore"):
                 self._masses(block, out)
                 self._parameters(block, out)
-                self._others(block, out, self._frequencies(block, out))
+                self._others(block, out, self._frequencies(block, out), self._statics(block, out))
         asked = self._of(FREQUENCY)
         out.is_proven[:] = are_proven(out.value, out.lower, out.upper)[:, asked].all(axis=1) & bool(asked)
         return out
@@ -87,7 +90,16 @@ class Questions(Record):
 
     def _is_at_once(self, own: Quantity) -> bool:
         by_number = own.kind == FREQUENCY and isinstance(own.arguments[0], int) and not own.pose
-        return own.kind in ("mass", "parameter") or (by_number and not (self.plan.is_loaded or self.plan.is_posed))
+        return own.kind in ("mass", "parameter") or (by_number and self._is_bare) or self._is_static(own)
+
+    @property
+    def _is_bare(self) -> bool:
+        """Whether designs are at rest and without loads."""
+        return not (self.plan.is_loaded or self.plan.is_posed)
+
+    def _is_static(self, own: Quantity) -> bool:
+        """Whether it follows from the flexibility at rest, without loads."""
+        return own.kind in STATIC and not own.pose and self._is_bare
 
     def _of(self, kind: str) -> list[int]:
         """Places of what is asked of a kind."""
@@ -111,7 +123,7 @@ class Questions(Record):
     def _frequencies(self, block: Block, out: Answers) -> Frequencies | None:
         """Frequencies of all designs at once, of what is at rest without loads, and tell those by number."""
         asked = {k: self.quantities[k].arguments[0] for k in self._of(FREQUENCY) if not self.quantities[k].pose}
-        if not asked or self.plan.is_loaded or self.plan.is_posed:
+        if not asked or not self._is_bare:
             return None
         most = max(own if isinstance(own, int) else MODES for own in asked.values())
         found = Frequencies(block, min(most, self.plan.topology.n_dof), TOLERANCE)
@@ -122,12 +134,21 @@ class Questions(Record):
                 out.tell(slice(None), k, found.bounded, number - 1)
         return found
 
-    def _others(self, block: Block, out: Answers, found: Frequencies | None) -> None:
-        """Answer what is asked of one design after another."""
-        asked = {k: own for k, own in enumerate(self.quantities) if not self._is_at_once(own)}
-        for design in block.possible if asked else ():
+    def _statics(self, block: Block, out: Answers) -> Flags:
+        """Answer what follows from the flexibility of all designs at once; which answers (designs, q) that gave."""
+        asked = [k for k, own in enumerate(self.quantities) if self._is_static(own)]
+        if asked:
+            out.value[:, asked] = Statics(block, [self.quantities[k] for k in asked]).value
+        return np.isfinite(out.value)
+
+    def _others(self, block: Block, out: Answers, found: Frequencies | None, known: Flags) -> None:
+        """Answer what is asked of one design after another, where it is not known."""
+        for k, own in enumerate(self.quantities):
+            known[:, k] |= self._is_at_once(own) and not self._is_static(own)
+        for design in block.possible[~known[block.possible].all(axis=1)]:
             single = OneDesign(self.plan, block.one(design), self.quantities)
-            for k, own in asked.items():
+            for k in np.flatnonzero(~known[design]).tolist():
+                own = self.quantities[k]
                 try:
                     if own.kind != FREQUENCY:
                         out.value[design, k] = single.read(own)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,7 +12,7 @@ import numpy as np
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
 from flexura.expressions import LENGTH, NUMBER, Dimension
-from flexura.mechanism import DOF_NAMES, is_pattern, parameter_dimensions, suggestion
+from flexura.mechanism import DOF_NAMES, is_pattern, matching, parameter_dimensions, suggestion
 from flexura.structure import Design, Plan
 from flexura.study.questions.catalogue import FREQUENCY, KINDS, SIGNS, Argument, Kind, Quantity, unit_of, unknown_name
 from flexura.study.questions.grammar import STROKE, Asked, Place
@@ -163,7 +162,8 @@ class Reader:
         known = self.yield_stresses
         found = [own for own in known if own == text or own.startswith(f"{text}.")]
         if is_pattern(text):
-            found = [own for own in known if fnmatchcase(own, text) or fnmatchcase(own, f"{text}.*")]
+            chosen = {*matching(text, known), *matching(f"{text}.*", known)}
+            found = [own for own in known if own in chosen]
         if not found:
             steps = dict.fromkeys(".".join(own.split(".")[:k]) for own in known for k in range(1, own.count(".") + 2))
             raise OptionError(

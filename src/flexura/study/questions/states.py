@@ -19,12 +19,10 @@ from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_p
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.study.questions.answers import Bounded
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
+from flexura.study.questions.statics import ROUNDING
 from flexura.systems import InputPort, Ports
 
 Array = NDArray[np.float64]
-
-ROUNDING = 1e-8
-"""Compliances below so much of their bound, sqrt(C_ii C_jj), are round-off."""
 
 HELD = 1e-9
 """Part of the compliance of something free that is left of it where a pose holds it, by round-off."""
