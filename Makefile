@@ -44,8 +44,9 @@ packages: $(STAMP)
 	fi; \
 	echo "Tests of CalculiX, of solids by gmsh and of pages in a browser are skipped where these are missing. On Debian: apt-get install $(PACKAGES)"
 
-# files of tests are shared between processes: a BLAS thread, a process and its fixtures for each
-RUN_TESTS = OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PROCESSES) --dist loadfile --durations=15
+# files of tests are shared between processes: a BLAS thread, a process and its fixtures for each; commands that tests
+# start find their code compiled
+RUN_TESTS = PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PROCESSES) --dist loadfile --no-loadscope-reorder --durations=15
 PROCESSES ?= 2
 test: compiler
 	$(RUN_TESTS) $(ARGS)

@@ -1,8 +1,12 @@
-"""The `verify` fixture: compare a number with its reference, record it, and hold `docs/verification.md` to it."""
+"""The `verify` fixture: compare a number with its reference, record it, and hold `docs/verification.md` to it.
+
+Files of many slow tests come first, so that short ones are left for the process that is done first.
+"""
 
 from __future__ import annotations
 
 import pickle
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,6 +31,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Start an empty record."""
     config.pluginmanager.register(Record(config), "verification")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Order files by their slow tests, then by all that they have."""
+    tests = Counter(item.path for item in items)
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    items.sort(key=lambda item: (-slow[item.path], -tests[item.path], item.path))
 
 
 @pytest.fixture
