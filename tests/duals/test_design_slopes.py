@@ -73,7 +73,7 @@ CIRCLE, ELLIPSE = "{shape: circular, radius: r, web: w}", "{shape: elliptical, d
 
 @pytest.mark.parametrize("length", ["6 mm", "5.999999999999999 mm", "6.000000000000001 mm", "2*2.9999999999999996 mm"])
 def test_a_circle_that_ends_where_the_notch_does_but_for_round_off_has_no_slope(length):
-    found = frequency_slopes(fx.Plan(fx.loads(NOTCH % (length, CIRCLE))), {}, ("L", "r", "w"), 1)
+    found = frequency_slopes(Design.with_slopes(fx.Plan(fx.loads(NOTCH % (length, CIRCLE))), {}, ("L", "r", "w")), 1)
     assert np.isnan(found.slope[0, :2]).all()
     assert found.slope[0, 2] > 0
     assert found.kinks == (0, 1)
@@ -82,8 +82,8 @@ def test_a_circle_that_ends_where_the_notch_does_but_for_round_off_has_no_slope(
 @pytest.mark.parametrize("radius", [1.7, 2.9999, 3.0, 3.1, 4.123456789])
 def test_a_circle_that_always_ends_where_the_notch_does_has_the_slopes_of_an_ellipse(radius):
     at = {"r": 1e-3 * radius}
-    circle = frequency_slopes(fx.Plan(fx.loads(NOTCH % ("2*r", CIRCLE))), at, ("r", "w"), 1)
+    circle = frequency_slopes(Design.with_slopes(fx.Plan(fx.loads(NOTCH % ("2*r", CIRCLE))), at, ("r", "w")), 1)
     plan = fx.Plan(fx.loads(NOTCH % ("6 mm", ELLIPSE)))
-    ellipse = frequency_slopes(plan, {**at, "L": 2 * at["r"]}, ("L", "r", "w"), 1)
+    ellipse = frequency_slopes(Design.with_slopes(plan, {**at, "L": 2 * at["r"]}, ("L", "r", "w")), 1)
     expected = [2 * ellipse.slope[0, 0] + ellipse.slope[0, 1], ellipse.slope[0, 2]]
     np.testing.assert_allclose(circle.slope[0], expected, rtol=1e-7)

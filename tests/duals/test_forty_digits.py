@@ -106,7 +106,7 @@ def compare(example, by):
     free = {name: p.replaced({"minimum": None, "maximum": None}) for name, p in mechanism.parameters.items()}
     plan = fx.Plan(mechanism.replaced({"parameters": free}))
     names = free_names(plan, None)
-    found = frequency_slopes(plan, {}, names, 6)
+    found = frequency_slopes(Design.with_slopes(plan, {}, names), 6)
     expected = expected_slopes(plan, names, 6, by)
     at = np.abs([float(plan.parameter_values()[name]) for name in names])
     none = 1e-12 * found.frequency_hz[0] / np.where(at, at, 1.0)

@@ -5,13 +5,17 @@ import pytest
 
 import flexura as fx
 from flexura.sensitivity import frequency_slopes
+from flexura.structure import Design
 from helpers import samples
 
 
 def test_slopes_are_those_of_sensitivities():
     plan = fx.Plan(samples.beam())
     names = ["thickness", "length", "tip_mass"]
-    whole, light = fx.mode_sensitivities(plan, free=names, n=4), frequency_slopes(plan, {}, names, 4)
+    whole, light = (
+        fx.mode_sensitivities(plan, free=names, n=4),
+        frequency_slopes(Design.with_slopes(plan, {}, names), 4),
+    )
     np.testing.assert_allclose(light.frequency_hz[:4], whole.frequency_hz, rtol=1e-12)
     np.testing.assert_allclose(light.slope[:4], whole.derivative, rtol=1e-9)
     assert light.repeated == () and light.kinks == ()
@@ -20,7 +24,7 @@ def test_slopes_are_those_of_sensitivities():
 def test_a_repeated_frequency_parts_along_any_direction():
     """A square beam: f is across the thickness as the thickness, across the width as the width."""
     mechanism = samples.beam(thickness=2e-3, width=2e-3, tip_mass=1e-3).model_copy(update={"masses": {}})
-    found = frequency_slopes(fx.Plan(mechanism), {}, ["thickness", "width"], 1)
+    found = frequency_slopes(Design.with_slopes(fx.Plan(mechanism), {}, ["thickness", "width"]), 1)
     f = found.frequency_hz[0]
     assert found.repeated == ((0, 1),) and len(found.frequency_hz) == 2
     (space,) = found.directional
@@ -31,21 +35,28 @@ def test_a_repeated_frequency_parts_along_any_direction():
 
 def test_no_number_of_frequencies_below_one():
     with pytest.raises(fx.OptionError, match="at least 1"):
-        frequency_slopes(fx.Plan(samples.beam()), {}, ["width"], 0)
+        frequency_slopes(Design.with_slopes(fx.Plan(samples.beam()), {}, ["width"]), 0)
 
 
 def test_loads_that_are_described_count():
     """Gravity across the leaves of a guide, which stiffens some and weakens others, against differences."""
     mechanism = fx.load("examples/guide/guide.yaml").replaced({"gravity": (1.0, -2.0, -500.0)})
     plan, names = fx.Plan(mechanism), ["length", "thickness", "distance"]
-    found = frequency_slopes(plan, {}, names, 4)
+    found = frequency_slopes(Design.with_slopes(plan, {}, names), 4)
     assert (
-        abs(found.slope - frequency_slopes(fx.Plan(fx.load("examples/guide/guide.yaml")), {}, names, 4).slope).max() > 1
+        abs(
+            found.slope
+            - frequency_slopes(Design.with_slopes(fx.Plan(fx.load("examples/guide/guide.yaml")), {}, names), 4).slope
+        ).max()
+        > 1
     )
     for p, name in enumerate(names):
         value, table = float(plan.parameter_values()[name]), []
         for step in (1e-3 * value, 5e-4 * value):
-            up, down = (frequency_slopes(plan, {name: value + s * step}, [name], 4).frequency_hz for s in (1, -1))
+            up, down = (
+                frequency_slopes(Design.with_slopes(plan, {name: value + s * step}, [name]), 4).frequency_hz
+                for s in (1, -1)
+            )
             table.append((up - down) / (2 * step))
         expected = (4 * table[1] - table[0]) / 3
         assert abs(found.slope[:, p] - expected).max() < 1e-7 * found.frequency_hz.max() / value
@@ -61,7 +72,7 @@ def test_a_kink_is_said():
       ry: 100 N*m/rad, rz: 100 N*m/rad}}}
     """
     mechanism = fx.loads(text)
-    found = frequency_slopes(fx.Plan(mechanism), {}, ["first", "heavy"], 1)
+    found = frequency_slopes(Design.with_slopes(fx.Plan(mechanism), {}, ["first", "heavy"]), 1)
     assert found.kinks == (0,) and np.isnan(found.slope[:, 0]).all()
     assert found.slope[0, 1] == pytest.approx(-found.frequency_hz[0] / 2)
     told = fx.mode_sensitivities(mechanism, free=["first", "heavy"], n=1)

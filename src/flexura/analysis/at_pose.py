@@ -148,7 +148,7 @@ class Way:
 
     def __init__(self, design: Design, names: list[str]) -> None:
         self.design, self.names = design, names
-        self._plain = design.still()
+        self._plain = design.still
         model = MovingModel.of(self._plain)
         planned = course(model, Given(dict.fromkeys(names, 0.0), {}, {}, None, {}), 1)
         self.equations = Equations(model, planned.drives)

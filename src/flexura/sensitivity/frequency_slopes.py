@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.duals import slope_of
 from flexura.errors import OptionError
 from flexura.linalg import lowest_groups
 from flexura.modal import REPEATED_EIGENVALUES
 from flexura.sensitivity.eigenpairs import GUARD, clusters, whole_clusters
 from flexura.sensitivity.energies import Pairs, energy_slopes
 from flexura.sensitivity.variation import FullOrderFamily
-from flexura.structure import Design, Plan, stiffness_and_mass
+from flexura.structure import Design, stiffness_and_mass
 
 Array = NDArray[np.float64]
 
@@ -36,21 +36,21 @@ class FrequencySlopes:
     kinks: tuple[int, ...]
 
 
-def frequency_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequence[str], n: int) -> FrequencySlopes:
-    """The `n` lowest natural frequencies of the full-order model of one design and their exact derivatives by `names`.
+def frequency_slopes(design: Design, n: int) -> FrequencySlopes:
+    """The `n` lowest natural frequencies of the full-order model of a design, made `with_slopes`, and their exact
+    derivatives.
 
-    Theory eqs. K1-K4. Raises OptionError as `Design.of` does and for a pose that is described, and SolverError.
+    Theory eqs. K1-K4. Raises OptionError for a pose that is described, and SolverError.
     """
-    plan.refuse_pose("derivatives of frequencies")
+    design.plan.refuse_pose("derivatives of frequencies")
     if n < 1:
         raise OptionError(f"the number of frequencies is at least 1, not {n}")
-    design = Design.with_slopes(plan, parameters, names)
-    K, M = stiffness_and_mass(design.still())
+    K, M = stiffness_and_mass(design.still)
     pairs = lowest_groups(K, M, n, GUARD, REPEATED_EIGENVALUES) or whole_clusters(K, M, n)
     groups = clusters(pairs.values)
-    forms = iter(_forms(design, parameters, names, pairs.vectors, Pairs.of(groups, pairs.values)).T)
+    forms = iter(_forms(design, pairs.vectors, Pairs.of(groups, pairs.values)).T)
     omega = np.sqrt(np.maximum(pairs.values, 0.0))
-    slope = np.zeros((len(omega), len(names)))
+    slope = np.zeros((len(omega), len(slope_of(design.values))))
     repeated, directional = [], []
     for at in groups:
         w = omega[at].mean()
@@ -66,13 +66,13 @@ def frequency_slopes(plan: Plan, parameters: Mapping[str, float], names: Sequenc
     return FrequencySlopes(omega / (2 * np.pi), slope, tuple(repeated), tuple(directional), kinks)
 
 
-def _forms(design: Design, parameters: Mapping[str, float], names: Sequence[str], X: Array, pairs: Pairs) -> Array:
+def _forms(design: Design, X: Array, pairs: Pairs) -> Array:
     """x_a' (K' - lambda M') x_b (P, q) for pairs of modes; by the energies of elements where nothing is loaded."""
     if not design.plan.is_loaded:
         return energy_slopes(design, X, pairs)
     a, b, value = pairs
     found = []
-    for change in FullOrderFamily(design.plan).changes(parameters, names, X):
+    for change in FullOrderFamily(design.plan).changes_of(design, X):
         own = (X[:, a] * (change.K[:, b] - value * change.M[:, b])).sum(axis=0)
         found.append(own if change.is_smooth else np.full(len(value), np.nan))
-    return np.array(found).reshape(len(names), -1)
+    return np.array(found)

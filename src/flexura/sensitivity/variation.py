@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.duals import Dual, zeros
+from flexura.duals import Dual, slope_of, zeros
 from flexura.linalg import factorise
 from flexura.structure import (
     Design,
@@ -97,10 +97,13 @@ class FullOrderFamily:
     ) -> list[Change]:
         """Derivatives of the products with X (n, k) by each of some parameters (theory eq. K2), with masses of `loads`
         on top."""
-        design = Design.with_slopes(self.plan, parameters, names)
+        return self.changes_of(Design.with_slopes(self.plan, parameters, names), X, loads)
+
+    def changes_of(self, design: Design, X: Array, loads: Loads | None = None) -> list[Change]:
+        """As `changes`, of a design made `with_slopes`."""
         KX, MX, Y = self._products(design, X)
         found = (KX, MX if loads is None else MX + loads(design, X), Y)
-        return _changes([_slopes(x, len(names)) for x in found])
+        return _changes([_slopes(x, len(slope_of(design.values))) for x in found])
 
     def bends(self, parameters: Mapping[str, float], name: str, X: Array) -> tuple[Array, Array]:
         """Second derivatives K'' X and M'' X (n, k) by one parameter."""
@@ -118,7 +121,7 @@ class FullOrderFamily:
         K u = f is solved once for every order of them."""
         if not isinstance(design.values, Dual):
             return described_prestress(design).K_g @ X
-        bare = design.still()
+        bare = design.still
         model = FullOrderModel(design, *full_order(self.plan).elastic(bare))
         loads, solve = self.plan.loads, factorise(model.K).solve
         load = dead_load(model, loads.gravity(design.values), loads.wrenches(design.values))

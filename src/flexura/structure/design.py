@@ -68,6 +68,7 @@ class Design(Record):
         """The design of values (..., s) that have been worked out from these parameters."""
         return Design(plan, dict(parameters), values, plan.geometry(values))
 
+    @cached_property
     def still(self) -> Design:
         """The same design without slopes."""
         if not isinstance(self.values, Dual):

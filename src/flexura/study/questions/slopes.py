@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis import AtRest, at_pose
 from flexura.duals import Dual
+from flexura.errors import SolverError
 from flexura.motion import Repeated
 from flexura.records import Record
 from flexura.reduction import flexibility
@@ -21,7 +23,7 @@ from flexura.study.questions.designs import FAILURES, reason_of
 from flexura.study.questions.followed import MODES
 from flexura.study.questions.masses import body_mass, total_mass
 from flexura.study.questions.reach import sloped_reach
-from flexura.study.questions.reading import Freedom, Port
+from flexura.study.questions.reading import Freedom, Port, pose_text
 from flexura.study.questions.responses import sloped_magnitude
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.worst import parting, worst
@@ -30,6 +32,9 @@ Array = NDArray[np.float64]
 
 LINEAR = ("stress", "margin", "buckling", "coupling", "amplification")
 """What is read at rest of `flexura.analysis.AtRest`."""
+
+HELD = ("compliance", "stiffness", "coupling", "amplification")
+"""What a pose may hold: read without slopes first, where that is said."""
 
 STEP = 1e-3
 """Relative step of differences."""
@@ -86,6 +91,11 @@ class Exact:
         for pose in dict.fromkeys(own.pose for own in asked if own.pose):
             self._try([k for k, own in enumerate(asked) if own.pose == pose and is_sloped(own)], self._at_pose)
 
+    @cached_property
+    def _design(self) -> Design:
+        """The design with slopes, without the pose that may be described."""
+        return Design.with_slopes(self.plan.at_rest(), self.parameters, self.names)
+
     def _try(self, places: list[int], work: Any) -> None:
         if not places or (self.plan.is_posed and work != self._at_pose):
             return
@@ -113,7 +123,7 @@ class Exact:
 
     def _numbers(self, places: list[int]) -> None:
         """Masses and parameters."""
-        design = Design.with_slopes(self.plan, self.parameters, self.names)
+        design = self._design
         values = self.plan.parameter_values(design.parameters)
         for k in places:
             of = next(iter(self.asked[k].arguments), None)
@@ -172,7 +182,7 @@ class Exact:
             numbers[k], self.reason[k] = single.mode(self.asked[k])
         followed = any(isinstance(self.asked[k].arguments[0], Freedom) for k in places)
         count = max(MODES if followed else 0, *(n + 1 for n in numbers.values()))
-        found = frequency_slopes(self.plan, self.parameters, self.names, min(count, self.plan.topology.n_dof))
+        found = frequency_slopes(self._design, min(count, self.plan.topology.n_dof))
         for k, number in numbers.items():
             self._tell(k, Dual(np.array(found.frequency_hz[number]), found.slope[number]))
         for group, matrix in zip(found.repeated, found.directional, strict=True):
@@ -183,23 +193,21 @@ class Exact:
     def _at_pose(self, places: list[int]) -> None:
         """What is asked at one pose; what cannot be answered there has the reason for it."""
         single, pose = OneDesign(self.plan, self.parameters, self.asked), self.asked[places[0]].pose
-        known = dict[int, int]()
+        state = at_pose(self._design, dict(pose))
+        if not state.is_stable:
+            raise SolverError(f"at {pose_text(pose)} it is not stable")
+        numbers = dict[int, int]()
         for k in places:
             own = self.asked[k]
             try:
-                known[k], self.reason[k] = single.mode(own) if own.kind == FREQUENCY else (0, "")
-                if own.kind != FREQUENCY:
+                if own.kind == FREQUENCY:
+                    numbers[k], self.reason[k] = single.mode(own)
+                    continue
+                if own.kind in HELD:
                     single.read(own)
+                self._read(k, state)
             except FAILURES as error:
-                known.pop(k, None)
                 self.reason[k], self.is_exact[k] = f"{own.text}: {reason_of(error)}", True
-        design = Design.with_slopes(self.plan.at_rest(), self.parameters, self.names)
-        if not known:
-            return
-        state = at_pose(design, dict(pose))
-        numbers = {k: number for k, number in known.items() if self.asked[k].kind == FREQUENCY}
-        for k in known.keys() - numbers.keys():
-            self._read(k, state)
         for own in state.frequencies(max(numbers.values()) + 1) if numbers else ():
             self._tell_repeated(own, {k: number for k, number in numbers.items() if number in own.at})
 

@@ -20,6 +20,7 @@ from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.study.questions.answers import Bounded
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
 from flexura.study.questions.statics import ROUNDING
+from flexura.study.questions.worst import UNKNOWN
 from flexura.systems import InputPort, Ports
 
 Array = NDArray[np.float64]
@@ -224,7 +225,7 @@ def largest_stress(state: State, of: Members | None) -> float:
     found = [own.von_mises for own in state.stresses.members if chosen is None or own.name in chosen]
     known = [own for own in found if own is not None]
     if not known:
-        raise SolverError("no stress is known of sections that are given by constants")
+        raise SolverError(UNKNOWN)
     return max(known)
 
 

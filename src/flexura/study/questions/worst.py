@@ -10,19 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.duals import Dual, plain
+from flexura.errors import SolverError
 from flexura.structure import Plan
 from flexura.study.questions.catalogue import Quantity
 from flexura.study.questions.reading import Members, Reader
 
 Array = NDArray[np.float64]
 
+UNKNOWN = "no stress is known of sections that are given by constants"
+
 ALIKE = 1e-12
 """Relative difference up to which members are stressed alike."""
 
 
 def worst(state: Any, asked: Quantity) -> Any:
-    """The largest stress, or the margin to yield, of the members asked for, in a state with slopes."""
-    own = _asked(state, asked)[1]
+    """The largest stress, or the margin to yield, of the members asked for, in a state with slopes.
+
+    Raises SolverError where no stress is known; a margin is infinite where no yield stress is.
+    """
+    members, own = _asked(state, asked)
+    if not members and asked.kind == "margin":
+        return np.inf
+    if not members:
+        raise SolverError(UNKNOWN)
     return np.max(own) if asked.kind == "stress" else 1 / np.max(own)
 
 
@@ -46,7 +56,7 @@ def parting(state: Any, asked: Quantity, names: Sequence[str]) -> str:
     """Why a stress or margin has no derivative by some of the parameters `names`, with those on either side where
     members that are stressed alike part; empty where it has all."""
     members, own = _asked(state, asked)
-    largest: Any = np.max(own)
+    largest: Any = np.max(own) if members else np.inf
     if not isinstance(largest, Dual) or not np.isnan(largest.slope).any():
         return ""
     tied = np.flatnonzero(plain(own) >= plain(largest) * (1 - ALIKE))
