@@ -83,8 +83,8 @@ class Kept:
 
 
 class Latest(Generic[T]):
-    """The last thing that was worked out, kept while what it depends on is the same object, or an equal one of bytes or
-    of a frozenset. Pickles empty."""
+    """The last thing that was worked out, kept while what it depends on is the same object, a tuple of the same ones,
+    or an equal one of bytes or of a frozenset. Pickles empty."""
 
     def __init__(self) -> None:
         self._of: object = None
@@ -92,8 +92,7 @@ class Latest(Generic[T]):
 
     def get(self, of: object, make: Callable[[], T]) -> T:
         """What `make` returned when it was last called, if that was for the same `of`."""
-        same = self._of is of or (isinstance(of, bytes | frozenset) and self._of == of)
-        if not same or self._found is None:
+        if not _is_same(self._of, of) or self._found is None:
             self._of, self._found = of, make()
         return self._found
 
@@ -103,3 +102,9 @@ class Latest(Generic[T]):
 
     def __reduce__(self) -> tuple[type[Latest[Any]], tuple[()]]:
         return Latest, ()
+
+
+def _is_same(before: object, now: object) -> bool:
+    if isinstance(before, tuple) and isinstance(now, tuple):
+        return len(before) == len(now) and all(a is b for a, b in zip(before, now, strict=True))
+    return before is now or (isinstance(now, bytes | frozenset) and before == now)

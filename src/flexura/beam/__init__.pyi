@@ -31,6 +31,7 @@ from flexura.beam.element import stiffness as stiffness
 from flexura.beam.element import stiffness_coefficients as stiffness_coefficients
 from flexura.beam.element import stiffness_from_flexibility as stiffness_from_flexibility
 from flexura.beam.frames import block_rotation as block_rotation
+from flexura.beam.frames import cross as cross
 from flexura.beam.frames import member_frame as member_frame
 from flexura.beam.frames import rigid_arm as rigid_arm
 from flexura.beam.frames import skew as skew

@@ -59,8 +59,8 @@ def member_frame(axis: ArrayLike, reference: ArrayLike) -> FloatArray:
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         x = _unit(real(axis))
-        y = _unit(_cross(real(reference), x))
-        z = _cross(x, y)
+        y = _unit(cross(real(reference), x))
+        z = cross(x, y)
     R = np.empty((*z.shape, 3), like=z)
     R[..., 0, :], R[..., 1, :], R[..., 2, :] = x, y, z
     return R
@@ -82,5 +82,6 @@ def _unit(v: FloatArray) -> FloatArray:
     return v / np.sqrt((v * v).sum(axis=-1, keepdims=True))
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the cross product a x b of vectors (..., 3), in the unit of their product. Raises nothing."""
     return a[..., _NEXT] * b[..., _AFTER] - a[..., _AFTER] * b[..., _NEXT]

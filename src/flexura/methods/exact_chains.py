@@ -94,7 +94,7 @@ def twists_inside(levels: list[Joint], motion: Array) -> Array:
 
 def exact_chains(part: Part, group: ChainGroup, geometry: Geometry, cut: Cut) -> list[ExactChains]:
     """The chains of a group cut into uniform pieces, those of equal numbers of pieces together."""
-    kin = kinematics(part, group, geometry)
+    kin = kinematics(part, group, geometry.parts[part.name])
     first = np.concatenate([[0], np.cumsum(cut.counts)])
     per_chain = cut.counts[group.elements]
     positions = geometry.parts[part.name].positions

@@ -36,7 +36,6 @@ from flexura.structure import Design, Plan, assemble, plan_of
 from flexura.tables import Facts, Table, counted, percent
 
 Array = NDArray[np.float64]
-"""Called with how many designs are done, and of how many."""
 
 LARGEST_ORDER = 160
 """Coordinates beyond which a design by itself, of full order and sparse, is quicker than dense matrices of a stack."""

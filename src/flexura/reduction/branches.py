@@ -156,15 +156,6 @@ def _numbered(
     return place, meets, inside, np.array(nodes, dtype=np.intp)
 
 
-def turned_into(design: Design, instances: Index | list[int]) -> Array:
-    """(..., k, 6, 6): displacements in global axes from those in the axes of instances, which mirroring reverses."""
-    Q = design.geometry.Q[..., instances, :, :]
-    out = np.zeros((*Q.shape[:-2], 6, 6))
-    out[..., :3, :3] = Q
-    out[..., 3:, 3:] = np.linalg.det(Q).round()[..., None, None] * Q
-    return out
-
-
 def part_transforms(
     design: Design, name: str, which: list[int], nodes: Index, base: list[int], meets: NDArray[np.bool_]
 ) -> Array:
@@ -172,17 +163,19 @@ def part_transforms(
     those of their roots in the axes of the instances `base` (k,); nodes that meet the core (k, nodes) stand for
     themselves."""
     topology, copies = design.plan.topology, design.plan.topology.copies[name]
-    own = turned_into(design, [copies.number[k] for k in which])
-    onto = turned_into(design, base)
+    turning = design.geometry.turning
+    own, onto = turning[..., [copies.number[k] for k in which], :, :], turning[..., base, :, :]
     turn = np.swapaxes(own, -1, -2) @ onto
     number = np.array([copies.offset[k] for k in which], dtype=np.intp)[:, None] + nodes
     G = np.repeat(turn[..., None, :, :], len(nodes), axis=-3)
     slaved = topology.is_rigid[number] & (topology.root[number] != number) & ~meets
     if slaved.any():
         at = number[slaved]
-        arm = design.geometry.positions[..., at, :] - design.geometry.positions[..., topology.root[at], :]
+        arm = design.geometry.at(at) - design.geometry.at(topology.root[at])
         Q = design.geometry.Q[..., base, :, :][..., np.nonzero(slaved)[0], :, :]
-        G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(np.einsum("...ji,...j->...i", Q, arm))
+        follows = G[..., slaved, :, :] @ rigid_arm(np.einsum("...ji,...j->...i", Q, arm))
+        G = np.broadcast_to(G, (*follows.shape[:-3], *G.shape[-4:])).copy()
+        G[..., slaved, :, :] = follows
     G[..., nodes >= design.plan.parts[name].n_positioned, :, :] = np.eye(6)
     return G
 
@@ -190,12 +183,12 @@ def part_transforms(
 def interface_maps(design: Design, kind: Kind, branches: Branches) -> Array:
     """T (..., branches, 6 i, c): displacements of the interface of each branch, in its axes, from coordinates of the
     core."""
-    topology, x = design.plan.topology, design.geometry.positions
+    topology, geometry = design.plan.topology, design.geometry
     count, i = kind.nodes.shape
     node = kind.nodes.ravel()
     root = topology.root[node]
-    arm = np.where(topology.is_rigid[node][:, None], x[..., node, :] - x[..., root, :], 0.0)
-    onto = np.repeat(turned_into(design, kind.instances), i, axis=-3)
+    arm = np.where(topology.is_rigid[node][:, None], geometry.at(node) - geometry.at(root), 0.0)
+    onto = np.repeat(geometry.turning[..., kind.instances, :, :], i, axis=-3)
     D = np.swapaxes(onto, -1, -2) @ rigid_arm(arm)
     D[..., ~topology.has_position[node], :, :] = np.eye(6)
     out = np.zeros((*D.shape[:-2], branches.n_core + 1, 6))

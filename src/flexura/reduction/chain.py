@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import rigid_arm, skew
-from flexura.structure import Elements, ElementSlice, Geometry, Part
+from flexura.beam import cross, rigid_arm
+from flexura.structure import Elements, ElementSlice, Part, PartGeometry, common
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -41,14 +41,19 @@ class ChainGroup(NamedTuple):
 
 @dataclass(frozen=True)
 class ChainKinematics:
-    """Twist-to-end-displacement maps X_i, X_j (..., c, e, 6, 6), the inverse of X_j, the map B (..., c, 12, 12)
-    from the displacements of the chain's two end nodes to (twist of the first, relative twist), and the elements as a
-    slice where they lie one behind the other."""
+    """Twist-to-end-displacement maps X_i, X_j on a diagonal, Xd (..., c, e, 12, 12), the inverse of X_j, the map B
+    (..., c, 12, 12) from the displacements of the chain's two end nodes to (twist of the first, relative twist), and
+    the elements as a slice where they lie one behind the other."""
 
-    X: Array
+    Xd: Array
     Xj_inverse: Array
     B: Array
     run: slice | None
+
+    @property
+    def X(self) -> Array:
+        """X_i above X_j (..., c, e, 12, 6)."""
+        return np.concatenate([self.Xd[..., :6, :6], self.Xd[..., 6:, 6:]], axis=-2)
 
 
 def find_chains(part: Part, kept: Index | None = None) -> list[ChainGroup]:
@@ -90,30 +95,29 @@ def _walk(
         element = onward[0]
 
 
-def kinematics(part: Part, group: ChainGroup, geometry: Geometry) -> ChainKinematics:
-    """What depends on the geometry alone; the pole of each chain is its first node."""
-    own = geometry.parts[part.name]
+def kinematics(part: Part, group: ChainGroup, own: PartGeometry) -> ChainKinematics:
+    """What depends on the part's `own` geometry alone; the pole of each chain is its first node."""
     positions, number = own.positions, group.elements
     pole = positions[..., group.nodes[:, :1], :]
     member = part.table.element_member[number]
     R = own.R[..., member, :, :]
     lead = np.broadcast_shapes(R.shape[:-4], positions.shape[:-2])
-    X, inverse = np.zeros((*lead, *number.shape, 2, 6, 6)), np.zeros((*lead, *number.shape, 6, 6))
-    X[..., :3, :3] = X[..., 3:, 3:] = R[..., None, :, :]
-    Rt = np.swapaxes(R, -1, -2)
-    inverse[..., :3, :3] = inverse[..., 3:, 3:] = Rt
+    Xd, inverse = np.zeros((*lead, *number.shape, 12, 12)), np.zeros((*lead, *number.shape, 6, 6))
+    for k in range(4):
+        Xd[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = R
+    inverse[..., :3, :3] = inverse[..., 3:, 3:] = np.swapaxes(R, -1, -2)
     for end, is_last in enumerate((number == part.first[member], number == part.first[member + 1] - 1)):
         arm = positions[..., part.connectivity[number, end], :] - pole
         arm = np.where(is_last[:, :, None], arm + own.offsets[..., member, end, :], arm)
-        turned = skew(arm)
-        X[..., end, :3, 3:] = -R @ turned
-    inverse[..., :3, 3:] = turned @ Rt
-    X = X.reshape(*lead, *number.shape, 12, 6)
-    B = np.zeros((*lead, len(number), 12, 12))
+        moved = cross(arm[..., None, :], R)
+        Xd[..., 6 * end : 6 * end + 3, 6 * end + 3 : 6 * end + 6] = moved
+    inverse[..., :3, 3:] = np.swapaxes(moved, -1, -2)
+    reach = common((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :], 2)
+    B = np.zeros((*reach.shape[:-2], len(number), 12, 12))
     B[..., :6, :6] = np.eye(6)
     B[..., 6:, :6] = -np.eye(6)
-    B[..., 6:, 6:] = rigid_arm((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :])
-    return ChainKinematics(X, inverse, B, group.run)
+    B[..., 6:, 6:] = rigid_arm(reach)
+    return ChainKinematics(Xd, inverse, B, group.run)
 
 
 def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> tuple[Array, Array]:
@@ -129,9 +133,9 @@ def condense(group: ChainGroup, kin: ChainKinematics, elements: Elements | Eleme
         at_i, at_j = np.where(turned, at_j, at_i), np.where(turned, at_i, at_j)
     # displacements of the elements' ends for unit twists of the first node (V_r) and unit relative twists (V_d)
     V = np.empty((*at_i.shape[:-2], 12, 12))
-    V[..., :6] = kin.X
-    V[..., :6, 6:] = kin.X[..., :6, :] @ at_i
-    V[..., 6:, 6:] = kin.X[..., 6:, :] @ at_j
+    X_i, X_j = kin.Xd[..., :6, :6], kin.Xd[..., 6:, 6:]
+    V[..., :6, :6], V[..., 6:, :6] = X_i, X_j
+    V[..., :6, 6:], V[..., 6:, 6:] = X_i @ at_i, X_j @ at_j
     flat = (*V.shape[:-3], V.shape[len(V.shape) - 3] * 12, 12)
     m = np.swapaxes(V.reshape(flat), -1, -2) @ (M @ V).reshape(flat)
     return _at_ends(kin, k), np.swapaxes(kin.B, -1, -2) @ m @ kin.B

@@ -17,12 +17,11 @@ from flexura.records import Latest
 from flexura.reduction.arrow import Arrow, Block, Order
 from flexura.reduction.assembler import low_order
 from flexura.reduction.branches import Copy, find_branches, interface_maps, part_transforms
-from flexura.reduction.chain import kinematics
 from flexura.reduction.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.placing import bordered, joined, placing_error, stacked
 from flexura.reduction.stacks import refuse_impossible
-from flexura.structure import Design, DiscreteElement, Plan, block_diagonal
+from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -89,6 +88,7 @@ class ChainAssembler:
     def _number(self) -> None:
         """Number the coordinates for the kept motions that there are: blocks of branches, then the core."""
         self._latest: Latest[_Maps] = Latest()
+        self._frames: dict[tuple[Kind, ...], Latest[PoleFrame]] = {}
         self._targets: dict[tuple[int, int], Index] = {}
         self._starts: dict[int, Eigenpairs] = {}
         self._arrows: dict[int, bool] = {}
@@ -188,14 +188,16 @@ class ChainAssembler:
         """The chains of some kinds in the geometry of a design, and the maps to their coordinates from displacements of
         their ends."""
         groups = [self.reducers[name].chains[g] for name, g in kinds]
-        kin = [
-            kinematics(self.reducers[name].part, group, design.geometry)
-            for (name, _), group in zip(kinds, groups, strict=True)
-        ]
-        numbers = np.concatenate([g.elements + self._first[name] for (name, _), g in zip(kinds, groups, strict=True)])
-        reverse = np.concatenate([group.reverse for group in groups])
-        X, inverse = np.concatenate([k.X for k in kin], axis=-4), np.concatenate([k.Xj_inverse for k in kin], axis=-4)
-        return PoleFrame(numbers, reverse, X, inverse), [k.B for k in kin]
+        kin = [self.reducers[name].kinematics(design.geometry)[g] for name, g in kinds]
+
+        def found() -> PoleFrame:
+            numbers = [g.elements + self._first[name] for (name, _), g in zip(kinds, groups, strict=True)]
+            reverse = np.concatenate([group.reverse for group in groups])
+            X, inverse = joined_along([k.Xd for k in kin], -4), joined_along([k.Xj_inverse for k in kin], -4)
+            return PoleFrame(np.concatenate(numbers), reverse, X, inverse)
+
+        latest: Latest[PoleFrame] = self._frames.setdefault(tuple(kinds), Latest())
+        return latest.get(tuple(kin), found), [k.B for k in kin]
 
     def _maps(self, design: Design) -> _Maps:
         def found() -> _Maps:
@@ -209,7 +211,7 @@ class ChainAssembler:
                     T = block_diagonal(G.reshape(*G.shape[:-3], len(nodes), 2, 6, 6))
                     L.append(joined(B[..., None, :, :, :] @ T))
                     size.append(joined(abs(B)[..., None, :, :, :] @ abs(T)))
-                whole = [bordered(np.concatenate(own, axis=-3), kept) for own in (L, size)]
+                whole = [bordered(joined_along(own, -3), kept) for own in (L, size)]
                 chains.append((frame, whole[0], whole[1]))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.discrete_nodes():

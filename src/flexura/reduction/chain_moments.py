@@ -51,20 +51,18 @@ class ChainMoments:
 class PoleFrame:
     """Chains (c, e) of elements, numbered in one table of all elements, in twists at one pole for each.
 
-    `X` (..., c, e, 12, 6) takes a twist to the displacements of an element's ends i and j in its own axes, `Xj_inverse`
-    is the inverse of its lower half, and `reverse` (c, e) says which elements are walked from j to i. Where no geometry
-    varies, flexibilities and masses are products of the elements' coefficients with bases that are worked out once.
+    `Xd` (..., c, e, 12, 12) takes twists of an element's ends i and j to their displacements in its own axes,
+    `Xj_inverse` is the inverse of its lower half, and `reverse` (c, e) says which elements are walked from j to i.
+    Where no geometry varies, flexibilities and masses are products of the elements' coefficients with bases that are
+    worked out once.
     """
 
-    def __init__(self, elements: Index, reverse: NDArray[np.bool_], X: Array, Xj_inverse: Array) -> None:
+    def __init__(self, elements: Index, reverse: NDArray[np.bool_], Xd: Array, Xj_inverse: Array) -> None:
         self.elements, self.Xj_inverse = elements, Xj_inverse
         flat = elements.ravel()
         consecutive = np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat)))
         self._own: slice | Index = slice(int(flat[0]), int(flat[0]) + len(flat)) if consecutive else flat
-        self.Xd = np.zeros((*X.shape[:-2], 12, 12))
-        self.Xd[..., :6, :6], self.Xd[..., 6:, 6:] = X[..., :6, :], X[..., 6:, :]
-        if reverse.any():
-            self.Xd[..., reverse, :, :] = np.roll(self.Xd[..., reverse, :, :], 6, axis=-1)
+        self.Xd = np.where(reverse[:, :, None, None], np.roll(Xd, 6, axis=-1), Xd) if reverse.any() else Xd
         self.Xt = np.swapaxes(self.Xd, -1, -2)
         e = elements.shape[1]
         self.before = np.tri(e)

@@ -133,11 +133,16 @@ class PartReducer:
             )
             raise OptionError(f"{rule} (found {n} x {kept} constraint modes)\n    hint: {advice}; {found[2]}")
 
+    def kinematics(self, geometry: Geometry) -> list[ChainKinematics]:
+        """What depends on geometry alone of every group of chains, kept while the part's stays the same."""
+        own = geometry.parts[self.part.name]
+        return self._latest.get(own, lambda: [kinematics(self.part, g, own) for g in self.chains])
+
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""
         K: list[Array] = []
         M: list[Array] = []
-        for group, kin in zip(self.chains, self._kinematics(geometry), strict=True):
+        for group, kin in zip(self.chains, self.kinematics(geometry), strict=True):
             k, m = condense(group, kin, matrices.elements)
             K.append(k)
             M.append(m)
@@ -152,13 +157,10 @@ class PartReducer:
         """K (*lead, n, n) over the `remaining` nodes, for a stack of designs."""
         K: list[Array] = [
             chain_stiffness(group, kin, matrices.elements)
-            for group, kin in zip(self.chains, self._kinematics(geometry), strict=True)
+            for group, kin in zip(self.chains, self.kinematics(geometry), strict=True)
         ]
         K += [discrete.K[..., None, :, :] for discrete in matrices.discrete_elements if discrete.K is not None]
         return np.asarray(self._chain_stiffness.dense(K, lead))
-
-    def _kinematics(self, geometry: Geometry) -> list[ChainKinematics]:
-        return self._latest.get(geometry, lambda: [kinematics(self.part, g, geometry) for g in self.chains])
 
 
 def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:

@@ -154,7 +154,7 @@ def element_chains(model: FullOrderModel, name: str, groups: list[ChainGroup]) -
     matrices, part = model.matrices[name], model.plan.parts[name]
     for group in groups:
         at = group.elements
-        X = kinematics(part, group, model.geometry).X
+        X = kinematics(part, group, model.geometry.parts[name]).X
         elements = matrices.elements
         passed = np.broadcast_to(np.arange(group.nodes.shape[1]), group.nodes.shape)
         yield _in_own_axes(model, name, group, passed, (X, elements.C[at], elements.M[at], elements.length[at]))

@@ -16,6 +16,9 @@ STACK = 64
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
 
 
+TINY = 1e-9
+"""A coordinate, m, that is a little off zero."""
+
 LARGEST_FREED = 31 << 20
 """Bytes just below the largest block that moves the thresholds of glibc's malloc."""
 
@@ -49,14 +52,13 @@ def independent_stacks(
     others stand beside it: which designs of all a stack begins with, and its values (k, s) and parameters.
 
     Where parameters may place nodes, there is a design behind a stack that was not asked for and stands a little off
-    the others, so that a stack of designs of one geometry is worked out like any other.
+    the others in all of these, so that designs of one geometry, or of one in some parts, are worked out like any other.
     """
-    every, places = np.atleast_2d(plan.values(parameters)), plan.places(parameters)
+    every, placing = np.atleast_2d(plan.values(parameters)), plan.placing(parameters)
     for used in stacks(len(every)):
-        numbers = np.minimum(used.start + np.arange(STACK + places), used.stop - 1)
+        numbers = np.minimum(used.start + np.arange(STACK + bool(len(placing))), used.stop - 1)
         values = every[numbers]
-        if places:
-            values[-1, plan.value_table.varying()] *= 1 + 1e-6
+        values[-1, placing] = np.where(values[-1, placing] == 0, TINY, values[-1, placing] * (1 + 1e-6))
         yield used, values, {name: np.ravel(v)[numbers] if np.ndim(v) else v for name, v in parameters.items()}
 
 

@@ -17,13 +17,13 @@ from flexura.structure.full_order import dissipation as dissipation
 from flexura.structure.full_order import full_order_model as full_order_model
 from flexura.structure.full_order import stiffness_and_mass as stiffness_and_mass
 from flexura.structure.full_order import unloaded as unloaded
+from flexura.structure.geometry import Geometry as Geometry
 from flexura.structure.model import FullOrderModel as FullOrderModel
 from flexura.structure.model import dead_load as dead_load
 from flexura.structure.part import DiscreteElement as DiscreteElement
 from flexura.structure.part import Part as Part
 from flexura.structure.part import PartGeometry as PartGeometry
 from flexura.structure.part import PartMatrices as PartMatrices
-from flexura.structure.plan import Geometry as Geometry
 from flexura.structure.plan import Plan as Plan
 from flexura.structure.plan import one_design as one_design
 from flexura.structure.plan import plan_of as plan_of
@@ -43,5 +43,7 @@ from flexura.structure.solids import ROUND as ROUND
 from flexura.structure.solids import Bars as Bars
 from flexura.structure.solids import Bodies as Bodies
 from flexura.structure.solids import solids_of as solids_of
+from flexura.structure.stacking import common as common
+from flexura.structure.stacking import joined_along as joined_along
 from flexura.structure.topology import Copies as Copies
 from flexura.structure.triplets import Triplets as Triplets

@@ -15,9 +15,11 @@ from flexura.duals import Dual, plain, zeros
 from flexura.records import Latest, Record
 from flexura.registry import registered
 from flexura.structure.elements import Elements, ElementSlice
+from flexura.structure.geometry import Geometry
 from flexura.structure.part import DiscreteElement, PartMatrices
-from flexura.structure.plan import Geometry, Plan
+from flexura.structure.plan import Plan
 from flexura.structure.pose import Posed
+from flexura.structure.stacking import joined_along
 from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
@@ -134,7 +136,7 @@ class Design(Record):
     @cached_property
     def elements(self) -> Elements:
         """The elements of all prototypes in one table."""
-        lengths = np.concatenate([g.length for g in self.geometry.parts.values()], axis=-1)
+        lengths = joined_along([g.length for g in self.geometry.parts.values()], -1)
         return self.plan.members.elements(self.values, lengths)
 
     def node_transforms(self, name: str, nodes: Index) -> Array:
@@ -147,17 +149,18 @@ class Design(Record):
         """
         topology, geometry = self.plan.topology, self.geometry
         copies = topology.copies[name]
-        Q = np.swapaxes(geometry.Q[..., copies.number, :, :], -1, -2)
-        axial = np.linalg.det(plain(Q)).round()[..., None, None] * Q
         number = np.array(copies.offset)[:, None] + nodes
-        G = np.zeros((*Q.shape[:-3], *number.shape, 6, 6), like=Q)
-        G[..., :3, :3] = Q[..., None, :, :]
-        G[..., 3:, 3:] = axial[..., None, :, :]
+        turned = np.swapaxes(geometry.turning[..., copies.number, None, :, :], -1, -2)
+        G = np.zeros((*turned.shape[:-4], *number.shape, 6, 6), like=turned)
+        G[...] = turned
         slaved = topology.is_rigid[number] & (topology.root[number] != number)
         if slaved.any():
             at = number[slaved]
             arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
-            G[..., slaved, :, :] = G[..., slaved, :, :] @ rigid_arm(arm)
+            follows = G[..., slaved, :, :] @ rigid_arm(arm)
+            if follows.ndim > G.ndim - 1:
+                G = np.broadcast_to(G, (*follows.shape[:-3], *G.shape[-4:])).copy()
+            G[..., slaved, :, :] = follows
         G[..., np.asarray(nodes) >= self.plan.parts[name].n_positioned, :, :] = np.eye(6)
         return G
 

@@ -18,15 +18,20 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, member_frame, rigid_arm
-from flexura.duals import zeros
+from flexura.duals import with_slopes_of, zeros
 from flexura.mechanism import TOP, Flexure, Layout, Link, matching
+from flexura.records import Latest
 from flexura.structure.channels import PartChannels
 from flexura.structure.discrete_elements import BodyElement, PointMassElement, SpringElement, least_aligned
 from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
 from flexura.structure.members import Members
+from flexura.structure.stacking import picked
 from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
+
+AXES = (2, 3, 2, 2)
+"""Axes, beside that of designs, of positions of own nodes, offsets, references and positions of foreign nodes."""
 
 
 class PartGeometry(NamedTuple):
@@ -125,6 +130,7 @@ class Part:
         self._add_amplitudes(nodes)
         self.node_names, self.node_number = nodes.names, nodes.number
         self.boundary = self._boundary(layout, nodes)
+        self._latest: Latest[PartGeometry] = Latest()
 
     def _lay_out_members(self, layout: Layout, table: ValueTable, ends: Index) -> None:
         mechanism = layout.mechanism
@@ -233,13 +239,21 @@ class Part:
         return {int(entry) for entries in used for entry in entries.ravel()}
 
     def geometry(self, values: Array, foreign: Array) -> PartGeometry:
-        """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3)."""
-        own = values[..., self._position_entries]
-        lead = np.broadcast_shapes(own.shape[:-2], foreign.shape[:-2])
-        positions = zeros((*lead, self.n_nodes, 3), own, foreign)
+        """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3); remembered while it is the same
+        in all designs. What does not vary along the design axis lacks it."""
+        own, offsets = picked(values, self._position_entries), picked(values, self._offset_entries)
+        given = own, offsets, picked(values, self._reference_entries), foreign
+        varies = any(numbers.ndim > n for numbers, n in zip(given, AXES, strict=True))
+        if varies or with_slopes_of(*given) is not None:
+            return self._geometry(*given)
+        return self._latest.get(b"".join(numbers.tobytes() for numbers in given), lambda: self._geometry(*given))
+
+    def _geometry(self, own: Array, offsets: Array, reference: Array, foreign: Array) -> PartGeometry:
+        """Geometry for positions of own nodes (..., n, 3), offsets (..., m, 2, 3) and references (..., m, 3)."""
+        lead = np.broadcast_shapes(own.shape[:-2], offsets.shape[:-3], foreign.shape[:-2])
+        positions = zeros((*lead, self.n_nodes, 3), own, offsets, foreign)
         positions[..., : self.n_own, :] = own
         positions[..., self.n_own : self.n_named, :] = foreign
-        offsets = values[..., self._offset_entries]
         ends = positions[..., self.ends, :] + offsets
         axis = ends[..., 1, :] - ends[..., 0, :]
         length = np.sqrt(np.einsum("...i,...i->...", axis, axis))
@@ -247,7 +261,6 @@ class Part:
             ends[..., self.mesh_member, 0, :] + np.array(self.mesh_fraction)[:, None] * axis[..., self.mesh_member, :]
         )
         positions[..., self.n_positioned :, :] = positions[..., self.amplitude_at, :]
-        reference = values[..., self._reference_entries]
         if self._free_frame.any():
             reference = np.where(self._free_frame[:, None], least_aligned(axis), reference)
         return PartGeometry(positions, length, member_frame(axis, reference), offsets)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.duals import Dual, moves, plain
+from flexura.duals import Dual, moves, plain, with_slopes_of
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
 from flexura.mechanism import (
@@ -35,54 +35,17 @@ from flexura.records import Kept, Latest, Record
 from flexura.registry import registered
 from flexura.results import Displayed
 from flexura.structure.ends import settle_ends
+from flexura.structure.geometry import Geometry, Transforms
 from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry
 from flexura.structure.pose import DescribedMotion, DescribedPose
+from flexura.structure.stacking import joined_along, picked
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index, ValueTable
 from flexura.tables import Facts, Table
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, repr=False)
-class Geometry(Record):
-    """Where everything is, for one design or a stack of them.
-
-    `parts` by prototype, in its own frame, with the element transforms `T`; `Q` (..., i, 3, 3) and `t` (..., i, 3)
-    place instance i in the global frame; `positions` (..., n, 3) of all global nodes, m.
-    """
-
-    _shown = ("positions",)
-
-    parts: dict[str, PartGeometry]
-    T: dict[str, Array]
-    Q: Array
-    t: Array
-    positions: Array
-
-    def still(self, parts: Mapping[str, Part]) -> Geometry:
-        """The geometry of the parts without slopes."""
-        if not isinstance(self.Q, Dual):
-            return self
-        own = {name: PartGeometry(*map(plain, found)) for name, found in self.parts.items()}
-        return Geometry(own, _Transforms(parts, own), plain(self.Q), plain(self.t), plain(self.positions))
-
-
-class _Transforms(dict[str, Array]):
-    """Element transforms by prototype, worked out when they are first asked for."""
-
-    def __init__(self, parts: Mapping[str, Part], geometry: Mapping[str, PartGeometry]) -> None:
-        super().__init__()
-        self._parts, self._geometry = parts, geometry
-
-    def __missing__(self, name: str) -> Array:
-        found = self[name] = self._parts[name].element_transforms(self._geometry[name])
-        return found
-
-    def __reduce__(self) -> tuple[type[_Transforms], tuple[object, ...]]:
-        return _Transforms, (self._parts, self._geometry)
 
 
 class _ChildPlacement:
@@ -91,18 +54,26 @@ class _ChildPlacement:
     def __init__(self, child: Child, table: ValueTable) -> None:
         self.steps: list[tuple[type, list[Index], bool]] = []
         self._fixed = Kept()
+        self._latest: Latest[Affine] = Latest()
         for step in child.steps:
             numbers = [f if isinstance(f, tuple) else (f,) for f in step]
             varies = any(isinstance(number, Expression) for field in numbers for number in field)
             self.steps.append((type(step), [np.array(table.add_all(field)) for field in numbers], varies))
+        self._entries = np.array([entry for _, fields, _ in self.steps for f in fields for entry in f], dtype=np.intp)
 
     def affine(self, values: Array) -> Affine:
-        """Placement of the child in its parent for values (..., s)."""
+        """Placement of the child in its parent for values (..., s); remembered while it is the same in all designs."""
+        own = picked(values, self._entries)
+        if own.ndim > 1 or with_slopes_of(own) is not None:
+            return self._affine(values)
+        return self._latest.get(own.tobytes(), lambda: self._affine(values))
+
+    def _affine(self, values: Array) -> Affine:
         result = IDENTITY
         constant = plain(values).reshape(-1, values.shape[-1])[0]
         for k, (kind, fields, varies) in enumerate(self.steps):
             if varies:
-                own = _step(kind, [values[..., f] for f in fields])
+                own = _step(kind, [picked(values, f) for f in fields])
             else:
                 own = self._fixed.once(k, partial(_step, kind, [constant[f] for f in fields]))
             result = Affine(result.Q, result.t + own.t) if kind is Move else result.then(own)
@@ -196,6 +167,7 @@ class Plan(Record, Displayed):
         self._levels = self._group_by_level()
         self._foreign = {name: self._foreign_sources(name) for name in self.parts}
         self._latest: Latest[Geometry] = Latest()
+        self._turned: Latest[Array] = Latest()
         self.prepared = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
         self._geometry_entries = self._find_geometry_entries()
@@ -327,9 +299,9 @@ class Plan(Record, Displayed):
                 named = ", ".join(f"{name} = {resolved[name]:g}" for name in sorted(changed))
                 raise ModelError(replace(problem, hint=f"with {named}") for problem in found)
 
-    def places(self, parameters: Mapping[str, ArrayLike]) -> bool:
-        """Whether positions, lengths or orientations depend on any of these parameters."""
-        return self.value_table.depends(self._geometry_entries, self._parameters(parameters)[1])
+    def placing(self, parameters: Mapping[str, ArrayLike]) -> Index:
+        """Entries on which positions, lengths or orientations depend, and which depend on any of these parameters."""
+        return np.intersect1d(self._geometry_entries, self.value_table.depending(self._parameters(parameters)[1]))
 
     def turned(self, values: Array) -> Index:
         """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero."""
@@ -340,7 +312,7 @@ class Plan(Record, Displayed):
     def geometry(self, values: Array) -> Geometry:
         """Geometry for values; remembered while the numbers that it depends on stay the same.
 
-        When none of them varies along the design axis the result has no design axis.
+        What does not vary along the design axis lacks it.
         """
         varying: Any = values[..., self._geometry_entries]
         if isinstance(values, Dual):
@@ -351,29 +323,31 @@ class Plan(Record, Displayed):
         return self._latest.get(key, lambda: self._compute_geometry(values))
 
     def _compute_geometry(self, values: Array) -> Geometry:
-        lead = values.shape[:-1]
         affines = {name: [c.affine(values) for c in children] for name, children in self._children.items()}
         parts: dict[str, PartGeometry] = {}
         for name, part in self.parts.items():
-            foreign = np.empty((*lead, len(part.foreign), 3), like=values)
-            for k, (chain, source, node) in enumerate(self._foreign[name]):
-                where = parts[source].positions[..., self.parts[source].node_number[node], :][..., None, :]
-                foreign[..., k, :] = self._outward(name, chain, affines, where)[..., 0, :]
-            parts[name] = part.geometry(values, foreign)
-        count = len(self.topology.parent)
-        Q, t = np.empty((*lead, count, 3, 3), like=values), np.empty((*lead, count, 3), like=values)
+            foreign = [np.empty((0, 3), like=values)]
+            for chain, source, node in self._foreign[name]:
+                at = self.parts[source].node_number[node]
+                foreign.append(self._outward(name, chain, affines, parts[source].positions[..., at : at + 1, :]))
+            parts[name] = part.geometry(values, joined_along(foreign, -2))
+        Q, t = self._placed(values, affines)
+        return Geometry(parts, Transforms(self.parts, parts), Q, t, self.topology)
+
+    def _placed(self, values: Array, affines: dict[str, list[Affine]]) -> tuple[Array, Array]:
+        """Q (..., i, 3, 3) and t (..., i, 3) of all instances."""
+        count, used = len(self.topology.parent), [affines[name][child] for name, child, _, _ in self._levels]
+        turned = np.broadcast_shapes((), *(own.Q.shape[:-2] for own in used))
+        moved = np.broadcast_shapes(turned, *(own.t.shape[:-1] for own in used))
+        Q, t = np.empty((*turned, count, 3, 3), like=values), np.empty((*moved, count, 3), like=values)
         Q[..., 0, :, :], t[..., 0, :] = np.eye(3), 0.0
-        for name, child, instances, parents in self._levels:
-            own = affines[name][child]
+        for own, (_, _, instances, parents) in zip(used, self._levels, strict=True):
             Q[..., instances, :, :] = Q[..., parents, :, :] @ own.Q[..., None, :, :]
-            moved = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], own.t)
-            t[..., instances, :] = moved + t[..., parents, :]
-        positions = np.empty((*lead, self.topology.n_nodes, 3), like=values)
-        for name, copies in self.topology.copies.items():
-            x = parts[name].positions[..., None, :, :] @ np.swapaxes(Q[..., copies.number, :, :], -1, -2)
-            x = x + t[..., copies.number, None, :]
-            positions[..., _span(copies.offset, self.parts[name].n_nodes), :] = x
-        return Geometry(parts, _Transforms(self.parts, parts), Q, t, positions)
+            arm = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], own.t)
+            t[..., instances, :] = arm + t[..., parents, :]
+        if not turned and with_slopes_of(Q) is None:
+            Q = self._turned.get(Q.tobytes(), lambda: Q)  # one object while nothing turns
+        return Q, t
 
     def _outward(self, name: str, chain: list[int], affines: dict[str, list[Affine]], x: Array) -> Array:
         """Carry points out of a nested instance into the prototype `name`."""
@@ -384,8 +358,3 @@ class Plan(Record, Displayed):
         for step in reversed(steps):
             x = step.points(x)
         return x
-
-
-def _span(offsets: list[int], n: int) -> Index:
-    """Global numbers (i, n) of the nodes of all copies of a part."""
-    return np.array(offsets, dtype=np.intp)[:, None] + np.arange(n)

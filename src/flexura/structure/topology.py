@@ -15,8 +15,12 @@ from scipy.sparse.csgraph import connected_components
 
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import DOF_NAMES, TOP, Layout, matching
+from flexura.records import Kept
 from flexura.structure.part import Part
 from flexura.structure.value_table import Index
+
+PLACES = 64
+"""Sets of nodes whose places are remembered."""
 
 
 @dataclass
@@ -47,6 +51,7 @@ class Topology:
         self.child: list[int] = []
         self._where: dict[tuple[str, ...], tuple[str, int]] = {}
         self.n_nodes = 0
+        self._places = Kept(PLACES)
         self._enumerate(layout, parts)
         self.unused = np.zeros((self.n_nodes, 6), dtype=bool)
         """Freedoms of nodes for amplitudes of superelements that stand for nothing."""
@@ -89,6 +94,23 @@ class Topology:
         except KeyError:
             wrong = next(n for n in names if n not in set(self.node_names))
             raise OptionError(f"there is no node {wrong!r}; nodes are written NODE or INSTANCE.NODE") from None
+
+    def places(self, numbers: Index) -> list[tuple[str, Index, Index, Index]]:
+        """Global nodes (k,) by prototype: which of them are its copies', the instance (m,) and the node there (m,) of
+        each."""
+
+        def found() -> list[tuple[str, Index, Index, Index]]:
+            own = []
+            for name, copies in self.copies.items():
+                offset = np.array(copies.offset, dtype=np.intp)
+                copy = np.searchsorted(offset, numbers, side="right") - 1
+                node = numbers - (offset[copy] if len(offset) else 0)
+                at = np.flatnonzero((copy >= 0) & (node < copies.part.n_nodes))
+                if len(at):
+                    own.append((name, at, np.array(copies.number, dtype=np.intp)[copy[at]], node[at]))
+            return own
+
+        return self._places.once(numbers.tobytes(), found)
 
     def _join(self, parts: dict[str, Part]) -> None:
         together: list[tuple[int, int]] = []

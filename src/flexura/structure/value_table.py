@@ -54,10 +54,9 @@ class ValueTable(Record):
         """Entries that hold expressions."""
         return np.array([entry for entry, _ in self._expressions], dtype=np.intp)
 
-    def depends(self, entries: Index, changed: set[str]) -> bool:
-        """Whether one of some entries depends on one of the parameters `changed`."""
-        chosen = set(entries.tolist())
-        return any(entry in chosen and not changed.isdisjoint(value.names) for entry, value in self._expressions)
+    def depending(self, changed: set[str]) -> Index:
+        """Entries that depend on one of the parameters `changed`."""
+        return np.array([entry for entry, value in self._expressions if not changed.isdisjoint(value.names)], np.intp)
 
     @cached_property
     def _compiled(self) -> list[tuple[int, frozenset[str], Callable[[Mapping[str, Any]], Any]]]:

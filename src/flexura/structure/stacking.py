@@ -1,0 +1,31 @@
+"""Stacks of designs in which only what varies has a design axis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.structure.value_table import Index
+
+Array = NDArray[np.float64]
+
+
+def picked(values: Array, entries: Index) -> Array:
+    """Values (..., *entries.shape) of some entries of (..., s); without the design axis where none of them varies."""
+    return common(values[..., entries], entries.ndim)
+
+
+def common(own: Array, axes: int) -> Array:
+    """An array of so many axes and that of designs before them; without the latter where all designs are the same."""
+    return own[0] if own.ndim > axes and (own == own[:1]).all() else own
+
+
+def joined_along(arrays: Sequence[Array], axis: int) -> Array:
+    """Arrays one behind the other along an axis, counted from the last; some may lack the design axis before it."""
+    leads = [own.shape[:axis] for own in arrays]
+    if len(set(leads)) > 1:
+        lead = np.broadcast_shapes(*leads)
+        arrays = [np.broadcast_to(own, (*lead, *own.shape[axis:])) for own in arrays]
+    return np.concatenate(arrays, axis=axis)
