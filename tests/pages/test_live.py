@@ -8,6 +8,7 @@ import shutil
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -24,10 +25,14 @@ FRF = {"input": "carriage.tx", "output": "carriage.tx", "low": 10.0, "high": 200
 
 
 @pytest.fixture(scope="module")
-def guide(tmp_path_factory) -> Served:
-    folder = tmp_path_factory.mktemp("live")
-    shutil.copy(GUIDE, folder)
-    with served(folder / "guide.yaml", "--keep") as own:
+def file(tmp_path_factory) -> Path:
+    """The file of `guide`, alone in its folder, which nothing changes."""
+    return Path(shutil.copy(GUIDE, tmp_path_factory.mktemp("live")))
+
+
+@pytest.fixture(scope="module")
+def guide(file) -> Iterator[Served]:
+    with served(file, "--keep") as own:
         yield own
 
 
@@ -333,14 +338,14 @@ def test_a_design_is_saved_beside_the_file(copy):
 
 
 @pytest.mark.parametrize(
-    "file",
+    "name",
     ["../out.yaml", "/tmp/out.yaml", "guide.yaml", "a/b.yaml", "out.txt", ".hidden.yaml", "", "a\\b.yaml", "x\0.yaml"],
 )
-def test_nothing_is_written_elsewhere(copy, file):
-    with served(copy) as own, talk(own) as (page, _):
-        assert save(page, file, {"thickness": 0.41}, overwrite=True)["type"] == "not saved"
-        assert [path.name for path in copy.parent.iterdir()] == ["guide.yaml"]
-        assert not (copy.parent.parent / "out.yaml").exists()
+def test_nothing_is_written_elsewhere(guide, file, name):
+    with talk(guide) as (page, _):
+        assert save(page, name, {"thickness": 0.41}, overwrite=True)["type"] == "not saved"
+    assert [path.name for path in file.parent.iterdir()] == ["guide.yaml"]
+    assert not (file.parent.parent / "out.yaml").exists()
 
 
 def test_links_are_not_written_through(copy, tmp_path_factory):
@@ -353,10 +358,10 @@ def test_links_are_not_written_through(copy, tmp_path_factory):
 
 
 @pytest.mark.parametrize("values", [{}, {"thickness": 0.5}, {"thickness": 5.0}, {"nothing": 1.0}])
-def test_what_cannot_be_saved_is_said(copy, values):
-    with served(copy) as own, talk(own) as (page, _):
+def test_what_cannot_be_saved_is_said(guide, file, values):
+    with talk(guide) as (page, _):
         assert save(page, "new.yaml", values)["type"] == "not saved"
-    assert not copy.with_name("new.yaml").exists()
+    assert not file.with_name("new.yaml").exists()
 
 
 def test_the_file_is_watched(copy):
@@ -391,14 +396,14 @@ def test_what_the_file_extends_is_watched(copy):
         assert save(page, "guide.yaml", {"thickness": 0.41}, overwrite=True)["type"] == "not saved"
 
 
-@pytest.mark.parametrize("line", [b"nonsense\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\x16\x03\x01\0\xff"])
-def test_what_is_no_request_is_not_worth_a_word(copy, line):
+def test_what_is_no_request_is_not_worth_a_word(copy):
     with served(copy) as own:
-        with socket.create_connection(("127.0.0.1", int(own.host.split(":")[1])), timeout=PATIENCE) as link:
-            link.sendall(line)
-            link.shutdown(socket.SHUT_WR)
-            while link.recv(4096):
-                pass
+        for line in (b"nonsense\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\x16\x03\x01\0\xff"):
+            with socket.create_connection(("127.0.0.1", int(own.host.split(":")[1])), timeout=PATIENCE) as link:
+                link.sendall(line)
+                link.shutdown(socket.SHUT_WR)
+                while link.recv(4096):
+                    pass
         status, said = own.interrupt()
     assert status == 130 and "nvalid" not in said and "Traceback" not in said
 

@@ -20,9 +20,15 @@ SETTLED = 20_000
 """Milliseconds that a loaded machine may take."""
 
 
-@pytest.fixture
-def guide(tmp_path) -> Iterator[Served]:
-    with served(Path(shutil.copy(GUIDE, tmp_path)), "--keep") as own:
+@pytest.fixture(scope="module")
+def file(tmp_path_factory) -> Path:
+    return Path(shutil.copy(GUIDE, tmp_path_factory.mktemp("live")))
+
+
+@pytest.fixture(scope="module")
+def guide(file) -> Iterator[Served]:
+    """One server for all pages; a test that changes its file puts it back."""
+    with served(file, "--keep") as own:
         yield own
 
 
@@ -174,21 +180,20 @@ def test_an_error_stands_at_its_slider_and_the_last_picture_stays(live):
     expect(wrong).to_be_hidden()
 
 
-def test_a_design_is_saved(live, guide, tmp_path):
+def test_a_design_is_saved(live, file):
     typed(live, "thickness", "0.41")
     live.click("#live-save")
     live.get_by_label("name of the new file").fill("thin.yaml")
     live.keyboard.press("Enter")
     expect(live.locator("#live-saving")).to_contain_text("thin.yaml is written", timeout=SETTLED)
-    assert fx.load(tmp_path / "thin.yaml").parameters["thickness"].value == 0.41e-3
+    assert fx.load(file.with_name("thin.yaml")).parameters["thickness"].value == 0.41e-3
     live.get_by_role("button", name="Save", exact=True).click()
     expect(live.locator("#live-saving")).to_contain_text("exists already", timeout=SETTLED)
     live.get_by_role("button", name="Replace it").click()
     expect(live.locator("#live-saving")).to_contain_text("is written", timeout=SETTLED)
 
 
-def test_the_page_follows_the_file(live, tmp_path):
-    file = tmp_path / "guide.yaml"
+def test_the_page_follows_the_file(live, file):
     text = file.read_text(encoding="utf-8")
     typed(live, "length", "80")
     file.write_text(text.replace("thickness: {value: 0.5 mm", "thickness: {value: 0.6 mm"), encoding="utf-8")

@@ -8,8 +8,10 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.contour import ContourSet
 from matplotlib.text import Text
 from PIL import Image
+from typer.testing import CliRunner
 
 import flexura as fx
+from flexura.cli.app import app
 from flexura.errors import OptionError
 from flexura.view import (
     draw_optimum,
@@ -22,7 +24,7 @@ from flexura.view import (
     save_tolerance,
 )
 from helpers.pictures import assert_no_overlap
-from helpers.shell import GUIDE, flexura
+from helpers.shell import GUIDE
 
 
 def table_of(parameters, asked, *, bounds=None, proven=None, sampling="grid", reason="it does not reach the pose"):
@@ -471,6 +473,7 @@ def test_the_shell_draws_what_it_prints(tmp_path):
         "optimum": ("optimize", GUIDE, "--vary", "thickness=0.4mm:0.6mm", "--minimise", "mass", "--starts", "1"),
     }
     for name, command in commands.items():
-        done = flexura(*command, "--plot", tmp_path, "--dpi", "60")
-        assert done.returncode == 0 and f"wrote {tmp_path}/{name}.png" in done.stdout, done.stderr
-        assert "belongs to --plot" in flexura(*command, "--dpi", "60").stderr
+        words = [str(word) for word in (*command, "--dpi", "60")]
+        done = CliRunner().invoke(app, [*words, "--plot", str(tmp_path)])
+        assert done.exit_code == 0 and f"wrote {tmp_path}/{name}.png" in done.stdout, done.stderr
+        assert "belongs to --plot" in str(CliRunner().invoke(app, words).exception)
