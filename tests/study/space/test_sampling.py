@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 from flexura.errors import OptionError
-from flexura.study.space import Space, Variable
+from flexura.study.space import Sobol, Space, Variable
 
 UNIT = tuple(Variable(name, 0.0, 1.0) for name in "abc")
 
@@ -61,6 +61,12 @@ def test_sobol_points_are_those_of_scipy(size):
     own = qmc.Sobol(3, scramble=True, bits=32, seed=np.random.default_rng(9))
     expected = np.vstack([own.random(1), own.random(size - 1)]) + 2.0**-33
     assert np.array_equal(Space(UNIT, "sobol", size, seed=9).points(0, size), expected)
+
+
+@pytest.mark.parametrize("axes", [1, 2, 10, 11, 30])
+def test_sobol_points_of_any_number_of_axes(axes):
+    expected = qmc.Sobol(axes, scramble=True, bits=32, seed=np.random.default_rng(4)).random(128) + 2.0**-33
+    assert np.array_equal(Sobol.of(128, axes, 4)(0, 128), expected)
 
 
 @pytest.mark.parametrize("sampling", ["sobol", "latin hypercube"])

@@ -20,6 +20,20 @@ BITS = 32
 MOST_DIMENSIONS = 21201
 """Coordinates for which direction numbers are known (Joe and Kuo 2008)."""
 
+DIRECTIONS: tuple[tuple[int, tuple[int, ...]], ...] = (
+    (1, (1,)),
+    (3, (1,)),
+    (7, (1, 3)),
+    (11, (1, 3, 1)),
+    (13, (1, 1, 1)),
+    (19, (1, 1, 3, 3)),
+    (25, (1, 3, 5, 13)),
+    (37, (1, 1, 5, 5, 17)),
+    (41, (1, 1, 5, 5, 5)),
+    (47, (1, 1, 7, 11, 19)),
+)
+"""Primitive polynomials, by their bits, and the first direction numbers of the first axes (Joe and Kuo 2008)."""
+
 ROUNDS = 12
 _GOLDEN, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
@@ -68,6 +82,17 @@ def latin_hypercube(start: int, stop: int, size: int, axes: int, seed: int) -> A
     return np.minimum(found, np.nextafter(1.0, 0.0))
 
 
+def _directions(polynomial: int, first: tuple[int, ...]) -> list[int]:
+    """The direction numbers of an axis, each a digit later than the one before (Bratley and Fox 1988)."""
+    degree, found = polynomial.bit_length() - 1, list(first)
+    for j in range(len(found), BITS):
+        own = found[j - degree] if degree else 1
+        for k in range(1, degree + 1):
+            own ^= (polynomial >> (degree - k) & 1) * (found[j - k] << k)
+        found.append(own)
+    return [own << (BITS - 1 - j) for j, own in enumerate(found)]
+
+
 @dataclass(frozen=True, eq=False)
 class Sobol:
     """Points of a Sobol' sequence scrambled by a random linear matrix and a shift (Matousek 1998), as SciPy has it.
@@ -82,16 +107,31 @@ class Sobol:
 
     @classmethod
     def of(cls, size: int, axes: int, seed: int) -> Sobol:
-        """So many points: those of the numbers 2^(j + 1) - 1 have a Gray code of a single digit."""
+        """So many points, those of SciPy's generator; for a few axes without it, which is slow to import."""
+        digits, rng = (size - 1).bit_length(), np.random.default_rng(seed)
+        if axes <= len(DIRECTIONS):
+            return cls._scrambled(digits, axes, rng.spawn(1)[0])
         from scipy.stats import qmc
 
-        sequence = qmc.Sobol(axes, scramble=True, bits=BITS, seed=np.random.default_rng(seed))
+        sequence = qmc.Sobol(axes, scramble=True, bits=BITS, seed=rng)
         points = [sequence.random(1)]
-        for digit in range((size - 1).bit_length()):
+        for digit in range(digits):  # numbers 2^(j + 1) - 1 have a Gray code of a single digit
             sequence.fast_forward(2 ** (digit + 1) - 1 - sequence.num_generated)
             points.append(sequence.random(1))
         found = (np.concatenate(points) * 2.0**BITS).astype(np.uint64)
         return cls(found[0], found[1:] ^ found[0])
+
+    @classmethod
+    def _scrambled(cls, digits: int, axes: int, rng: np.random.Generator) -> Sobol:
+        """Direction numbers times random lower triangular matrices of bits, the highest bit first, and a shift."""
+        weight = 2 ** np.arange(BITS, dtype=np.uint32)
+        shift = rng.integers(2, size=(axes, BITS), dtype=np.uint32) @ weight
+        matrix = np.tril(rng.integers(2, size=(axes, BITS, BITS), dtype=np.uint32))
+        matrix[:, np.arange(BITS), np.arange(BITS)] = 1
+        plain = np.array([_directions(*own) for own in DIRECTIONS[:axes]], dtype=np.uint32)[:, :digits]
+        bits = plain[:, None, :] // weight[::-1, None] % 2
+        directions = np.einsum("apd,p->da", matrix @ bits % 2, weight[::-1])
+        return cls(shift.astype(np.uint64), directions.astype(np.uint64))
 
     def __call__(self, start: int, stop: int) -> Array:
         """Points start ... stop - 1 (stop - start, axes)."""
