@@ -136,37 +136,26 @@ def test_names_that_cannot_move_are_errors():
 
 
 UNDAMPED = "\n".join(line for line in TEXT.splitlines() if not line.startswith("damping"))
-RESPONSES = (("carriage.tx", 30.0), ("carriage.tx", 47.2), ("carriage.ry", 300.0), ("carriage.tx:velocity", 60.0))
+RESPONSES = (("carriage.tx", 30.0), ("carriage.tx", 47.2), ("carriage.tx:velocity", 60.0), ("carriage.ry", 300.0))
 
 
-@pytest.mark.parametrize(
-    "damping",
-    ["{loss_factor: 0.02}", "{rayleigh: {frequencies: [40 Hz, 400 Hz], ratios: [0.01, 0.02]}}", "{ratio: 0.01}"],
-)
-def test_slopes_of_responses_are_those_of_the_dynamic_stiffness(damping):
-    """Of the verb with a direct solution; where ratios are given, below the modes beyond which theirs ends."""
+def solved(model, at, asked, into):
+    """Magnitudes of responses (output, Hz) to an input by the verb, solved directly at full order."""
+    outputs, hz = list(dict.fromkeys(out for out, _ in asked)), [hz for _, hz in asked]
+    own = fx.frequency_response(
+        model, at, frequency_hz=hz, inputs=[into], outputs=outputs, order="full", method="direct"
+    )
+    return np.array([abs(own.response[k, outputs.index(out), 0]) for k, (out, _) in enumerate(asked)])
+
+
+def test_slopes_of_responses_are_those_of_the_dynamic_stiffness():
+    damping = "{loss_factor: 0.02, rayleigh: {frequencies: [40 Hz, 400 Hz], ratios: [0.01, 0.02]}}"
     model = fx.loads(f"{UNDAMPED}\ndamping: {damping}\n")
-    asked = RESPONSES if "ratio:" not in damping else RESPONSES[:2]
-    found = questions(model, [f"frf({out}, x, {hz} Hz)" for out, hz in asked]).slopes(AT, NAMES)
+    found = questions(model, [f"frf({out}, x, {hz} Hz)" for out, hz in RESPONSES]).slopes(AT, NAMES)
     assert found.is_exact.all()
     at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
     for p, name in enumerate(NAMES):
-
-        def read(value, name=name):
-            own = [
-                fx.frequency_response(
-                    model,
-                    {**AT, name: value},
-                    frequency_hz=[hz],
-                    inputs=["carriage.tx"],
-                    outputs=[out],
-                    order="full",
-                    method="direct" if "ratio:" not in damping else "modal",
-                )
-                for out, hz in asked
-            ]
-            return np.array([abs(one.response[0, 0, 0]) for one in own])
-
+        read = lambda x, name=name: solved(model, {**AT, name: x}, RESPONSES, "carriage.tx")  # noqa: E731
         wanted = eighth_order(read, at[name], 2e-4 * at[name])
         size = abs(found.value / at[name])
         assert (abs(found.slope[:, p] - wanted) < 1e-6 * np.maximum(abs(wanted), size)).all()
@@ -190,13 +179,109 @@ def test_the_peak_at_the_end_of_a_band_has_the_slope_there():
     np.testing.assert_allclose(found.slope[0], found.slope[1], rtol=1e-12)
 
 
+DAMPED = BLOCK.replace("parameters:", "parameters:\n  c: {value: 20 N*s/m}\n  kp: {value: 80 N/mm}\n  z: {value: 0.05}")
+STACK = """
+nodes: {wall: [-20 mm, 0, 0]}
+ground: {wall: clamped}
+actuators: {stack: {type: piezo, nodes: [wall, stage], stiffness: kp, free_stroke: 10 um}}
+sensors: {force: {type: force, actuator: stack}}
+dashpots: {d: {nodes: [stage], damping: {tx: c}}}
+"""
+W = 2 * np.pi * 30
+
+
+def block_on(x):
+    """Dynamic stiffness of the block of DAMPED along x."""
+    return x["kx"] + 1j * W * x["c"] - W**2 * x["m"]
+
+
+@pytest.mark.parametrize(
+    ("more", "asked", "known"),
+    [
+        (STACK, "frf(x, x, 30 Hz)", lambda x: 1 / (block_on(x) + x["kp"])),
+        (STACK, "frf(x, stack, 30 Hz)", lambda x: x["kp"] / (block_on(x) + x["kp"])),
+        (STACK, "frf(force, stack, 30 Hz)", lambda x: x["kp"] - x["kp"] ** 2 / (block_on(x) + x["kp"])),
+        (STACK, "frf(force, x, 30 Hz)", lambda x: x["kp"] / (block_on(x) + x["kp"])),
+        (
+            "dashpots: {d: {nodes: [stage], damping: {tx: c}}}",
+            "frf(x:acceleration, ground.tx, 30 Hz)",
+            lambda x: 1 + W**2 * x["m"] / block_on(x),
+        ),
+        (
+            "damping: {ratio: z}",
+            "frf_peak(x, x, 20 Hz, 99 Hz)",
+            lambda x: 1 / (2 * x["kx"] * x["z"] * np.sqrt(1 - x["z"] ** 2)),
+        ),
+        (
+            "damping: {loss_factor: 2*z}",
+            "frf(x, x, 30 Hz)",
+            lambda x: 1 / (x["kx"] * (1 + 2j * x["z"]) - W**2 * x["m"]),
+        ),
+    ],
+)
+def test_responses_of_one_mass_have_the_slopes_of_their_closed_forms(more, asked, known):
+    at, names = {"kx": 2e5, "m": 2.0, "c": 20.0, "kp": 8e4, "z": 0.05}, ["kx", "m", "c", "kp", "z"]
+    names = names if "stack" in more else ["kx", "m", *(n for n in ("c", "z") if n in more.replace("dashpots", ""))]
+    found = questions(fx.loads(DAMPED + more), asked).slopes({}, names)
+    assert found.is_exact.all()
+    assert found.value[0] == pytest.approx(abs(known(at)), rel=1e-9)
+    for p, name in enumerate(names):
+        wanted = eighth_order(lambda value, name=name: abs(known({**at, name: value})), at[name], 1e-2 * at[name])
+        size = abs(found.value[0]) / at[name]
+        assert found.slope[0, p] == pytest.approx(wanted, rel=1e-8, abs=1e-9 * size)
+
+
+LOSSY = (
+    TEXT.replace(
+        "parameters:\n", "parameters:\n  c: {value: 3 N*s/m}\n  eta: {value: 0.03}\n  z: {value: 0.01}\n"
+    ).replace("        reference: x\n", "        reference: x\n        loss_factor: eta\n")
+    + """
+gravity: [0, 0, -9.81 m/s^2]
+loads: {carriage: {force: [1 N, 0, -20 N]}}
+springs: {soft: {nodes: [carriage], stiffness: {tx: 900 N/m, ry: 2 N*m/rad}}}
+dashpots:
+  between: {nodes: [leaf1.head, carriage], damping: {tx: c, rz: 0.1 N*m*s/rad}}
+  ground: {nodes: [carriage], damping: {tx: c}}
+damping: {loss_factor: eta/10, rayleigh: {frequencies: [40 Hz, 400 Hz], ratios: [z, 2*z]}}
+"""
+)
+
+
+def test_slopes_of_responses_with_all_that_damps_are_those_of_the_dynamic_stiffness():
+    """Of the verb with a direct solution: dashpots, loss factors of members and of the rest under loads, Rayleigh's."""
+    model = fx.loads(LOSSY)
+    at = {"length": 0.06, "thickness": 4.5e-4, "distance": 0.05, "c": 3.0, "eta": 0.03, "z": 0.01}
+    asked = (("carriage.tx", 47.2), ("carriage.ry:velocity", 300.0))
+    found = questions(model, [f"frf({out}, ground.tx, {hz} Hz)" for out, hz in asked]).slopes(AT, list(at))
+    assert found.is_exact.all()
+    for p, name in enumerate(at):
+        read = lambda x, name=name: solved(model, {**AT, name: x}, asked, "ground.tx")  # noqa: E731
+        wanted = eighth_order(read, at[name], 1e-3 * at[name])
+        size = abs(found.value / at[name])
+        assert (abs(found.slope[:, p] - wanted) < 1e-7 * np.maximum(abs(wanted), size)).all()
+
+
+def test_slopes_of_responses_by_ratios_are_those_of_their_values():
+    """Also where stiffer modes, which the modal sum takes as static, have part in them."""
+    own = questions(
+        fx.loads(f"{UNDAMPED}\ndamping: {{ratio: 0.01}}\n"), "frf(ry, x, 300 Hz), frf_peak(x, x, 20 Hz, 80 Hz)"
+    )
+    found = own.slopes(AT, ["length", "thickness"])
+    for p, (name, value) in enumerate({"length": 0.06, "thickness": 4.5e-4}.items()):
+        wanted = eighth_order(lambda x, name=name: own.values({**AT, name: x}).value[0], value, 5e-4 * value)
+        size = abs(found.value / value)
+        assert (abs(found.slope[:, p] - wanted) < 1e-7 * np.maximum(abs(wanted), size)).all()
+
+
 def test_slopes_that_are_differences_say_so():
-    text = BLOCK + "dashpots: {d: {nodes: [stage], damping: {tx: 20 N*s/m}}}\n"
-    found = questions(fx.loads(text), "frf(x, x, 30 Hz), mass").slopes({}, ["kx"])
+    found = questions(fx.loads(BLOCK + "damping: {ratio: 0.05}\n"), "frf(x, x, 30 Hz) at x = 0 mm, mass").slopes(
+        {}, ["kx"]
+    )
     assert list(found.is_exact) == [False, True]
-    w = 2 * np.pi * 30
-    Z = 2e5 - 2 * w**2 + 20j * w
-    assert found.slope[0, 0] == pytest.approx(-Z.real / abs(Z) ** 3, rel=1e-6)
+    w, f1 = 2 * np.pi * 30, np.sqrt(2e5 / 2)
+    Z = 2e5 - 2 * w**2 + 1j * w * 2 * 2 * 0.05 * f1
+    slope = (1 + 1j * w * 0.05 / f1) / -(Z**2)
+    assert found.slope[0, 0] == pytest.approx((slope * np.conj(1 / Z)).real * abs(Z), rel=1e-6)
 
 
 @pytest.mark.parametrize("model", [GUIDE, HUNG], ids=["bare", "hung"])

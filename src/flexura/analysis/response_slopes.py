@@ -1,4 +1,4 @@
-"""A frequency response of one design with exact derivatives by parameters, of the full-order model."""
+"""A frequency response of one design, of the full-order model, with exact derivatives by parameters."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from flexura.duals import Dual
-from flexura.linalg import count_below, inverse_roots
-from flexura.mechanism import expressions
+from flexura.duals import Dual, plain
+from flexura.errors import SolverError
+from flexura.linalg import Eigenpairs, count_below, inverse_roots, least_pivot
 from flexura.records import Record
 from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_clusters
-from flexura.structure import Design, Plan
-from flexura.systems import Ports, System, system
+from flexura.structure import Design, FullOrderModel, Plan
+from flexura.systems import DampingLaw, Ports, System, damping_law, load_of, system
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -26,15 +26,15 @@ Complex = NDArray[np.complex128]
 BEYOND = 4.0
 """Modes up to so many times the highest frequency have the modal damping ratios that are described."""
 
+LEAST_PIVOT = 1e-11
+"""Least pivot of the stiffness, its diagonal scaled to one, from which the round-off of a direct solution is not seen.
+"""
+
 
 @dataclass(frozen=True, repr=False)
 class SlopedResponse(Record):
-    """The response of one output to one input of a design of a plan, with slopes by the parameters `names`, up to
-    frequencies of `top`, Hz.
-
-    Damping by modal ratios, Rayleigh's, and one loss factor for everything, of constant numbers, at rest or under loads
-    (`is_known`); not dashpots, accelerated bases, or sensors of force.
-    """
+    """The response of one output to one input of a design of a plan, solved at each frequency, with slopes by the
+    parameters `names`, up to frequencies of `top`, Hz; at rest, or under loads (`is_known`)."""
 
     _shown = ("names",)
 
@@ -51,101 +51,142 @@ class SlopedResponse(Record):
 
     @property
     def is_known(self) -> bool:
-        """Whether these slopes hold for the damping, the input and the output."""
-        if self.plan.is_posed or next(expressions(self.plan.mechanism.damping), None) is not None:
-            return False
-        own = self._system
-        still = own.input_ports[0].base is None and not own.D.any()
-        return still and own.uniform_loss is not None and not abs(own.dashpots).max() > 0
+        """Whether it is at rest, and its digits are more than round-off."""
+        return not self.plan.is_posed and least_pivot(self._system.K) > LEAST_PIVOT
 
     @cached_property
-    def _clusters(self) -> tuple[Any, list[Cluster], Array]:
-        """Modes that are damped by ratios, how they move, and M' Phi (P, n, r)."""
+    def _modes(self) -> Eigenpairs:
+        """Modes that are damped by ratios."""
         own = self._system
-        count = count_below(own.K, own.M, (2 * np.pi * BEYOND * self.top) ** 2) if own.law.is_modal else 0
+        count = count_below(own.K, own.M, (2 * np.pi * BEYOND * self.top) ** 2) if self._law.is_modal else 0
         if not count:
-            return np.zeros((own.order, 0)), [], np.zeros((len(self.names), own.order, 0))
-        pairs = whole_clusters(own.K, own.M, count)
-        changes = self._changes(pairs.vectors)
-        return pairs.vectors, moved_clusters(own.K, own.M, pairs, changes), np.stack([c.M for c in changes])
-
-    def _changes(self, X: Array) -> list[Any]:
-        return FullOrderFamily(self.plan).changes(self.parameters, list(self.names), X)
+            return Eigenpairs(np.zeros(0), np.zeros((own.order, 0)))
+        return whole_clusters(own.K, own.M, count)
 
     @cached_property
-    def _damping(self) -> tuple[Array, Array]:
-        """2 zeta omega (r,) of the damped modes and its derivatives by their eigenvalues."""
-        omega = np.sqrt(np.maximum([own.value for own in self._clusters[1] for _ in own.at], 0.0))
-        zeta = self._system.law.modal_ratios(omega / (2 * np.pi))
-        return 2 * zeta * omega, zeta / np.where(omega > 0, omega, np.inf)
+    def _moved(self) -> tuple[list[Cluster], Array]:
+        """How these modes move, and M' Phi (P, n, r)."""
+        own, pairs = self._system, self._modes
+        changes = self._family.changes(self.parameters, list(self.names), pairs.vectors)
+        return moved_clusters(own.K, own.M, pairs, changes), np.stack([c.M for c in changes])
+
+    @property
+    def _family(self) -> FullOrderFamily:
+        return FullOrderFamily(self.plan)
 
     @cached_property
-    def _ends(self) -> tuple[Array, Array]:
-        """Slopes (P, n) of the row that is read and of the load."""
-        ports = Ports(Design.with_slopes(self.plan.at_rest(), self.parameters, self.names))
-        both = ports.outputs([self.output])[0].row, ports.inputs([self.input])[0].load
-        row, load = (own.slope if isinstance(own, Dual) else np.zeros((len(self.names), len(own))) for own in both)
-        return row, load
+    def _sloped(self) -> Design:
+        if not self.names:
+            return self._system.model.design
+        return Design.with_slopes(self.plan, self.parameters, list(self.names))
 
-    def _factors(self, w: float) -> tuple[complex, complex]:
-        """What K and M are multiplied by in the dynamic stiffness (theory eq. T10)."""
-        own = self._system
-        loss = own.uniform_loss or 0.0
-        return 1 + 1j * (loss + w * own.law.beta), -(w**2) + 1j * w * own.law.alpha
+    @cached_property
+    def _law(self) -> DampingLaw:
+        """The damping of the mechanism as a whole, with slopes."""
+        design = self._sloped
+        return damping_law(self.plan.mechanism.damping, self.plan.parameter_values(design.parameters), None)
+
+    @cached_property
+    def _omega(self) -> Array:
+        """Of the damped modes (r,), rad/s, those that are repeated alike."""
+        return np.sqrt(np.maximum(self._modes.values, 0.0))
+
+    @cached_property
+    def _ratios(self) -> Any:
+        """Of the damped modes (r,), with slopes."""
+        return self._law.modal_ratios(self._omega / (2 * np.pi))
+
+    def _slope(self, x: Any) -> Array:
+        """Slopes (P, ...) of something, zero without."""
+        return x.slope if isinstance(x, Dual) else np.zeros((len(self.names), *np.shape(x)))
+
+    @cached_property
+    def _ends(self) -> tuple[Array, Array, Array]:
+        """Slopes of the row (P, n) that is read, of the load (P, n), and (P,) of what is fed directly."""
+        own, ports = self._system, Ports(self._sloped)
+        [out], [into] = ports.outputs([self.output]), ports.inputs([self.input])
+        load = load_of(into, FullOrderModel(self._sloped, own.K, own.M))
+        row, load, direct = map(self._slope, (out.row, load, out.direct(into)))
+        return row, load, direct
 
     def _solved(self, w: float) -> Complex:
-        """Displacements (n, 2) by the load and by a unit force along what is read."""
-        own, (k, m) = self._system, self._factors(w)
-        W = np.asarray(own.M @ self._clusters[0])
+        """Displacements (n, 2) by the load and by a unit force along what is read (theory eq. T14)."""
+        own = self._system
+        W = np.asarray(own.M @ self._modes.vectors)
         d = inverse_roots(own.K.diagonal())
         S = sp.diags(d)
         edge = d[:, None] * W
-        Z = S @ (k * sp.csc_matrix(own.K) + m * sp.csc_matrix(own.M)) @ S
+        K = own.K if own.H is None else own.K + 1j * own.H
+        Z = S @ sp.csc_matrix(K + 1j * w * own.C - w**2 * own.M) @ S
         right = d[:, None] * np.stack([own.B[:, 0], own.rows[0]], axis=1).astype(complex)
         if W.shape[1]:
             size = np.linalg.norm(edge, axis=0)
-            gain = 1j * w * self._damping[0] * size**2
+            gain = 2j * w * plain(self._ratios) * self._omega * size**2
             Z = sp.bmat([[Z, (edge / size) * gain], [(edge / size).T, -sp.eye(W.shape[1])]])
             right = np.concatenate([right, np.zeros((W.shape[1], 2))])
-        return np.asarray(d[:, None] * spla.splu(sp.csc_matrix(Z)).solve(right)[: own.order], dtype=complex)
+        try:
+            found = spla.splu(sp.csc_matrix(Z)).solve(right)[: own.order]
+        except RuntimeError:
+            found = np.full((own.order, 2), np.nan)
+        if not np.isfinite(found).all():
+            raise SolverError(f"nothing damps the resonance at {w / (2 * np.pi):.5g} Hz; describe `damping`")
+        return np.asarray(d[:, None] * found, dtype=complex)
+
+    def _read(self, w: float, x: Complex) -> tuple[complex, complex]:
+        """The response, and what the motion that is read is multiplied by in it."""
+        own = self._system
+        scale = (1j * w) ** int(own.derivative[0])
+        return complex(scale * (own.rows[0] @ x) + own.D[0, 0]), scale
+
+    def at(self, hz: float) -> complex:
+        """The response at a frequency. Raises SolverError at a resonance that nothing damps."""
+        w = 2 * np.pi * hz
+        return self._read(w, self._solved(w)[:, 0])[0]
 
     def by_frequency(self, hz: float) -> float:
-        """How the squared magnitude grows with the frequency."""
+        """How the squared magnitude grows with the frequency. Raises SolverError as `at`."""
         own, w = self._system, 2 * np.pi * hz
         x, y = self._solved(w).T
-        order, Phi = int(own.derivative[0]), self._clusters[0]
-        change = (1j * own.law.beta) * (own.K @ x) + (-2 * w + 1j * own.law.alpha) * (own.M @ x)
-        change = change + 1j * (own.M @ (Phi @ (self._damping[0] * (Phi.T @ (own.M @ x)))))
-        H = own.rows[0] @ x
-        return float(((-(y @ change) + order / w * H) * np.conj(H)).real * w ** (2 * order))
+        order, Phi = int(own.derivative[0]), self._modes.vectors
+        damped = own.C @ x + own.M @ (Phi @ (2 * plain(self._ratios) * self._omega * (Phi.T @ (own.M @ x))))
+        H, scale = self._read(w, x)
+        change = scale * (order / w * (own.rows[0] @ x) - y @ (1j * damped - 2 * w * (own.M @ x)))
+        return float((change * np.conj(H)).real)
 
     def magnitude(self, hz: float) -> Dual:
-        """The magnitude at a frequency, with slopes there (theory eq. V10); NaN at kinks and where it is zero."""
+        """The magnitude at a frequency, with slopes there (theory eq. V10); NaN at kinks and where it is zero. Raises
+        SolverError as `at`."""
         own, w = self._system, 2 * np.pi * hz
         x, y = self._solved(w).T
-        scale = w ** int(own.derivative[0])
-        H = own.rows[0] @ x
-        row, load = self._ends
-        changes = self._changes(np.stack([x.real, x.imag], axis=1))
-        K, M = (
-            np.stack([A[:, 0] + 1j * A[:, 1] for A in of]) for of in zip(*((c.K, c.M) for c in changes), strict=True)
-        )
-        k, m = self._factors(w)
-        slope = row @ x + load @ y - k * (K @ y) - m * (M @ y) - 1j * w * self._modal(x, y, M)
+        H, scale = self._read(w, x)
+        row, load, direct = self._ends
+        parts = np.stack([x.real, x.imag], axis=1)
+        changes = self._family.changes(self.parameters, list(self.names), parts)
+        law = self._law
+        lost = self._family.dissipated(self._sloped, parts, law.loss_factor)
+        K, M = (_complex(np.stack(of)) for of in zip(*((c.K, c.M) for c in changes), strict=True))
+        C, L = (_complex(self._slope(of)) for of in lost)
+        Kx, Mx = own.K @ x, own.M @ x
+        C = C + plain(law.alpha) * M + plain(law.beta) * K
+        C = C + self._slope(law.alpha)[:, None] * Mx + self._slope(law.beta)[:, None] * Kx
+        slope = row @ x + load @ y - (K + 1j * L + 1j * w * C - w**2 * M) @ y - 1j * w * self._modal(x, y, M)
         with np.errstate(divide="ignore", invalid="ignore"):
-            moved = (slope * np.conj(H)).real / abs(H)
+            moved = ((scale * slope + direct) * np.conj(H)).real / abs(H)
         kinked = [not c.is_smooth for c in changes]
-        return Dual(np.array(abs(H) * scale), np.where(kinked, np.nan, moved * scale))
+        return Dual(np.array(abs(H)), np.where(kinked, np.nan, moved))
 
     def _modal(self, x: Complex, y: Complex, Mx: Complex) -> Complex:
         """y' C' x (P,) of C = M Phi diag(2 zeta omega) Phi' M, with M' x (P, n)."""
-        own, (Phi, found, moved) = self._system, self._clusters
+        own, Phi = self._system, self._modes.vectors
         out = np.zeros(len(self.names), dtype=complex)
-        if not found:
+        if not Phi.shape[1]:
             return out
-        gain, bend = self._damping
+        found, moved = self._moved
+        zeta = plain(self._ratios)
+        gain, bend = 2 * zeta * self._omega, zeta / np.where(self._omega > 0, self._omega, np.inf)
         a, b = Phi.T @ (own.M @ x), Phi.T @ (own.M @ y)
         out += np.einsum("n,pnr,r->p", y, moved, gain * a) + (Mx @ Phi) @ (gain * b)
+        out += self._slope(self._ratios) @ (2 * self._omega * a * b)
         for c in found:
             at = c.at
             by_x, by_y = (np.einsum("n,pnr->pr", own.M @ z, c.outer) for z in (x, y))
@@ -153,3 +194,8 @@ class SlopedResponse(Record):
             turned = bend[at[0]] * c.slope - gain[at[0]] * c.mass
             out += np.einsum("i,pij,j->p", b[at], turned, a[at])
         return out
+
+
+def _complex(parts: Array) -> Complex:
+    """Numbers (P, n) from their real and imaginary parts (P, n, 2)."""
+    return parts[..., 0] + 1j * parts[..., 1]

@@ -6,9 +6,9 @@ Entries of K spread over many decades, and K x of a low mode would lose the digi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,21 @@ def _bend(x: Any) -> Array:
     return x.slope.slope[0, 0] if isinstance(x, Dual) else np.zeros(x.shape)
 
 
+class _Placed(NamedTuple):
+    """The copies of a part: transforms G (copies, nodes, 6, 6) into its axes, DOFs (copies, nodes, 6) and displacements
+    u (copies, nodes, 6, k) in its axes."""
+
+    G: Any
+    dofs: Index
+    u: Any
+
+    def add(self, total: Any, nodes: Any, forces: Any) -> None:
+        """Add forces on nodes, if there are any, in the part's axes, to those (n + 1, k) on all DOFs."""
+        if forces is not None:
+            own = np.swapaxes(self.G[:, nodes], -1, -2) @ forces.reshape(*self.u[:, nodes].shape)
+            np.add.at(total, self.dofs[:, nodes], own)
+
+
 class FullOrderFamily:
     """The full-order models of a plan over its parameters; not `loaded`, without what described loads do to them."""
 
@@ -131,21 +146,44 @@ class FullOrderFamily:
         return geometric_forces(model, u, X)
 
     def _elastic(self, design: Design, X: Any) -> tuple[Any, Any]:
+        KX, MX = zeros((2, self.plan.topology.n_dof + 1, X.shape[1]), design.values, X)
+        for name, placed in self._placed(design, X):
+            for nodes, k, m in self._forces(design, name, placed):
+                placed.add(KX, nodes, k)
+                placed.add(MX, nodes, m)
+        return KX[:-1], MX[:-1]
+
+    def dissipated(self, design: Design, X: Array, default: Any) -> tuple[Any, Any]:
+        """C X of the dashpots and H X of structural damping (n, k) of a design that may have slopes, `default` the loss
+        factor of what has none (theory eq. T5)."""
+        CX, HX = zeros((2, self.plan.topology.n_dof + 1, X.shape[1]), design.values, default)
+        for name, placed in self._placed(design, X):
+            part, geometry = self.plan.parts[name], design.geometry.parts[name]
+            losses: list[Any] = part.discrete_losses(design.values, default)
+            if len(part.connectivity):
+                losses.insert(0, part.table.loss_factors(design.values, default)[:, None, None])
+            for loss, (nodes, k, _) in zip(losses, self._forces(design, name, placed), strict=True):
+                placed.add(HX, nodes, None if k is None else loss * k)
+            matrices = part.dashpot_matrices(design.values, geometry)
+            for dashpot, matrix in zip(part.dashpots.values(), matrices, strict=True):
+                v = placed.u[:, dashpot.nodes]
+                placed.add(CX, np.array(dashpot.nodes), matrix @ v.reshape(len(v), 6 * len(dashpot.nodes), -1))
+        return CX[:-1], HX[:-1]
+
+    def _placed(self, design: Design, X: Any) -> Iterator[tuple[str, _Placed]]:
+        """Every part with what its copies do in displacements X (n, k)."""
         topology = self.plan.topology
-        KX, MX = zeros((2, topology.n_dof + 1, X.shape[1]), design.values, X)
         padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-        for name, own in design.matrices.items():
+        for name in design.matrices:
             part = self.plan.parts[name]
             number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
             G = design.node_transforms(name, np.arange(part.n_nodes))
             dofs = topology.dof[topology.root[number]]
-            u = G @ padded[dofs]
-            for nodes, k, m in _forces(own, part.connectivity, part.n_positioned, design.geometry.parts[name], u):
-                for into, f in ((KX, k), (MX, m)):
-                    if f is not None:
-                        back = np.swapaxes(G[:, nodes], -1, -2) @ f.reshape(*u[:, nodes].shape)
-                        np.add.at(into, dofs[:, nodes], back)
-        return KX[:-1], MX[:-1]
+            yield name, _Placed(G, dofs, G @ padded[dofs])
+
+    def _forces(self, design: Design, name: str, placed: _Placed) -> list[tuple[Any, Array | None, Array | None]]:
+        part, geometry = self.plan.parts[name], design.geometry.parts[name]
+        return _forces(design.matrices[name], part.connectivity, part.n_positioned, geometry, placed.u)
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off DOF vectors X: (o, k)."""

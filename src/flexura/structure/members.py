@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +74,7 @@ class Members:
         nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
         return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
 
-    def loss_factors(self, values: Array, default: float = 0.0) -> Array:
+    def loss_factors(self, values: Array, default: Any = 0.0) -> Array:
         """Structural loss factors of the elements (..., e); `default` for members and materials without any."""
         own = values[..., self._loss]
         return np.where(np.isnan(own), default, own)[..., self.element_member]

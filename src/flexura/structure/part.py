@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -345,11 +345,11 @@ class Part:
             found.append(None if rows is None else (piezo.stiffness(values).reshape(1, 1), rows))
         return found + [None] * len(self.channels.masses)
 
-    def discrete_losses(self, values: Array, default: float) -> list[float]:
+    def discrete_losses(self, values: Array, default: Any) -> list[Any]:
         """Loss factors of the discrete elements in the order of `discrete_elements`; `default` where there is none.
         One design."""
         losses = [default] * (len(self.bodies) + len(self.points))
-        losses += [default if entry is None else float(values[entry]) for entry in self._loss]
+        losses += [default if entry is None else values[entry] for entry in self._loss]
         return losses + [default] * (len(self.channels.piezos) + len(self.channels.masses))
 
     def dashpot_matrices(self, values: Array, geometry: PartGeometry) -> list[Array]:

@@ -35,6 +35,7 @@ from flexura.systems.system import Order as Order
 from flexura.systems.system import System as System
 from flexura.systems.system import as_quantity as as_quantity
 from flexura.systems.system import input_loads as input_loads
+from flexura.systems.system import load_of as load_of
 from flexura.systems.system import reduced as reduced
 from flexura.systems.system import system as system
 from flexura.systems.system import uniform_loss as uniform_loss

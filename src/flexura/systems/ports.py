@@ -94,6 +94,11 @@ class OutputPort(Record):
     absolute: Array
     feed: dict[str, float] = field(default_factory=dict)
 
+    def direct(self, driven: InputPort) -> Any:
+        """What a unit of an input adds to it directly: to force sensors, and to absolute accelerations as the base."""
+        fed: Any = self.feed.get(driven.channel.name, 0.0)
+        return fed if driven.base is None or self.derivative != 2 else fed + self.absolute @ driven.base
+
 
 class Ports:
     """Everything that can drive a mechanism of one design, or be read from it, by name.
@@ -289,7 +294,7 @@ class Ports:
         if isinstance(channels.actuators[key], BaseMotion):
             return np.concatenate([d, np.zeros(3)])
         point = channels.number("actuator", key, "point", self.values)
-        d = d * round(float(np.linalg.det(Q)))
+        d = d * round(float(np.linalg.det(plain(Q))))
         return np.concatenate([np.cross(Q @ point + t, d), d])
 
     def _sensor(self, name: str) -> OutputPort:

@@ -197,10 +197,10 @@ def input_loads(system: SecondOrder) -> Array:
 
 
 def _loads(ins: list[InputPort], full: FullOrderModel) -> Array:
-    return np.stack([_load(i, full) for i in ins], axis=1) if ins else np.zeros((full.order, 0))
+    return np.stack([load_of(i, full) for i in ins], axis=1) if ins else np.zeros((full.order, 0))
 
 
-def _load(placed: InputPort, full: FullOrderModel) -> Array:
+def load_of(placed: InputPort, full: FullOrderModel) -> Array:
     """Load (n,) of one unit of an input; that of an accelerated base is the inertia of everything (theory eq. T3)."""
     if placed.base is None:
         return placed.load
@@ -209,13 +209,7 @@ def _load(placed: InputPort, full: FullOrderModel) -> Array:
 
 def _direct(ins: list[InputPort], outs: list[OutputPort]) -> Array:
     """D (p, m): what force sensors and absolute accelerations get from inputs directly."""
-    D = np.zeros((len(outs), len(ins)))
-    for k, out in enumerate(outs):
-        for j, own in enumerate(ins):
-            D[k, j] = out.feed.get(own.channel.name, 0.0)
-            if own.base is not None and out.derivative == 2:
-                D[k, j] += float(out.absolute @ own.base)
-    return D
+    return np.array([[out.direct(own) for own in ins] for out in outs], dtype=float).reshape(len(outs), len(ins))
 
 
 def uniform_loss(H: Any, K: Any) -> float | None:
