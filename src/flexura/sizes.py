@@ -33,6 +33,7 @@ LIMITS = {
     "nodes": SizeLimit(50_000, "nodes placed, mesh nodes inside members too"),
     "elements": SizeLimit(50_000, "beam elements placed"),
     "dense_entries": SizeLimit(25_000_000, "entries of one full matrix"),
+    "designs": SizeLimit(20_000_000, "designs of a study that is held in memory; a folder holds any number"),
     "file_bytes": SizeLimit(2_000_000_000, "bytes of a file of data or matrices, as it is and unpacked"),
     "arrays": SizeLimit(100_000, "arrays or datasets in one file of data"),
 }

@@ -131,6 +131,13 @@ def test_short_forms_of_spreads(text, deviations):
             "",
         ),
         ("{tolerance: {vary: {t: ± 2 kg}, ask: f1}}", "tolerance.vary.t", "in m; this is in kg", ""),
+        ("{tolerance: {vary: {t: ± 0 %}, ask: f1}}", "tolerance.vary.t", "deviations of zero are none", ""),
+        (
+            "{tolerance: {vary: {t: {normal: 0 mm}}, ask: f1}}",
+            "tolerance.vary.t",
+            "per cent of a value that is zero",
+            "",
+        ),
         ("{tolerance: {vary: {t: ± -2 um}, ask: f1}}", "tolerance.vary.t", "the lower deviation is below", ""),
         ("{tolerance: {vary: {t: {normal: -1 um}}, ask: f1}}", "tolerance.vary.t", "must be positive", ""),
         ("{}", "", "one of sweep, optimize, tolerance", "sweep"),

@@ -99,6 +99,25 @@ def test_a_load_may_go_through_zero():
     assert fx.modes(bar(24), n=1).frequency_hz == pytest.approx(fx.modes(beam, n=1).frequency_hz, rel=1e-9)
 
 
+@pytest.mark.parametrize("force", [(0, 0, 0), ("F", 0, 0)], ids=["number", "parameter"])
+def test_a_load_that_is_zero_is_none(force):
+    """What knows no loads answers as without them, until the parameter is another."""
+    own = {"F": fx.describe.Parameter(value=0.0, unit="N")}
+    bare, loaded = bar(4), bar(4, loads={"b": fx.describe.Load(force=force)}, parameters=own)
+    assert fx.natural_frequencies(loaded, n=2).frequency_hz.tolist() == pytest.approx(
+        fx.natural_frequencies(bare, n=2).frequency_hz.tolist(), rel=1e-12
+    )
+    assert fx.unproven_frequencies(loaded, n=2) == pytest.approx(fx.unproven_frequencies(bare, n=2), rel=1e-12)
+    exact = [fx.compare(own, n=2, methods=["dynamic_stiffness"]).rows[0].frequency_hz for own in (bare, loaded)]
+    assert exact[0] == pytest.approx(exact[1], rel=1e-12)
+    if force[0] == "F":
+        for refused in (fx.natural_frequencies, fx.unproven_frequencies, fx.compare, fx.verify):
+            with pytest.raises(fx.OptionError, match="not under the loads"):
+                refused(loaded, {"F": 1.0})
+        with pytest.raises(fx.OptionError, match="not under the loads"):
+            fx.natural_frequencies(loaded, {"F": [0.0, 1.0]})
+
+
 @pytest.mark.parametrize(
     "zero", [{"force": (0, 0, 0)}, {"moment": (0, 0, 0)}, {"force": (0, 0, 0), "moment": (0, 0, 0)}]
 )

@@ -173,6 +173,23 @@ def test_at_its_reach_something_yields():
     assert 1 < pose.stress_margin < 1.01
 
 
+def test_a_reach_is_found_where_stress_does_not_rise_at_first():
+    """A bar on the carriage that its own forces stretch is stressed most until the leaves are."""
+    bar = """
+nodes: {tail: [0, 0, length + 5 mm], nose: [30 mm, 0, length + 5 mm]}
+links:
+  bar:
+    nodes: [tail, nose]
+    material: spring-steel
+    section: {shape: rectangle, width: 5 mm, thickness: 5 mm}
+    reference: z
+    elements: 1
+loads: {nose: {force: [2 kN, 0, 0]}, tail: {force: [-2 kN, 0, 0]}}
+"""
+    found = one(fx.loads(TEXT.replace('["leaf*.head"]', '["leaf*.head", tail]') + bar), "reach(carriage.x)")
+    assert found == pytest.approx(one(GUIDE, "reach(carriage.x)"), rel=2e-3)
+
+
 def test_a_reach_without_a_yield_stress_is_told():
     bare = fx.loads(
         TEXT.replace("material: spring-steel", "material: plain")

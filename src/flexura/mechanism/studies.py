@@ -168,9 +168,11 @@ class Spread(Part):
             raise refuse(rule, "e.g. ± 0.02 mm, or {normal: 0.01 mm}")
         if self.within is not None and self.normal is None:
             raise refuse("within belongs to a normal spread", "e.g. {normal: 0.01 mm, within: 3}")
+        low, high = self.uniform or self.triangular or (0.0, 1.0)
+        if self.normal == 0 or low == high == 0:
+            raise refuse("deviations of zero are none, as are per cent of a value that is zero", "e.g. ± 0.02 mm")
         if isinstance(self.normal, float) and self.normal <= 0:
             raise refuse("a standard deviation must be positive")
-        low, high = self.uniform or self.triangular or (0.0, 1.0)
         if isinstance(low, float) and isinstance(high, float) and not low < high:
             raise refuse("the lower deviation is below the upper one", "e.g. +0.01/-0.03 mm")
         return self

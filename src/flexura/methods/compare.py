@@ -152,7 +152,7 @@ def progressively(
         raise OptionError(f"the budget of a method is a positive number of seconds, or None, not {budget!r}")
     chosen = _chosen(methods)
     plan, single = plan_of(model, parameters), one_design(parameters)
-    plan.refuse_loads("a comparison with exact methods")
+    plan.refuse_loads("a comparison with exact methods", plan.values(single))
     full = assemble(plan, single)
     if full.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")

@@ -35,7 +35,7 @@ class ExactResponse:
         outputs: Sequence[OutputPort],
         direct: Array,
     ) -> None:
-        model.plan.refuse_loads("the exact dynamic stiffness")
+        model.plan.refuse_loads("the exact dynamic stiffness", model.values)
         if law.is_modal:
             hint = "give Rayleigh damping, a loss factor or dashpots"
             raise OptionError(f"the exact dynamic stiffness has no modes to which damping ratios could belong; {hint}")

@@ -176,8 +176,8 @@ def natural_frequencies(
     ModelError and SolverError.
     """
     plan = plan_of(model, parameters)
-    plan.refuse_loads("frequencies of many designs")
     values = plan.values(parameters)
+    plan.refuse_loads("frequencies of many designs", values)
     refuse_turned(plan, values, parameters or {})
     if n < 1:
         raise OptionError(f"the number of frequencies is at least 1, not {n}")
@@ -207,8 +207,8 @@ def independent_frequencies(
     tolerance are solved by themselves, first with as many kept modes as they need, then of full order. Raises as
     `natural_frequencies`.
     """
-    plan.refuse_loads("frequencies of many designs")
     given, all_values = dict(parameters), np.atleast_2d(plan.values(parameters))
+    plan.refuse_loads("frequencies of many designs", all_values)
     refuse_turned(plan, all_values, given)
     batch = _Batch(plan, all_values, n, tolerance, given, samples=0)
     found = np.empty((3, len(all_values), n))

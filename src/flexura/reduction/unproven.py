@@ -31,9 +31,9 @@ def unproven_frequencies(
     arrays over designs; the result is (n,) or (designs, n). Raises OptionError and SolverError.
     """
     plan = plan_of(model, parameters)
-    plan.refuse_loads("frequencies of many designs")
     parameters = parameters or {}
     values = plan.values(parameters)
+    plan.refuse_loads("frequencies of many designs", values)
     refuse_turned(plan, values, parameters)
     assembler, chains = low_order(plan), chain_assembler(plan)
     if n < 1:

@@ -208,10 +208,11 @@ class Plan(Record, Displayed):
         """The plan without the pose that is described."""
         return Plan(self.mechanism.replaced({"at": {}})) if self.is_posed else self
 
-    def refuse_loads(self, what: str) -> None:
-        """Raise OptionError where `what` takes no account of loads, gravity and a pose that are described."""
+    def refuse_loads(self, what: str, values: Array | None = None) -> None:
+        """Raise OptionError where `what` takes no account of loads, gravity and a pose that are described; loads that
+        are zero at values (..., s), if they are given, are none."""
         self.refuse_pose(what)
-        if self.is_loaded:
+        if self.is_loaded and (values is None or self.loads.act(values)):
             raise OptionError(f"{what}: not under the loads and gravity that are described; take these out for it")
 
     def refuse_pose(self, what: str) -> None:

@@ -71,7 +71,7 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
     if pieces < 1 or tapered_pieces < 1:
         raise OptionError("an element is cut into at least one piece")
     plan = model.plan
-    plan.refuse_loads("beams as exact solutions of their own")
+    plan.refuse_loads("beams as exact solutions of their own", model.values)
     beams: list[UniformBeam] = []
     kinds, dofs, ends, members = [], [], [], []
     first_kind, first_segment, n = 0, 0, model.order

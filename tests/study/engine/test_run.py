@@ -15,6 +15,7 @@ import pytest
 import flexura as fx
 from flexura.deadline import time_limit
 from flexura.errors import OptionError, SolverError
+from flexura.sizes import size_limits
 from flexura.study.engine import open_study, run
 from flexura.study.engine.work import block_size
 from flexura.study.questions import questions as asked_of
@@ -253,6 +254,15 @@ def test_blocks_of_what_takes_long_are_small():
     guide = fx.load("examples/guide/guide.yaml")
     questions = ("f1, mass", "f1, stress(leaf1) at x = 1 mm", "f1 at x = 1 mm", "f(x)", "thickness")
     assert [asked_of(guide, own).is_stacked for own in questions] == [True, False, False, False, True]
+
+
+def test_more_designs_than_memory_is_meant_to_hold_are_refused_at_once(tmp_path):
+    with pytest.raises(OptionError, match=r"without a folder: at most 20 000 000 designs .*found 1 000 000 000 000"):
+        run(asked(), Space((Variable("a", 0.0, 1.0), Variable("b", 1.0, 2.0)), "latin hypercube", 10**12))
+    with size_limits(designs=999):
+        with pytest.raises(OptionError, match="a folder holds any number"):
+            run(asked(), space())
+        assert run(asked(), space(), folder=tmp_path / "study").is_complete
 
 
 @pytest.mark.parametrize(

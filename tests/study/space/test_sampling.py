@@ -117,7 +117,7 @@ def test_the_largest_spaces_can_be_numbered():
         ((UNIT, "sobol", 2.5), "whole number from 1"),
         ((UNIT, "sobol", 4, -1), "a seed is a whole number from 0"),
         ((UNIT, "sobol", 4, 0.5), "a seed is a whole number from 0"),
-        (((Variable("a", 0, 1, count=3),), "sobol", 4), "belongs to a grid"),
+        (((Variable("a", 0, 1, count=3),), "sobol", 4), "belongs to a sweep over a grid"),
         (((Variable("a", 0, 1, count=3),), "grid", 4), "samples belong to"),
         (((Variable.of("a", [1, 2, 1]),),), "a: 1 stands in the list 2 times"),
         (((Variable.of("a", [1, 2]), Variable.of("b", [1, 2, 3])), "list"), "a has 2, b has 3"),

@@ -215,8 +215,6 @@ def progressively(
         raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
     if model.at:
         raise OptionError("verification: at rest alone, not at the pose that is described; take `at` out for it")
-    if model.loads or any(model.gravity):
-        raise OptionError("solid elements feel no preload: take the loads and gravity that are described out for it")
     fine = FINE if size is None else float(size)
     least, most = SIZES
     if not least <= fine <= most:
@@ -225,6 +223,7 @@ def progressively(
     matrices, announce = _matrices(solver), told(progress)
     models, described = beam_models(model, single)
     corrected = next(own.model for own in models if own.label == PICTURED)
+    corrected.plan.refuse_loads("solid elements, which feel no preload", corrected.values)
     if corrected.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
     done = Verification(model.name, int(n), solver, described, single, (), beam_mass=beam_mass(corrected))

@@ -11,6 +11,7 @@ from pathlib import Path
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import FlexuraError, OptionError
 from flexura.extras import need
+from flexura.sizes import within
 from flexura.study.engine.cluster import connected, on_cluster
 from flexura.study.engine.pool import cpu_count, on_processes
 from flexura.study.engine.stores import Store, store_of
@@ -39,13 +40,15 @@ def run(
     cluster whose `scheduler` has this address: the same blocks, the same bytes. With a `folder` every block that is
     done is kept there, and a study that was interrupted goes on; without one all are held in memory. A short study, or
     what is left of one, is worked out by this process itself. `progress` is told of every block. Raises OptionError for
-    a folder that cannot be written to or that another process works in, and for a scheduler that is away; SolverError
-    for what a block raises, and when workers die.
+    a folder that cannot be written to or that another process works in, for a scheduler that is away, and for more
+    designs than memory is meant to hold; SolverError for what a block raises, and when workers die.
     """
     if workers is not None and workers < 1:
         raise OptionError(f"the number of workers is at least 1, not {workers}")
     if workers is not None and scheduler is not None:
         raise OptionError("a scheduler has workers of its own: give workers or a scheduler")
+    if folder is None:
+        within("designs", space.size, "a study without a folder")
     work = Work(questions, space, dict(parameters or {}))
     with ExitStack() as stack:
         client = stack.enter_context(connected(scheduler)) if scheduler is not None else None

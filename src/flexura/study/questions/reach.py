@@ -33,7 +33,10 @@ SMALL = 1e-4
 """First step, over the size of the mechanism or in rad, from which the stroke at yield is estimated."""
 
 PARTS = 4
-"""Steps to the stroke at which it would yield if it were linear."""
+"""Steps to the stroke at which it would yield if stress rose on as it does."""
+
+GROWTH = 30.0
+"""Of a step over the one before: under loads stress may fall, or stay, before it rises."""
 
 MOST = 200
 """Steps after which nothing is said to yield."""
@@ -89,7 +92,7 @@ class _Stroke:
         reached = self.ratio(last)
         if reached >= 1:
             return 0.0
-        for count in range(MOST):
+        for _ in range(MOST):
             value = min(before + step, HALF_TURN) if self.of.turns else before + step
             if before >= most or value <= before:
                 return np.inf
@@ -97,10 +100,9 @@ class _Stroke:
             now = self.ratio(state)
             if now >= 1:
                 return self._first(last, before, value, side)
-            if count == 0:
-                step = value * (1 - reached) / max(now - reached, 1e-12) / PARTS
-                step = min(max(step, value), self.size)
-            last, before = state, value
+            left = (1 - now) / (now - reached) * (value - before) if now > reached else np.inf
+            step = min(max(left / PARTS, step), GROWTH * step, self.size)
+            last, before, reached = state, value, now
         raise SolverError(f"nothing yields up to {self.of.name} = {self.said(last)}")
 
     def _first(self, last: Equilibrium, low: float, high: float, side: float) -> float:

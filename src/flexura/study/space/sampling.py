@@ -93,7 +93,7 @@ class Space(Record):
         for own in self.variables:
             if own.count is not None:
                 hint = f"write {own.name}=LOW:HIGH"
-                raise OptionError(f"{own.name}: a count of values belongs to a grid, not to {self.sampling}; {hint}")
+                raise OptionError(f"{own.name}: a count of values ({own.count}) belongs to a sweep over a grid; {hint}")
         self._refuse_repeated()
         if len(self.variables) > MOST_DIMENSIONS:
             raise OptionError(f"at most {MOST_DIMENSIONS} variables are sampled, not {len(self.variables)}")
