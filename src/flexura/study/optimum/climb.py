@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
+from flexura.study.optimum.stationarity import stationarity
 
 Array = NDArray[np.float64]
 Method = Literal["slsqp", "trust-constr"]
@@ -28,6 +29,7 @@ CLOSE = 1e-5
 """Distance, of the range of a variable, at which a search keeps off designs that failed."""
 
 BESIDE = "designs beyond have no answer"
+HOLDS = "the conditions of an optimum hold"
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,12 @@ class Climb:
         return self.best is not None and self.best.violation <= FEASIBLE
 
 
+class _Settled(Exception):  # noqa: N818  it ends a search, and never reaches a user
+    """The best design meets the conditions of an optimum."""
+
+
 class _Seen:
-    """Remembers the best design of a search."""
+    """Remembers the best design of a search, and ends the search where it meets the conditions of an optimum."""
 
     def __init__(self, land: Landscape) -> None:
         self.land = land
@@ -58,6 +64,8 @@ class _Seen:
         sample = self.land.at(z)
         if self.best is None or is_better(sample, self.best):
             self.best = sample
+            if sample.violation <= FEASIBLE and stationarity(self.land, sample).is_settled:
+                raise _Settled
         return sample
 
 
@@ -84,9 +92,18 @@ def climb(
     before = land.evaluations
     seen = _Seen(land)
     try:
+        converged, said = _climbed(seen, start, method, accuracy)
+    except _Settled:
+        converged, said = True, HOLDS
+    return Climb(start, seen.best, land.evaluations - before, converged, said)
+
+
+def _climbed(seen: _Seen, start: Array, method: Method, accuracy: float) -> tuple[bool, str]:
+    """Search from a position; whether that converged, and why it ended."""
+    try:
         seen.at(start)
     except FailedDesign:
-        return Climb(start, None, land.evaluations - before, False, "the start has no answer")
+        return False, "the start has no answer"
     converged, said = _within(seen, _ascent, start, method, accuracy)
     assert seen.best is not None
     if seen.best.violation > FEASIBLE:
@@ -95,7 +112,7 @@ def climb(
             converged, said = _within(seen, _ascent, seen.best.z, method, accuracy)
     if method != "slsqp":
         converged, _ = _within(seen, _ascent, seen.best.z, "slsqp", accuracy)
-    return Climb(start, seen.best, land.evaluations - before, converged, said)
+    return converged, said
 
 
 Search = Callable[["_Seen", Array, Method, float, Array, Array], tuple[bool, str]]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.deadline import Listener, Progress, unheard
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method, climb, is_better
 from flexura.study.optimum.landscape import Judged, Landscape, Sample
-from flexura.study.optimum.stationarity import Stationarity, stationarity, upward
+from flexura.study.optimum.stationarity import SETTLED, Stationarity, stationarity, upward
 
 Array = NDArray[np.float64]
 
@@ -21,9 +21,6 @@ SAME = 1e-4
 
 STATIONARY = 1e-3
 """Residual of the conditions of Karush, Kuhn and Tucker up to which a design is called an optimum."""
-
-SETTLED = 1e-7
-"""Residual from which on a design is searched from once more."""
 
 RISE = 1e-3
 """Curvature, over the scale of the goal, from which on a stationary design is left along it."""

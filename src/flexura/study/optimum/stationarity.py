@@ -19,6 +19,12 @@ ACTIVE = 1e-4
 FLAT = 1e-2
 """Gradient of a goal, over its scale, from which on its residual is taken relative to it."""
 
+SETTLED = 1e-7
+"""Residual up to which a search from a design finds nothing better."""
+
+GAP = 1e-10
+"""What a goal may gain, over its scale, where a search ends."""
+
 BETWEEN = -1
 """In place of the number of a version: of a direction between frequencies that coincide."""
 
@@ -37,7 +43,8 @@ class Stationarity:
     scaled position, over that gradient or over `FLAT`, whichever is larger (Karush 1939; Kuhn and Tucker 1951).
     `coalesced` says that more than one version of the goal has weight; `held` (h, P) are gradients of what must not
     change to first order. The Lagrangian is version `goal` of the goal and those of the limits (v,) times `weights`;
-    `is_smooth` says that it is, with no direction of a space of repeated frequencies in it.
+    `is_smooth` says that it is, with no direction of a space of repeated frequencies in it. `gap` is what the goal
+    would gain, over its scale, if what holds the design held it exactly.
     """
 
     limits: Array
@@ -50,6 +57,12 @@ class Stationarity:
     goal: int
     weights: Array
     is_smooth: bool
+    gap: float
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the conditions hold to so many digits that a search has no more to find."""
+        return self.is_smooth and self.residual <= SETTLED and self.gap <= GAP
 
 
 def stationarity(land: Landscape, sample: Sample) -> Stationarity:
@@ -98,6 +111,7 @@ def stationarity(land: Landscape, sample: Sample) -> Stationarity:
     top = int(np.argmax(weights[: len(goals)]))
     coalesced = len(pulling) > 1
     is_smooth = not (coalesced or top >= len(leading) or strong[ends[0] : ends[1]][~known].any())
+    gap = float(np.abs(of_versions @ sample.margins) + low @ sample.z + high @ (1 - sample.z))
     return Stationarity(
         limits,
         low,
@@ -109,6 +123,7 @@ def stationarity(land: Landscape, sample: Sample) -> Stationarity:
         int(leading[min(top, len(leading) - 1)]),
         of_versions,
         is_smooth,
+        gap,
     )
 
 
