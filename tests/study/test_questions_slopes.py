@@ -273,6 +273,15 @@ def test_slopes_of_responses_by_ratios_are_those_of_their_values():
         assert (abs(found.slope[:, p] - wanted) < 1e-7 * np.maximum(abs(wanted), size)).all()
 
 
+def test_a_response_of_zero_has_no_slope_and_says_so():
+    found = questions(GUIDE, "frf(x, y, 30 Hz), frf(x, x, 30 Hz)").slopes({}, ["thickness"])
+    assert found.value[0] == 0
+    assert np.isnan(found.slope[0, 0])
+    assert np.isfinite(found.slope[1, 0])
+    assert "it is zero, and has no derivative" in found.reason[0]
+    assert not found.reason[1]
+
+
 def test_slopes_that_are_differences_say_so():
     found = questions(fx.loads(BLOCK + "damping: {ratio: 0.05}\n"), "frf(x, x, 30 Hz) at x = 0 mm, mass").slopes(
         {}, ["kx"]

@@ -172,8 +172,12 @@ class Exact:
         """Magnitudes of responses, where exact slopes of them are known."""
         for k in places:
             found = sloped_magnitude(self.plan, self.parameters, self.names, self.asked[k].arguments)
-            if found is not None:
-                self._tell(k, found)
+            if found is None:
+                continue
+            self._tell(k, found)
+            if np.isnan(self.slope[k]).any():
+                none = "it is zero" if not self.value[k] else "the design is at a kink"
+                self.reason[k] = f"{self.asked[k].text}: {none}, and has no derivative"
 
     def _frequencies(self, places: list[int]) -> None:
         single = OneDesign(self.plan, self.parameters, self.asked)
