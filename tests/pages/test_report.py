@@ -28,7 +28,9 @@ from helpers.shell import flexura
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "examples").glob("*/*.yaml"))
 GUIDE = ROOT / "examples/guide/guide.yaml"
-FLOATING = GUIDE.read_text(encoding="utf-8").partition("ground:")[0]
+TEXT = GUIDE.read_text(encoding="utf-8").partition("studies:")[0]
+"""The guide without its study, which takes as long as all the rest."""
+FLOATING = TEXT.partition("ground:")[0]
 DESCRIBED = """
 actuators:
   coil: {type: force, nodes: [carriage], direction: x, limit: 2 N}
@@ -107,7 +109,7 @@ class Page(HTMLParser):
 
 def described(folder: Path, name: str = "described.yaml", title: str = "a guide") -> Path:
     """A guide whose file describes all that a report tells."""
-    text = GUIDE.read_text(encoding="utf-8").replace("name: parallel leaf-spring guide", f"name: {json.dumps(title)}")
+    text = TEXT.replace("name: parallel leaf-spring guide", f"name: {json.dumps(title)}")
     path = folder / name
     path.write_text(text + DESCRIBED, encoding="utf-8")
     return path
@@ -145,10 +147,10 @@ def test_the_same_input_gives_the_same_file(tmp_path):
 
 def test_every_section_is_there_or_says_why(tmp_path):
     found = fx.report(fx.load(described(tmp_path)))
-    assert {name for name, state in found.states.items() if state != "shown"} == {"solid", "test"}
-    bare = fx.report(fx.load(GUIDE))
+    assert {name for name, state in found.states.items() if state != "shown"} == {"studies", "solid", "test"}
+    bare = fx.report(fx.loads(TEXT))
     absent = [name for name, state in bare.states.items() if state == "absent"]
-    assert absent == ["statics", "stroke", "stress", "buckling", "solid", "test"]
+    assert absent == ["statics", "stroke", "stress", "buckling", "studies", "solid", "test"]
     for name in absent:
         section = bare.html.partition(f'<section id="{name}"')[2].partition("</section>")[0]
         assert len(re.sub(r"<[^>]*>", "", section)) > 60
@@ -215,6 +217,55 @@ def test_commands_make_the_numbers_about_a_pose_again(tmp_path, monkeypatch):
     numbers_are_made_again(described(tmp_path), {"thickness": 4e-4}, {"carriage.y": 1e-4})
 
 
+STUDIES = """
+studies:
+  lightest:
+    optimize:
+      vary: {thickness: {from: 0.3 mm, to: 0.6 mm}}
+      minimise: mass
+      subject_to: f1 >= 50 Hz
+      starts: 1
+  over:
+    sweep:
+      vary: {thickness: {from: 0.3 mm, to: 0.6 mm, steps: 7}, length: [50 mm, 60 mm]}
+      ask: f1, mass
+  parts:
+    tolerance:
+      vary: {thickness: ± 0.02 mm, width: {normal: 0.05 mm}}
+      ask: [f1, mass]
+      require: f1 >= 54 Hz
+      samples: 96
+  many:
+    sweep: {vary: {thickness: {}}, ask: f1, sampling: sobol, samples: 1000000}
+"""
+
+
+def test_studies_are_told_with_commands_that_make_them_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "studies.yaml"
+    path.write_text(TEXT + STUDIES, encoding="utf-8")
+    found = fx.report(fx.load(path), {"width": 0.021}, file=path, n=1)
+    section = found.html.partition('<section id="studies"')[2].partition("</section>")[0]
+    page = Page(section)
+    assert found.states["studies"] == "shown" and page.faults == []
+    assert section.count("<img") == 3 and "f1 &gt;= 50 Hz: 1 % less buys" in section
+    for cells, command in page.numbers:
+        asked = printed(command)
+        missing = [n for cell in cells for n in NUMBER.findall(cell) if not is_among(n, asked)]
+        assert cells and not missing, (command, missing)
+    assert [len(cells) for cells, _ in page.numbers] == [2, 2, 8, 10]
+    assert page.commands[-1] == f"flexura sweep {path} --study many --set 'width=21 mm'"
+    assert "takes longer" in section
+
+
+def test_a_study_that_fails_says_so_beside_those_that_do_not():
+    wrong = STUDIES.replace("ask: f1, mass", "ask: f1, stress")
+    found = fx.report(fx.loads(TEXT + wrong.replace("samples: 96", "samples: 1000000")), n=1)
+    section = found.html.partition('<section id="studies"')[2].partition("</section>")[0]
+    assert found.states["studies"] == "failed" and "nothing loads this mechanism" in section
+    assert section.count("<img") == 1 and section.count("takes longer") == 2
+
+
 def test_numbers_that_are_not_printed_are_seen():
     assert is_among("7.5205", np.array([7.52049])) and not is_among("7.5205", np.array([7.531, 75.205]))
     assert is_among("-270", np.array([90.0])) and not is_among("-270", np.array([95.0]))
@@ -232,7 +283,7 @@ TURN = "  turn: {type: moment, nodes: [carriage], direction: z, limit: 3 N*mm}\n
 
 def test_every_member_is_under_the_worst_corner_of_the_limits(tmp_path):
     path = tmp_path / "two.yaml"
-    text = GUIDE.read_text(encoding="utf-8") + DESCRIBED.replace("sensors:\n", f"{TURN}sensors:\n")
+    text = TEXT + DESCRIBED.replace("sensors:\n", f"{TURN}sensors:\n")
     path.write_text(text, encoding="utf-8")
     model = fx.load(path)
     worst: dict[str, tuple[float, dict[str, float]]] = {}
@@ -278,7 +329,7 @@ def test_what_floats_has_no_freedoms_to_count():
 
 
 def test_without_a_file_commands_are_python():
-    page = Page(fx.report(fx.load(GUIDE)).html)
+    page = Page(fx.report(fx.loads(TEXT)).html)
     assert page.commands and all(command.startswith("fx.") for command in page.commands)
 
 
@@ -291,7 +342,7 @@ def test_what_cannot_be_asked_for():
     ]
     for arguments in impossible:
         with pytest.raises(fx.FlexuraError):
-            fx.report(fx.load(GUIDE), **arguments)
+            fx.report(fx.loads(TEXT), **arguments)
 
 
 def test_the_command_writes_the_page(tmp_path):

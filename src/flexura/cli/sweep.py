@@ -169,29 +169,14 @@ def print_study(table: StudyTable) -> None:
     print_warnings(console, table.warnings)
 
 
-def _extreme(table: StudyTable, heading: str, unit: str, design: int) -> str:
-    """The value of a quantity in a design, an interval where it is not proven."""
-    from flexura.tables import quantity
-
-    own = table.legible(design, design + 1)[heading][0]
-    return f"{own} {unit}" if isinstance(own, str) else quantity(own, "" if unit == "1" else unit)
-
-
 def _print_extremes(console: Any, table: StudyTable) -> None:
     """The lowest and the highest value of each quantity, and the design that has it."""
     from rich.markup import escape
     from rich.table import Table
 
     grid = Table("asked", "lowest", "in design", "highest", "in design", box=None, header_style="bold")
-    for heading in table.asked:
-        own = table.summary.extremes.get(heading)
-        if own is not None and own.lowest_design >= 0:
-            name, _, unit = heading.rpartition(" [")
-            unit = unit.removesuffix("]") if name else "1"
-            lowest, highest = (
-                _extreme(table, heading, unit, design) for design in (own.lowest_design, own.highest_design)
-            )
-            grid.add_row(escape(name or heading), lowest, str(own.lowest_design), highest, str(own.highest_design))
+    for name, lowest, low, highest, high in table.extremes():
+        grid.add_row(escape(name), lowest, str(low), highest, str(high))
     if grid.row_count:
         console.print()
         console.print(grid)

@@ -79,6 +79,14 @@ class ViewerFigure:
 
 
 @dataclass(frozen=True)
+class Picture:
+    """A picture that stands still, a data URI, and what it shows in words."""
+
+    source: str
+    caption: str
+
+
+@dataclass(frozen=True)
 class Folded:
     """What is there for those who unfold it."""
 
@@ -101,7 +109,7 @@ class Facts:
     rows: Sequence[tuple[Fact, str, str]]
 
 
-Block: TypeAlias = Paragraph | Bullets | Evidence | Table | ChartFigure | ViewerFigure | Folded | Facts
+Block: TypeAlias = Paragraph | Bullets | Evidence | Table | ChartFigure | ViewerFigure | Picture | Folded | Facts
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def doubts_figure(subject: Subject, check: CheckReport) -> list[Block]:
         return []
     model = assemble(subject.plan.at_rest(), subject.parameters)
     try:
-        scene, picture = scene_of(model, check), _png(draw_doubts(model, check))
+        scene, picture = scene_of(model, check), png_of(draw_doubts(model, check))
     except FlexuraError as error:
         return [Paragraph(f"The doubts cannot be shown in three dimensions: {error}", "bad")]
     return [ViewerFigure("doubts", to_json(scene), picture, f"{scene.name}, with its doubts where they are")]
@@ -43,7 +43,7 @@ def scene_content(subject: Subject, shown: Sequence[Shown]) -> Content:
     except FlexuraError as error:
         return Content([Paragraph(f"Nothing can be shown in three dimensions: {error}", "bad")], "failed")
     modes = [own for own in shown if isinstance(own, Modes)]
-    picture = _png(_sheet(modes[0]) if modes else draw_mechanism(subject.model))
+    picture = png_of(_sheet(modes[0]) if modes else draw_mechanism(subject.model))
     blocks: list[Block] = [
         ViewerFigure("scene", to_json(scene), picture, f"{scene.name}: {len(scene.motions)} motions")
     ]
@@ -59,7 +59,7 @@ def _sheet(found: Modes) -> Figure:
     return draw_sheet(found.model, found.shapes[:, :, : len(modes)], titles, said, flags=flags)
 
 
-def _png(figure: Figure) -> str:
+def png_of(figure: Figure) -> str:
     """A small PNG as a data URI."""
     drawn, packed = io.BytesIO(), io.BytesIO()
     figure.savefig(drawn, format="png", dpi=PICTURE_DPI)

@@ -16,6 +16,7 @@ from flexura.pages.report.document import (
     Facts,
     Folded,
     Paragraph,
+    Picture,
     Section,
     Table,
     ViewerFigure,
@@ -161,6 +162,11 @@ def _viewer(block: ViewerFigure) -> str:
     )
 
 
+def _picture(block: Picture) -> str:
+    source, said = escape(block.source), escape(block.caption)
+    return f'<figure class="picture"><img src="{source}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+
+
 def _folded(block: Folded) -> str:
     inner = "".join(_block(own) for own in block.blocks)
     return f"<details><summary>{escape(block.summary)}</summary>{inner}</details>"
@@ -182,6 +188,7 @@ _WRITERS: dict[type, Callable[[Any], str]] = {
     Table: _table,
     ChartFigure: _chart,
     ViewerFigure: _viewer,
+    Picture: _picture,
     Folded: _folded,
     Facts: _facts,
 }

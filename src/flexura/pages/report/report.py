@@ -27,6 +27,7 @@ from flexura.pages.report.html import body_of, data_of
 from flexura.pages.report.loaded import buckling, static_response, stresses
 from flexura.pages.report.responses import frequency_responses
 from flexura.pages.report.strokes import over_the_stroke
+from flexura.pages.report.studies import studies
 from flexura.pages.report.subject import Subject
 from flexura.pages.report.summary import facts_of, warnings_of
 from flexura.pages.report.understood import understood
@@ -44,6 +45,7 @@ MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
     "responses": ("Frequency responses", frequency_responses),
     "stress": ("Stress and margins", stresses),
     "buckling": ("Preload and buckling", buckling),
+    "studies": ("Studies", studies),
     "solid": ("Against the solid", against_the_solid),
     "test": ("Test", tested),
 }
@@ -93,9 +95,9 @@ def report(
     """Everything that is known of a mechanism as one HTML page that needs no network.
 
     What was understood, `n` certified modes, freedoms, statics, the described stroke, frequency responses, stress,
-    buckling and the described test, each where it applies; finite elements with `solid`, which take longer. Every
-    number unfolds to its evidence and to the command that makes it again. A section that fails says why, and the
-    others go on.
+    buckling, the described studies that are small and the described test, each where it applies; finite elements with
+    `solid`, which take longer. Every number unfolds to its evidence and to the command that makes it again. A section
+    that fails says why, and the others go on.
 
     `parameters` replace default values, `at` is a pose as `flexura.at` takes it; SI. `out` is written, whole or not at
     all, where it is given. `file` is the one that the mechanism was read from: commands name it, and the page tells its

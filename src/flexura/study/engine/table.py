@@ -18,7 +18,7 @@ from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.summary import Extremes, Summary
 from flexura.study.engine.work import PROVEN, Columns, bounds_of
 from flexura.study.questions import are_proven
-from flexura.tables import ROWS, Facts, Table, counted
+from flexura.tables import ROWS, Facts, Table, counted, quantity
 from flexura.tables import number as digits
 
 if TYPE_CHECKING:
@@ -206,6 +206,23 @@ class StudyTable(Tabular):
                 ends = (digits(float(end)) or "?" for end in (low[k], high[k]))
                 table[heading][k] = " to ".join(ends)
         return table
+
+    def extremes(self) -> Iterator[tuple[str, str, int, str, int]]:
+        """Of everything asked that has a value its name, the lowest value in words, the number of the design that has
+        it, and both of the highest; an interval where a frequency is not proven within 0.1 %."""
+        for heading in self.asked:
+            own = self.summary.extremes.get(heading, Extremes())
+            if own.lowest_design >= 0:
+                name, bracket, unit = heading.rpartition(" [")
+                unit = unit.removesuffix("]") if bracket else ""
+                low, high = (
+                    self._in_words(heading, unit, design) for design in (own.lowest_design, own.highest_design)
+                )
+                yield name or heading, low, own.lowest_design, high, own.highest_design
+
+    def _in_words(self, heading: str, unit: str, design: int) -> str:
+        own = self.legible(design, design + 1)[heading][0]
+        return f"{own} {unit}" if isinstance(own, str) else quantity(own, "" if unit == "1" else unit)
 
     def _columns(self) -> dict[str, Any]:
         return self.to_columns()
