@@ -1,11 +1,16 @@
 """Modes that are followed by what moves, through crossings, against closed forms."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import flexura as fx
 from flexura.structure import plan_of
 from flexura.study.questions import questions
+from flexura.study.questions.single import OneDesign
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 BLOCK = """
 flexura: 1
@@ -89,3 +94,43 @@ ground: {a: clamped}
     assert "does not move in the lowest 12 modes" in found.reason[0]
     assert found.value[0, 1] == pytest.approx(found.value[0, 2], rel=1e-3)
     assert "b.y" not in found.reason[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "ask", "varied"),
+    [
+        ("xy_stage/xy_stage", "f(table.rx), f(table.y)", ("table_thickness", "leaf_thickness")),
+        ("rpr/rpr", "f(platform.x), f(platform.rz)", ("leaf_thickness", "plate")),
+    ],
+)
+def test_modes_of_blocks_are_those_that_the_full_order_follows(name, ask, varied):
+    plan = plan_of(fx.load(EXAMPLES / f"{name}.yaml"))
+    at, rng = plan.parameter_values(), np.random.default_rng(5)
+    designs = {own: at[own] * rng.uniform(0.97, 1.03, 4) for own in varied if own in at}
+    assert designs
+    asked = questions(plan, ask)
+    assert asked.is_stacked
+    found = asked.values(designs)
+    assert found.is_proven.all()
+    for chosen in ([1], [3, 0]):
+        some = asked.values({own: value[chosen] for own, value in designs.items()})
+        for one, every in ((some.value, found.value), (some.lower, found.lower), (some.reason, found.reason)):
+            assert np.array_equal(one, every[chosen])
+    single = OneDesign(plan, {own: float(value[3]) for own, value in designs.items()}, asked.quantities)
+    for k, own in enumerate(asked.quantities):
+        number, doubt = single.mode(own)
+        low, high = found.lower[3, k], found.upper[3, k]
+        assert low * (1 - 1e-9) <= single.frequencies(own).hertz[number] <= high * (1 + 1e-9)
+        assert doubt in found.reason[3]
+
+
+def test_frequencies_by_what_moves_and_at_poses_have_columns_of_bounds():
+    guide = fx.load(EXAMPLES / "guide" / "guide.yaml")
+    asked = questions(guide, "f(x), f1 at x = 1 mm, mass")
+    assert [own.is_bounded for own in asked.quantities] == [True, True, False]
+    found = fx.sweep(guide, vary={"thickness": [0.4e-3, 0.5e-3]}, ask="f(x), f1 at x = 1 mm", workers=1).to_frame()
+    for text in ("f(carriage.x)", "f1 at carriage.x = 1 mm"):
+        value, low, high = (np.asarray(found[f"{text}{side} [Hz]"]) for side in ("", " lower", " upper"))
+        assert (low <= value).all()
+        assert (value <= high).all()
+        assert (high <= low * 1.001).all()

@@ -36,6 +36,7 @@ from flexura.reduction.model import STATE as STATE
 from flexura.reduction.model import LowOrderModel as LowOrderModel
 from flexura.reduction.model import state_of as state_of
 from flexura.reduction.model import static_nodes as static_nodes
+from flexura.reduction.moving_stacks import independent_motions as independent_motions
 from flexura.reduction.nesting import NestedModel as NestedModel
 from flexura.reduction.nesting import nested as nested
 from flexura.reduction.parts import PartReducer as PartReducer

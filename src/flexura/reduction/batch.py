@@ -225,6 +225,14 @@ def independent_frequencies(
     return found[0], found[1], found[2]
 
 
+def kept_chains(plan: Plan, n: int, tolerance: float = 1e-3) -> ChainAssembler | None:
+    """The chains of a plan with as many kept modes as `n` frequencies of the default design need; None where designs
+    by themselves are quicker, or something can move freely."""
+    batch = _Batch(plan, np.empty((0, len(plan.values()))), n, tolerance, {}, samples=0)
+    is_held = batch.is_stacked and bool((batch.chains.start(n).values > 0).all())
+    return batch.chains if is_held else None
+
+
 class _Batch:
     """Designs evaluated with as many kept modes as a default design and samples of the others need."""
 

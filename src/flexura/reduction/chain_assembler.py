@@ -320,6 +320,25 @@ class ChainAssembler:
         summed = np.bincount(self._targets[key], weights=data.ravel(), minlength=r * designs * (size + 1))
         return summed.astype(float, copy=False).reshape(r, designs, size + 1)[..., :-1]
 
+    def in_core(self, nodes: Index) -> bool:
+        """Whether global nodes follow roots in the core."""
+        return bool((self.branches.core[self.plan.topology.root[nodes]] >= 0).any(axis=1).all())
+
+    @property
+    def core_coordinates(self) -> tuple[Index, Index]:
+        """Coordinates of the whole that are translations of roots in the core, and those that are rotations."""
+        positioned = self.branches.core[self.plan.topology.has_position]
+        return tuple(self.order - self.n_core + own[own >= 0] for own in (positioned[:, :3], positioned[:, 3:]))
+
+    def node_rows(self, design: Design, nodes: Index) -> Array:
+        """B (..., k, 6, n): displacements, global frame, of global nodes (k,) that follow the core."""
+        D, _ = design.node_arms(nodes)
+        place = self.branches.core[self.plan.topology.root[nodes]]
+        place = np.where(place < 0, self.order, self.order - self.n_core + place)
+        out = np.zeros((*D.shape[:-2], 6, self.order + 1))
+        out[..., np.arange(len(nodes))[:, None, None], np.arange(6)[:, None], place[:, None, :]] = D
+        return out[..., :-1]
+
     def start(self, count: int) -> Eigenpairs:
         """Eigenpairs of the default design from which the search for `count` frequencies of others starts."""
         if count not in self._starts:

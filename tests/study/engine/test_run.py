@@ -252,7 +252,13 @@ def test_blocks_are_the_same_on_every_machine(designs, stacks, each):
 
 def test_blocks_of_what_takes_long_are_small():
     guide = fx.load("examples/guide/guide.yaml")
-    questions = ("f1, mass", "f1, stress(leaf1) at x = 1 mm", "f1 at x = 1 mm", "f(x)", "thickness")
+    questions = (
+        "f1, mass",
+        "f1, stress(leaf1) at x = 1 mm",
+        "f1 at x = 1 mm",
+        "f(x) at x = 1 mm",
+        "f(x), compliance(x)",
+    )
     assert [asked_of(guide, own).is_stacked for own in questions] == [True, False, False, False, True]
 
 

@@ -101,8 +101,8 @@ class Quantity:
 
     @property
     def is_bounded(self) -> bool:
-        """Whether answers have proven bounds."""
-        return self.kind == FREQUENCY and isinstance(self.arguments[0], int) and not self.pose
+        """Whether answers have bounds, which are NaN or wide where they are not proven."""
+        return self.kind == FREQUENCY
 
     @property
     def column(self) -> str:

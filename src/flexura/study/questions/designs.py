@@ -50,14 +50,14 @@ class Block:
         """Numbers of the designs that are not refused."""
         return np.array([d for d in range(self.count) if d not in self.refused], dtype=np.intp)
 
-    def divided(self, work: Callable[[Index], None]) -> dict[int, str]:
-        """Have the possible designs worked on together, or each by itself where that fails; why some of them fail even
-        so, by their numbers."""
-        failed = dict[int, str]()
+    def divided(self, work: Callable[[Index], None], designs: Index | None = None) -> dict[int, str]:
+        """Have some designs, by default all that are possible, worked on together, or each by itself where that fails;
+        why some of them fail even so, by their numbers."""
+        designs, failed = self.possible if designs is None else designs, dict[int, str]()
         try:
-            work(self.possible)
+            work(designs)
         except FAILURES:
-            for d in self.possible:
+            for d in designs:
                 try:
                     work(np.array([d]))
                 except FAILURES as error:

@@ -26,6 +26,20 @@ AMBIGUOUS = 0.8
 STILL = 1e-7
 """Part of the largest motion of its kind below which something does not move."""
 
+CLEARLY_STILL = 1e-4
+"""The same, of modes that are a little off."""
+
+CLEARLY = 0.5
+"""Share of a displacement, over that of the leading mode, that others close to one another have at most."""
+
+EXACTLY = 1e-6
+"""Relative difference of frequencies that are equal in such modes."""
+
+ORDERED = 2e-3
+"""Least gap of others, relative, with which it is sure which of them is the lower one."""
+
+APART, MIXED = 0.02, 1e-2
+"""Modes closer than this may mix, which matters where the other one has more than this share of the displacement."""
 
 SLOWEST = 1e-9
 """Part of the highest frequency below which a motion is rigid, and counts as one of this frequency."""
@@ -48,3 +62,19 @@ def leading_mode(hertz: Array, moved: Array, largest: float, name: str) -> tuple
         return int(groups[first][0]), ""
     others = ", ".join(f"f{groups[k][0] + 1} has {shares[k] / shares[first]:.0%}" for k in near)
     return int(groups[first][0]), f"{name} moves in several modes: of its part in f{groups[first][0] + 1}, {others}"
+
+
+def clear_mode(hertz: Array, moved: Array, largest: float, name: str) -> int | None:
+    """The number, from 0, of the mode that has most of a displacement, from modes that are a little off, as
+    `leading_mode`; None where the right ones may say otherwise, or say that there is doubt."""
+    if not np.isfinite(hertz).all() or not np.abs(moved).max(initial=0.0) > CLEARLY_STILL * largest:
+        return None
+    number, _ = leading_mode(hertz, moved, largest, name)
+    own, part = hertz[number], moved**2 / hertz
+    alike = abs(hertz / own - 1) <= EXACTLY
+    rest, most = np.where(alike, 0.0, part), part[alike].sum()
+    gap = np.where(alike, np.inf, abs(hertz / own - 1))
+    together = max(rest[group].sum() for group in close_groups(hertz, APART))
+    mixes = (gap < APART) & (rest > MIXED * most)
+    is_clear = together <= CLEARLY * most and gap.min(initial=np.inf) > ORDERED and not mixes.any()
+    return number if is_clear else None

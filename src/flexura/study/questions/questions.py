@@ -14,10 +14,9 @@ from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.sensitivity import free_names
 from flexura.structure import Design, Plan, one_design, plan_of
-from flexura.study.questions.answers import TOLERANCE, Answers, are_proven
+from flexura.study.questions.answers import Answers, are_proven
 from flexura.study.questions.catalogue import FREQUENCY, Quantity, askable
 from flexura.study.questions.designs import FAILURES, Block, reason_of
-from flexura.study.questions.followed import MODES
 from flexura.study.questions.frequencies import Frequencies
 from flexura.study.questions.grammar import separate
 from flexura.study.questions.masses import body_mass, total_mass
@@ -57,7 +56,8 @@ class Questions(Record):
             with np.errstate(all="ignore"):
                 self._masses(block, out)
                 self._parameters(block, out)
-                self._others(block, out, self._frequencies(block, out), self._statics(block, out))
+                self._frequencies(block, out)
+                self._others(block, out, self._statics(block, out))
         asked = self._of(FREQUENCY)
         out.is_proven[:] = are_proven(out.value, out.lower, out.upper)[:, asked].all(axis=1) & bool(asked)
         return out
@@ -89,8 +89,8 @@ class Questions(Record):
         return all(map(self._is_at_once, self.quantities))
 
     def _is_at_once(self, own: Quantity) -> bool:
-        by_number = own.kind == FREQUENCY and isinstance(own.arguments[0], int) and not own.pose
-        return own.kind in ("mass", "parameter") or (by_number and self._is_bare) or self._is_static(own)
+        is_frequency = own.kind == FREQUENCY and not own.pose and self._is_bare
+        return own.kind in ("mass", "parameter") or is_frequency or self._is_static(own)
 
     @property
     def _is_bare(self) -> bool:
@@ -120,19 +120,11 @@ class Questions(Record):
         for k in asked:
             out.value[designs, k] = values[str(self.quantities[k].arguments[0])]
 
-    def _frequencies(self, block: Block, out: Answers) -> Frequencies | None:
-        """Frequencies of all designs at once, of what is at rest without loads, and tell those by number."""
-        asked = {k: self.quantities[k].arguments[0] for k in self._of(FREQUENCY) if not self.quantities[k].pose}
-        if not asked or not self._is_bare:
-            return None
-        most = max(own if isinstance(own, int) else MODES for own in asked.values())
-        found = Frequencies(block, min(most, self.plan.topology.n_dof), TOLERANCE)
-        for design, why in found.failed.items():
-            out.say(design, why)
-        for k, number in asked.items():
-            if isinstance(number, int):
-                out.tell(slice(None), k, found.bounded, number - 1)
-        return found
+    def _frequencies(self, block: Block, out: Answers) -> None:
+        """Answer frequencies of all designs at once, of what is at rest without loads."""
+        asked = {k: self.quantities[k] for k in self._of(FREQUENCY) if self._is_at_once(self.quantities[k])}
+        if asked:
+            Frequencies(block, asked, out)
 
     def _statics(self, block: Block, out: Answers) -> Flags:
         """Answer what follows from the flexibility of all designs at once; which answers (designs, q) that gave."""
@@ -141,7 +133,7 @@ class Questions(Record):
             out.value[:, asked] = Statics(block, [self.quantities[k] for k in asked]).value
         return np.isfinite(out.value)
 
-    def _others(self, block: Block, out: Answers, found: Frequencies | None, known: Flags) -> None:
+    def _others(self, block: Block, out: Answers, known: Flags) -> None:
         """Answer what is asked of one design after another, where it is not known."""
         for k, own in enumerate(self.quantities):
             known[:, k] |= self._is_at_once(own) and not self._is_static(own)
@@ -154,10 +146,7 @@ class Questions(Record):
                         out.value[design, k] = single.read(own)
                         continue
                     number, doubt = single.mode(own)
-                    if found is not None and not own.pose:
-                        out.tell(design, k, found.of(design), number)
-                    else:
-                        out.tell(design, k, single.frequencies(own), number)
+                    out.tell(design, k, single.frequencies(own), number)
                     if doubt:
                         out.say(design, doubt)
                 except FAILURES as error:
