@@ -71,6 +71,7 @@ def test_stresses_and_margins_are_those_of_statics():
         assert one(HUNG, f"stress({name})") == pytest.approx(verb["leaf1.blade"].von_mises, rel=1e-12)
         assert one(HUNG, f"margin({name})") == pytest.approx(verb["leaf1.blade"].factor_to_yield, rel=1e-12)
     assert one(HUNG, "stress(leaf*)") == one(HUNG, "stress")
+    assert one(HUNG, "stress('leaf*')") == one(HUNG, 'stress("leaf*")') == one(HUNG, "stress(leaf*)")
 
 
 def test_loads_change_frequencies_and_buckle():

@@ -125,7 +125,7 @@ def _asked_at(text: str, position: int) -> tuple[Asked, int]:
     name, position = match["name"], match.end()
     arguments: tuple[str, ...] = ()
     if (own := _ARGUMENTS.match(text, position)) is not None:
-        arguments, position = tuple(part.strip() for part in own[1].split(",")), own.end()
+        arguments, position = tuple(_unquoted(part.strip()) for part in own[1].split(",")), own.end()
     elif re.match(r"\s*\(", text[position:]):
         raise OptionError(f"{name}: a ( is not closed {_where(text, position)}")
     places: tuple[Place, ...] = ()
@@ -158,6 +158,11 @@ def _pose_at(text: str, position: int) -> tuple[tuple[Place, ...], int]:
         if (more := _NEXT.match(text, position)) is None:
             return tuple(places), position
         position = more.end()
+
+
+def _unquoted(text: str) -> str:
+    """A text without the quotation marks around it, as patterns have them in files."""
+    return text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else text
 
 
 def _where(text: str, position: int) -> str:
