@@ -216,6 +216,12 @@ def test_of_very_many_designs_one_of_so_many_is_drawn_and_said():
     assert "one of 3 designs is drawn" in words(figure)
 
 
+def test_curves_without_values_have_no_numbers_beside_them():
+    figure = draw_sweep(table_of({"a [m]": np.linspace(1, 2, 5)}, {"f1 [Hz]": np.full(5, np.nan)}))
+    assert len(by_gid(figure, "failed")[0].get_xdata()) == 5
+    assert not len(figure.axes[0].get_yticks())
+
+
 def test_one_design_is_a_dot_and_none_is_refused():
     figure = draw_sweep(table_of({"a [m]": np.array([1e-3])}, {"f1 [Hz]": np.array([4.0])}))
     assert by_gid(figure, "f1 [Hz]")[0].get_ydata().tolist() == [4.0]

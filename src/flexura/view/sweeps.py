@@ -127,7 +127,9 @@ def _panel(axes: Axes, shown: DesignsShown, headings: list[str], unit: str, x: A
             axes.plot(x[doubted], own[doubted], "o", mfc="none", mec=DOUBTED, ms=6, gid=f"not proven {heading}")
     _crosses(axes, x[np.isnan(values[:, order]).any(axis=0)])
     finite = values[np.isfinite(values)] / scale.size
-    if len(finite) and finite.min() > 0 and finite.max() > WIDE * finite.min():
+    if not len(finite):
+        axes.set_yticks([])
+    elif finite.min() > 0 and finite.max() > WIDE * finite.min():
         value_axis(axes, finite)
     else:
         low, high = axes.get_ylim()
