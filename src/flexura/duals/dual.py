@@ -130,6 +130,11 @@ class Dual:
 
     def __setitem__(self, at: Any, new: Any) -> None:
         at = at if isinstance(at, tuple) else (at,)
+        if all(isinstance(k, slice | int) or k is Ellipsis for k in at):
+            self.value[at] = new.value if isinstance(new, Dual) else new
+            view = self.slope[(ALL, *at)]
+            view[...] = padded(new.slope, view.ndim - 1) if isinstance(new, Dual) else 0.0
+            return
         own = _first_last(self.slope)
         if isinstance(new, Dual):
             self.value[at] = new.value

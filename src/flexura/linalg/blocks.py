@@ -83,11 +83,11 @@ def _searched(solve: Any, M: Any, count: int, guard: int, gap: float) -> tuple[i
 
 
 def _beside(block: Array, M: Any, V: Array, MV: Array) -> tuple[Array, Array, Array] | None:
-    """M-orthonormal Q (n, b), M-orthogonal to V (n, k), M Q, and B (b, b) with block = Q B + V (...); None where the
-    block has fewer than b directions of its own."""
+    """M-orthonormal Q (n, b), M-orthogonal to V (n, k), M Q, and B (b, b) with block = Q B for a block that is
+    M-orthogonal to V but for round-off; None where it has fewer than b directions of its own."""
     B = np.eye(block.shape[1])
-    for _ in range(2):
-        block = block - V @ (MV.T @ block)
+    for k in range(2):
+        block = block - V @ (MV.T @ block) if k else block
         moved = M @ block
         gram = block.T @ moved
         size = np.sqrt(np.diagonal(gram))

@@ -254,6 +254,9 @@ class Part:
         positions = zeros((*lead, self.n_nodes, 3), own, offsets, foreign)
         positions[..., : self.n_own, :] = own
         positions[..., self.n_own : self.n_named, :] = foreign
+        if not self.members:
+            positions[..., self.n_positioned :, :] = positions[..., self.amplitude_at, :]
+            return PartGeometry(positions, np.zeros(0), np.zeros((0, 3, 3)), offsets)
         ends = positions[..., self.ends, :] + offsets
         axis = ends[..., 1, :] - ends[..., 0, :]
         length = np.sqrt(np.einsum("...i,...i->...", axis, axis))

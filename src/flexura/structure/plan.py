@@ -40,7 +40,7 @@ from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry
 from flexura.structure.pose import DescribedMotion, DescribedPose
-from flexura.structure.stacking import joined_along, picked
+from flexura.structure.stacking import common, joined_along, picked
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index, ValueTable
 from flexura.tables import Facts, Table
@@ -331,7 +331,7 @@ class Plan(Record, Displayed):
             for chain, source, node in self._foreign[name]:
                 at = self.parts[source].node_number[node]
                 foreign.append(self._outward(name, chain, affines, parts[source].positions[..., at : at + 1, :]))
-            parts[name] = part.geometry(values, joined_along(foreign, -2))
+            parts[name] = part.geometry(values, common(joined_along(foreign, -2), 2))
         Q, t = self._placed(values, affines)
         return Geometry(parts, Transforms(self.parts, parts), Q, t, self.topology)
 

@@ -7,18 +7,22 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.duals import moves, plain
 from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
 
 def picked(values: Array, entries: Index) -> Array:
-    """Values (..., *entries.shape) of some entries of (..., s); without the design axis where none of them varies."""
+    """Values (..., *entries.shape) of some entries of (..., s); without the design axis where none of them varies, and
+    without slopes where none of them has any."""
     return common(values[..., entries], entries.ndim)
 
 
 def common(own: Array, axes: int) -> Array:
-    """An array of so many axes and that of designs before them; without the latter where all designs are the same."""
+    """An array of so many axes and that of designs before them; without the latter where all designs are the same, and
+    without slopes that are zero."""
+    own = own if moves(own) else plain(own)
     return own[0] if own.ndim > axes and (own == own[:1]).all() else own
 
 
