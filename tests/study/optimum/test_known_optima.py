@@ -165,3 +165,29 @@ def test_the_portal_frame_that_sways_highest():
     assert found.value / uniform == pytest.approx(np.sqrt(m.mean()) / np.mean(m**0.25) ** 2, rel=1e-4)
     assert np.array(list(found.optimum.values())) == pytest.approx(1e-3 * m**0.25 / np.mean(m**0.25), rel=1e-3)
     assert found.active[0].per_percent == pytest.approx(0.015 * found.value, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_multipliers_are_what_the_verbs_and_new_searches_say():
+    """Of the guide with its thickness at a bound, 1 % of stress buys (df/dL) / (dS/dL), by differences of `modes` and
+    `stroke`, and what searches with limits 1 % apart gain."""
+    guide = fx.load("examples/guide/guide.yaml")
+    vary = {"thickness": (0.2e-3, 0.6e-3), "length": (30e-3, 100e-3)}
+
+    def search(limit: float) -> fx.Optimum:
+        asked = f"stress <= {limit} MPa at carriage.x = 2 mm"
+        return best(guide, vary, maximise="f1", subject_to=asked, starts=1)
+
+    def told(length: float) -> tuple[float, float]:
+        sizes = {"thickness": 0.6e-3, "length": length}
+        pose = fx.stroke(guide, sizes, move={"carriage.x": 2e-3}, steps=1)
+        members = pose.stresses(len(pose.poses) - 1).members
+        hertz = fx.modes(guide, sizes, n=1, order="full").modes[0].frequency_hz
+        return hertz, max(own.von_mises for own in members if own.von_mises is not None)
+
+    found = search(400)
+    length = found.optimum["length"]
+    (hertz, stress), (other_hertz, other_stress) = told(0.9999 * length), told(1.0001 * length)
+    stressed = found.active[0]
+    assert stressed.multiplier == pytest.approx((other_hertz - hertz) / (other_stress - stress), rel=1e-6)
+    assert stressed.per_percent == pytest.approx((search(404).value - search(396).value) / 2, rel=1e-4)
