@@ -115,6 +115,24 @@ def test_all_workers_lost_keeps_what_is_done(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("answer", [b"", b"SSH-2.0-OpenSSH_9.2"], ids=["silent", "other"])
+def test_a_port_that_is_not_of_dask_is_said(monkeypatch, answer):
+    monkeypatch.setattr(sys.modules["flexura.study.engine.cluster"], "ANSWERS", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        held = []
+
+        def greet():
+            held.append(server.accept()[0])
+            held[0].sendall(answer)
+
+        thread = threading.Thread(target=greet, daemon=True)
+        thread.start()
+        with pytest.raises(OptionError, match=r"no scheduler answers at tcp://127.*it is no dask"):
+            run(asked(), space(), scheduler=f"tcp://127.0.0.1:{server.getsockname()[1]}")
+        thread.join()
+        held[0].close()
+
+
 def test_a_scheduler_without_workers_is_said(tmp_path):
     with cluster(0, tmp_path) as (address, _, _), pytest.raises(OptionError, match="has no workers; start some with"):
         run(asked(), space(), folder=tmp_path / "study", scheduler=address)

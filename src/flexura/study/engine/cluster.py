@@ -33,6 +33,9 @@ MOST_OF_A_BUNDLE = 64
 IN_FLIGHT = 2
 """Bundles for each worker that are asked for at a time."""
 
+LONGEST_GREETING = 1_000_000
+"""Bytes, at most, of what a scheduler says first."""
+
 _ADDRESS = re.compile(r"(?:tcp|tls|ws|wss)://\[?([\w.:%-]+?)\]?:(\d{1,5})")
 
 _ONE = threading.Lock()
@@ -74,19 +77,28 @@ def connected(address: str) -> Iterator[Any]:
     if found is None:
         raise OptionError(f"{address!r} is no address of a scheduler, such as tcp://192.168.0.7:8786")
     try:
-        socket.create_connection((found[1], int(found[2])), timeout=ANSWERS).close()
+        with socket.create_connection((found[1], int(found[2])), timeout=ANSWERS) as own:
+            if address.startswith("tcp:"):
+                _greeted(own)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             client = distributed.Client(address, timeout=ANSWERS, set_as_default=False)
     except OSError as error:
         hint = "start one with `dask scheduler`, and `dask worker` on every machine"
-        raise OptionError(f"no scheduler answers at {address} ({error.strerror or 'no dask'}); {hint}") from None
+        raise OptionError(f"no scheduler answers at {address} ({error.strerror or 'it is no dask'}); {hint}") from None
     try:
         _check_workers(client, address)
         yield client
     finally:
         with suppress(Exception):
             client.close(timeout=1)
+
+
+def _greeted(own: socket.socket) -> None:
+    """Raise OSError where what accepts a connection does not begin with a length, as dask does."""
+    begun = own.recv(8, socket.MSG_WAITALL)
+    if len(begun) < 8 or int.from_bytes(begun, "little") > LONGEST_GREETING:
+        raise ConnectionError
 
 
 def _check_workers(client: Any, address: str) -> None:
