@@ -156,3 +156,36 @@ def test_designs_whose_branches_become_soft_are_solved_in_one_matrix():
         full = fx.assemble(plan, {"m": float(m)})
         true = np.sqrt(lowest(full.K, full.M, 6).values) / (2 * np.pi)
         np.testing.assert_allclose(found.frequency_hz[k], true, rtol=1e-4)
+
+
+@pytest.mark.parametrize("light", [1e-14, 1e-16, 1e-21])
+def test_a_platform_whose_rotations_have_nearly_no_mass(light):
+    """Round-off makes the pencil of the core indefinite: f = 1/(2 pi sqrt(m c)), with its compliance c, lies within."""
+    wire = {"material": "wire", "section": fx.describe.Circle(diameter=1e-3), "elements": 3}
+    leg = fx.describe.Substructure(
+        nodes={"foot": (0.03, 0, 0), "knee": (0.025, 0, 0.025), "head": (0.02, 0, 0.05)},
+        links={
+            "low": fx.describe.Link(nodes=("foot", "knee"), **wire),
+            "high": fx.describe.Link(nodes=("knee", "head"), **wire),
+        },
+        masses={"knee": fx.describe.PointMass(node="knee", mass=1e-4 * fx.describe.parameter("light"))},
+        interface=("foot", "head"),
+    )
+    inertia = 1e-4 * fx.describe.parameter("light")
+    top = fx.describe.RigidBody(centre=(0, 0, 0.05), mass=0.2, inertia=(inertia,) * 3, carries=("leg*.head",))
+    mechanism = fx.Mechanism(
+        parameters={"light": fx.describe.Parameter(value=1.0)},
+        materials={"wire": fx.describe.Material(E=200e9, nu=0.3, rho=7800 * fx.describe.parameter("light"))},
+        substructures={"leg": leg},
+        instances={"leg": fx.describe.Instance(of="leg", pattern=fx.describe.CircularPattern(count=3))},
+        bodies={"top": top},
+        ground={"leg*.foot": "clamped"},
+    )
+    plan = fx.Plan(mechanism)
+    assert chain_assembler(plan).is_arrow(2)
+    found = fx.natural_frequencies(plan, {"light": np.array([1.0, light])}, n=2)
+    model = fx.assemble(plan)
+    at = plan.topology.dof[plan.topology.numbers(["top"])[0], :3]
+    compliance = np.linalg.eigvalsh(np.linalg.inv(model.K.toarray())[np.ix_(at, at)])[::-1]
+    true = 1 / (2 * np.pi * np.sqrt(0.2 * compliance[:2]))
+    assert (found.lower_hz[1] <= true * (1 + 1e-8)).all() and (true * (1 - 1e-8) <= found.upper_hz[1]).all()

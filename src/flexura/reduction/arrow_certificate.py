@@ -134,10 +134,9 @@ def _projected(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Array]:
     ):
         Xt, n = _t(X), X.shape[-2]
         K, M, R = ((Xt @ (own @ X)).sum(axis=(1, 2)) for own in A)
-        d = np.einsum("...ii->...i", A[0])
-        error = slack[0] + n * (n + 11) * EPS * d
-        margin = (Xt @ (error[..., None] * X)).sum(axis=(1, 2))
-        found.append((K + margin, M - (Xt @ (slack[1][..., None] * X)).sum(axis=(1, 2)), R, margin))
+        errors = slack[:2] + n * (n + 11) * EPS * np.einsum("...ii->...i", A[:2])
+        margin, lost = ((Xt @ (error[..., None] * X)).sum(axis=(1, 2)) for error in errors)
+        found.append((K + margin, M - lost, R, margin))
     K, M, R, margin = (np.sum(own, axis=0) for own in zip(*found, strict=True))
     return K, M, R, margin
 
