@@ -1,6 +1,7 @@
 """Studies of the RPR mechanism, six proven frequencies of each design: what the engine adds to the kernel, one run.
 
     python benchmarks/studies.py [DESIGNS]      100000 designs of the long study by default, a minute or two
+    python benchmarks/studies.py names          designs a second by what is asked, of the RPR mechanism and the guide
 
 Section sizes vary by 10 %, Sobol' points. Processor time is that of all processes; a design costs what a study of many
 takes more than one of few, so that starts of processes do not count. The long study is extrapolated to ten million.
@@ -35,6 +36,14 @@ MANY = 10_000_000
 FEW, MORE = 4096, 36_864
 TASKS = 1000
 ROUNDS = 3
+NAMES = {
+    "rpr": "f1; f(platform.x); compliance(platform.x); stiffness(platform.y); coupling(platform.x, platform.y);"
+    " amplification(platform.x, platform.y); frf(platform.x, platform.x, 20 Hz)",
+    "guide": "f1; f(x); compliance(x); stiffness(y); coupling(carriage.x, carriage.y);"
+    " amplification(carriage.x, carriage.y); frf(x, carriage.x, 20 Hz); reach(x); stress at x = 2 mm;"
+    " stiffness(y) at x = 2 mm",
+}
+VARIED = {"rpr": SECTIONS, "guide": ("thickness", "length")}
 
 
 def ranges(mechanism: flexura.Mechanism) -> dict[str, tuple[float, float]]:
@@ -99,6 +108,23 @@ def kernel() -> tuple[float, float]:
     return bare, blocks
 
 
+def by_name() -> None:
+    """Print designs a second of a processor for each of the names that may be asked."""
+    for name, asks in NAMES.items():
+        mechanism = flexura.load(RPR.parents[1] / name / f"{name}.yaml")
+        plan = flexura.Plan(mechanism)
+        at = plan.parameter_values()
+        space = Space(
+            variables(mechanism, {own: (0.9 * at[own], 1.1 * at[own]) for own in VARIED[name]}), "sobol", 4096
+        )
+        for ask in asks.split("; "):
+            own = questions(plan, ask)
+            designs = space.designs(0, 512 if own.is_stacked else 2)
+            own.values(designs)
+            used = min(timed(lambda own=own, designs=designs: own.values(designs))[1] for _ in range(ROUNDS))  # type: ignore[misc]
+            print(f"{name:<8}{ask:<44}{len(next(iter(designs.values()))) / used:>10.0f} designs/s", flush=True)
+
+
 def a_task_each() -> tuple[float, float]:
     """Seconds of wall clock for each design on a dask cluster of two: a task per design, and a study."""
     import distributed
@@ -154,4 +180,9 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    study(int(sys.argv[2]), int(sys.argv[3])) if sys.argv[1:2] == ["study"] else main()
+    if sys.argv[1:2] == ["study"]:
+        study(int(sys.argv[2]), int(sys.argv[3]))
+    elif sys.argv[1:2] == ["names"]:
+        by_name()
+    else:
+        main()
