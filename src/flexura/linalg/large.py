@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
+from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +28,9 @@ SUPERLU_FILL = 3.3
 
 DEFINITE, INDEFINITE = 2, -2
 """Pardiso's kinds of real symmetric matrices."""
+
+LIBRARY = "PYPARDISO_MKL_RT"
+"""Variable of the environment in which pypardiso looks for the path of MKL first."""
 
 NOT_DEFINITE = -4
 """Pardiso's error for a pivot that is zero or, in a definite matrix, negative."""
@@ -70,13 +76,31 @@ def factorise_large(
 
 @cache
 def _pardiso_library() -> Any:
-    """A solver of pypardiso to be copied, since making one searches the disk; None where it is not installed."""
+    """A solver of pypardiso to be copied, since making one looks for a library; None where it is not installed."""
     try:
-        from pypardiso import PyPardisoSolver
+        with _library_named():
+            from pypardiso import PyPardisoSolver
 
-        return PyPardisoSolver()
+            return PyPardisoSolver()
     except (ImportError, OSError):
         return None
+
+
+@contextmanager
+def _library_named() -> Iterator[None]:
+    """Name the library that the package mkl installed, for which pypardiso searches the whole environment else."""
+    known = LIBRARY in os.environ
+    try:
+        found = [own.locate() for own in files("mkl") or () if own.name.startswith(("libmkl_rt.", "mkl_rt."))]
+    except PackageNotFoundError:
+        found = []
+    if found and not known:
+        os.environ[LIBRARY] = str(Path(str(found[0])).resolve())
+    try:
+        yield
+    finally:
+        if found and not known:
+            del os.environ[LIBRARY]
 
 
 def _pardiso_solver() -> Any:
