@@ -328,7 +328,9 @@ class ChainAssembler:
     def core_coordinates(self) -> tuple[Index, Index]:
         """Coordinates of the whole that are translations of roots in the core, and those that are rotations."""
         positioned = self.branches.core[self.plan.topology.has_position]
-        return tuple(self.order - self.n_core + own[own >= 0] for own in (positioned[:, :3], positioned[:, 3:]))
+        first = self.order - self.n_core
+        translations, rotations = positioned[:, :3], positioned[:, 3:]
+        return first + translations[translations >= 0], first + rotations[rotations >= 0]
 
     def node_rows(self, design: Design, nodes: Index) -> Array:
         """B (..., k, 6, n): displacements, global frame, of global nodes (k,) that follow the core."""

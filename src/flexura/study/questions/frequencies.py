@@ -62,7 +62,8 @@ class Frequencies:
     def _follow_alone(self, asked: tuple[Quantity, ...]) -> None:
         """The same of the others, and what is in doubt about it."""
         followed, possible = list(self.freedoms), self.block.possible
-        for design in possible[(self.numbers[np.ix_(possible, followed)] < 0).any(axis=1)].tolist():
+        unknown = (self.numbers[possible][:, followed] < 0).any(axis=1)
+        for design in possible[unknown].tolist():
             single = OneDesign(self.block.plan, self.block.one(design), asked)
             for q in (q for q in followed if self.numbers[design, q] < 0):
                 try:
