@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexura.errors import ExpressionError, ModelError
-from flexura.expressions import Expression, parameter
+from flexura.expressions import Expression, parameter, parts_of
 from flexura.expressions.dimension import AREA, INERTIA, LENGTH, MASS, NUMBER, PRESSURE, Dimension
 from flexura.expressions.expression import Binary, Call, Name, Negative, Number, Tree
 from flexura.mechanism import Circle, Parameter
@@ -252,3 +252,32 @@ def test_units_that_are_not_coherent(unit):
     assert Dimension.of_unit(unit) is None
     with pytest.raises(ModelError, match="coherent SI unit"):
         Parameter(value=1.0, unit=unit)
+
+
+@pytest.mark.parametrize(
+    ("text", "largest", "least"),
+    [
+        ("max(x, y)", 2, 1),
+        ("min(x, y)", 1, 2),
+        ("max(x, max(y, z))", 3, 1),
+        ("z - min(x, y)", 2, 1),
+        ("-2*max(x, y)", 1, 2),
+        ("3 - max(x, y)/(1 - 3)", 2, 1),
+        ("max(x, y) + max(y, z) - min(x, z)", 8, 1),
+        ("max(x, y)*z", 1, 1),
+        ("1/max(x, y)", 1, 1),
+        ("max(x, y)*0", 1, 1),
+        ("x + y", 1, 1),
+        (" + ".join(["max(x, y)"] * 20), 4, 1),
+    ],
+)
+def test_an_expression_is_the_largest_or_the_least_of_its_parts(text, largest, least):
+    """Whatever the values, and with as many parts as can be told apart by hand."""
+    own = Expression.parse(text)
+    values = dict(zip("xyz", np.random.default_rng(3).normal(size=(3, 50)), strict=True))
+    for function, count in (("max", largest), ("min", least)):
+        parts = parts_of(own.tree, function)
+        assert len(parts) == count
+        choose = np.max if function == "max" else np.min
+        found = choose([np.broadcast_to(Expression(part).evaluate(values), 50) for part in parts], axis=0)
+        np.testing.assert_allclose(found, own.evaluate(values), rtol=1e-13, atol=1e-13)

@@ -88,11 +88,8 @@ def optimize_command(
         )
     if strict:
         result.raise_warnings()
-    written = []
-    if out is not None and isinstance(result, Optimum) and is_model:
-        written = [result.save(out, base=file)]
-    elif out is not None and not is_model:
-        written = [write_table(result.to_columns(), out)]
+    written = [] if out is None else _saved(result, out, file)
+    is_written = bool(written)
     if plot is not None:
         from flexura.view import save_optimum
 
@@ -106,8 +103,26 @@ def optimize_command(
             print_front(result)
         for path in written:
             typer.echo(f"wrote {path}")
-    if is_model and not isinstance(result, Optimum):
+    if out is not None and not is_written:
+        _refuse(result, out, file)
+
+
+def _saved(result: Optimum | Pareto, out: Path, base: Path) -> list[Path]:
+    """What is written: a table, or a model file where there is one design for it."""
+    from flexura.study.optimum import Optimum
+
+    if out.suffix.lower() not in MODELS:
+        return [write_table(result.to_columns(), out)]
+    return [result.save(out, base=base)] if isinstance(result, Optimum) and result.is_feasible else []
+
+
+def _refuse(result: Optimum | Pareto, out: Path, base: Path) -> None:
+    """Say why there is no model file."""
+    from flexura.study.optimum import Optimum
+
+    if not isinstance(result, Optimum):
         raise _front_as_model(out)
+    result.save(out, base=base)
 
 
 def _front_as_model(out: Path | None) -> OptionError:

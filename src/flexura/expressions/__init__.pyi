@@ -17,3 +17,4 @@ from flexura.expressions.expression import Tree as Tree
 from flexura.expressions.expression import checked as checked
 from flexura.expressions.expression import format_tree as format_tree
 from flexura.expressions.expression import parameter as parameter
+from flexura.expressions.parts import parts_of as parts_of

@@ -14,7 +14,7 @@ import flexura as fx
 from flexura.deadline import Progress
 from flexura.results import plain
 from flexura.study.questions import Questions, questions
-from helpers.shell import flexura
+from helpers.shell import flexura, refused
 
 GUIDE = "examples/guide/guide.yaml"
 E, RHO, TIP = 200e9, 7800.0, 2.0
@@ -347,6 +347,40 @@ def test_the_shell_writes_a_model_of_the_optimum(tmp_path):
     text = flexura("optimize", GUIDE, *limit).stdout
     assert "f1 <= 50 Hz: 1 % more buys 0.5 Hz of f1" in text and "by modes, proven within" in text
     assert Path(out).read_text(encoding="utf-8").startswith("flexura: 1\nextends: ")
+
+
+def test_the_shell_tells_the_nearest_design_where_there_is_no_model_to_write(tmp_path):
+    out = tmp_path / "never.yaml"
+    limit = ["--vary", "thickness=0.2mm:0.6mm", "--minimise", "mass", "--subject-to", "f1 <= 5 Hz", "--starts", "1"]
+    done = flexura("optimize", GUIDE, *limit, "--out", out)
+    refused(done, "no design meets the limits")
+    assert not out.exists()
+    assert "nearest" in done.stdout and "200 µm" in done.stdout
+
+
+def test_the_largest_of_several_is_a_limit_of_each_of_them():
+    """A limit of `max` is two limits, whose multipliers add up per cent by per cent; both hold at the optimum, where
+    `max` itself has no slope."""
+    given: dict[str, Any] = {"vary": ["thickness=0.2mm:0.6mm", "length=30mm:100mm"], "maximise": "f1", "starts": 1}
+    apart = fx.optimize(fx.load(GUIDE), subject_to=["mass <= 43 g", "f2 <= 700 Hz"], **given)
+    for text in ("max(mass/43 g, f2/700 Hz) <= 1", "3 >= 1 - -2*max(mass/43 g, f2/700 Hz)"):
+        joined = fx.optimize(fx.load(GUIDE), subject_to=text, **given)
+        assert isinstance(apart, fx.Optimum) and isinstance(joined, fx.Optimum)
+        assert joined.optimum == pytest.approx(apart.optimum, rel=1e-6)
+        assert joined.kkt_residual < 1e-8 and joined.evaluations <= 2 * apart.evaluations
+        per_cent = sum(own.per_percent for own in apart.active)
+        assert len(apart.active) == 2
+        assert 100 * joined.active[0].multiplier * (2 if "-2" in text else 1) == pytest.approx(1e4 * per_cent, rel=1e-4)
+
+
+def test_the_least_of_several_is_made_as_large_as_can_be():
+    """At the best of `min` parts pull against each other: of x and 4 - x it is 2, whatever the third does above."""
+    goal = "min(min(t/1 mm, 100 mm/length), 4 - t/1 mm)"
+    given: dict[str, Any] = {"vary": {"t": (0.5e-3, 4e-3), "length": (40e-3, 200e-3)}, "starts": 2}
+    found = fx.optimize(cantilever(), maximise=goal, **given)
+    assert isinstance(found, fx.Optimum)
+    assert found.value == pytest.approx(2) and found.optimum["t"] == pytest.approx(2e-3, rel=1e-6)
+    assert found.kkt_residual < 1e-8 and any("parts of the goal coincide" in own for own in found.notes)
 
 
 def test_a_goal_that_nothing_changes_and_goals_against_each_other_are_said() -> None:

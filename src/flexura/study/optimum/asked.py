@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from flexura.study.questions import Formula, Quantity, Questions, by_members, qu
 
 Array = NDArray[np.float64]
 
+PARTS = 32
+"""Parts of a row at most; what would have more of them stands for itself."""
+
 
 @dataclass(frozen=True)
 class Combined:
@@ -23,6 +26,13 @@ class Combined:
     formula: Formula
     places: Mapping[str, int]
     sign: float = 1.0
+
+    def parts(self) -> list[Combined]:
+        """Functions of which this is the least."""
+        return [
+            replace(self, formula=own, places={asked.text: self.places[asked.text] for asked in own.quantities})
+            for own in self.formula.parts("min" if self.sign > 0 else "max")
+        ]
 
     def value(self, quantities: Array) -> Array:
         """Values (...), SI, at quantities (..., q)."""
@@ -43,6 +53,11 @@ class Difference:
 
     first: Combined
     second: Combined
+
+    def parts(self) -> list[Difference]:
+        """Functions of which this is the least."""
+        less = [replace(own, sign=-own.sign) for own in replace(self.second, sign=-self.second.sign).parts()]
+        return [Difference(own, other) for own in self.first.parts() for other in less]
 
     def value(self, quantities: Array) -> Array:
         """Values (...), SI, at quantities (..., q)."""
@@ -114,11 +129,19 @@ class Wording:
         return Combined(formula, {own.text: self.place[own.text] for own in formula.quantities}, sign)
 
     def row(self, function: Combined | Difference, scale: float = 1.0) -> Row:
-        """A row of the function, with the frequencies and the worst of several that it depends on."""
+        """A row of the function, with the parts that it is the least of, or the frequencies and the worst of several
+        that it depends on."""
+        parts = function.parts()
+        if 1 < len(parts) <= PARTS:
+            return Row(function, scale, parts=tuple(self._smooth(own, scale, VERSIONS // len(parts)) for own in parts))
+        return self._smooth(function, scale, VERSIONS)
+
+    def _smooth(self, function: Combined | Difference, scale: float, most: int) -> Row:
+        """A row of one function with so many versions at most."""
         own = (function,) if isinstance(function, Combined) else (function.first, function.second)
         used = {place for part in own for place in part.places.values()}
         frequencies = [Frequency(ladder, k) for ladder in self.ladders for k, p in enumerate(ladder) if p in used]
-        room, worsts = VERSIONS // (NEIGHBOURS + 1) ** len(frequencies), list[Worst]()
+        room, worsts = most // (NEIGHBOURS + 1) ** len(frequencies), list[Worst]()
         for worst in self.worsts:
             if worst.place in used and len(worst.parts) <= room:
                 worsts.append(worst)

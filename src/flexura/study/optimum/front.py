@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from flexura.extras import need
 from flexura.study.optimum.climb import FEASIBLE, Method, climb
 from flexura.study.optimum.discrete import Mixed
 from flexura.study.optimum.landscape import Landscape
-from flexura.study.optimum.rows import Function, Row
+from flexura.study.optimum.rows import Row
 from flexura.study.optimum.stationarity import stationarity
 
 Array = NDArray[np.float64]
@@ -24,22 +24,6 @@ GENERATIONS = 60
 
 AGAIN = 1e-6
 """Difference of all goals, over their ranges on the front, up to which two designs are one."""
-
-
-@dataclass(frozen=True)
-class Above:
-    """A function less a `level`."""
-
-    function: Function
-    level: float
-
-    def value(self, quantities: Array) -> Array:
-        """Values (...) at quantities (..., q)."""
-        return np.asarray(self.function.value(quantities)) - self.level
-
-    def slope(self, quantities: Array) -> Array:
-        """Partial derivatives (q,) at quantities (q,)."""
-        return self.function.slope(quantities)
 
 
 class Front(NamedTuple):
@@ -124,11 +108,7 @@ def _climbed(
         whole, x = fixed.whole, x[mixed.others]
     limits = list(land.limits)
     if kept is not None:
-        limits += [
-            replace(row, function=Above(row.function, level * row.scale))
-            for k, (row, level) in enumerate(zip(goals, kept, strict=True))
-            if k != goal
-        ]
+        limits += [row.above(level) for k, (row, level) in enumerate(zip(goals, kept, strict=True)) if k != goal]
     own = replace(land, goal=goals[goal], limits=limits, evaluations=0, tried=0, _latest={})
     found = climb(own, own.box.positions(x), method)
     mixed.land.evaluations += own.evaluations

@@ -90,11 +90,11 @@ class Landscape:
             self.failures["a quantity, or its derivative, is not finite"] += 1
             raise FailedDesign(z)
         rate = self.box.rates(z)
-        goal_places = self.goal.copies(point.value)
-        of_limits = [(k, row, places) for k, row in enumerate(self.limits) for places in row.copies(point.value)]
-        goals = np.array([float(self.goal.values(point.value[places])) for places in goal_places])
+        of_goal = self.goal.versions(point.value)
+        of_limits = [(k, own.row, own.places) for k, row in enumerate(self.limits) for own in row.versions(point.value)]
+        goals = np.array([float(row.values(point.value[places])) for row, places in of_goal])
         margins = np.array([float(row.values(point.value[places])) for _, row, places in of_limits])
-        goal_slopes = np.array([self.goal.gradient(point, places) * rate for places in goal_places])
+        goal_slopes = np.array([row.gradient(point, places) * rate for row, places in of_goal])
         margin_slopes = np.array([row.gradient(point, places) * rate for _, row, places in of_limits])
         return Sample(
             z,

@@ -197,7 +197,8 @@ def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterato
             texts = [task.wording.questions.quantities[k].text for k in differenced]
             yield f"slopes of {', '.join(texts)} are differences of high order, not exact"
         if solved.stationarity.coalesced:
-            yield "frequencies coincide at the optimum: they are bounded together, and multipliers are of that bound"
+            alike = "parts of the goal" if land.goal.parts or land.goal.worsts else "frequencies"
+            yield f"{alike} coincide at the optimum: they are bounded together, and multipliers are of that bound"
     outside = (task.before < task.box.low) | (task.before > task.box.high)
     if outside.any():
         names = ", ".join(name for name, own in zip(task.names, outside, strict=True) if own)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,16 +77,50 @@ class Worst(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Above:
+    """A function less a `level`."""
+
+    function: Function
+    level: float
+
+    def value(self, quantities: Array) -> Array:
+        """Values (...) at quantities (..., q)."""
+        return np.asarray(self.function.value(quantities)) - self.level
+
+    def slope(self, quantities: Array) -> Array:
+        """Partial derivatives (q,) at quantities (q,)."""
+        return self.function.slope(quantities)
+
+
+class Version(NamedTuple):
+    """A row that has to hold with quantities from `places` (q,) in the place of its own."""
+
+    row: Row
+    places: Places
+
+
+@dataclass(frozen=True)
 class Row:
-    """A function over `scale`, at least 0 where it is a limit, made as large as can be where it is a goal."""
+    """A function over `scale`, at least 0 where it is a limit, made as large as can be where it is a goal; where it is
+    the least of several, these are its `parts`."""
 
     function: Function
     scale: float = 1.0
     frequencies: tuple[Frequency, ...] = ()
     worsts: tuple[Worst, ...] = ()
+    parts: tuple[Row, ...] = ()
 
-    def copies(self, quantities: Array) -> list[Places]:
-        """Places (q,) of the quantities in each version of the row that has to hold, the row itself first.
+    def above(self, level: float) -> Self:
+        """The row less a level, over its scale."""
+        function = Above(self.function, level * self.scale)
+        return replace(self, function=function, parts=tuple(own.above(level) for own in self.parts))
+
+    def versions(self, quantities: Array) -> list[Version]:
+        """Each version of the row that has to hold: those of its parts, or of itself, the row as it is first."""
+        return [Version(own, places) for own in self.parts or (self,) for places in own._places(quantities)]
+
+    def _places(self, quantities: Array) -> list[Places]:
+        """Places (q,) of the quantities in each version.
 
         A frequency f_k that should be higher is the least of f_k, f_(k+1) ..., one that should be lower the greatest of
         f_k, f_(k-1) ...: each of them smooth where their order is not (bound formulation: Olhoff 1989, "Multicriterion
@@ -117,5 +151,5 @@ class Row:
         return np.asarray(self.function.value(quantities)) / self.scale
 
     def gradient(self, point: Point, places: Places) -> Array:
-        """Derivatives (P,) of a version by the variables."""
+        """Derivatives (P,) of a version, with quantities from these places, by the variables."""
         return self.function.slope(point.value[places]) @ point.slope[places] / self.scale

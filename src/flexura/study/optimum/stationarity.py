@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
-from flexura.study.optimum.rows import Row
+from flexura.study.optimum.rows import Point, Row
 
 Array = NDArray[np.float64]
 
@@ -134,10 +135,17 @@ def _slopes(
     whose frequencies coincide."""
     near = np.flatnonzero(gaps <= ACTIVE)
     found = [slopes[i] for i in near]
-    if not len(near):
+    if not (len(near) and sample.point.repeated):
         return near, found
-    point = sample.point
-    rate = land.box.rates(sample.z)
+    versions = row.versions(sample.point.value)
+    for part in row.parts or (row,):
+        if any(versions[i].row is part for i in near):
+            found += [own * land.box.rates(sample.z) for own in _between(part, sample.point)]
+    return near, found
+
+
+def _between(row: Row, point: Point) -> Iterator[Array]:
+    """Gradients (P,) of a row for directions of the spaces of frequencies that coincide."""
     partial = row.function.slope(point.value) / row.scale
     for group, matrices in zip(point.repeated, point.directional, strict=True):
         for own in row.frequencies:
@@ -145,11 +153,8 @@ def _slopes(
                 rest = partial.copy()
                 rest[own.beside(0)] = 0.0
                 base = rest @ point.slope
-                found += [
-                    (base + partial[own.beside(0)] * np.einsum("i,ijp,j->p", v, matrices, v)) * rate
-                    for v in _directions(len(group))
-                ]
-    return near, found
+                for v in _directions(len(group)):
+                    yield base + partial[own.beside(0)] * np.einsum("i,ijp,j->p", v, matrices, v)
 
 
 def _directions(m: int) -> list[Array]:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.duals import Dual
 from flexura.errors import ExpressionError, OptionError
-from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Number, Tree
+from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Number, Tree, parts_of
 from flexura.expressions import format_tree as text_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
@@ -68,6 +68,18 @@ class Formula(Record):
     def is_constant(self) -> bool:
         """Whether it asks nothing."""
         return not self.quantities
+
+    def parts(self, function: Literal["min", "max"]) -> list[Formula]:
+        """Formulas of which this is the least (`min`) or the largest (`max`): itself alone where it is neither."""
+        trees = parts_of(self.expression.tree, function)
+        return [self] if len(trees) == 1 else [self._of(Expression(tree)) for tree in trees]
+
+    def _of(self, part: Expression) -> Formula:
+        """A part of it with what is asked in that."""
+        used = [k for k in range(len(self.quantities)) if _placeholder(k) in part.names]
+        questions = Questions(self.questions.plan, tuple(self.quantities[k] for k in used))
+        own = part.renamed({_placeholder(k): _placeholder(number) for number, k in enumerate(used)})
+        return Formula(_shown(part.tree, self.quantities), questions, own, self.dimension)
 
     def evaluate(self, values: Mapping[str, Any]) -> Any:
         """The number from the values of what is asked by text, e.g. `f1`, SI: floats, arrays, or numbers with slopes.
