@@ -7,9 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.linalg as la
 
 import flexura as fx
 from flexura.duals import Dual
+from flexura.linalg import factorise
 from flexura.sensitivity import free_names, frequency_slopes
 from flexura.sensitivity.eigenpairs import whole_clusters
 from flexura.sensitivity.variation import FullOrderFamily
@@ -18,7 +20,7 @@ from helpers.forty_digits import Precise, forty_digits
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK = ["guide/guide", "pivot/pivot"]
-SLOW = ["amplifier/amplifier", "rpr/start_corrected", "tip_tilt/tip_tilt", "xy_stage/xy_stage"]
+SLOW = ["amplifier/amplifier", "rpr/start", "rpr/start_corrected", "tip_tilt/tip_tilt", "xy_stage/xy_stage"]
 LARGE = ["rpr/rpr", "rpr/rpr_piezo", "rpr/rpr_test", "imported/guide"]
 
 
@@ -83,20 +85,35 @@ def changes(plan, names, X):
 
 def changes_by_parts(plan, names, X):
     """The same with differences of the numbers of parts, put together with their slopes."""
-    KX, MX, _ = FullOrderFamily(plan)._products(sloped(plan, names), X)
+    X = np.asarray(X)
+    KX, MX, _ = FullOrderFamily(plan).products_of(sloped(plan, names), X)
     return [X.T @ own.slope for own in (KX, MX)]
+
+
+def precise_pairs(plan, name, n):
+    """Eigenvalues (k,) and vectors (n, k) of 40 digits, M-orthonormal to 16: after a step of inverse iteration by the
+    residual at 40 digits, of which the factors of the assembled K solve for what is missing; it gains seven digits."""
+    family, value = FullOrderFamily(plan), Decimal(float(plan.parameter_values()[name]))
+    model = family.model({})
+    found, solve = whole_clusters(model.K, model.M, n), factorise(model.K).solve
+    with forty_digits():
+        X = Precise(found.vectors)
+        KX, MX, _ = family.products({name: Precise(value)}, X)
+        X = X + solve(np.ascontiguousarray(MX * found.values - KX))
+        KX, MX, _ = family.products({name: Precise(value)}, X)
+        values, turn = la.eigh(*(np.asarray(X.T @ own) for own in (KX, MX)))
+        return values, X @ turn
 
 
 def expected_slopes(plan, names, n, by):
     """f' (k, P), Hz per SI unit, of the branches that frequencies go into."""
-    model = FullOrderFamily(plan).model({})
-    pairs = whole_clusters(model.K, model.M, n)
-    found = np.zeros((len(pairs.values), len(names)))
-    groups = np.split(np.arange(len(pairs.values)), 1 + np.flatnonzero(np.diff(pairs.values) > 1e-6 * pairs.values[1:]))
-    K, M = by(plan, names, pairs.vectors)
+    values, X = precise_pairs(plan, names[0], n)
+    found = np.zeros((len(values), len(names)))
+    groups = np.split(np.arange(len(values)), 1 + np.flatnonzero(np.diff(values) > 1e-6 * values[1:]))
+    K, M = by(plan, names, X)
     for p, at in itertools.product(range(len(names)), groups):
-        value = pairs.values[at].mean()
-        S = K[p][np.ix_(at, at)] - value * M[p][np.ix_(at, at)]
+        value, own = values[at].mean(), np.ix_(at, at)
+        S = K[p][own] - value * M[p][own]
         found[at, p] = np.linalg.eigvalsh((S + S.T) / 2) / (4 * np.pi * np.sqrt(value))
     return found
 
@@ -106,6 +123,7 @@ def compare(example, by):
     free = {name: p.replaced({"minimum": None, "maximum": None}) for name, p in mechanism.parameters.items()}
     plan = fx.Plan(mechanism.replaced({"parameters": free}))
     names = free_names(plan, None)
+    assert names
     found = frequency_slopes(Design.with_slopes(plan, {}, names), 6)
     expected = expected_slopes(plan, names, 6, by)
     at = np.abs([float(plan.parameter_values()[name]) for name in names])

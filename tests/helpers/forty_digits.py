@@ -167,7 +167,7 @@ class Precise(np.lib.mixins.NDArrayOperatorsMixin):
 
 def _bare(x):
     if isinstance(x, (list, tuple)):
-        return [_bare(y) for y in x] if any(isinstance(y, Precise) for y in x) else x
+        return [exact(_bare(y)) for y in x] if any(isinstance(y, Precise) for y in x) else x
     return x.a if isinstance(x, Precise) else x
 
 

@@ -258,6 +258,11 @@ def test_what_cannot_be_asked_is_told_why(text, said):
         questions(GUIDE, text)
 
 
+def test_amplitudes_of_superelements_are_no_displacements():
+    with pytest.raises(fx.OptionError, match=r"amplitudes 1 to 2 holds .* nodes: carriage, tip, leaf1\.head"):
+        questions(load("imported/guide"), "compliance(leaf1.part amplitudes 1 to 2.x)")
+
+
 def test_a_design_without_a_finite_size_fails_alone():
     model = fx.loads(TEXT.replace("width: width,", "width: width*sqrt(1 - (length/70 mm)^2),"))
     asked = "f1, stiffness(x), force(x) at x = 1 mm"

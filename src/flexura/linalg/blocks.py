@@ -6,6 +6,7 @@ Blocks lose no copies of a repeated eigenvalue as long as they are wider than th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -30,9 +31,13 @@ BEYOND = 0.01
 """Farthest above the last eigenvalue, relative, that those up to it are counted."""
 
 
-def lowest_groups(K: Any, M: Any, count: int, guard: int, gap: float) -> Eigenpairs | None:
+def lowest_groups(
+    K: Any, M: Any, count: int, guard: int, gap: float, forces: Callable[[Array], Array]
+) -> Eigenpairs | None:
     """The `count` lowest eigenpairs of sparse symmetric K and M (n, n), and up to `guard - 1` more that follow without
     a relative gap wider than `gap`; an inertia count proves that there are no others below.
+
+    `forces` gives K X (n, k) to more digits than the sums that K holds have: the pairs are those of it.
 
     None where that does not come out: for full or small matrices, K that is not definite, a search that does not
     converge, more that follow.
@@ -51,7 +56,18 @@ def lowest_groups(K: Any, M: Any, count: int, guard: int, gap: float) -> Eigenpa
     level = min((last + values[stop]) / 2, (1 + BEYOND) * last)
     if stable_count((K - level * M).tocsc()) != stop:
         return None
-    return Eigenpairs(values[:stop], d[:, None] * vectors)
+    found = Eigenpairs(values[:stop], d[:, None] * vectors)
+    return _refined(found, forces(found.vectors), M, factors.solve)
+
+
+def _refined(pairs: Eigenpairs, KX: Array, M: Any, solve: Callable[[Array], Array]) -> Eigenpairs:
+    """Eigenpairs after a step of inverse iteration from vectors X of which K X (n, k) is known; the factors solve for
+    what is missing alone, so that their round-off is a part of it (Dongarra, Moler, Wilkinson 1983)."""
+    forces = (M @ pairs.vectors) * pairs.values
+    X = pairs.vectors + solve(forces - KX)
+    A = X.T @ forces
+    values, turn = la.eigh((A + A.T) / 2, X.T @ (M @ X))
+    return Eigenpairs(values, X @ turn)
 
 
 def _searched(solve: Any, M: Any, count: int, guard: int, gap: float) -> tuple[int, Array, Array] | None:

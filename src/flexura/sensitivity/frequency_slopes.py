@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flexura.duals import slope_of
 from flexura.errors import OptionError
-from flexura.linalg import lowest_groups
+from flexura.linalg import Eigenpairs, lowest_groups
 from flexura.modal import REPEATED_EIGENVALUES
 from flexura.sensitivity.eigenpairs import GUARD, clusters, whole_clusters
 from flexura.sensitivity.energies import Pairs, energy_slopes
@@ -45,8 +45,7 @@ def frequency_slopes(design: Design, n: int) -> FrequencySlopes:
     design.plan.refuse_pose("derivatives of frequencies")
     if n < 1:
         raise OptionError(f"the number of frequencies is at least 1, not {n}")
-    K, M = stiffness_and_mass(design.still)
-    pairs = lowest_groups(K, M, n, GUARD, REPEATED_EIGENVALUES) or whole_clusters(K, M, n)
+    pairs = _pairs(design.still, n)
     groups = clusters(pairs.values)
     forms = iter(_forms(design, pairs.vectors, Pairs.of(groups, pairs.values)).T)
     omega = np.sqrt(np.maximum(pairs.values, 0.0))
@@ -64,6 +63,13 @@ def frequency_slopes(design: Design, n: int) -> FrequencySlopes:
             directional.append(space)
     kinks = tuple(np.flatnonzero(np.isnan(slope).any(axis=0)).tolist())
     return FrequencySlopes(omega / (2 * np.pi), slope, tuple(repeated), tuple(directional), kinks)
+
+
+def _pairs(design: Design, n: int) -> Eigenpairs:
+    """The `n` lowest pairs of a design without slopes, and further copies of the last."""
+    (K, M), family = stiffness_and_mass(design), FullOrderFamily(design.plan)
+    found = lowest_groups(K, M, n, GUARD, REPEATED_EIGENVALUES, lambda X: family.products_of(design, X)[0])
+    return found or whole_clusters(K, M, n)
 
 
 def _forms(design: Design, X: Array, pairs: Pairs) -> Array:

@@ -105,7 +105,14 @@ class FullOrderFamily:
 
     def products(self, parameters: Mapping[str, float], X: Array) -> tuple[Array, Array, Array]:
         """K X, M X (n, k) and readings (o, k) for one design, from its elements (theory eq. K1)."""
-        return self._products(Design.of(self.plan, parameters), X)
+        return self.products_of(Design.of(self.plan, parameters), X)
+
+    def products_of(self, design: Design, X: Array) -> tuple[Any, Any, Any]:
+        """As `products`, of a design that may have slopes."""
+        KX, MX = self._elastic(design, X)
+        if self._is_loaded:
+            KX = KX + self._geometric(design, X)
+        return KX, MX, self._read(design, X)
 
     def changes(
         self, parameters: Mapping[str, float], names: Sequence[str], X: Array, loads: Loads | None = None
@@ -116,20 +123,14 @@ class FullOrderFamily:
 
     def changes_of(self, design: Design, X: Array, loads: Loads | None = None) -> list[Change]:
         """As `changes`, of a design made `with_slopes`."""
-        KX, MX, Y = self._products(design, X)
+        KX, MX, Y = self.products_of(design, X)
         found = (KX, MX if loads is None else MX + loads(design, X), Y)
         return _changes([_slopes(x, len(slope_of(design.values))) for x in found])
 
     def bends(self, parameters: Mapping[str, float], name: str, X: Array) -> tuple[Array, Array]:
         """Second derivatives K'' X and M'' X (n, k) by one parameter."""
-        KX, MX, _ = self._products(Design.with_slopes(self.plan, parameters, [name], order=2), X)
+        KX, MX, _ = self.products_of(Design.with_slopes(self.plan, parameters, [name], order=2), X)
         return _bend(KX), _bend(MX)
-
-    def _products(self, design: Design, X: Array) -> tuple[Any, Any, Any]:
-        KX, MX = self._elastic(design, X)
-        if self._is_loaded:
-            KX = KX + self._geometric(design, X)
-        return KX, MX, self._read(design, X)
 
     def _geometric(self, design: Design, X: Array) -> Any:
         """K_g X of the state under the loads that are described; where the design has slopes, so has its displacement:

@@ -256,13 +256,23 @@ class Reader:
         try:
             number = int(topology.numbers([node])[0])
         except OptionError:
-            known = [*self.plan.body_names, *(own for own in topology.node_names if "[" not in own)]
-            raise OptionError(f"{name}: there is no node {node!r}; {suggestion(node, known, 'nodes')}") from None
+            raise OptionError(f"{name}: there is no node {node!r}; {self._nodes_like(node)}") from None
+        if not topology.has_position[number]:
+            raise OptionError(
+                f"{name}: {node} holds amplitudes of a superelement, which are no displacements; {self._nodes_like('')}"
+            )
         root, component = topology.root[number], AXES.index(_SPELLING[axis])
         alone = not topology.is_rigid[number] and topology.held[root, component]
         if alone or topology.held[root].all():
             raise OptionError(f"{name}: {text} cannot move: it is held by the ground")
         return Freedom(node, component)
+
+    def _nodes_like(self, node: str) -> str:
+        """Which bodies and nodes with a position can be meant."""
+        topology = self.plan.topology
+        named = zip(topology.node_names, topology.has_position, strict=True)
+        known = [*self.plan.body_names, *(own for own, has_position in named if has_position and "[" not in own)]
+        return suggestion(node, known, "nodes")
 
     def pose(self, kind: Kind, places: Sequence[Place], is_own: bool) -> tuple[tuple[str, float], ...]:
         """The displacements of the pose at which something is asked, m and rad."""
