@@ -10,6 +10,7 @@ from flexura.study.optimum import slice_of
 from flexura.study.optimum.between import Fit, Way
 from helpers.shell import GUIDE
 
+SAID = re.compile(r"(.*) is interpolated between \d+ designs, ([\d.e-]+) % off")
 STRESS = "stress <= 400 MPa at carriage.x = 2 mm"
 
 
@@ -34,13 +35,15 @@ def test_the_optimum_is_one_of_the_designs_around_it_and_at_the_edge_of_its_limi
 
 
 def test_what_is_interpolated_is_as_near_as_is_told(best, around):
-    (said,) = [note for note in around.notes if "interpolated" in note]
-    off = float(re.search(r"([\d.e-]+) % off", said)[1]) / 100
+    said = {own[1]: float(own[2]) / 100 for note in around.notes if (own := re.search(SAID, note))}
+    assert list(said) == ["f1", "stress at carriage.x = 2 mm"]
+    of_goal, off = said.values()
     rng = np.random.default_rng(3)
     i, j = (rng.integers(0, len(x), 6) for x in around.x)
     designs = {"thickness": around.x[0][i], "length": around.x[1][j]}
     found = fx.questions(best.mechanism, "f1, stress at carriage.x = 2 mm").values(designs).value
-    np.testing.assert_allclose(around.goal[i, j], found[:, 0], rtol=1e-12)
+    assert of_goal <= 1e-5
+    np.testing.assert_allclose(around.goal[i, j], found[:, 0], rtol=5 * of_goal)
     stress = 400e6 * (1 - around.margins[STRESS][i, j])
     assert 0 < off < 1e-3
     np.testing.assert_allclose(stress, found[:, 1], rtol=5 * off)
@@ -55,7 +58,7 @@ def test_of_many_variables_those_two_are_shown_that_matter_most():
     width = np.full(len(own.x[0]), found.optimum["width"])
     designs = {"thickness": own.x[0], "length": np.full(len(width), own.x[1][4]), "width": width}
     values = fx.questions(found.mechanism, "f1").values(designs).value[:, 0]
-    np.testing.assert_allclose(own.goal[:, 4], values, rtol=1e-12)
+    np.testing.assert_allclose(own.goal[:, 4], values, rtol=1e-5)
 
 
 WAYS = [Way.of(1.0, 16.0), Way.of(-1.0, 1.0)]

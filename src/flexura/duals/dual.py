@@ -199,9 +199,10 @@ def _operators() -> None:
         "matmul": np.matmul,
     }  # fmt: skip
     for name, ufunc in signs.items():
-        setattr(Dual, f"__{name}__", lambda a, b, f=ufunc: f(a, b))
-        setattr(Dual, f"__r{name}__", lambda a, b, f=ufunc: f(b, a))
-        setattr(Dual, f"__i{name}__", lambda a, b, f=ufunc: a._in_place(f(a, b)))
+        rule = products.matmul if ufunc is np.matmul else RULES[ufunc]
+        setattr(Dual, f"__{name}__", lambda a, b, f=rule: _with_slopes(f, (a, b)))
+        setattr(Dual, f"__r{name}__", lambda a, b, f=rule: _with_slopes(f, (b, a)))
+        setattr(Dual, f"__i{name}__", lambda a, b, f=rule: a._in_place(_with_slopes(f, (a, b))))
     for name in ("lt", "le", "gt", "ge", "eq", "ne"):
         compare = getattr(operator, name)
         setattr(Dual, f"__{name}__", lambda a, b, f=compare: f(a.value, b.value if isinstance(b, Dual) else b))
@@ -249,7 +250,7 @@ def _pair(x: Any) -> Pair:
 
 
 def _with_slopes(rule: Callable[..., Pair], inputs: Any) -> Dual:
-    return _dual(*rule(*map(_pair, inputs)))
+    return _dual(*rule(*[x if type(x) is Dual else _pair(x) for x in inputs]))
 
 
 def _first(rule: Callable[..., Pair]) -> Callable[..., Dual]:

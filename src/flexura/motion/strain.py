@@ -10,6 +10,7 @@ d = (u, s2, s3, phi, theta2, theta3): translations along and across the element,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -209,27 +210,43 @@ def beam_strain(k: Array, length: Array, torsion: Torsion) -> Strain:
     of a beam whose bending moments are linear and whose twist and curvatures vary besides as Legendre polynomials:
     a and b of degree 1 and 2 in the twist, c2 and c3 of degree 2 in the curvatures (theory eqs. G9-G12).
     """
-    shares = {f"s{i + 1}": k[:, i, i] * length**2 / (12 * k[:, theta, theta]) for i, theta in ((1, 5), (2, 4))}
-    bent = {name: np.where(share < 1.0, share, 1.0) for name, share in shares.items()}
-    following = [_size(of, (motion,), factor, length, bent) for of, motion, _, factor in _OF_NEXT]
-    curvature = _curvature(length, bent, torsion)
+    across = ("s2", 1, 5), ("s3", 2, 4)
+    share = {name: k[:, i, i] * length**2 / (12 * k[:, theta, theta]) for name, i, theta in across}
+    bent = {name: np.where(own < 1.0, own, 1.0) for name, own in share.items()}
     return Strain(
         _stiffness(k, length, torsion),
-        curvature,
+        _curvature(length, bent, torsion),
         np.diagonal(k, axis1=1, axis2=2)[:, 3:] / 7,
-        np.stack(following, axis=1),
+        _FOLLOWING.sizes(length, bent),
     )
 
 
-def _size(of: str, motions: tuple[str, ...], factor: float, length: Array, bent: dict[str, Array]) -> Array:
-    """Factors (e,) of products of motions in the strain `of`, from that at unit length."""
-    size = factor * (length if _AT[of] < 3 else np.ones(len(length)))
-    for motion in motions:
-        own = _own(motion)
-        if own in bent:
-            size = size * (bent[own] if motion == own else 1 - bent[own])
-        size = size / length if _AT[own] < 3 else size
-    return size
+@dataclass(frozen=True)
+class _Products:
+    """Factors (k,) of products of motions at unit length, each times a power of the length, numbered in `_POWERS`, and
+    the `parts` (k, 2) of its motions that are bent or sheared, numbered in `_PARTS`."""
+
+    factor: Array
+    power: NDArray[np.intp]
+    parts: NDArray[np.intp]
+
+    @staticmethod
+    def of(table: Sequence[tuple[str, tuple[str, ...], float]]) -> _Products:
+        """From strains, the motions of a product in each, and factors; none of fibres depends on the length."""
+        power, parts = np.full(len(table), _POWERS.index(0)), np.zeros((len(table), 2), dtype=np.intp)
+        for row, (of, motions, _) in enumerate(table):
+            if of not in _WAGNER:
+                long = [_AT[_own(name)] < 3 for name in motions]
+                power[row] = _POWERS.index((_AT[of] < 3) - sum(long))
+                parts[row, : len(motions)] = [_PARTS.index(name) if name in _PARTS else 0 for name in motions]
+        return _Products(np.array([factor for *_, factor in table]), power, parts)
+
+    def sizes(self, length: Array, bent: dict[str, Array]) -> Array:
+        """Factors (e, k) of elements, of whose translations across the shares `bent` (e,) are of bending."""
+        one = np.ones(len(length))
+        powers = np.stack([length, one, 1 / length, 1 / length**2], axis=1)
+        parts = np.stack([one, *bent.values(), *(1 - own for own in bent.values())], axis=1)
+        return self.factor * powers[:, self.power] * parts[:, self.parts[:, 0]] * parts[:, self.parts[:, 1]]
 
 
 def _own(motion: str) -> str:
@@ -237,18 +254,35 @@ def _own(motion: str) -> str:
     return motion.replace("h", "s") if motion in ("h2", "h3") else motion
 
 
+_POWERS = (1, 0, -1, -2)
+_PARTS = ("", "s2", "s3", "h2", "h3")
+_OF_TWO = [(of, (first, second), factor) for of, first, second, factor in (*_SECOND_ORDER, *_OF_TWIST)]
+_TWO = _Products.of(_OF_TWO)
+_FOLLOWING = _Products.of([(of, (motion,), factor) for of, motion, _, factor in _OF_NEXT])
+
+
+def _scatter() -> tuple[NDArray[np.intp], Array]:
+    """Places (m,) of a curvature (s q q,) that are not zero, and the shares (k, m) that products have in them."""
+    n = len(_NAMES)
+    whole = np.zeros((len(_OF_TWO), len(_AT), n, n))
+    for row, (of, pair, _) in enumerate(_OF_TWO):
+        first, second = (_AT[_own(motion)] for motion in pair)
+        whole[row, _AT[of], first, second] += 1
+        whole[row, _AT[of], second, first] += 1
+    whole = whole.reshape(len(_OF_TWO), -1)
+    places = np.flatnonzero(whole.any(axis=0))
+    return places, whole[:, places]
+
+
+_PLACES, _SHARES = _scatter()
+
+
 def _curvature(length: Array, bent: dict[str, Array], torsion: Torsion) -> Array:
     """H (e, s, q, q) of beams, of whose translations across the shares `bent` (e,) are of bending."""
     n = len(_NAMES)
-    H = zeros((len(length), len(_AT), n, n), length, *bent.values(), torsion.polar)
-    for of, *pair, factor in _SECOND_ORDER:
-        size = _size(of, tuple(pair), factor, length, bent)
-        first, second = (_AT[_own(motion)] for motion in pair)
-        H[:, _AT[of], first, second] += size
-        H[:, _AT[of], second, first] += size
-    for of, first, second, factor in _OF_TWIST:
-        H[:, _AT[of], _AT[first], _AT[second]] += factor
-        H[:, _AT[of], _AT[second], _AT[first]] += factor
+    flat = zeros((len(length), len(_AT) * n * n), length, *bent.values(), torsion.polar)
+    flat[:, _PLACES] = _TWO.sizes(length, bent) @ _SHARES
+    H = flat.reshape(len(length), len(_AT), n, n)
     H[:, 0] += (torsion.polar / length)[:, None, None] * H[:, _AT["w0"]]
     return H
 

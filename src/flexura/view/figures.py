@@ -19,7 +19,7 @@ DPI = 150
 _PNG = {"compress_level": 3}
 
 
-class _Canvas(FigureCanvasAgg):
+class Canvas(FigureCanvasAgg):
     """An Agg canvas that takes half as long over a PNG file, which is then a quarter larger."""
 
     def print_png(self, filename_or_obj: Any, *, metadata: Any = None, pil_kwargs: Any = None, **_: Any) -> None:
@@ -68,7 +68,7 @@ class ShownFigure(Figure):
 def new_figure(size: tuple[float, float], dpi: float = DPI) -> Figure:
     """A white figure on an Agg canvas, width and height in inches; pyplot is not involved."""
     figure = ShownFigure(figsize=size, dpi=dpi, facecolor="white")
-    _Canvas(figure)
+    Canvas(figure)
     return figure
 
 

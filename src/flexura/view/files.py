@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from numpy.typing import ArrayLike
 
 from flexura.analysis import Mode, Modes
@@ -19,7 +20,7 @@ from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.structure import FullOrderModel
 from flexura.view.animation import Format, animate_mode, encoded, writable
-from flexura.view.figures import DPI
+from flexura.view.figures import DPI, Canvas
 from flexura.view.meshes import Array
 from flexura.view.painting import mode_scale
 from flexura.view.pictures import draw_mechanism, draw_mode, draw_sheet
@@ -203,5 +204,8 @@ def make_folder(folder: Path) -> Path:
 
 def _png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=figure.dpi)
+    if isinstance(figure.canvas, Canvas) and isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine):
+        figure.canvas.print_png(buffer)  # it is laid out: `savefig` would draw it twice to do so
+    else:
+        figure.savefig(buffer, format="png", dpi=figure.dpi)
     return buffer.getvalue()

@@ -48,7 +48,8 @@ def draw_optimum(result: Optimum | Pareto, *, dpi: float = DPI) -> Figure:
     coordinates.
 
     Of more than two variables those two are shown that change the goal, or a limit that holds it, most; all else is as
-    found. What takes each design by itself is interpolated between some, and notes say how far that is off at others.
+    found. What takes each design by itself is interpolated between some, as are frequencies where that is within
+    0.1 %, and notes say how far each is off at others.
     dpi as in `draw_mechanism`. Returns a Figure. Raises OptionError for a front without designs.
     """
     if isinstance(result, Optimum):

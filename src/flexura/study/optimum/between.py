@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BarycentricInterpolator
 
 Array = NDArray[np.float64]
 
@@ -66,8 +65,11 @@ class Fit:
 
 
 def _polynomial(nodes: Array, values: Array, axis: int, at: Array) -> Array:
-    found: Array = BarycentricInterpolator(nodes, values, axis=axis)(at)
-    return found
+    """Values along an axis by Lagrange's polynomials."""
+    apart = nodes[:, None] - nodes + np.eye(len(nodes))
+    off = np.broadcast_to((at[:, None] - nodes)[:, None], (len(at), *apart.shape))
+    share = np.prod(np.where(np.eye(len(nodes), dtype=bool), 1.0, off / apart), axis=-1)
+    return np.moveaxis(np.moveaxis(values, axis, -1) @ share.T, -1, axis)
 
 
 def _straight(nodes: Array, values: Array, axis: int, at: Array) -> Array:

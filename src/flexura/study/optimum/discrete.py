@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations, islice, product
 from math import prod
 
@@ -73,11 +73,13 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Mixed:
-    """A landscape of which the variables at places `at` take ascending `levels` alone."""
+    """A landscape of which the variables at places `at` take ascending `levels` alone; `known` (N, q) are quantities of
+    the designs that searches start from."""
 
     land: Landscape
     at: NDArray[np.intp]
     levels: tuple[Array, ...]
+    known: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     @property
     def others(self) -> NDArray[np.intp]:

@@ -83,7 +83,7 @@ def optimize(
     told = progress or unheard
     if len(goals) > 1:
         found = front(mixed, goals, points, seed, method, told)
-        return pareto_of(task, mixed.land, found, seed)
+        return pareto_of(task, mixed, found, seed)
     if not len(mixed.at):
         solved = best_of(mixed.land, list(task.box.positions(from_where)), method, told, judged)
         chosen = None

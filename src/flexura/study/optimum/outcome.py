@@ -41,7 +41,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     """The best design that was found as a result, worked out anew at full order."""
     aim, words = task.aims[0], task.wording
     x = _rounded(task, chosen.x)
-    quantities = _quantities(task, x)
+    quantities = _quantities(task, chosen, x)
     value = float(words.combined(aim.formula).value(quantities))
     found = {own.text: float(quantities[words.place[own.text]]) for own in words.questions.quantities}
     missed = tuple(_violations(task, mixed.land, quantities))
@@ -50,7 +50,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     proofs, warnings = proof(task.plan.mechanism, values, asked, found)
     active = tuple(_active(task, chosen, quantities)) if chosen.solved is not None and not missed else ()
     solved = chosen.solved
-    warnings = [*goal_doubts(task), *_doubts(solved, missed), *warnings]
+    warnings = [*goal_doubts(task, mixed.known), *_doubts(solved, missed), *warnings]
     return Optimum(
         task.plan.mechanism.name,
         aim.text,
@@ -76,7 +76,17 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     )
 
 
-def _quantities(task: Task, x: Array) -> Array:
+def _quantities(task: Task, chosen: Chosen, x: Array) -> Array:
+    """Quantities of what was chosen, whose values are told as x (P,): by slopes, of which the last digits need no more,
+    or worked out where nothing has slopes."""
+    if chosen.solved is None:
+        return _worked_out(task, x)
+    best, box = chosen.solved.best, chosen.land.box
+    moved = x[[task.names.index(name) for name in box.names]] - box.values(best.z)
+    return (best.point.value + best.point.slope @ moved)[: len(task.wording.place)]
+
+
+def _worked_out(task: Task, x: Array) -> Array:
     """Quantities of a design, as the search has them with slopes, or without where some have none."""
     try:
         return task.designs.point(x).value[: len(task.wording.place)]
@@ -233,15 +243,16 @@ def _best(climbs: list[Climb], scale: float, unit: str) -> str:
     return quantity(scale * max(goals), unit) or f"{scale * max(goals):.5g}"
 
 
-def pareto_of(task: Task, land: Landscape, found: Front, seed: int) -> Pareto:
+def pareto_of(task: Task, mixed: Mixed, found: Front, seed: int) -> Pareto:
     """A front as a result."""
+    land = mixed.land
     formulas = [aim.formula for aim in task.aims]
     designs = np.array([_rounded(task, own) for own in found.designs]).reshape(-1, len(task.names))
-    quantities = np.array([_quantities(task, own) for own in designs]).reshape(len(designs), -1)
+    quantities = np.array([_worked_out(task, own) for own in designs]).reshape(len(designs), -1)
     values = np.empty((len(designs), len(formulas)))
     for k, own in enumerate(formulas if len(designs) else ()):
         values[:, k] = task.wording.combined(own).value(quantities)
-    warnings = list(goal_doubts(task))
+    warnings = list(goal_doubts(task, mixed.known))
     if not len(designs):
         text = "no design was found that meets the limits: there is no front"
         warnings.append(Exceeded("limit", "", float("nan"), 0.0, "1", text))

@@ -26,6 +26,12 @@ NODES = {1: (5, 15), 2: (3, 7)}
 PROBES = np.array([[0.27, 0.71], [0.78, 0.33], [0.45, 0.12]])
 """Parts of the ranges at which interpolated values are held against answers."""
 
+QUICK_PROBES = np.random.default_rng(7).random((32, 2))
+"""The same of frequencies of many designs at once, which are asked of all where they are not `EXACT` between some."""
+
+EXACT = 1e-3
+"""Difference from answers that nobody sees in a picture."""
+
 LEVELS = 60
 """Values of a list, or whole numbers, that are shown."""
 
@@ -140,26 +146,38 @@ class _Asked:
 
     def over(self, box: Box, x: Sequence[Array], smooth: int) -> dict[str, Array]:
         """What is asked over a grid of values; of `smooth` variables that are continuous, what takes each design by
-        itself is interpolated between some."""
-        everywhere, some = [], []
+        itself is interpolated between some, and over two of them frequencies where nobody would see it."""
+        quick, some = [], []
         for own in self.quantities:
-            quick = Questions(self.plan, (own,)).is_stacked and self.plan.topology.n_dof <= LARGE
-            (everywhere if quick or not smooth else some).append(own)
-        found = self._grid(everywhere, box.names, x) if everywhere else {}
-        return found | self._interpolated(some, box, x) if some else found
+            at_once = Questions(self.plan, (own,)).is_stacked and self.plan.topology.n_dof <= LARGE
+            (quick if at_once or not smooth else some).append(own)
+        found, near = dict[str, Array](), dict[str, Fit]()
+        if smooth == len(NODES) and (many := [own for own in quick if own.kind == "f"]):
+            fits, off = self._fitted(many, box, NODES[smooth][1:], QUICK_PROBES)
+            near = {text: own for text, own in fits.items() if off[text] <= EXACT}
+            found = self._told(near, off, x)
+        everywhere = [own for own in quick if own.text not in near]
+        if everywhere:
+            found |= self._grid(everywhere, box.names, x)
+        if some:
+            found |= self._told(*self._fitted(some, box, NODES[smooth], PROBES), x)
+        return found
 
     def _grid(self, quantities: Sequence[Quantity], names: Sequence[str], x: Sequence[Array]) -> dict[str, Array]:
         mesh = np.meshgrid(*x, indexing="ij")
         found = self.values(quantities, {name: own.ravel() for name, own in zip(names, mesh, strict=True)})
         return {text: own.reshape(mesh[0].shape) for text, own in found.items()}
 
-    def _interpolated(self, quantities: Sequence[Quantity], box: Box, x: Sequence[Array]) -> dict[str, Array]:
-        """What is asked of some designs, and between them; `notes` say of how many, and how far it is off elsewhere."""
+    def _fitted(
+        self, quantities: Sequence[Quantity], box: Box, counts: Sequence[int], parts: Array
+    ) -> tuple[dict[str, Fit], dict[str, float]]:
+        """What is between some designs, of as few of the `counts` of them along each way as tell enough, and how far it
+        is off at `parts` of the ranges."""
         ways = [Way.of(low, high) for low, high in zip(box.low, box.high, strict=True)]
-        probes = [way.values(own) for way, own in zip(ways, PROBES.T, strict=False)]
+        probes = [way.values(own) for way, own in zip(ways, parts.T, strict=False)]
         known = self.values(quantities, dict(zip(box.names, probes, strict=True)))
         fits, off, left = dict[str, Fit](), dict[str, float](), list(quantities)
-        for count in NODES[len(ways)]:
+        for count in counts:
             nodes = [way.values(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))) for way in ways]
             found = self._grid(left, box.names, nodes)
             fits |= {text: Fit(ways, nodes, own) for text, own in found.items()}
@@ -167,7 +185,12 @@ class _Asked:
             left = [own for own in left if off[own.text] > NEAR]
             if not left:
                 break
-        for text, own in off.items():
-            said = f"{100 * own:.2g} % off at others" if np.isfinite(own) else "not all of which have an answer"
-            self.notes.append(f"{text} is interpolated between {counted(fits[text].values.size, 'design')}, {said}")
+        return fits, off
+
+    def _told(self, fits: Mapping[str, Fit], off: Mapping[str, float], x: Sequence[Array]) -> dict[str, Array]:
+        """Values over a grid between designs; `notes` say of how many, and how far they are off at others."""
+        for text, own in fits.items():
+            by = max(100 * off[text], 1e-4)
+            said = f"{by:.2g} % off at others" if np.isfinite(by) else "not all of which have an answer"
+            self.notes.append(f"{text} is interpolated between {counted(own.values.size, 'design')}, {said}")
         return {text: fit.at(x, off[text] <= SMOOTH) for text, fit in fits.items()}

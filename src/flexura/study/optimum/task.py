@@ -111,7 +111,7 @@ class Task:
         judged = land.judged(quantities, reasons)
         discrete = [k for k, own in enumerate(self.variables) if own.kind != "continuous"]
         levels = tuple(_levels(self.variables[k]) for k in discrete)
-        return Mixed(land, np.array(discrete, dtype=np.intp), levels), tuple(rows), judged
+        return Mixed(land, np.array(discrete, dtype=np.intp), levels, quantities), tuple(rows), judged
 
 
 def _scale(*choices: Sequence[Array]) -> float:
