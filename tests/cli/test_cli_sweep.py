@@ -33,6 +33,23 @@ def test_many_designs_are_shortened():
     assert rows[2:13] == ["0", "1", "2", "3", "4", "...", "7", "8", "9", "10", "11"]
 
 
+def test_three_hundred_parameters(tmp_path):
+    names = [f"p{k}" for k in range(300)]
+    own = "".join(f"  {name}: {{value: 1 mm, source: example}}\n" for name in names)
+    text = GUIDE.read_text(encoding="utf-8").replace("\nsubstructures:", f"{own}\nsubstructures:", 1)
+    (tmp_path / "many.yaml").write_text(text, encoding="utf-8")
+    vary = [word for name in names for word in ("--vary", f"{name}=1mm:2mm")]
+    how = ("--sampling", "sobol", "--samples", 3, "--ask", "mass, f1", "--out", tmp_path / "a.csv")
+    done = flexura("sweep", tmp_path / "many.yaml", *vary, *how)
+    heading, *rows = done.stdout.splitlines()[1:5]
+    assert heading.split()[:3] == ["design", "p0", "[mm]"]
+    assert heading.count("p") > 5 and "mass [g]" in heading and "f1 [Hz]" in heading
+    assert all(row.split()[0] == str(k) and "47.22" in row for k, row in enumerate(rows))
+    left = 300 - heading.count("p")
+    assert f"{left} more columns: --out writes all of them" in done.stdout
+    assert len(table(tmp_path / "a.csv")[0]) == 300 + 7
+
+
 def test_json_and_files_say_the_same(tmp_path):
     done = flexura("sweep", GUIDE, *THREE, "--out", tmp_path / "a.csv", "--json")
     found = json.loads(done.stdout)

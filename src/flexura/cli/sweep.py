@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from enum import StrEnum
+from itertools import zip_longest
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -153,6 +154,7 @@ def print_study(table: StudyTable) -> None:
     left = table.designs - 2 * SHOWN
     last = table.legible(max(table.designs - SHOWN, SHOWN), table.designs)
     columns = text_columns({name: [*rows[name], *last[name]] for name in rows})
+    columns, dropped = _fitting(columns, len(table.parameters), console.width)
     grid = Table(*map(escape, columns), box=None, header_style="bold")
     for number, cells in enumerate(zip(*columns.values(), strict=True)):
         if number == SHOWN and left > 0:
@@ -161,12 +163,29 @@ def print_study(table: StudyTable) -> None:
     for column in grid.columns:
         column.justify = "right"
     console.print(grid)
+    if dropped:
+        console.print(f"{counted(dropped, 'more column')}: --out writes all of them", markup=False)
     _print_extremes(console, table)
     for note in table.notes:
         console.print(f"note: {note}", markup=False)
     if table.folder is not None:
         console.print(f"kept in {table.folder}", markup=False)
     print_warnings(console, table.warnings)
+
+
+def _fitting(columns: dict[str, list[str]], parameters: int, width: int) -> tuple[dict[str, list[str]], int]:
+    """The columns that fit into a width, of parameters and of what is asked alike the first, and how many are left
+    out; `columns` are the number of the design, that many parameters, and what is asked."""
+    names = list(columns)
+    sizes = {name: 2 + max(map(len, (name, *cells))) for name, cells in columns.items()}
+    varied, asked = names[1 : 1 + parameters], names[1 + parameters :]
+    turns = [name for pair in zip_longest(asked, varied) for name in pair if name is not None]
+    taken = {names[0], *turns[:2]}
+    for name in turns[2:]:
+        if sum(sizes[own] for own in taken) + sizes[name] > width:
+            break
+        taken.add(name)
+    return {name: own for name, own in columns.items() if name in taken}, len(names) - len(taken)
 
 
 def _print_extremes(console: Any, table: StudyTable) -> None:

@@ -114,6 +114,15 @@ def test_frequencies_that_are_not_proven_are_read_as_intervals():
     assert legible["mass [kg]"] == found["mass [kg]"].tolist()
 
 
+def test_rows_that_are_not_there_have_the_types_of_those_that_are():
+    guide = fx.load("examples/guide/guide.yaml")
+    table = fx.sweep(guide, vary={"thickness": [3e-4, 4e-4]}, ask="f1, stress at carriage.x = 1 mm")
+    found, none = table.rows(0, 2), table.rows(5, 9)
+    assert [len(own) for own in none.values()] == [0] * len(found)
+    assert [own.dtype for own in none.values()] == [own.dtype for own in found.values()]
+    assert table.legible(5, 9)["f1 [Hz]"] == []
+
+
 def test_extremes_are_those_of_all_designs(tmp_path):
     for table in (run(asked(limit=0.9), space()), run(asked(limit=0.9), space(), folder=tmp_path / "s", workers=1)):
         found = table.to_columns()

@@ -16,7 +16,7 @@ from flexura.extras import need
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.summary import Extremes, Summary
-from flexura.study.engine.work import PROVEN, Columns, bounds_of
+from flexura.study.engine.work import PROVEN, TYPES, Columns, bounds_of
 from flexura.study.questions import are_proven
 from flexura.tables import ROWS, Facts, Table, counted, quantity
 from flexura.tables import number as digits
@@ -240,7 +240,10 @@ class StudyTable(Tabular):
 
 
 def _joined(blocks: list[Columns], names: Sequence[str]) -> Columns:
-    return {name: np.concatenate([own[name] for own in blocks]) if blocks else np.empty(0) for name in names}
+    """Blocks one below the other, of no blocks empty columns of the same types."""
+    if not blocks:
+        return {name: np.empty(0, dtype=TYPES.get(name, np.float64)) for name in names}
+    return {name: np.concatenate([own[name] for own in blocks]) for name in names}
 
 
 @verb

@@ -29,6 +29,9 @@ FEW, MANY = 4, 64
 
 DESIGN, PROVEN, REASON = "design", "is proven", "reason"
 
+TYPES = {DESIGN: np.dtype(np.int64), PROVEN: np.dtype(bool), REASON: np.dtype(object)}
+"""Of columns that are no float64."""
+
 
 def bounds_of(heading: str) -> tuple[str, str]:
     """Headings of the proven bounds of what is asked, e.g. `f1 lower [Hz]` and `f1 upper [Hz]`."""
