@@ -41,6 +41,7 @@ from flexura.analysis.response_curves import phase_in_degrees as phase_in_degree
 from flexura.analysis.response_curves import response_group as response_group
 from flexura.analysis.response_curves import response_units as response_units
 from flexura.analysis.response_slopes import SlopedResponse as SlopedResponse
+from flexura.analysis.settled import settled as settled
 from flexura.analysis.signals import SignalFile as SignalFile
 from flexura.analysis.signals import read_signals as read_signals
 from flexura.analysis.statics import ActuatorState as ActuatorState

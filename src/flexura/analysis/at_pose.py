@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis.settled import Missing
 from flexura.analysis.stress import LargestStresses, largest_stresses
 from flexura.analysis.stroke_ways import Given, course
 from flexura.duals import Dual, plain, slope_of
@@ -91,7 +92,15 @@ class AtPose(Record):
     @cached_property
     def stresses(self) -> LargestStresses:
         """The largest stresses in the members whose sections are known, (m, 1)."""
-        return stresses_of(self.design, self.state.best)
+        return self.stresses_within(0.0)
+
+    def stresses_within(self, share: float) -> LargestStresses:
+        """As `stresses`, with slopes of forces told apart in a share of what is missing of equilibrium."""
+        pose = self.state.best
+        model = pose.equations.model
+        forces = end_forces(model, [pose.state])
+        missing = Missing.of(self.state.missing, model.dof, share) if share else None
+        return largest_stresses(self.design, forces.__getitem__, 1, missing=missing)
 
     @property
     def is_stable(self) -> bool:
@@ -185,9 +194,3 @@ class Way:
         slopes = [own.slope if isinstance(own, Dual) else np.zeros(self.count) for own in targets]
         wanted: Any = Dual(values, np.stack(slopes, axis=1))
         return AtPose(self.design, move, SlopedPose.of(pose, self.design, described_loads(self.design), wanted))
-
-
-def stresses_of(design: Design, pose: Pose) -> LargestStresses:
-    """The largest stresses in the members of a design at a pose."""
-    forces = end_forces(pose.equations.model, [pose.state])
-    return largest_stresses(design, forces.__getitem__, 1)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.internal_forces import end_forces
 from flexura.analysis.preload import preload
+from flexura.analysis.settled import Missing
 from flexura.analysis.stress import LargestStresses, largest_stresses
 from flexura.duals import Dual, plain
 from flexura.linalg import critical_shapes
@@ -77,11 +78,34 @@ class AtRest(Record):
     @cached_property
     def stresses(self) -> LargestStresses:
         """The largest stresses, (m, 1), under the loads and gravity that are described."""
-        loads, values = self.plan.loads, self.model.values
-        gravity = loads.gravity(values)
-        u = self.response(dead_load(self.model, gravity, loads.wrenches(values))[:, None])
+        return self.stresses_within(0.0)
+
+    def stresses_within(self, share: float) -> LargestStresses:
+        """As `stresses`, with slopes of forces told apart in a share of what is missing of equilibrium."""
+        missing = Missing.of(self._missing, self.plan.topology.dof, share) if share else None
+        gravity = self.plan.loads.gravity(self.model.values)
         weight = gravity if gravity.any() else None
-        return largest_stresses(self.model, lambda name: end_forces(self.model, name, u, weight), 1)
+
+        def forces(name: str) -> tuple[Array, Array]:
+            return end_forces(self.model, name, self._loaded, weight)
+
+        return largest_stresses(self.model, forces, 1, missing=missing)
+
+    @cached_property
+    def _load(self) -> Any:
+        """The loads and gravity (n, 1) that are described, with slopes."""
+        loads, values = self.plan.loads, self.model.values
+        return dead_load(self.model, loads.gravity(values), loads.wrenches(values))[:, None]
+
+    @cached_property
+    def _loaded(self) -> Any:
+        """Displacements (n, 1) under them, with slopes."""
+        return self.response(self._load)
+
+    @cached_property
+    def _missing(self) -> Any:
+        """What these miss of equilibrium (n,), with slopes."""
+        return (self._load - FullOrderFamily(self.plan).products_of(self.model.design, self._loaded)[0])[:, 0]
 
     def coupling(self, actuator: str, node: str) -> tuple[Any, Any]:
         """Displacements (6,) of a node per unit of a command, and the elongation of the actuator, with slopes. Raises

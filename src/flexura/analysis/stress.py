@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.internal_forces import end_forces, find_member, internal_force_rows, unknown_member
 from flexura.analysis.numbers import finite_numbers
-from flexura.analysis.settled import settled
+from flexura.analysis.settled import Missing, told_apart
 from flexura.arguments import verb
 from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.duals import plain
@@ -26,13 +26,16 @@ from flexura.tables import ROWS, Facts, Table, number
 
 Array = NDArray[np.float64]
 
+Model = FullOrderModel | Design
+
 STATIONS = 41
 """Stations along every member, both ends included."""
 
 BLOCK = 2_000_000
 """Internal forces that are held at a time."""
 
-EndForces = Callable[[str], tuple[Array, Array]]
+Pair = tuple[Array, Array]
+EndForces = Callable[[str], Pair]
 """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies of a prototype, in the
 axes of the members on the face towards the second end, in k states."""
 
@@ -194,7 +197,7 @@ def _states(model: FullOrderModel, u: ArrayLike) -> Array:
     return states.reshape(model.order, -1)
 
 
-def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]) -> _Worst:
+def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: Pair) -> _Worst:
     """The worst station and state of the members of a group, which have `n` elements each."""
     worst: _Worst | None = None
     for first, x, force, raised, nominal in _stresses(model, part, group, n, ends):
@@ -254,10 +257,16 @@ class LargestStresses(NamedTuple):
 
 
 def largest_stresses(
-    model: FullOrderModel | Design, forces: EndForces, count: int, *, yielding: bool = False
+    model: Model,
+    forces: EndForces,
+    count: int,
+    *,
+    yielding: bool = False,
+    missing: Missing | None = None,
 ) -> LargestStresses:
     """The largest stresses under internal forces of `count` states, of all members whose section is known, or of those
-    whose yield stress is known too. With slopes where the forces and the design have them."""
+    whose yield stress is known too. With slopes where the forces and the design have them, those of forces
+    told apart in what is `missing` of equilibrium where that is given."""
     names: list[str] = []
     found: list[tuple[Array, ...]] = [(np.empty((0, count)), np.empty((0, count)), np.empty(0))]
     for name in model.matrices:
@@ -272,18 +281,16 @@ def largest_stresses(
         paths = model.plan.topology.copies[name].paths
         for group, n in known:
             has = np.flatnonzero(wanted[group.index])
-            own = (block[:, has].reshape(-1, count) for block in _largest(model, part, group, n, ends))
+            own = (block[:, has].reshape(-1, count) for block in _largest(model, part, group, n, ends, missing))
             found.append((*own, np.tile(limit[group.index[has]], len(paths))))
             names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
     return LargestStresses(tuple(names), *(np.concatenate(own) for own in zip(*found, strict=True)))
 
 
-def _largest(
-    model: FullOrderModel | Design, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
-) -> tuple[Array, Array]:
+def _largest(model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, missing: Missing | None) -> Pair:
     """Largest von Mises stresses (i, m, k) of the members of a group in each state, and where they are along them."""
     largest, position = [], []
-    for _, x, _, raised, _ in _stresses(model, part, group, n, ends):
+    for _, x, _, raised, _ in _stresses(model, part, group, n, ends, missing):
         station = leading(plain(raised), axis=2)
         largest.append(raised.max(axis=2))
         position.append(x[np.arange(len(x))[None, :, None], station])
@@ -291,7 +298,7 @@ def _largest(
 
 
 def _stresses(
-    model: FullOrderModel | Design, part: Part, group: SectionGroup, n: int, ends: tuple[Array, Array]
+    model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, missing: Missing | None = None
 ) -> Iterator[tuple[int, Array, Array, Array, Array]]:
     """Blocks of states: the first of them, stations x (m, stations), internal forces (i, m, stations, k, 6), and von
     Mises stresses (i, m, stations, k) with notch factors and without."""
@@ -307,7 +314,7 @@ def _stresses(
     for first in range(0, states, step):
         own = slice(first, min(first + step, states))
         start, end = (np.moveaxis(forces[:, at, :, own], -1, -2) for forces in ends)
-        force = settled(model.parameters, _at_stations(start, end, share, length, n), length)
+        force = told_apart(model.parameters, _at_stations(start, end, share, length, n), length, missing)
         yield first, x, force, *_von_mises(model, part, group, length, x, force)
 
 
@@ -323,9 +330,7 @@ def _at_stations(start: Array, end: Array, share: Array, length: Array, n: int) 
     return force
 
 
-def _von_mises(
-    model: FullOrderModel | Design, part: Part, group: SectionGroup, length: Array, x: Array, force: Array
-) -> tuple[Array, Array]:
+def _von_mises(model: Model, part: Part, group: SectionGroup, length: Array, x: Array, force: Array) -> Pair:
     """Stresses (i, m, stations, k), with notch factors and without, under internal forces at fractions x."""
     if group.family == "constants":
         size = np.zeros(force.shape[:-1])

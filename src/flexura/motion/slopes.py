@@ -45,11 +45,13 @@ class Repeated(NamedTuple):
 class SlopedPose:
     """A pose, and the same of a design with slopes, `moving` along, of which what is read has exact derivatives.
 
-    Without slopes there is none, and derivatives are those by no parameters.
+    Without slopes there is none, and derivatives are those by no parameters. `missing` (n,) is what round-off leaves
+    missing of its equilibrium, with slopes, N and N m.
     """
 
     pose: Pose
     moving: Pose | None = None
+    missing: Any = None
 
     @staticmethod
     def of(pose: Pose, design: Design, loads: Loads, targets: Array) -> SlopedPose:
@@ -67,8 +69,9 @@ class SlopedPose:
         step, drive = equations.solver(state.tangent)(slope_of(missing).T, slope_of(gap).T)
         frames = _stepped(frames, np.stack([equations.displacements(column) for column in step.T]))
         force: Any = Dual(state.drive, drive.T)
-        at = Equilibrium(frames, force, loads, own.tangent(frames, loads, force)[0], state.iterations)
-        return SlopedPose(pose, Pose(own, at))
+        tangent, missing = own.tangent(frames, loads, force)
+        at = Equilibrium(frames, force, loads, tangent, state.iterations)
+        return SlopedPose(pose, Pose(own, at), missing + force @ tangent.rows)
 
     @property
     def best(self) -> Pose:

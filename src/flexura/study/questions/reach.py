@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from flexura.analysis import AtPose, Way, ratios_to_yield
+from flexura.analysis import AtPose, Way, ratios_to_yield, settled
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
 from flexura.motion import (
@@ -151,9 +151,13 @@ def _stroke_slope(way: Way, stroke: float) -> Array:
 
 def _ratio(at: AtPose) -> Any:
     """Largest stress over yield stress at a pose."""
-    found = at.stresses
-    known = ~np.isnan(plain(found.yield_stress))
-    return np.max(found.von_mises[known, 0] / found.yield_stress[known])
+
+    def largest(share: float) -> Any:
+        found = at.stresses_within(share) if share else at.stresses
+        known = ~np.isnan(plain(found.yield_stress))
+        return np.max(found.von_mises[known, 0] / found.yield_stress[known])
+
+    return settled(largest)
 
 
 def _sides(plan: Plan, parameters: Mapping[str, float], of: Freedom) -> dict[float, float]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis import settled
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
 from flexura.structure import Plan
@@ -28,12 +29,13 @@ def worst(state: Any, asked: Quantity) -> Any:
 
     Raises SolverError where no stress is known; a margin is infinite where no yield stress is.
     """
-    members, own = _asked(state, asked)
+    members, _ = _asked(state, asked)
     if not members and asked.kind == "margin":
         return np.inf
     if not members:
         raise SolverError(UNKNOWN)
-    return np.max(own) if asked.kind == "stress" else 1 / np.max(own)
+    largest = _largest(state, asked)
+    return largest if asked.kind == "stress" else 1 / largest
 
 
 def by_members(plan: Plan, asked: Quantity) -> list[Quantity]:
@@ -55,10 +57,10 @@ def by_members(plan: Plan, asked: Quantity) -> list[Quantity]:
 def parting(state: Any, asked: Quantity, names: Sequence[str]) -> str:
     """Why a stress or margin has no derivative by some of the parameters `names`, with those on either side where
     members that are stressed alike part; empty where it has all."""
-    members, own = _asked(state, asked)
-    largest: Any = np.max(own) if members else np.inf
+    largest = _largest(state, asked) if _asked(state, asked)[0] else np.inf
     if not isinstance(largest, Dual) or not np.isnan(largest.slope).any():
         return ""
+    members, own = _asked(state, asked, share=1.0)
     tied = np.flatnonzero(plain(own) >= plain(largest) * (1 - ALIKE))
     said = []
     for p in np.flatnonzero(np.isnan(largest.slope)).tolist():
@@ -72,9 +74,14 @@ def parting(state: Any, asked: Quantity, names: Sequence[str]) -> str:
     return f"{asked.text}: {alike if len(tied) > 1 else ''}{'; '.join(said)}"
 
 
-def _asked(state: Any, asked: Quantity) -> tuple[list[str], Any]:
+def _largest(state: Any, asked: Quantity) -> Any:
+    """The largest stress of the members asked for, for a margin over yield stresses."""
+    return settled(lambda share: np.max(_asked(state, asked, share)[1]))
+
+
+def _asked(state: Any, asked: Quantity, share: float = 0.0) -> tuple[list[str], Any]:
     """Members asked for and their stresses (m,), for a margin over their yield stresses."""
-    largest, of = state.stresses, next(iter(asked.arguments), None)
+    largest, of = state.stresses_within(share) if share else state.stresses, next(iter(asked.arguments), None)
     chosen = [k for k, name in enumerate(largest.names) if not isinstance(of, Members) or name in of.members]
     if asked.kind == "stress":
         return [largest.names[k] for k in chosen], largest.von_mises[chosen, 0]
