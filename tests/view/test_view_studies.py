@@ -139,6 +139,22 @@ def grid(values):
     return table_of({"thickness [m]": x.ravel(), "mass [kg]": y.ravel()}, {"f1 [Hz]": values})
 
 
+def test_a_curve_breaks_where_another_mode_takes_over():
+    lengths = np.array([0.079, 0.08, 0.081, 0.082])
+    table = fx.sweep(fx.load(GUIDE), vary={"length": lengths}, ask="f2, f(carriage.ry)", workers=1)
+    heading = "f(carriage.ry) [Hz]"
+    axes = draw_sweep(table).axes[0]
+    lines = {line.get_gid(): line for line in axes.lines}
+    y = lines[heading].get_ydata()
+    assert np.isnan(y).tolist() == [False, False, True, False, False]
+    found = table.to_columns()[heading]
+    np.testing.assert_allclose(y[~np.isnan(y)], found)
+    between = lines[f"other mode {heading}"]
+    np.testing.assert_allclose(between.get_xdata(), [80, 81])
+    np.testing.assert_allclose(between.get_ydata(), found[1:3])
+    assert "goes over to another mode" in [text.get_text() for text in axes.get_legend().get_texts()]
+
+
 def test_a_map_has_level_lines_where_there_are_values_and_is_hatched_where_a_corner_failed():
     x, y = np.meshgrid([1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 3.0], indexing="ij")
     values = (10 * x + 3 * y).ravel()

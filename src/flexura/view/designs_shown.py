@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.study.engine import StudyTable
+from flexura.study.engine import StudyTable, jumps_of
 from flexura.view.meshes import Array
 from flexura.view.scales import named
 
@@ -28,13 +28,15 @@ LINES = 2000
 @dataclass(frozen=True)
 class DesignsShown:
     """Designs by heading (n,), SI: `varied` parameters, of more than one value, and what is `asked`; `lower` and
-    `upper` proven bounds of some of it. `is_proven` (n,)."""
+    `upper` proven bounds of some of it. `is_proven` (n,); `leaps` (n,) says of some of it where it goes over to another
+    mode between a design and the one with the next larger value of the parameter."""
 
     varied: Mapping[str, Array]
     asked: Mapping[str, Array]
     lower: Mapping[str, Array]
     upper: Mapping[str, Array]
     is_proven: NDArray[np.bool_]
+    leaps: Mapping[str, NDArray[np.bool_]]
     is_grid: bool
     logarithmic: frozenset[str]
     notes: tuple[str, ...]
@@ -60,7 +62,9 @@ def designs_shown(table: StudyTable) -> DesignsShown:
     """
     bounds = {own: _bounds(own) for own in table.asked}
     bounds = {own: both for own, both in bounds.items() if set(both) <= set(table.columns)}
+    leaps = {own: found for own in table.asked if (found := jumps_of(own)) in table.columns}
     names = ["design", *table.parameters, *table.asked, *(name for both in bounds.values() for name in both)]
+    names += leaps.values()
     steps = _steps(table)
     blocks = []
     for block in table.blocks([*names, "is proven"]):
@@ -75,6 +79,7 @@ def designs_shown(table: StudyTable) -> DesignsShown:
         {name: found[both[0]] for name, both in bounds.items()},
         {name: found[both[1]] for name, both in bounds.items()},
         found["is proven"].astype(bool),
+        {name: found[own].astype(bool) for name, own in leaps.items()},
         table.space.get("sampling") == "grid",
         frozenset(name for name in table.parameters if _variable(table, name).get("scale") == "log"),
         (f"one of {step} designs is drawn",) if step > 1 else (),

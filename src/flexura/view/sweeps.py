@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,6 +29,9 @@ FAILED, DOUBTED = "#c2182b", "#8a5a00"
 BY_NUMBER = "#9aa3ad"
 """Frequencies by number where others are followed by what moves."""
 
+ELSEWHERE: dict[str, Any] = {"ls": ":", "lw": 1.0, "marker": "o", "mfc": "white", "ms": 4.5}
+"""Where a frequency that is followed goes over to another mode."""
+
 MOST_PANELS = 6
 
 FEW = 40
@@ -47,7 +51,8 @@ def draw_sweep(table: StudyTable, *, dpi: float = DPI) -> Figure:
     coordinates of more.
 
     Curves have a panel for each unit, bands between proven bounds, a gap and a cross where a design failed, and rings
-    where it is not proven; where frequencies are followed by what moves, those by number are grey behind them. Maps
+    where it is not proven; one that is followed by what moves breaks where it goes over to another mode, dots leading
+    to where it goes on; where frequencies are followed by what moves, those by number are grey behind them. Maps
     have level lines over a grid, dots over samples; where a design failed nothing is interpolated and the area is
     hatched. Of parallel coordinates, coloured by the first quantity, failed designs are left out and counted. Of very
     many designs one of so many is drawn, which is said. dpi as in `draw_mechanism`. Returns a Figure. Raises
@@ -104,7 +109,7 @@ def _panel(axes: Axes, shown: DesignsShown, headings: list[str], unit: str, x: A
     scale = scale_for(values, unit)
     followed = [heading for heading in headings if heading.startswith("f(")]
     colours = iter(np.resize(np.array(COLOURS), len(headings)).tolist())
-    first = True
+    first, has_leapt = True, False
     for heading in sorted(headings, key=lambda own: own in followed):
         own = shown.asked[heading][order] / scale.size
         own[~np.isfinite(own)] = np.nan
@@ -114,17 +119,26 @@ def _panel(axes: Axes, shown: DesignsShown, headings: list[str], unit: str, x: A
             first = False
             continue
         colour = next(colours)
-        gap = np.isnan(np.concatenate([[np.nan], own, [np.nan]]))
+        leaps = shown.leaps.get(heading, np.zeros(len(x), dtype=bool))[order]
+        leaps[-1] = False
+        behind = 1 + np.flatnonzero(leaps)
+        along, line = (np.insert(values, behind, np.nan) for values in (x, own))
+        gap = np.isnan(np.concatenate([[np.nan], line, [np.nan]]))
         alone = np.flatnonzero(gap[:-2] & gap[2:])
-        dots = range(len(own)) if len(own) <= FEW else alone
-        axes.plot(
-            x, own, color=colour, lw=1.4, label=named(heading)[0], gid=heading, marker="o", ms=2.6, markevery=[*dots]
-        )
+        dots = range(len(line)) if len(own) <= FEW else alone
+        mark: dict[str, Any] = {"marker": "o", "ms": 2.6, "markevery": [*dots]}
+        axes.plot(along, line, color=colour, lw=1.4, label=named(heading)[0], gid=heading, **mark)
+        for k in behind:
+            axes.plot(x[k - 1 : k + 1], own[k - 1 : k + 1], color=colour, gid=f"other mode {heading}", **ELSEWHERE)
+        has_leapt |= bool(len(behind))
         if heading in shown.lower:
-            low, high = (bound[heading][order] / scale.size for bound in (shown.lower, shown.upper))
-            axes.fill_between(x, low, high, color=colour, alpha=0.25, lw=0, gid=f"bounds of {heading}")
+            bounds = (bound[heading][order] / scale.size for bound in (shown.lower, shown.upper))
+            low, high = (np.insert(bound, behind, np.nan) for bound in bounds)
+            axes.fill_between(along, low, high, color=colour, alpha=0.25, lw=0, gid=f"bounds of {heading}")
             doubted = shown.is_doubted(heading)[order]
             axes.plot(x[doubted], own[doubted], "o", mfc="none", mec=DOUBTED, ms=6, gid=f"not proven {heading}")
+    if has_leapt:
+        axes.plot([], [], color=DOUBTED, label="goes over to another mode", **ELSEWHERE)
     _crosses(axes, x[np.isnan(values[:, order]).any(axis=0)])
     finite = values[np.isfinite(values)] / scale.size
     if not len(finite):

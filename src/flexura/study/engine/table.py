@@ -16,7 +16,7 @@ from flexura.extras import need
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.summary import Extremes, Summary
-from flexura.study.engine.work import PROVEN, TYPES, Columns, bounds_of
+from flexura.study.engine.work import PROVEN, Columns, bounds_of, jumps_of, type_of
 from flexura.study.questions import are_proven
 from flexura.tables import ROWS, Facts, Table, counted, quantity
 from flexura.tables import number as digits
@@ -105,10 +105,25 @@ class StudyTable(Tabular):
         for own in self.reasons:
             text = f"{own.count} of {of} could not be worked out, design {own.design} first: {own.text or 'no reason'}"
             found.append(Exceeded("study", f"design {own.design}", own.count, 0.0, "1", text))
+        found += [own for heading in self.asked if jumps_of(heading) in self.columns for own in self._leaps(heading)]
         if self.unproven:
             text = f"{self.unproven} of {of} are not proven within 0.1 %: tables show their frequencies as intervals"
             found.append(Exceeded("proof", "", self.unproven, 0.0, "1", text))
         return tuple(found)
+
+    def _leaps(self, heading: str) -> Iterator[Exceeded]:
+        """Where a frequency that is followed goes over to another mode, the first of these places in words."""
+        [over], text = self.parameters, heading.rpartition(" [")[0]
+        table = self.to_columns([over, heading, jumps_of(heading)])
+        order = np.argsort(table[over], kind="stable")
+        x, hertz, leaps = (table[name][order] for name in (over, heading, jumps_of(heading)))
+        places = np.flatnonzero(leaps[:-1])
+        if len(places):
+            k, (name, _, unit) = places[0], over.rpartition(" [") if over.endswith("]") else (over, "", "")
+            ends = " and ".join(quantity(float(own), unit.removesuffix("]")) for own in x[k : k + 2])
+            more = f", the first of {len(places)} such places" if len(places) > 1 else ""
+            said = f"{text} goes over to another mode, from {hertz[k]:.5g} to {hertz[k + 1]:.5g} Hz, between"
+            yield Exceeded("mode", text, len(places), 0.0, "1", f"{said} {name} = {ends}{more}")
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -242,7 +257,7 @@ class StudyTable(Tabular):
 def _joined(blocks: list[Columns], names: Sequence[str]) -> Columns:
     """Blocks one below the other, of no blocks empty columns of the same types."""
     if not blocks:
-        return {name: np.empty(0, dtype=TYPES.get(name, np.float64)) for name in names}
+        return {name: np.empty(0, dtype=type_of(name)) for name in names}
     return {name: np.concatenate([own[name] for own in blocks]) for name in names}
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.records import Record
 from flexura.reduction import STACK
+from flexura.study.engine.jumps import are_followed, jumps
 from flexura.study.questions import Questions
 from flexura.study.space import Designs
 
@@ -29,8 +30,15 @@ FEW, MANY = 4, 64
 
 DESIGN, PROVEN, REASON = "design", "is proven", "reason"
 
-TYPES = {DESIGN: np.dtype(np.int64), PROVEN: np.dtype(bool), REASON: np.dtype(object)}
-"""Of columns that are no float64."""
+JUMPS = " jumps"
+"""How headings end of where a frequency that is followed goes over to another mode."""
+
+_TYPES = {DESIGN: np.dtype(np.int64), PROVEN: np.dtype(bool), REASON: np.dtype(object)}
+
+
+def type_of(heading: str) -> np.dtype[Any]:
+    """The type of a column."""
+    return np.dtype(bool) if heading.endswith(JUMPS) else _TYPES.get(heading, np.dtype(np.float64))
 
 
 def bounds_of(heading: str) -> tuple[str, str]:
@@ -40,6 +48,11 @@ def bounds_of(heading: str) -> tuple[str, str]:
         f"{text if bracket else heading} {side}{bracket}{unit if bracket else ''}" for side in ("lower", "upper")
     )
     return lower, upper
+
+
+def jumps_of(heading: str) -> str:
+    """Heading of where a frequency that is followed goes over to another mode, e.g. `f(platform.rx) jumps`."""
+    return heading.rpartition(" [")[0] + JUMPS
 
 
 def block_size(designs: int, is_stacked: bool) -> int:
@@ -82,12 +95,15 @@ class Work(Record):
     def _piece(self, start: int, stop: int) -> Columns:
         designs = self.space.designs(start, stop)
         answers = self.questions.values({**self.fixed, **designs})
+        leaps = jumps(self.questions, self.space, self.fixed, start, answers)
         found: Columns = {DESIGN: np.arange(start, stop, dtype=np.int64)}
         found |= {self.varied[name]: values for name, values in designs.items()}
         for q, (quantity, heading) in enumerate(zip(self.questions.quantities, self.asked, strict=True)):
             found[heading] = answers.value[:, q]
             if quantity.is_bounded:
                 found |= zip(self.bounds[heading], (answers.lower[:, q], answers.upper[:, q]), strict=True)
+            if q in leaps:
+                found[jumps_of(heading)] = leaps[q]
         return {**found, PROVEN: answers.is_proven, REASON: answers.reason}
 
     @property
@@ -101,9 +117,15 @@ class Work(Record):
         return {own.column: bounds_of(own.column) for own in self.questions.quantities if own.is_bounded}
 
     @property
+    def followed(self) -> list[str]:
+        """Headings of the frequencies that are followed from design to design."""
+        return [self.asked[k] for k in are_followed(self.questions, self.space)]
+
+    @property
     def varied(self) -> dict[str, str]:
         """Headings of the parameters that vary, by name; such as are asked too are told from that."""
         taken = {DESIGN, PROVEN, REASON, *self.asked, *(name for own in self.bounds.values() for name in own)}
+        taken |= set(map(jumps_of, self.followed))
         found = {}
         for own in self.space.variables:
             unit = "" if own.unit == "1" else f" [{own.unit or 'SI'}]"
@@ -111,7 +133,8 @@ class Work(Record):
         return found
 
     def headings(self) -> Iterator[tuple[str, str]]:
-        """All columns in order, each with what it holds: design, parameter, asked, bound, proven or reason."""
+        """All columns in order, each with what it holds: design, parameter, asked, bound, jump, proven or
+        reason."""
         yield DESIGN, "design"
         for heading in self.varied.values():
             yield heading, "parameter"
@@ -119,5 +142,7 @@ class Work(Record):
             yield heading, "asked"
             for bound in self.bounds.get(heading, ()):
                 yield bound, "bound"
+            if heading in self.followed:
+                yield jumps_of(heading), "jump"
         yield PROVEN, "proven"
         yield REASON, "reason"

@@ -105,6 +105,11 @@ class Quantity:
         return self.kind == FREQUENCY
 
     @property
+    def is_followed(self) -> bool:
+        """Whether it is the frequency of whichever mode moves something most."""
+        return self.kind == FREQUENCY and not isinstance(self.arguments[0], int)
+
+    @property
     def column(self) -> str:
         """Heading of a column: the text, with the unit in brackets unless it is a plain number."""
         return self.text if self.unit == "1" else f"{self.text} [{self.unit}]"

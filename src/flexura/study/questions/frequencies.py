@@ -82,3 +82,4 @@ class Frequencies:
             known = np.flatnonzero(number >= 0)
             for answer, bound in zip((out.value, out.lower, out.upper), found, strict=True):
                 answer[designs[known], place] = bound[known, number[known]]
+            out.mode[designs[known], place] = number[known]
