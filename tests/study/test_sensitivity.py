@@ -129,3 +129,20 @@ def test_parameters_have_derived_units(tmp_path) -> None:
     done = flexura("sweep", tmp_path / "guide.yaml", "--vary", "push=0N:2N:2", "--ask", "f1, young", "--json")
     assert list(json.loads(done.stdout)["table"])[1:3] == ["push [N]", "f1 [Hz]"]
     assert "young [Pa]" in json.loads(done.stdout)["table"]
+
+
+def test_what_a_part_is_made_for_does_not_vary() -> None:
+    """Sizes of imported and solid parts change nothing in these: a slope by them would be that of another mechanism."""
+    model = fx.load(GUIDE.parents[1] / "imported" / "guide.yaml")
+    found = fx.sensitivity(model, ask="f1, mass")
+    assert found.parameters == ("width", "distance")
+    assert any(note.startswith("length left out: held") for note in found.notes)
+    assert fx.mode_sensitivities(model, n=1).free == ("width", "distance")
+    for refused in (
+        lambda: fx.sensitivity(model, ask="f1", free=["length"]),
+        lambda: fx.sweep(model, vary={"length": [0.06]}, ask="f1"),
+        lambda: fx.optimize(model, vary=["length"], minimise="mass"),
+        lambda: fx.tolerance(model, vary={"length": "± 0.1 mm"}, ask="f1"),
+    ):
+        with pytest.raises(fx.OptionError, match="length is held"):
+            refused()

@@ -63,6 +63,7 @@ from flexura.mechanism.modal_test import ModalTest as ModalTest
 from flexura.mechanism.motion import Motion as Motion
 from flexura.mechanism.motion import Moved as Moved
 from flexura.mechanism.own_copies import with_own_copies as with_own_copies
+from flexura.mechanism.parameters import HELD as HELD
 from flexura.mechanism.parameters import Parameter as Parameter
 from flexura.mechanism.placement import IDENTITY as IDENTITY
 from flexura.mechanism.placement import Affine as Affine

@@ -20,6 +20,13 @@ def _coherent(unit: str) -> str:
     return unit
 
 
+HELD = (
+    "held by bounds that leave one value: solid and imported parts are made for it; fidelity: beam lets sizes of a"
+    " solid member vary"
+)
+"""What is said of a parameter that is held where it is to vary."""
+
+
 class Parameter(Part):
     """A named value, or an expression over other parameters, with bounds and a note on its origin.
 
@@ -39,6 +46,11 @@ class Parameter(Part):
     def dimension(self) -> Dimension | None:
         """Physical dimension by `unit`; None when it was left out."""
         return Dimension.of_unit(self.unit) if self.unit else None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the bounds leave no room, as where a solid member is made for the value."""
+        return self.minimum is not None and self.minimum == self.maximum
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Parameter) and self._key() == other._key()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.expressions import Expression
-from flexura.mechanism import Mechanism
+from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity.eigenpairs import Bends, branches, moved_clusters, whole_clusters
 from flexura.sensitivity.low_order import Family, LowOrderFamily, ModelOrder
@@ -169,13 +169,13 @@ def family_of(
 
 
 def free_names(plan: Plan, free: Sequence[str] | None) -> tuple[str, ...]:
-    """Names of the parameters that may move; all that are numbers when none are named.
+    """Names of the parameters that may move; all that are numbers and are not held when none are named.
 
-    Raises OptionError for names that are unknown or occur twice, and when there are none.
+    Raises OptionError for names that are unknown, held or occur twice, and when there are none.
     """
     known = plan.mechanism.parameters
     if free is None:
-        free = [name for name, p in known.items() if not isinstance(p.value, Expression)]
+        free = [name for name, p in known.items() if not (isinstance(p.value, Expression) or p.is_held)]
     if isinstance(free, str):
         free = [free]
     for name in free:
@@ -183,6 +183,8 @@ def free_names(plan: Plan, free: Sequence[str] | None) -> tuple[str, ...]:
             raise OptionError(f"{name!r} is not a parameter; known: {', '.join(known) or 'none'}")
         if isinstance(known[name].value, Expression):
             raise OptionError(f"{name} follows from {known[name].value}; free what it depends on")
+        if known[name].is_held:
+            raise OptionError(f"{name} is {HELD}")
     if len(set(free)) < len(free):
         raise OptionError("a parameter is named twice among the free ones")
     if not free:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import Exceeded
-from flexura.mechanism import Mechanism
+from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity import free_names
 from flexura.structure import Plan, one_design, plan_of
@@ -119,8 +119,15 @@ def sensitivity(
         found.is_exact,
         found.repeated,
         tuple(_missing(texts, found)),
-        tuple(_notes(texts, chosen, nominal, found)),
+        (*_notes(texts, chosen, nominal, found), *([] if free else _held(plan.mechanism))),
     )
+
+
+def _held(mechanism: Mechanism) -> Iterator[str]:
+    """What is left out."""
+    held = [name for name, own in mechanism.parameters.items() if own.is_held]
+    if held:
+        yield f"{', '.join(held)} left out: {HELD}"
 
 
 def _missing(texts: tuple[str, ...], found: Slopes) -> Iterator[Exceeded]:

@@ -170,8 +170,8 @@ def _with_bounds(plan: Plan, vary: Any, fixed: Mapping[str, float]) -> Any:
 
 def _bounded(plan: Plan, name: str, fixed: Mapping[str, float]) -> Any:
     name, mechanism = name.strip(), plan.mechanism
-    if name not in mechanism.parameters:
-        return f"{name}=0:1"  # whoever reads it says that there is no such parameter
+    if name not in mechanism.parameters or mechanism.parameters[name].is_held:
+        return f"{name}=0:1"  # whoever reads it says what is wrong with the name
     parameter = mechanism.parameters[name]
     low, high = (float(end) for end in bounds(name, parameter, plan.parameter_values(dict(fixed))))
     if not np.isfinite(low + high):

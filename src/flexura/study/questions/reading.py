@@ -103,10 +103,10 @@ class Reader:
     def quantity(self, asked: Asked, places: Sequence[Place] = ()) -> Quantity:
         """What an asked name stands for, at the pose of `places` where it has none of its own."""
         name, arguments, mode = asked.name, asked.arguments, None
-        if name not in KINDS and not arguments and name in self.plan.mechanism.parameters:
-            name, arguments = "parameter", (name,)
         if (numbered := _NUMBERED.fullmatch(name)) is not None:
             mode = self.mode(asked, int(numbered[1]))
+        elif name not in KINDS and not arguments and name in self.plan.mechanism.parameters:
+            name, arguments = "parameter", (name,)
         kind = KINDS[FREQUENCY] if mode else KINDS.get(name)
         if kind is None:
             raise OptionError(unknown_name(name, list(self.plan.mechanism.parameters)))

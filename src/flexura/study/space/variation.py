@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from flexura.errors import OptionError
 from flexura.expressions import Expression
-from flexura.mechanism import Mechanism, Parameter
+from flexura.mechanism import HELD, Mechanism, Parameter
 from flexura.modelfile import parse_override
 from flexura.study.space.variables import Variable
 from flexura.units import split_quantity
@@ -121,6 +121,8 @@ def _parameter(mechanism: Mechanism, name: str) -> Parameter:
         known = ", ".join(mechanism.parameters) or "none"
         hint = f"did you mean {close[0]!r}?" if close else f"parameters: {known}"
         raise OptionError(f"{name!r} is not a parameter; {hint}")
+    if mechanism.parameters[name].is_held:
+        raise OptionError(f"{name} is {HELD}")
     return mechanism.parameters[name]
 
 
