@@ -160,7 +160,8 @@ def test_any_text_is_read_or_refused(text):
 def test_a_parameter_of_the_name_of_a_quantity_is_asked_as_a_parameter():
     text = Path(EXAMPLES / "guide" / "guide.yaml").read_text(encoding="utf-8").partition("studies:")[0]
     for name, unit in (("f1", "Hz"), ("mass", "kg")):
-        model = fx.loads(text.replace("  thickness: {value", f"  {name}: {{value").replace(": thickness}", f": {name}}}"))
+        own = text.replace("  thickness: {value", f"  {name}: {{value").replace(": thickness}", f": {name}}}")
+        model = fx.loads(own)
         asked = questions(model, f"{name}, parameter({name})")
         assert asked.columns == (f"{name} [{unit}]", f"parameter({name}) [m]")
         assert asked.values({}).value[0, 1] == 0.5e-3

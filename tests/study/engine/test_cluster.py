@@ -6,13 +6,17 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from flexura.errors import OptionError, SolverError
 from flexura.study.engine import open_study, run
+from flexura.study.engine.cluster import on_cluster
+from flexura.study.engine.work import Work
 from helpers.cheap_studies import ROOT, asked, files, space
 
 distributed = pytest.importorskip("distributed")
@@ -102,6 +106,26 @@ def test_a_scheduler_that_is_lost_keeps_what_is_done(tmp_path, undisturbed):
     assert 0 < len(open_study(tmp_path / "study")) < 1000
     run(asked(limit=0.9), space(), folder=tmp_path / "study", workers=2)
     assert files(tmp_path / "study") == undisturbed
+
+
+@pytest.mark.parametrize("answered", range(5))
+def test_a_scheduler_that_is_lost_at_any_exchange_is_said(answered):
+    left = iter(range(answered))
+
+    def exchange(given):
+        if next(left, None) is None:
+            raise distributed.comm.CommClosedError("closed")
+        return given
+
+    client = SimpleNamespace(
+        status="running",
+        scheduler=SimpleNamespace(address="tcp://127.0.0.1:8786"),
+        submit=lambda *_, **__: exchange(Future()),
+        nthreads=lambda: exchange({"worker": 1}),
+        cancel=exchange,
+    )
+    with pytest.raises(SolverError, match=r"the scheduler tcp://127.0.0.1:8786 is lost"):
+        list(on_cluster(client, Work(asked(), space(), {}), iter(range(9)), print))
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -76,22 +76,26 @@ def connected(address: str) -> Iterator[Any]:
     found = _ADDRESS.fullmatch(address)
     if found is None:
         raise OptionError(f"{address!r} is no address of a scheduler, such as tcp://192.168.0.7:8786")
-    try:
-        with socket.create_connection((found[1], int(found[2])), timeout=ANSWERS) as own:
-            if address.startswith("tcp:"):
-                _greeted(own)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            client = distributed.Client(address, timeout=ANSWERS, set_as_default=False)
-    except OSError as error:
-        hint = "start one with `dask scheduler`, and `dask worker` on every machine"
-        raise OptionError(f"no scheduler answers at {address} ({error.strerror or 'it is no dask'}); {hint}") from None
-    try:
-        _check_workers(client, address)
+    with ExitStack() as stack:
+        try:
+            with socket.create_connection((found[1], int(found[2])), timeout=ANSWERS) as own:
+                if address.startswith("tcp:"):
+                    _greeted(own)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                client = distributed.Client(address, timeout=ANSWERS, set_as_default=False)
+            stack.callback(_closed, client)
+            _check_workers(client, address)
+        except OSError as error:
+            hint = "start one with `dask scheduler`, and `dask worker` on every machine"
+            why = error.strerror or "it is no dask"
+            raise OptionError(f"no scheduler answers at {address} ({why}); {hint}") from None
         yield client
-    finally:
-        with suppress(Exception):
-            client.close(timeout=1)
+
+
+def _closed(client: Any) -> None:
+    with suppress(Exception):
+        client.close(timeout=1)
 
 
 def _greeted(own: socket.socket) -> None:
@@ -119,11 +123,15 @@ def on_cluster(
     Workers that are lost are said. Raises SolverError for what a block raises, and when the scheduler or all workers
     are lost.
     """
-    tasks = _Tasks(client, work, numbers, say)
+    distributed = need("distributed", "cluster")
     try:
-        yield from tasks.results()
-    finally:
-        tasks.cancel()
+        tasks = _Tasks(client, work, numbers, say)
+        try:
+            yield from tasks.results()
+        finally:
+            tasks.cancel()
+    except (distributed.CancelledError, OSError):  # of whatever is asked, and of what it answers
+        raise SolverError(f"the scheduler {client.scheduler.address} is lost") from None
 
 
 class _Tasks:
@@ -200,8 +208,6 @@ class _Tasks:
             return future.result(timeout=ANSWERS)
         except self.distributed.KilledWorker:
             raise SolverError(f"workers die at designs {first} to {last}; is there too little memory?") from None
-        except (self.distributed.CancelledError, OSError, TimeoutError):
-            raise SolverError(f"the scheduler {self.client.scheduler.address} is lost") from None
 
     def cancel(self) -> None:
         """Let nobody work on what is still on its way."""
