@@ -330,3 +330,49 @@ def test_leaves_that_differ_turn_a_pure_motion_into_a_parasitic_rotation() -> No
     ).quantities[0]
     assert alike.deviation <= 1e-9 * half
     assert abs(alike.worst_high.value - alike.worst_low.value) <= 1e-9 * half
+
+
+MIRRORED = """
+flexura: 1
+name: mirrored leaves
+parameters: {tilt: 1 mm}
+substructures:
+  leaf:
+    nodes: {foot: [25 mm, 0, 0], head: [25 mm + tilt, 2 mm, 60 mm]}
+    flexures: {blade: {nodes: [foot, head], material: spring-steel, reference: x, profile: PROFILE}}
+    interface: [foot, head]
+instances: {leaf: {of: leaf, pattern: {type: mirror, normal: x}}}
+bodies: {block: {centre: [3 mm, 5 mm, 65 mm], mass: 1 kg, inertia: INERTIA, carries: ["leaf*.head"]}}
+ground: {"leaf*.foot": clamped}
+"""
+BY_HAND = """
+flexura: 1
+name: each leaf by itself
+parameters: {right: 1 mm, left: 1 mm}
+nodes: {a: [25 mm, 0, 0], b: [25 mm + right, 2 mm, 60 mm], c: [-25 mm, 0, 0], d: [-25 mm - left, 2 mm, 60 mm]}
+flexures:
+  right: {nodes: [a, b], material: spring-steel, reference: x, profile: PROFILE}
+  left: {nodes: [c, d], material: spring-steel, reference: x, profile: PROFILE}
+bodies: {block: {centre: [3 mm, 5 mm, 65 mm], mass: 1 kg, inertia: INERTIA, carries: [b, d]}}
+ground: {a: clamped, c: clamped}
+"""
+
+
+def test_mirrored_copies_have_their_values_in_their_own_frames() -> None:
+    """A parasitic rotation that mirrored leaves bring about by their differences alone has the right sign."""
+    common = {"PROFILE": "{type: leaf, width: 20 mm, thickness: 0.5 mm}"}
+    common["INERTIA"] = "[0.1 g*m^2, 0.2 g*m^2, 0.3 g*m^2]"
+    mirrored, by_hand = MIRRORED, BY_HAND
+    for word, text in common.items():
+        mirrored, by_hand = mirrored.replace(word, text), by_hand.replace(word, text)
+    asked = "compliance(block.x, block.z), compliance(block.x, block.ry), f1"
+    found = fx.tolerance(fx.loads(mirrored), vary={"tilt": "± 0.3 mm"}, ask=asked, samples=32, workers=1)
+    assert [size.name for size in found.sizes] == ["tilt_leaf1", "tilt_leaf2"]
+    hand = fx.questions(fx.loads(by_hand), asked)
+    for q, own in enumerate(found.quantities):
+        for end in (own.worst_low, own.worst_high):
+            right, left = end.sizes
+            assert end.value == pytest.approx(hand.values({"right": [right], "left": [left]}).value[0, q], rel=1e-8)
+    parasitic = found.quantities[0]
+    assert parasitic.worst_low.sizes[0] != parasitic.worst_low.sizes[1]
+    assert parasitic.worst_low.value < 0 < parasitic.worst_high.value
