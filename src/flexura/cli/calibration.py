@@ -79,6 +79,7 @@ def calibrate_command(
     as_json: Json = False,
 ) -> None:
     """Find parameters with which the mechanism meets a measurement, and how far they can be trusted."""
+    from flexura.modelfile import refuse_base
     from flexura.testing.updating import calibrate, save_calibrated
 
     files, measured = [file], [data]
@@ -88,6 +89,9 @@ def calibrate_command(
             raise OptionError(f"--also takes FILE=DATA, e.g. --also loaded.yaml=loaded.csv, not {pair!r}")
         files.append(Path(own))
         measured.append(Path(its))
+    for target, _ in _targets(out, files) if out is not None else ():
+        for own in files:
+            refuse_base(target, own)
     (mechanism, *others), parameters = _read_all(files, set)
     first, *more = [read_data(path, on) for path in measured]
     names = [name.strip() for name in free.split(",") if name.strip()]

@@ -62,6 +62,7 @@ def optimize_command(
 ) -> None:
     """The best design under limits, what holds it and what giving way would buy, proven at full order."""
     from flexura.cli.progress import rounds_shown
+    from flexura.modelfile import refuse_base
     from flexura.study.optimum import Optimum, optimize
 
     if out is not None and out.suffix.lower() not in (*MODELS, ".csv", ".parquet"):
@@ -69,6 +70,8 @@ def optimize_command(
     is_model = out is not None and out.suffix.lower() in MODELS
     if is_model and len([*(maximise or ()), *(minimise or ())]) > 1:
         raise _front_as_model(out)
+    if out is not None and is_model:
+        refuse_base(out, file)
     pictured = of_pictures(plot, dpi=dpi)
     mechanism, parameters = read(file, set)
     with rounds_shown() as progress:

@@ -9,6 +9,7 @@ from flexura.modelfile.reader import loads as loads
 from flexura.modelfile.schema import schema as schema
 from flexura.modelfile.superelements import unit_factors as unit_factors
 from flexura.modelfile.variant import Changed as Changed
+from flexura.modelfile.variant import refuse_base as refuse_base
 from flexura.modelfile.variant import variant_text as variant_text
 from flexura.modelfile.writer import dumps as dumps
 from flexura.modelfile.writer import save as save

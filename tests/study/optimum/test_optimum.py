@@ -344,6 +344,11 @@ def test_the_shell_writes_a_model_of_the_optimum(tmp_path):
     best = fx.load(out)
     assert fx.modes(best, n=1, order="full").modes[0].frequency_hz == pytest.approx(50, rel=1e-4)
     assert best.parameters["thickness"].source == "optimised: maximise f1; was 0.5 mm (example)"
+    flexura("optimize", out, *limit, "--set", "width=15mm", "--out", tmp_path / "again.yaml")
+    again = fx.load(tmp_path / "again.yaml").parameters
+    assert again["width"].value == 15e-3 and again["width"].source == "given; was 20 mm (example)"
+    before = best.parameters["thickness"]
+    assert again["thickness"].source == f"optimised: maximise f1; was {1e3 * before.value:.9g} mm ({before.source})"
     text = flexura("optimize", GUIDE, *limit).stdout
     assert "f1 <= 50 Hz: 1 % more buys 0.5 Hz of f1" in text and "by modes, proven within" in text
     assert Path(out).read_text(encoding="utf-8").startswith("flexura: 1\nextends: ")
@@ -388,3 +393,18 @@ def test_a_goal_that_nothing_changes_and_goals_against_each_other_are_said() -> 
     assert [own.place for own in still.warnings if own.kind == "goal"] == ["maximise length"]
     against = fx.optimize(cantilever(), vary={"t": (0.5e-3, 2e-3)}, maximise="mass", minimise="mass", points=2)
     assert ["both large and small" in own.text for own in against.warnings if own.kind == "goal"] == [True]
+
+
+def test_a_model_file_is_not_written_over_those_that_it_would_extend(tmp_path):
+    base, upper = tmp_path / "base.yaml", tmp_path / "upper.yaml"
+    base.write_text(Path(GUIDE).read_text(encoding="utf-8"), encoding="utf-8")
+    upper.write_text("flexura: 1\nextends: base.yaml\n", encoding="utf-8")
+    (tmp_path / "link.yaml").symlink_to(base)
+    before = [base.read_bytes(), upper.read_bytes()]
+    found = fx.optimize(fx.load(upper), vary={"thickness": (3e-4, 5e-4)}, maximise="mass", starts=1)
+    for target in (upper, base, tmp_path / "link.yaml"):
+        with pytest.raises(fx.OptionError, match="is the model file that is read, or one that it extends"):
+            found.save(target, base=upper)
+    refused(flexura("optimize", upper, "--out", tmp_path / "." / "base.yaml"), "base.yaml", "give another name")
+    refused(flexura("calibrate", upper, "no.csv", "--free", "width", "--out", upper), "upper.yaml", "another name")
+    assert [base.read_bytes(), upper.read_bytes()] == before

@@ -191,12 +191,12 @@ class Optimum(Tabular):
     @verb
     def save(self, path: str | Path, *, base: str | Path) -> Path:
         """Write a model file that extends `base`, the file that was optimised, with the values of the optimum and where
-        they come from. Raises OptionError where there is no optimum, and when it cannot be written."""
+        they come from. Raises OptionError where there is no optimum, for `base` itself, and when it cannot be
+        written."""
         if not self.is_feasible:
             raise OptionError(f"no design meets the limits: {self.violations[0]}; there is no optimum to write")
         said = f"optimised: {self.goal}"
-        starts = {own.name: own.start for own in self.variables}
-        return save_design(self.mechanism, {**self.parameters, **self.design}, starts, said, Path(path), Path(base))
+        return save_design(self.mechanism, self.design, self.parameters, said, Path(path), Path(base))
 
     def _title(self) -> str:
         return self.goal if self.is_feasible else f"{self.goal}: no design meets the limits"
@@ -288,7 +288,7 @@ class Pareto(Tabular):
         """Write a model file that extends `base`, the file that was optimised, with the values of one design of the
         front. Raises OptionError where there is no such row, and when it cannot be written."""
         said = f"optimised: design {row} of a front of {', '.join(self.goals)}"
-        return save_design(self.mechanism, {**self.parameters, **self.pick(row)}, {}, said, Path(path), Path(base))
+        return save_design(self.mechanism, self.pick(row), self.parameters, said, Path(path), Path(base))
 
     def _title(self) -> str:
         return f"{len(self)} designs of {', '.join(self.goals)}"
