@@ -95,6 +95,8 @@ def enclose(pencil: Pencil, vectors: Array, rho: float) -> Enclosures:
     K - rho M cannot be factorised, and where M has lost the digits of what the vectors move.
     """
     values, X = pencil.ritz(vectors)
+    if len(values) < vectors.shape[1]:
+        raise SolverError(MASS_LOST)
     upper, margin = upper_bounds(pencil, values, X)
     factors = bracket(pencil, rho)
     rho = factors.value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +24,12 @@ TOLERANCE = 1e-11
 
 
 def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = None) -> Array:
-    """The `count` lowest eigenvalues (..., count), ascending, of K x = lambda M x with K (..., n, n) positive definite.
+    """The `count` lowest eigenvalues (..., count), ascending, of K x = lambda M x, both (..., n, n).
 
     Subspace iteration (Bathe 1996, sec. 11.6) from `start`, the count + GUARD lowest eigenpairs of a design like these
     (default: of the one in the middle of the stack). The remaining error of each eigenvalue is estimated from the ratio
-    of its last two changes; designs in which it has not fallen below 1e-11 are solved one by one. Raises SolverError
-    when a K is singular.
+    of its last two changes; designs in which it has not fallen below 1e-11, or K is singular, are solved one by one.
+    Raises SolverError where K + M is singular.
     """
     n, lead = K.shape[-1], K.shape[:-2]
     K, M = K.reshape(-1, n, n), M.reshape(-1, n, n)
@@ -46,19 +47,19 @@ def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = Non
 
 def lowest_pairs(K: Array, M: Array, count: int, start: Eigenpairs, tolerance: float) -> Eigenpairs:
     """Approximations (designs, p), (designs, n, p) of the p = min(count + GUARD, n) lowest eigenpairs of stacks
-    K x = lambda M x, the first `count` eigenvalues to about `tolerance`; K (designs, n, n) positive definite.
+    K x = lambda M x, the first `count` eigenvalues to about `tolerance`; both (designs, n, n).
 
-    `start` holds eigenpairs of a design like these. Raises SolverError when a K is singular.
+    `start` holds eigenpairs of a design like these. Designs whose K + M is singular to working accuracy have NaN.
     """
     n = K.shape[-1]
     p = min(count + GUARD, n)
     if n <= 2 * p or start.vectors.shape[-1] < p:
-        return _one_by_one(K, M, p)
+        return _each(K, M, p)
     K, M, d = _scaled(K, M)
     pairs, error = _iterate(K, M, Eigenpairs(start.values, start.vectors / d[:, :, None]), count, tolerance)
     slow = ~(error < tolerance)
     if slow.any():
-        own = _one_by_one(K[slow], M[slow], p)
+        own = _each(K[slow], M[slow], p)
         pairs.values[slow], pairs.vectors[slow] = own.values, own.vectors
     return Eigenpairs(pairs.values, pairs.vectors * d[:, :, None])
 
@@ -77,7 +78,7 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
     MX = M @ start.vectors
     values = np.broadcast_to(start.values[:count], (len(M), count))
     change, error = np.ones(len(M)), np.full(len(M), np.inf)
-    solve = _solver(K)
+    solve, definite = _solver(K)
     found, reached = Eigenpairs(np.empty(MX.shape[::2]), np.empty_like(MX)), np.full(len(M), np.inf)
     for step in range(MAX_STEPS):
         Y = solve(MX)
@@ -85,11 +86,11 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
         MY = M @ Y
         # Ritz pairs of the inverse, both matrices small: (Y' M X) z = lambda (Y' M Y) z
         new, Z = small_pencils(Yt @ MX, Yt @ MY)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", divide="ignore"):
             # infinite where M Y is not positive enough: never accepted
             before, change = change, np.max(np.abs(new[:, :count] / values - 1), axis=-1)
             ratio = np.minimum(change / np.maximum(before, 1e-300), 0.99)
-            error = change * ratio / (1 - ratio)
+            error = np.where(definite, change * ratio / (1 - ratio), np.inf)
         values = new[:, :count]
         ended = ~(reached < tolerance) & ((error < tolerance) | (step == MAX_STEPS - 1))
         if ended.all():
@@ -101,20 +102,17 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
     return found, reached
 
 
-def _solver(K: Array) -> Callable[[Array], Array]:
-    """The function that solves K Y = X for stacks of X. LAPACK's Cholesky factors one by one, which serve every step,
-    take a quarter of the time of NumPy's stacked LU."""
-    factors = []
-    for own in K:
-        factor, failed = lapack.dpotrf(own.T)
-        if failed:
-            raise SolverError("a stiffness matrix is singular: something can move freely")
-        factors.append(factor)
+def _solver(K: Array) -> tuple[Callable[[Array], Array], NDArray[np.bool_]]:
+    """The function that solves K Y = X for stacks of X, and for which designs (designs,) K is positive definite: for
+    others Y is X. LAPACK's Cholesky factors one by one, which serve every step, take a quarter of the time of NumPy's
+    stacked LU."""
+    found = [lapack.dpotrf(own.T) for own in K]
+    factors = [np.eye(K.shape[-1]) if failed else factor for factor, failed in found]
 
     def solve(X: Array) -> Array:
         return np.stack([lapack.dpotrs(factor, x)[0] for factor, x in zip(factors, X, strict=True)])
 
-    return solve
+    return solve, np.array([not failed for _, failed in found])
 
 
 def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
@@ -124,7 +122,7 @@ def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
     """
     if len(A) == 1:
         # LAPACK knows the pencil as a whole, but not stacks of it
-        values, Z, failed = lapack.dsygv(A[0], B[0])
+        values, Z, failed = lapack.dsygv(A[0], B[0], uplo="U")
         if not failed:
             return values[None], Z[None]
     d = unit_scale(B)
@@ -134,7 +132,7 @@ def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
     Li = np.linalg.inv(L)
     C = Li @ scaled(A, d) @ np.swapaxes(Li, -1, -2)
     C[bad] = 0.0
-    values, Z = np.linalg.eigh(C)
+    values, Z = np.linalg.eigh(C, UPLO="U")
     Z = d[:, :, None] * (np.swapaxes(Li, -1, -2) @ Z)
     for k in bad:
         values[k], Z[k] = _leading(A[k], B[k])
@@ -167,3 +165,14 @@ def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
 def _one_by_one(K: Array, M: Array, count: int) -> Eigenpairs:
     found = [lowest(k, m, count) for k, m in zip(K, M, strict=True)]
     return Eigenpairs(np.stack([f.values for f in found]), np.stack([f.vectors for f in found]))
+
+
+def _each(K: Array, M: Array, count: int) -> Eigenpairs:
+    """The same, NaN for designs that cannot be solved."""
+    designs, n = K.shape[:2]
+    found = Eigenpairs(np.full((designs, count), np.nan), np.full((designs, n, count), np.nan))
+    for k in range(designs):
+        with suppress(SolverError):
+            own = lowest(K[k], M[k], count)
+            found.values[k], found.vectors[k] = own.values, own.vectors
+    return found

@@ -14,16 +14,9 @@ from numpy.typing import NDArray
 
 from flexura.linalg import factors, small_pencils
 from flexura.reduction.arrow import FIXED, ROUNDING, Arrow, Block, placed
-from flexura.reduction.chain_certificate import (
-    CORRECTED,
-    REACH,
-    ChainBounds,
-    attempts,
-    enclosed,
-    from_above,
-    settled,
-)
+from flexura.reduction.chain_certificate import REACH, ChainBounds, attempts, enclosed
 from flexura.reduction.chain_moments import EPS
+from flexura.reduction.ritz_bounds import CORRECTED, lost, settled, upper_bounds
 
 Array = NDArray[np.float64]
 
@@ -91,22 +84,20 @@ def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
     )
 
 
-def arrow_bounds(arrow: Arrow, count: int, tolerance: float) -> ChainBounds:
+def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> ChainBounds:
     """Bounds on the `count` lowest eigenvalues of every design, no more than the core has coordinates, as narrow as
-    they come, or to `tolerance` relative in frequency.
+    they come, or to `tolerance` relative in frequency; no more than `rigid` are zero.
 
     Nothing is proven for designs where a branch by itself is not much stiffer than what is asked for. Raises
     SolverError when a stiffness is singular inside a branch.
     """
     ritz, slowness = _ritz(arrow), arrow.core.slowness
-    K, M, R, margin = _projected(arrow, ritz)
-    upper, Z = small_pencils(*from_above(K, M, R, ritz.values, slowness))
-    last = np.where(np.isfinite(upper), upper, 0.0).max(axis=1, keepdims=True)
-    upper = upper + 8 * K.shape[-1] * EPS * last
-    K, M, R, margin = (_t(Z) @ A @ Z for A in (K, M, R, margin))
-    values, least, mass, more = (np.einsum("dii->di", A) for A in (K, K - 2 * margin, M, R))
-    values, mass = np.where(np.isfinite(upper), values, np.inf), np.where(mass > 0, mass, 1.0)
-    zero, upper = settled(values / mass, upper, np.einsum("dii->di", margin))
+    K, M, R, off = _projected(arrow, ritz)
+    upper, Z, margin = upper_bounds(K, M, R, off, ritz.values, slowness)
+    values, mass, more = (np.einsum("dii->di", _t(Z) @ A @ Z) for A in (K, M, R))
+    least, mass = values - margin, np.where(mass > 0, mass, 1.0)
+    values = np.where(np.isfinite(upper), values, np.inf)
+    zero, upper = settled(values / mass, upper, margin, rigid)
     values = np.where(np.isfinite(upper), np.maximum(values / mass, 0.0), 0.0)
     guess = (least - values**2 / np.maximum(1 - values * slowness[:, None], CORRECTED) * more) / mass
     lower = np.zeros((len(K), count))
@@ -122,23 +113,27 @@ def arrow_bounds(arrow: Arrow, count: int, tolerance: float) -> ChainBounds:
 
 
 def _projected(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Array]:
-    """K, M and R on the Ritz vectors (designs, p, p), K with all that it may be more, M less, and what K may
-    be more by."""
+    """K, M and R on the Ritz vectors (designs, p, p), and what K and M have lost (designs, 2, p) as `lost` gives it."""
     found = []
-    for A, slack, X in (
-        (arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None]),
+    core = abs(ritz.core[:, None, None])
+    for A, slack, X, size in (
+        (arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None], core),
         *(
-            (block.A[:, :, :, None], block.slack[:, :, :, None], X)
+            (block.A[:, :, :, None], block.slack[:, :, :, None], X, _sizes(block, X, core))
             for block, X in zip(arrow.blocks, ritz.branches, strict=True)
         ),
     ):
-        Xt, n = _t(X), X.shape[-2]
+        Xt, branches = _t(X), X.shape[1] * X.shape[2]
         K, M, R = ((Xt @ (own @ X)).sum(axis=(1, 2)) for own in A)
-        errors = slack[:2] + n * (n + 11) * EPS * np.einsum("...ii->...i", A[:2])
-        margin, lost = ((Xt @ (error[..., None] * X)).sum(axis=(1, 2)) for error in errors)
-        found.append((K + margin, M - lost, R, margin))
-    K, M, R, margin = (np.sum(own, axis=0) for own in zip(*found, strict=True))
-    return K, M, R, margin
+        found.append((K, M, R, lost(A, slack, size, X.shape[-2] + branches).sum(axis=(1, 2))))
+    K, M, R, off = (np.sum(own, axis=0) for own in zip(*found, strict=True))
+    return K, M, R, off
+
+
+def _sizes(block: Block, X: Array, core: Array) -> Array:
+    """|X| (designs, q, r, n, p) of a block, but for its interface with all that cancels in what the core, of sizes
+    `core` (designs, 1, 1, c, p), moves it by."""
+    return np.concatenate([abs(X[..., : block.inside, :]), abs(block.T) @ core], axis=-2)
 
 
 def _fewer_than(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:

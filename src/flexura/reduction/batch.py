@@ -22,6 +22,7 @@ from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, Kind, chain_assembler
 from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.chained import chained
+from flexura.reduction.ritz_bounds import ZERO
 from flexura.reduction.stacks import (
     ImpossibleDesignError,
     independent_stacks,
@@ -170,7 +171,7 @@ def natural_frequencies(
     Parameters may be arrays over designs. Every chain of elements is reduced to its ends, and fixed-interface modes of
     chains are kept until the intervals of the default design and of a few others are within `tolerance`, relative. The
     intervals are those of the full-order model of each design, number by number, round-off included (theory eqs.
-    N1-N14). Designs for which they are wider are not hidden: the result says which, and `resolved()` solves them one by
+    N1-N16). Designs for which they are wider are not hidden: the result says which, and `resolved()` solves them one by
     one. `progress` is told of every stack of designs. Mechanisms with many coordinates between chains are solved one by
     one from the start. Raises OptionError, with the design where one has a size that has gone through zero, and
     ModelError and SolverError.
@@ -256,7 +257,7 @@ class _Batch:
             sampled = np.unique(np.linspace(0, len(values) - 1, samples).astype(int)) if len(values) else []
             for d in sampled:
                 self._choose(self._designs(values, slice(d, d + 1)), int(d))
-            self.is_stacked = self.chains.order >= count and bool(np.isfinite(self.chains.start(count).values).all())
+            self.is_stacked = self._is_searchable
 
     def _chosen(self) -> dict[Kind, int]:
         """Kept modes that the default design needs."""
@@ -277,7 +278,7 @@ class _Batch:
             own, top = self._order(design, number or 0), np.inf
             if number is not None:
                 self._recent = self.chains, number, own
-            if self.chains.order >= self.count and np.isfinite(self.chains.start(self.count).values).all():
+            if self._is_searchable:
                 bounds = self._bounds(own, HEADROOM * self.tolerance)
                 if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
                     return
@@ -288,6 +289,14 @@ class _Batch:
             if more == self.counts or self.chains.order_with(more) > LARGEST_ORDER:
                 return
             self._use(more)
+
+    @property
+    def _is_searchable(self) -> bool:
+        """Whether the default design has as many frequencies as are asked for, and not zeros alone."""
+        if self.chains.order < self.count:
+            return False
+        values = self.chains.start(self.count).values
+        return bool(np.isfinite(values).all() and (values > 0).any())
 
     @property
     def kept_modes(self) -> dict[str, int]:
@@ -308,7 +317,8 @@ class _Batch:
         in one matrix for designs for which that does not prove enough."""
         if not self.chains.is_arrow(self.count):
             return chain_bounds(order.dense, self.count, self.chains.start(self.count), tolerance)
-        found = arrow_bounds(order, self.count, tolerance)
+        rigid = int((self.chains.start(self.count).values <= 0).sum())
+        found = arrow_bounds(order, self.count, rigid, tolerance)
         missed = np.flatnonzero(~_is_proven(*_hertz(found), tolerance))
         if len(missed):
             own = chain_bounds(order.take(missed).dense, self.count, self.chains.start(self.count), tolerance)
@@ -344,10 +354,13 @@ def _hertz(bounds: ChainBounds) -> tuple[Array, Array, Array]:
 def _alone(plan: Plan, parameters: dict[str, float], count: int) -> tuple[Array, Array, Array]:
     """Frequencies, lower and upper bounds (count,), Hz, of one design, of full order."""
     full = chained(assemble(plan, parameters))
-    proof = certificate(full, lowest_pairs(full, count), count)
+    pairs = lowest_pairs(full, count)
+    proof = certificate(full, pairs, count)
     lower = np.where(proof.is_indexed, proof.lower_hz, 0.0)[:count]
     upper = np.where(proof.is_indexed, proof.upper_hz, proof.frequency_hz)[:count]
-    return np.clip(proof.frequency_hz[:count], lower, upper), lower, upper
+    f = np.clip(proof.frequency_hz[:count], lower, upper)
+    elastic = np.sqrt(pairs.values[pairs.values > 0].min(initial=np.inf)) / HERTZ
+    return np.where((f == 0) & (upper > ZERO * elastic), upper, f), lower, upper
 
 
 def _error_bound(f: Array, lower: Array, upper: Array) -> Array:

@@ -18,6 +18,7 @@ from scipy.linalg import lapack
 from flexura.linalg import GUARD, Eigenpairs, lowest_pairs, small_pencils
 from flexura.reduction.arrow import Order
 from flexura.reduction.chain_moments import EPS
+from flexura.reduction.ritz_bounds import CORRECTED, ZERO, lost, settled, upper_bounds
 
 Array = NDArray[np.float64]
 
@@ -26,12 +27,6 @@ RITZ = 1e-9
 
 REACH = 0.95
 """Part of the lowest frequency left out, squared, up to which lower bounds are looked for."""
-
-CORRECTED = 0.45
-"""Part of the same up to which the response to their own inertia is added to Ritz vectors."""
-
-ZERO = 1e-3
-"""A frequency that round-off alone makes, and that is below this part of the first elastic one, is zero."""
 
 LOSSES = 4.0
 """How often the relative error of the chains' energy enters an eigenvalue: in K, in M by the constraint modes, in R."""
@@ -50,34 +45,31 @@ class ChainBounds:
 @dataclass(frozen=True)
 class _Small:
     """Projections (designs, p, p) on the Ritz vectors X, and M X (designs, n, p), of designs of squared frequencies
-    `values` (designs, p); slack of K, of M, and of K in a Cholesky factorisation."""
+    `values` (designs, p); what K and M have lost (designs, 2, p), as `lost` gives it."""
 
     K: Array
     M: Array
     R: Array
-    slack: Array
+    off: Array
     X: Array
     values: Array
 
 
 def chain_bounds(own: Order, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
     """Bounds on the `count` lowest eigenvalues of every design, as narrow as they come, or to `tolerance` relative in
-    frequency; `start` holds eigenpairs of a design like these.
-
-    Raises SolverError when a stiffness is singular.
-    """
-    shift = 0.0 if (start.values > 0).all() else float(start.values[start.values > 0].min(initial=1e300))
+    frequency; `start` holds eigenpairs of a design like these."""
+    rigid = int((start.values <= 0).sum())
+    shift = 0.0 if not rigid else float(start.values[start.values > 0].min())
     wanted = max(count, start.vectors.shape[-1] - GUARD)
     if shift:
         start = Eigenpairs(start.values + shift, start.vectors)
     K, within = (own.K + shift * own.M, RITZ * ZERO) if shift else (own.K, RITZ)
     pairs = lowest_pairs(K, own.M, wanted, start, within)
-    small = _projected(own, pairs.vectors)
-    upper, _ = small_pencils(
-        *from_above(small.K + small.slack[0], small.M - small.slack[1], small.R, small.values, own.slowness)
-    )
-    margin = np.einsum("dii->di", small.slack[0]) + EPS * own.K.shape[-1] * shift
-    zero, upper = settled(small.values, upper, margin)
+    solved = np.asarray(np.isfinite(pairs.vectors).all(axis=(1, 2), keepdims=True))
+    small = _projected(own, np.where(solved, pairs.vectors, 0.0))
+    upper, _, _ = upper_bounds(small.K, small.M, small.R, small.off, small.values, own.slowness)
+    margin = small.off[:, 0] + EPS * own.K.shape[-1] * shift
+    zero, upper = settled(small.values, upper, margin, rigid)
     guess, Z = small_pencils(*_from_below(small, own.slowness))
     vectors = own.M @ (small.X @ Z)
     lower = np.zeros((len(own.K), count))
@@ -97,14 +89,6 @@ def quotients(energy: Array, mass: Array) -> Array:
     return np.where(mass > 0, energy / np.where(mass > 0, mass, 1.0), np.inf)
 
 
-def settled(values: Array, upper: Array, margin: Array) -> tuple[NDArray[np.bool_], Array]:
-    """Which eigenvalues (designs, p) round-off alone makes, of that `margin`, and upper bounds that rise."""
-    zero = (values < 4 * margin) & np.isfinite(upper)
-    elastic = np.where(zero, np.inf, values).min(axis=1, keepdims=True)
-    zero &= (4 * margin <= ZERO**2 * elastic) & np.isfinite(elastic)
-    return zero, np.maximum(np.maximum.accumulate(upper, axis=1), np.where(zero, 4 * margin, 0.0))
-
-
 def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Iterator[Array]:
     """Lower bounds (designs, p) to be tried: a little below a guess from Ritz values, then at the tolerance; zero where
     the upper bound is infinite."""
@@ -116,36 +100,28 @@ def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Ite
 
 
 def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -> ChainBounds:
-    """Bounds with what the chains have lost (designs,)."""
+    """Bounds with what the chains have lost (designs,); none where they contradict each other."""
     lower = np.maximum.accumulate(lower, axis=1) * np.maximum(1 - LOSSES * loss, 0.0)[:, None]
-    return ChainBounds(lower, upper * (1 + LOSSES * loss[:, None]), zero)
+    upper = upper * (1 + LOSSES * loss[:, None])
+    crossed = (lower > upper).any(axis=1, keepdims=True)
+    return ChainBounds(np.where(crossed, 0.0, lower), np.where(crossed, np.inf, upper), zero & ~crossed)
 
 
 def _projected(own: Order, X: Array) -> _Small:
     Xt = np.swapaxes(X, -1, -2)
     K, M, R = (Xt @ (A @ X) for A in (own.K, own.M, own.R))
-    rump = _rump(X.shape[-2], X.shape[-1]) * np.einsum("dii->di", own.K)
-    slack = np.stack([Xt @ (diagonal[..., None] * X) for diagonal in (*own.slack[:2], own.slack[0] + 2 * rump)])
-    return _Small(K, M, R, slack, X, np.maximum(quotients(*(np.einsum("dii->di", A) for A in (K, M))), 0.0))
-
-
-def from_above(K: Array, M: Array, R: Array, values: Array, slowness: Array) -> tuple[Array, Array]:
-    """The pencil whose eigenvalues bound those of the full order from above (theory eq. N6): Ritz values of motions
-    x + lambda G M x, but for a part of their mass that is left out, from projections (designs, p, p) of K, from above,
-    M, from below, and R."""
-    # x'R x <= x'M x / mu, so that a factor below 1/2 keeps the mass positive
-    scale = np.where(np.isfinite(values), values, 0.0)
-    scale = np.where(scale * slowness[:, None] < CORRECTED, scale, 0.0)
-    response = R * scale[:, None, :]
-    # R, from above in `_from_below`, must come from below in the mass
-    return K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + np.swapaxes(response, -1, -2))
+    off = lost(own.A, own.slack, abs(X), X.shape[-2])
+    return _Small(K, M, R, off, X, np.maximum(quotients(*(np.einsum("dii->di", A) for A in (K, M))), 0.0))
 
 
 def _from_below(small: _Small, slowness: Array) -> tuple[Array, Array]:
     """A pencil whose eigenvalues are near the best lower bounds; nothing depends on how near."""
     values = np.where(np.isfinite(small.values), small.values, 0.0)
     h = values / np.sqrt(np.maximum(1 - values * slowness[:, None], CORRECTED))
-    return small.K - small.slack[2] - h[:, :, None] * small.R * h[:, None, :], small.M + small.slack[1]
+    A, B = small.K - h[:, :, None] * small.R * h[:, None, :], small.M.copy()
+    np.einsum("dii->di", A)[...] -= small.off[:, 0]
+    np.einsum("dii->di", B)[...] += small.off[:, 1]
+    return A, B
 
 
 def _fewer_than(own: Order, at: NDArray[np.intp], ell: Array, vectors: Array) -> NDArray[np.bool_]:

@@ -186,7 +186,8 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
     V = _motions(running, k, kept)
     bent, k_modes = np.zeros((*F.shape[:-1], 0)), np.zeros((*k.shape[:-2], 0, 0))
     if kept:
-        bent = _closed(frame.internal(forces), Ft, k)
+        # closed again, since what is left of the other end's displacement would strain the stiffest element
+        bent = _closed(_closed(frame.internal(forces), Ft, k), Ft, k)
         stretched = F @ bent
         k_modes = _t(_flat(bent)) @ _flat(stretched)
         V[..., 2:-2, :, 12:] = _summed(frame.before, stretched)[..., :-1, :, :]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.errors import SolverError
 from flexura.linalg import lowest_pairs
 from flexura.reduction.batch import kept_chains
 from flexura.reduction.certificate import HERTZ
@@ -37,7 +38,8 @@ def independent_motions(plan: Plan, parameters: Mapping[str, ArrayLike], nodes: 
 
     Chains keep as many modes as frequencies of the default design need that are proven within the usual tolerance.
     None where a node lies inside a branch, where there are fewer modes or free motions, and where designs by themselves
-    are quicker. Raises OptionError for designs that cannot be, and for loads and poses that are described.
+    are quicker. Raises OptionError for designs that cannot be, and for loads and poses that are described,
+    and SolverError where something can move freely.
     """
     plan.refuse_loads("modes of many designs")
     chains = kept_chains(plan, n)
@@ -48,6 +50,8 @@ def independent_motions(plan: Plan, parameters: Mapping[str, ArrayLike], nodes: 
         design, count = Design.at(plan, values, own), used.stop - used.start
         order = chains(design).dense
         pairs = lowest_pairs(order.K, order.M, n, chains.start(n), SEARCHED)
+        if not np.isfinite(pairs.vectors).all():
+            raise SolverError("the modes of a design cannot be told: something can move freely")
         X, rows = pairs.vectors[:, :, :n], chains.node_rows(design, nodes)
         hertz = np.sqrt(np.maximum(pairs.values[:, :n], 0)) / HERTZ
         sizes = [abs(X[:, at]).max(axis=(1, 2), initial=0.0) for at in chains.core_coordinates]
