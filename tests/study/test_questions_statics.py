@@ -1,5 +1,6 @@
 """Static quantities of blocks of designs: as the verbs of one design have them, whatever stands beside."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -107,3 +108,43 @@ def test_designs_that_cannot_be_leave_their_neighbours_alone():
     assert np.array_equal(found.value[0], alone.value[0])
     assert np.isnan(found.value[1:, 0]).all()
     assert all(found.reason[1:])
+
+
+def leaf(angle):
+    """A leaf along z with a body on its end, turned about its axis by an angle, rad."""
+    return fx.Mechanism(
+        nodes={"foot": (0, 0, 0), "head": (0, 0, 60e-3)},
+        flexures={
+            "leaf": fx.describe.Flexure(
+                nodes=("foot", "head"),
+                material="spring-steel",
+                reference=(np.cos(angle), np.sin(angle), 0),
+                profile=fx.describe.Leaf(width=20e-3, thickness=0.5e-3),
+            )
+        },
+        bodies={"table": fx.describe.RigidBody(centre=(0, 0, 60e-3), mass=0.1, inertia=(1e-5,) * 3, carries=("head",))},
+        ground={"foot": fx.describe.Support(fixed=fx.describe.DOF_NAMES)},
+        parameters={"free": fx.describe.Parameter(value=1.0)},
+    )
+
+
+@pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_of_compliances_that_nearly_vanish_those_below_their_rounding_are_zero(angle):
+    """C_xy of diagonal compliances that are turned is (C_x - C_y) times the angle."""
+    found = fx.questions(leaf(angle), "compliance(x), compliance(y), compliance(x, y), coupling(x, y)")
+    exact = found.slopes({}, ["free"])
+    for cx, cy, cxy, moved in (found.values({}).value[0], exact.value):
+        expected = (cx - cy) * angle
+        is_there = abs(expected) > 1e-8 * np.sqrt(cx * cy)
+        assert [cxy, moved] == pytest.approx([expected if is_there else 0.0] * 2, rel=1e-4, abs=0)
+        np.testing.assert_allclose(exact.least[2:], 1e-8 * np.sqrt(cx * cy), rtol=1e-6)
+
+
+def test_round_off_is_zero_in_tables_and_the_note_says_below_what():
+    rpr = fx.load(EXAMPLES / "rpr/rpr.yaml")
+    found = fx.sensitivity(rpr, ask="compliance(x, z)", free=["leaf_thickness", "plate"])
+    assert found.value[0] == 0.0
+    assert (found.slope == 0.0).all()
+    below = re.match(r"compliance\(platform.x, platform.z\) is zero, below ([\d.]+) pm/N by round-off,", found.notes[0])
+    cx, cz = fx.questions(rpr, "compliance(x), compliance(z)").values({}).value[0]
+    assert float(below[1]) == pytest.approx(1e-8 * np.sqrt(cx * cz) * 1e12, rel=0.02)

@@ -81,11 +81,11 @@ def _cell(result: Sensitivity, k: int, p: int) -> str:
     if not math.isfinite(low):
         return ""
     if not (value and at):
-        return f"{_range(low, high)} {result.units[k]} per {result.parameter_units[p]}"
-    ends = sorted((low * at / value, high * at / value))
-    return f"{_range(*ends)} %"
+        return f"{_range(low, high, 0.0)} {result.units[k]} per {result.parameter_units[p]}"
+    low, high = sorted((low * at / value, high * at / value))
+    return f"{_range(low, high, 5e-7)} %"
 
 
-def _range(low: float, high: float) -> str:
-    first, last = (f"{own + 0.0:+.3g}" if abs(own) >= 5e-7 else "0" for own in (low, high))
+def _range(low: float, high: float, least: float) -> str:
+    first, last = (f"{own + 0.0:+.3g}" if abs(own) > least else "0" for own in (low, high))
     return first if first == last else f"{first} to {last}"

@@ -16,7 +16,7 @@ from flexura.results import Tabular
 from flexura.sensitivity import free_names
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.questions import Slopes, questions
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Table, percent, quantity
 
 Array = NDArray[np.float64]
 
@@ -156,9 +156,10 @@ def _notes(texts: tuple[str, ...], names: Sequence[str], nominal: Array, found: 
     near = ", ".join(text for text, exact in zip(texts, found.is_exact, strict=True) if not exact)
     if near:
         yield f"{near}: slopes by differences of fourth order, between designs nearby"
-    for text, value in zip(texts, found.value, strict=True):
+    for text, own, value, least in zip(texts, found.quantities, found.value, found.least, strict=True):
         if value == 0:
-            yield f"{text} is zero and has no per cent: its slopes are per unit of the parameter"
+            below = f", below {quantity(float(least), own.unit, 2)} by round-off," if least else ""
+            yield f"{text} is zero{below} and has no per cent: its slopes are per unit of the parameter"
     zero = [name for name, value in zip(names, nominal, strict=True) if value == 0]
     if zero:
         own = (

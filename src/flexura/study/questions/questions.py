@@ -81,7 +81,7 @@ class Questions(Record):
             for k in rest:
                 own.reason[k] = next(filter(None, (here.reason[0], *around.reason)), "")
         groups = tuple(own.repeated), tuple(own.directional)
-        return Slopes(self.quantities, chosen, own.value, own.slope, own.is_exact, own.reason, *groups)
+        return Slopes(self.quantities, chosen, own.value, own.slope, own.is_exact, own.reason, *groups, own.least)
 
     @property
     def is_stacked(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import sqrt
 from typing import Any
 
 from flexura.structure import Plan
@@ -10,9 +11,10 @@ from flexura.study.questions.answers import Bounded
 from flexura.study.questions.catalogue import FREQUENCY, Quantity
 from flexura.study.questions.followed import MODES, leading_mode
 from flexura.study.questions.reach import reach
-from flexura.study.questions.reading import Freedom
+from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.responses import magnitude, peak
 from flexura.study.questions.states import AtPose, AtRest, State, largest_stress, least_margin
+from flexura.study.questions.statics import ROUNDING
 
 READINGS: dict[str, Callable[..., float]] = {
     "stiffness": lambda state, of: state.stiffness(of),
@@ -49,6 +51,15 @@ class OneDesign:
     def read(self, asked: Quantity) -> float:
         """A quantity but for frequencies, masses and parameters, SI. Raises FlexuraError where it cannot be read."""
         return READINGS[asked.kind](self.state(asked), *asked.arguments)
+
+    def round_off(self, asked: Quantity) -> float:
+        """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""
+        match self.state(asked), asked.kind, asked.arguments:
+            case state, "compliance", (Freedom() as to, Freedom() as by):
+                return ROUNDING * sqrt(abs(state.compliance(to, to) * state.compliance(by, by)))
+            case state, "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
+                return ROUNDING * state.most(kind, actuator, to)
+        return 0.0
 
     def mode(self, asked: Quantity) -> tuple[int, str]:
         """The number of the mode whose frequency is asked for, from 0, and what is in doubt about that."""

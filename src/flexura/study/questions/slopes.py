@@ -48,7 +48,8 @@ class Slopes(Record):
     frequencies that coincide `repeated` has the places of those that were asked for, and `directional` for each such
     group the matrix (m, m, P), Hz per SI unit, whose eigenvalues along a direction in the space of parameters are the
     derivatives of the m frequencies along it; their rows of `slope` are those along one parameter each, ascending.
-    Where something has no derivative it is NaN, and `reason` (q,) has the words.
+    Where something has no derivative it is NaN, and `reason` (q,) has the words. Motions by forces elsewhere below
+    `least` (q,) are round-off, and zero.
     """
 
     _shown = ("quantities", "names")
@@ -61,6 +62,7 @@ class Slopes(Record):
     reason: list[str]
     repeated: tuple[tuple[int, ...], ...] = ()
     directional: tuple[Array, ...] = field(default=(), compare=False)
+    least: Array = field(default_factory=lambda: np.zeros(0), compare=False)
 
     @property
     def numbers(self) -> dict[str, Dual]:
@@ -76,7 +78,7 @@ class Exact:
     ) -> None:
         self.plan, self.parameters, self.names, self.asked = plan, dict(parameters), list(names), asked
         self.value, self.slope = np.full(len(asked), np.nan), np.full((len(asked), len(names)), np.nan)
-        self.is_exact = np.zeros(len(asked), dtype=bool)
+        self.is_exact, self.least = np.zeros(len(asked), dtype=bool), np.zeros(len(asked))
         self.reason = [""] * len(asked)
         self.repeated: list[tuple[int, ...]] = []
         self.directional: list[Array] = []
@@ -90,6 +92,19 @@ class Exact:
             self._try([k], self._responses)
         for pose in dict.fromkeys(own.pose for own in asked if own.pose):
             self._try([k for k, own in enumerate(asked) if own.pose == pose and is_sloped(own)], self._at_pose)
+
+        elsewhere = [k for k, own in enumerate(asked) if own.kind in ("compliance", "coupling", "amplification")]
+        self._try([k for k in elsewhere if np.isfinite(self.value[k])], self._clear)
+
+    def _clear(self, places: list[int]) -> None:
+        """Make zero what is round-off of motions by forces elsewhere, and of their slopes over a whole parameter."""
+        single, values = OneDesign(self.plan, self.parameters, self.asked), self.plan.parameter_values(self.parameters)
+        sizes = np.array([abs(float(values[name])) for name in self.names])
+        for k in places:
+            self.least[k] = least = single.round_off(self.asked[k])
+            if abs(self.value[k]) < least:
+                self.value[k] = 0.0
+                self.slope[k][abs(self.slope[k]) * sizes < least] = 0.0
 
     @cached_property
     def _design(self) -> Design:

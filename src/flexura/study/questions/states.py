@@ -19,7 +19,7 @@ from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_p
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.study.questions.answers import Bounded
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
-from flexura.study.questions.statics import ROUNDING
+from flexura.study.questions.statics import without_round_off
 from flexura.study.questions.worst import UNKNOWN
 from flexura.systems import InputPort, Ports
 
@@ -66,9 +66,12 @@ class AtRest:
         (a, by_a), (b, by_b) = self._row(one), self._row(other)
         return float((a @ by_b + b @ by_a) / 2)
 
+    def _bound(self, one: Freedom | InputPort, other: Freedom | InputPort) -> float:
+        return self._between(one, one) * self._between(other, other)
+
     def compliance(self, to: Freedom, by: Freedom) -> float:
         """Displacement per force or moment."""
-        return self._between(to, by)
+        return float(without_round_off(self._between(to, by), self._bound(to, by)))
 
     def stiffness(self, of: Freedom) -> float:
         """Force or moment per displacement, everything else free."""
@@ -80,8 +83,13 @@ class AtRest:
     def coupling(self, actuator: Port, to: Freedom) -> float:
         """Displacement per unit command."""
         into = self._input(actuator)
-        moved, bound = self._between(to, into), self._between(to, to) * self._between(into, into)
-        return 0.0 if abs(moved) < ROUNDING * np.sqrt(abs(bound)) else moved * into.gain
+        return float(without_round_off(self._between(to, into), self._bound(to, into)) * into.gain)
+
+    def most(self, kind: str, actuator: Port, to: Freedom) -> float:
+        """The coupling, or amplification, that the flexibility of both ends allows (Cauchy and Schwarz)."""
+        into = self._input(actuator)
+        most = float(np.sqrt(abs(self._bound(to, into))))
+        return most * abs(into.gain) if kind == "coupling" else most / abs(self._between(into, into))
 
     def amplification(self, actuator: Port, to: Freedom) -> float:
         """Displacement per elongation of the actuator that makes it."""
@@ -166,7 +174,8 @@ class AtPose:
             if not size > HELD * whole:
                 raise SolverError(f"{own.name} is held by the pose")
         moved = factorise(holding.matrix(pose.K)).solve(np.ascontiguousarray(left.T))
-        return float((left[0] @ moved[:, 1] + left[1] @ moved[:, 0]) / 2)
+        own = left @ moved
+        return float(without_round_off((own[0, 1] + own[1, 0]) / 2, own[0, 0] * own[1, 1]))
 
     def stiffness(self, of: Freedom) -> float:
         """Force or moment per displacement, the other displacements of the pose held."""
@@ -175,6 +184,10 @@ class AtPose:
     def coupling(self, actuator: Port, to: Freedom) -> float:
         """Displacement per unit command, nothing held but by forces that stay as they are."""
         return self.free.coupling(actuator, to)
+
+    def most(self, kind: str, actuator: Port, to: Freedom) -> float:
+        """As `AtRest.most`, likewise."""
+        return self.free.most(kind, actuator, to)
 
     def amplification(self, actuator: Port, to: Freedom) -> float:
         """Displacement per elongation of the actuator that makes it, likewise."""

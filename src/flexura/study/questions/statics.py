@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,11 @@ STATIC = ("compliance", "stiffness", "coupling", "amplification")
 
 ROUNDING = 1e-8
 """Compliances below so much of their bound, sqrt(C_ii C_jj), are round-off."""
+
+
+def without_round_off(moved: Any, bound: Any) -> Any:
+    """Motions by forces elsewhere, zero where they are round-off of the bound that stands for C_ii C_jj."""
+    return np.where(abs(moved) < ROUNDING * np.sqrt(abs(bound)), 0.0, moved)
 
 
 class Statics:
@@ -63,12 +69,11 @@ class Statics:
     def _read(self, C: Array, asked: Quantity) -> Array:
         """A quantity (designs,) from the flexibility (designs, 2 k, 2 k) along all rows."""
         to, by = (self._names.index(own) for own in _ends(asked))
-        moved = C[:, to, by]
+        moved = without_round_off(C[:, to, by], C[:, to, to] * C[:, by, by])
         if asked.kind in ("compliance", "stiffness"):
             return np.asarray(1 / moved if asked.kind == "stiffness" else moved)
         load = len(self._names) + by
-        is_none = abs(moved) < ROUNDING * np.sqrt(abs(C[:, to, to] * C[:, by, by]))
-        moved = np.where(is_none, 0.0, C[:, to, load])
+        moved = np.where(moved == 0.0, 0.0, C[:, to, load])
         return np.asarray(moved if asked.kind == "coupling" else moved / abs(C[:, by, load]))
 
 
