@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -25,8 +25,8 @@ ROOT = 4 * np.finfo(float).eps
 
 
 def magnitude(plan: Plan, parameters: Mapping[str, float], out: Port, into: Port, hz: Hertz) -> float:
-    """Magnitude of a response at a frequency, in SI: of the full-order model, at poses of the low-order one. Raises
-    SolverError at a resonance that nothing damps."""
+    """Magnitude of a response at a frequency, in SI: of the full-order model, of the low-order one where round-off
+    would show in a direct solution. Raises SolverError at a resonance that nothing damps."""
     own = SlopedResponse(plan, parameters, (), out.known, into.known, float(hz))
     if own.is_known:
         return abs(own.at(float(hz)))
@@ -65,7 +65,11 @@ class _Scanned(NamedTuple):
 
 def _scanned(plan: Plan, parameters: Mapping[str, float], out: Port, into: Port, low: Hertz, high: Hertz) -> _Scanned:
     band = (float(low), float(high))
-    found = frequency_response(plan, parameters, band=band, points=POINTS, inputs=[into.known], outputs=[out.known])
+    # at a pose no two copies of a part are alike, and modes of the full order are found sooner
+    order: Literal["low", "full"] = "full" if plan.is_posed else "low"
+    found = frequency_response(
+        plan, parameters, band=band, points=POINTS, inputs=[into.known], outputs=[out.known], order=order
+    )
     undamped = next((f for f, z in zip(found.resonances_hz, found.ratios, strict=True) if not z > 0), None)
     if undamped is not None:
         raise SolverError(f"nothing damps the resonance at {undamped:.5g} Hz: its peak is infinite; describe `damping`")
@@ -97,6 +101,8 @@ def sloped_magnitude(
 ) -> Dual | None:
     """A response with its exact slopes, at a frequency or the largest in a band, whose slope is that at the frequency
     where it is (the envelope theorem); None at poses. Raises as `peak`."""
+    if plan.is_posed:
+        return None
     out, into, *band = asked
     own = SlopedResponse(plan, parameters, names, out.known, into.known, float(band[-1]))
     if not own.is_known:
