@@ -151,12 +151,12 @@ class Design(Record):
         copies = topology.copies[name]
         number = np.array(copies.offset)[:, None] + nodes
         turned = np.swapaxes(geometry.turning[..., copies.number, None, :, :], -1, -2)
-        G = np.zeros((*turned.shape[:-4], *number.shape, 6, 6), like=turned)
-        G[...] = turned
         slaved = topology.is_rigid[number] & (topology.root[number] != number)
+        at = number[slaved]
+        arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
+        G = zeros((*turned.shape[:-4], *number.shape, 6, 6), turned, arm if slaved.any() else None)
+        G[...] = turned
         if slaved.any():
-            at = number[slaved]
-            arm = geometry.positions[..., at, :] - geometry.positions[..., topology.root[at], :]
             follows = G[..., slaved, :, :] @ rigid_arm(arm)
             if follows.ndim > G.ndim - 1:
                 G = np.broadcast_to(G, (*follows.shape[:-3], *G.shape[-4:])).copy()

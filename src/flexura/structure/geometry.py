@@ -60,7 +60,7 @@ class Geometry(Record):
 
     def still(self, parts: Mapping[str, Part]) -> Geometry:
         """The geometry of the parts without slopes."""
-        if not isinstance(self.Q, Dual):
+        if not isinstance(self.t, Dual):
             return self
         own = {name: PartGeometry(*map(plain, found)) for name, found in self.parts.items()}
         return Geometry(own, Transforms(parts, own), plain(self.Q), plain(self.t), self.topology)

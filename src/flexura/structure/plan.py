@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.duals import Dual, moves, plain, with_slopes_of
+from flexura.duals import Dual, moves, plain, with_slopes_of, zeros
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
 from flexura.mechanism import (
@@ -336,11 +336,13 @@ class Plan(Record, Displayed):
         return Geometry(parts, Transforms(self.parts, parts), Q, t, self.topology)
 
     def _placed(self, values: Array, affines: dict[str, list[Affine]]) -> tuple[Array, Array]:
-        """Q (..., i, 3, 3) and t (..., i, 3) of all instances."""
+        """Q (..., i, 3, 3) and t (..., i, 3) of all instances; Q has slopes where it turns."""
         count, used = len(self.topology.parent), [affines[name][child] for name, child, _, _ in self._levels]
+        if not any(moves(own.Q) for own in used):
+            used = [own._replace(Q=plain(own.Q)) for own in used]
         turned = np.broadcast_shapes((), *(own.Q.shape[:-2] for own in used))
         moved = np.broadcast_shapes(turned, *(own.t.shape[:-1] for own in used))
-        Q, t = np.empty((*turned, count, 3, 3), like=values), np.empty((*moved, count, 3), like=values)
+        Q, t = zeros((*turned, count, 3, 3), *(own.Q for own in used)), np.empty((*moved, count, 3), like=values)
         Q[..., 0, :, :], t[..., 0, :] = np.eye(3), 0.0
         for own, (_, _, instances, parents) in zip(used, self._levels, strict=True):
             Q[..., instances, :, :] = Q[..., parents, :, :] @ own.Q[..., None, :, :]
