@@ -25,7 +25,7 @@ _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"
 _LARGEST = {"m": 0, "s": 0, "rad": 0, "N": 9, "Pa": 9, "W": 9, "V": 3, "J": 9, "A": 0, "g": 3}
 """Symbols that take prefixes, with the largest power of ten that is customary."""
 _LEADING = re.compile(r"(kg|rad|Pa|[msNWVJA])(?![\w^])(.*)")
-_POWER = re.compile(r"\^\(?(-?\d+)\)?")
+_POWER = re.compile(r"\^(?:\((-?\d+)\)|(-?\d+))")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _HEADING = re.compile(r"(.*) \[(.+)\]")
 
@@ -153,7 +153,7 @@ def suited(groups: Sequence[Sequence[float]], unit: str) -> tuple[float, str]:
 
 def _written(unit: str) -> str:
     """A unit with raised exponents and without signs of multiplication."""
-    raised = _POWER.sub(lambda found: found[1].translate(_RAISED), unit.replace("**", "^"))
+    raised = _POWER.sub(lambda found: (found[1] or found[2]).translate(_RAISED), unit.replace("**", "^"))
     return "" if unit == "1" else raised.replace("*", " ")
 
 

@@ -146,3 +146,13 @@ def test_what_a_part_is_made_for_does_not_vary() -> None:
     ):
         with pytest.raises(fx.OptionError, match="length is held"):
             refused()
+
+
+def test_a_design_that_cannot_be_is_refused() -> None:
+    guide = fx.load(GUIDE)
+    for study in (
+        lambda: fx.sensitivity(guide, {"width": 0.0}, ask="f1"),
+        lambda: fx.tolerance(guide, {"width": 0.0}, vary={"thickness": "± 0.01 mm"}, ask="f1"),
+    ):
+        with pytest.raises(fx.ModelError, match="a length must be positive"):
+            study()

@@ -408,3 +408,24 @@ def test_a_model_file_is_not_written_over_those_that_it_would_extend(tmp_path):
     refused(flexura("optimize", upper, "--out", tmp_path / "." / "base.yaml"), "base.yaml", "give another name")
     refused(flexura("calibrate", upper, "no.csv", "--free", "width", "--out", upper), "upper.yaml", "another name")
     assert [base.read_bytes(), upper.read_bytes()] == before
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"maximise": "f1/(thickness - thickness)"},
+        {"maximise": "sqrt(mass - 1 kg)"},
+        {"maximise": "f1", "subject_to": "mass/(thickness - thickness) <= 3 [kg/m]"},
+    ],
+)
+def test_formulas_without_a_finite_value_are_designs_without_an_answer(asked):
+    with pytest.raises(fx.SolverError, match="the goal or a limit, or its derivative, is not finite"):
+        fx.optimize(fx.load(GUIDE), vary={"thickness": (2e-4, 6e-4)}, **asked)
+
+
+def test_a_formula_that_has_no_value_in_some_designs():
+    """sqrt(t - 0.4 mm) has none below 0.4 mm, and is largest at the end of the range."""
+    found = fx.optimize(fx.load(GUIDE), vary={"thickness": (2e-4, 6e-4)}, maximise="sqrt(thickness - 0.4 mm)")
+    assert found.optimum == {"thickness": 6e-4} and found.value == pytest.approx(np.sqrt(2e-4), rel=1e-12)
+    assert found.active[0].multiplier == pytest.approx(0.5 / np.sqrt(2e-4), rel=1e-6)
+    assert "m^(1/2)" in str(found.active[0])

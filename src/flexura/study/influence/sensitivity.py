@@ -99,6 +99,7 @@ def sensitivity(
     plan = plan_of(model, parameters)
     chosen = free_names(plan, free)
     at = one_design(parameters)
+    plan.verify(at)
     asked = questions(plan, ask)
     values = plan.parameter_values(at)
     nominal = np.array([float(values[name]) for name in chosen])

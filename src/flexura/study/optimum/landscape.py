@@ -89,6 +89,16 @@ class Landscape:
         if not (np.isfinite(point.value).all() and np.isfinite(point.slope).all()):
             self.failures["a quantity, or its derivative, is not finite"] += 1
             raise FailedDesign(z)
+        with np.errstate(all="ignore"):
+            found = self._formulas(z, point)
+        numbers = (found.goals, found.goal_slopes, found.margins, found.margin_slopes)
+        if not all(np.isfinite(own).all() for own in numbers):
+            self.failures["the goal or a limit, or its derivative, is not finite"] += 1
+            raise FailedDesign(z)
+        return found
+
+    def _formulas(self, z: Array, point: Point) -> Sample:
+        """What follows from the quantities of a design."""
         rate = self.box.rates(z)
         of_goal = self.goal.versions(point.value)
         of_limits = [(k, own.row, own.places) for k, row in enumerate(self.limits) for own in row.versions(point.value)]

@@ -70,6 +70,7 @@ def tolerance(
     shares = _shares(percentiles, confidence)
     plan = plan_of(model, parameters)
     fixed = one_design(parameters)
+    plan.verify(fixed)
     given = _given(plan.mechanism, study, _Given(vary, ask, require, samples, seed))
     own = sizes_of(plan.mechanism, fixed, given.vary or (), each)
     asked, required = _asked(plan_of(own.mechanism), given.ask or (), given.require or ())
