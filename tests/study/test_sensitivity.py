@@ -156,3 +156,18 @@ def test_a_design_that_cannot_be_is_refused() -> None:
     ):
         with pytest.raises(fx.ModelError, match="a length must be positive"):
             study()
+
+
+def test_stress_inside_superelements_is_said_to_be_unknown() -> None:
+    model = fx.load(GUIDE.parents[1] / "imported" / "guide.yaml")
+    asked, said = "stress at carriage.x = 1 mm", "stress in leaf1.part, leaf2.part, superelements, nothing is known"
+    vary = {"width": (10e-3, 20e-3)}
+    notes = [
+        fx.sweep(model, vary={"width": [10e-3]}, ask=asked).notes,
+        fx.sensitivity(model, ask=asked, free=["width"]).notes,
+        fx.tolerance(model, vary={"width": "± 1 mm"}, ask=asked, samples=32, workers=1).notes,
+        fx.optimize(model, vary=vary, minimise="mass", subject_to="stress <= 1 MPa at x = 1 mm", starts=1).notes,
+    ]
+    assert all(any(said in note for note in own) for own in notes)
+    assert fx.questions(model, "stress(stylus) at x = 1 mm, f1").notes == ()
+    assert fx.questions(fx.load(GUIDE), asked).notes == ()

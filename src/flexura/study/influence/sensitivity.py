@@ -120,7 +120,7 @@ def sensitivity(
         found.is_exact,
         found.repeated,
         tuple(_missing(texts, found)),
-        (*_notes(texts, chosen, nominal, found), *([] if free else _held(plan.mechanism))),
+        (*_notes(texts, chosen, nominal, found), *([] if free else _held(plan.mechanism)), *asked.notes),
     )
 
 

@@ -209,6 +209,8 @@ def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterato
         if solved.stationarity.coalesced:
             alike = "parts of the goal" if land.goal.parts or land.goal.worsts else "frequencies"
             yield f"{alike} coincide at the optimum: they are bounded together, and multipliers are of that bound"
+    formulas = [*(aim.formula for aim in task.aims), *(side for own in task.limits for side in (own.left, own.right))]
+    yield from dict.fromkeys(note for own in formulas for note in own.questions.notes)
     outside = (task.before < task.box.low) | (task.before > task.box.high)
     if outside.any():
         names = ", ".join(name for name, own in zip(task.names, outside, strict=True) if own)

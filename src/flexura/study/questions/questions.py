@@ -27,6 +27,9 @@ from flexura.study.questions.statics import STATIC, Statics
 
 Flags = NDArray[np.bool_]
 
+STRESSES = ("stress", "margin")
+"""Quantities of some members, or of all where none are named."""
+
 
 @dataclass(frozen=True, repr=False)
 class Questions(Record):
@@ -41,6 +44,21 @@ class Questions(Record):
     def columns(self) -> tuple[str, ...]:
         """Headings: what is asked, with its unit, e.g. `f1 [Hz]`."""
         return tuple(own.column for own in self.quantities)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What answers leave out."""
+        inside = [
+            ".".join((*path, key))
+            for name, prototype in self.plan.layout.prototypes.items()
+            for path in self.plan.topology.copies[name].paths
+            for key in prototype.superelements
+        ]
+        wide = [own for own in self.quantities if own.kind == "reach" or (own.kind in STRESSES and not own.arguments)]
+        if not (inside and wide):
+            return ()
+        texts, parts = ", ".join(own.text for own in wide), ", ".join(inside)
+        return (f"{texts}: of members alone; of stress in {parts}, superelements, nothing is known",)
 
     def values(self, parameters: Mapping[str, ArrayLike]) -> Answers:
         """Answers for designs, of parameters that are numbers or arrays (designs,), SI.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from flexura.arguments import verb
@@ -57,4 +58,5 @@ def sweep(
     own = variables(plan.mechanism, told["vary"], fixed)
     space = Space(own, told.get("sampling", "grid"), told.get("samples"), told.get("seed", 0))
     asked = questions(plan, told["ask"])
-    return run(asked, space, fixed, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
+    table = run(asked, space, fixed, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
+    return replace(table, remarks=(*table.remarks, *asked.notes))

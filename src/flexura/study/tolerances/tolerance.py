@@ -101,7 +101,7 @@ def tolerance(
         values=sample,
         drawn=drawn,
         warnings=tuple(_warnings(table, nets.samples, reasons)),
-        notes=tuple(_notes(own, nets, spreads)),
+        notes=(*_notes(own, nets, spreads), *asked.notes),
     )
 
 
