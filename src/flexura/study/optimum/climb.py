@@ -19,6 +19,9 @@ Method = Literal["slsqp", "trust-constr"]
 FEASIBLE = 1e-7
 """Violation, over the scale of a limit, up to which it counts as met."""
 
+PENALTY = 1e3
+"""Goal, over its scale, that a violation costs, over that of its limit: more than multipliers are."""
+
 STEPS = 200
 """Steps of SLSQP, and a fifth of those of trust-constr."""
 
@@ -61,19 +64,27 @@ class _Seen:
         self.best: Sample | None = None
 
     def at(self, z: Array) -> Sample:
-        sample = self.land.at(z)
-        if self.best is None or is_better(sample, self.best):
+        sample, last = self.land.at(z), self.best
+        better = last is None or is_better(sample, last)
+        if better:
             self.best = sample
-            if sample.violation <= FEASIBLE and stationarity(self.land, sample).is_settled:
-                raise _Settled
+        # another that misses a limit by no more than counts as met may have a goal better by about as much
+        near = better or (last is not None and sample.goal >= last.goal - FEASIBLE)
+        if near and sample.violation <= FEASIBLE and stationarity(self.land, sample).is_settled:
+            self.best = sample
+            raise _Settled
         return sample
 
 
 def is_better(a: Sample, b: Sample) -> bool:
-    """Whether one design is better than another: feasible, then by its goal, or nearer to being feasible."""
+    """Whether one design is better than another: feasible, then by its goal, or nearer to being feasible.
+
+    What a goal gains by missing limits, little as it is, is no merit: it is weighed against (exact penalty; Nocedal and
+    Wright 2006, section 15.4).
+    """
     feasible = a.violation <= FEASIBLE, b.violation <= FEASIBLE
     if all(feasible):
-        return a.goal > b.goal
+        return a.goal - PENALTY * a.violation > b.goal - PENALTY * b.violation
     return feasible[0] or (not feasible[1] and a.violation < b.violation)
 
 

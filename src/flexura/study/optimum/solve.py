@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.deadline import Listener, Progress, unheard
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method, climb, is_better
 from flexura.study.optimum.landscape import Judged, Landscape, Sample
-from flexura.study.optimum.stationarity import SETTLED, Stationarity, stationarity, upward
+from flexura.study.optimum.stationarity import Stationarity, stationarity, upward
 
 Array = NDArray[np.float64]
 
@@ -21,6 +21,9 @@ SAME = 1e-4
 
 STATIONARY = 1e-3
 """Residual of the conditions of Karush, Kuhn and Tucker up to which a design is called an optimum."""
+
+ROUGH = 1e-6
+"""Residual of these conditions from which on a last search of more digits is made."""
 
 RISE = 1e-3
 """Curvature, over the scale of the goal, from which on a stationary design is left along it."""
@@ -136,7 +139,7 @@ def _distance(count: int, P: int) -> float:
 def _settled(land: Landscape, best: Sample) -> tuple[Sample, Stationarity]:
     """A design, or one that a last search makes of it where the conditions of an optimum hold better."""
     known = stationarity(land, best)
-    if known.residual <= SETTLED or best.violation > FEASIBLE:
+    if known.residual <= ROUGH or best.violation > FEASIBLE:
         return best, known
     last = climb(land, best.z, "slsqp", 1e-16).best
     if last is None or last.violation > FEASIBLE or last.goal < best.goal - 1e-9:
