@@ -35,6 +35,7 @@ def test_all_numbers_of_a_design_have_slopes(example):
     names = [name for name in at if plan.mechanism.parameters[name].unit not in ("", "1")]
     names = [name for name in names if isinstance(plan.mechanism.parameters[name].value, float)]
     found, bare = numbers(Design.with_slopes(plan, {}, names)), numbers(Design.of(plan))
+    assert names and any(isinstance(own, Dual) for own in found.values())
     for p, name in enumerate(names):
         step = 1e-6 * at[name]
         up, down = (numbers(Design.of(plan, {name: at[name] + sign * step})) for sign in (1, -1))

@@ -53,6 +53,7 @@ def test_units_of_compliances_and_couplings():
 def test_coupling_and_amplification_are_those_of_kinetostatics():
     model = load("rpr/rpr_piezo")
     verb = fx.kinetostatics(model)
+    assert len(verb.inputs) == 4
     for k, into in enumerate(verb.inputs[:2]):
         for c, axis in enumerate(("x", "y", "z", "rx", "ry", "rz")):
             found = one(model, f"coupling({into.name}, {verb.platform}.{axis})")
