@@ -94,7 +94,8 @@ def test_a_study_of_the_file_with_its_samples(tmp_path):
 
 
 def test_an_interrupted_command_goes_on(tmp_path):
-    args = ("sweep", GUIDE, "--vary", "thickness=0.2mm:0.6mm:8000", "--ask", "f1, f2", "--workers", 1)
+    varied = "thickness=0.2mm:0.6mm:300", "--ask", "f1 at x = 1 mm"  # slow enough that it lasts
+    args = ("sweep", GUIDE, "--vary", *varied, "--workers", 1)
     folder = tmp_path / "study"
     process = subprocess.Popen(
         [sys.executable, "-m", "flexura", *map(str, args), "--folder", str(folder)], stderr=subprocess.PIPE, text=True

@@ -77,11 +77,5 @@ class Notebook:
         )
 
     def settle(self) -> None:
-        """Wait until nothing more is asked."""
-        self.page.wait_for_function(
-            "() => document.querySelector('.live-modes [data-mode]') || document.querySelector('.bad')"
-        )
-        count = -1
-        while count != len(self.asked):
-            count = len(self.asked)
-            self.page.wait_for_timeout(150)
+        """Wait until all that was asked for is answered."""
+        self.page.wait_for_selector(".live-results[aria-busy=false]", state="attached")

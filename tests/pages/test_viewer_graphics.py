@@ -95,15 +95,14 @@ def test_viewers_out_of_sight_give_their_graphics_back(browser, tmp_path):
         own = Opened(context)
         own.page.goto(many(tmp_path / "many.html", 20))
         own.page.locator(".fx-viewer").nth(19).wait_for()
-        own.page.wait_for_timeout(500)
-        lost = own.page.evaluate(LOST)
-        assert len(lost) == 20 and not lost[0] and all(lost[4:])
+        own.page.wait_for_function(
+            f"() => (lost => lost.length === 20 && !lost[0] && lost.slice(4).every(Boolean))(({LOST})())"
+        )
         for k in (19, 7, 0):
             figure = own.page.locator(".fx-picture").nth(k)
             figure.scroll_into_view_if_needed()
-            own.page.wait_for_timeout(500)
-            assert not own.page.evaluate(LOST)[k]
-            assert not own.page.locator(".fx-still-view").nth(k).is_visible()
+            own.page.wait_for_function(f"k => !({LOST})()[k]", arg=k)
+            own.page.locator(".fx-still-view").nth(k).wait_for(state="hidden")
         assert sum(not lost for lost in own.page.evaluate(LOST)) < 8
 
 

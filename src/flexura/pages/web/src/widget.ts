@@ -40,6 +40,8 @@ class View {
   private readonly undo = h("button", { type: "button", click: () => this.go(() => this.history.undo()) }, "Undo");
   private readonly redo = h("button", { type: "button", click: () => this.go(() => this.history.redo()) }, "Redo");
   private readonly reset = h("button", { type: "button", click: () => this.go(() => this.history.change({})) }, "Reset all");
+  // a form of its own keeps the choice of a mode apart from that of other widgets
+  private readonly results = h("form", { class: "live-results", "aria-label": "natural frequencies", "aria-busy": "true" });
   private readonly mine = new Set<string>();
   private readonly described: Described;
   private serial = 1;
@@ -56,8 +58,7 @@ class View {
   ) {
     const sliders = h("section", { class: "live-sliders", "aria-label": "parameters" });
     const viewer = h("div", { class: "live-viewer" });
-    // a form of its own keeps the choice of a mode apart from that of other widgets
-    const table = h("form", { class: "live-results", "aria-label": "natural frequencies" });
+    const table = this.results;
     const tools = h("div", { class: "fx-tools", role: "toolbar", "aria-label": "design" }, this.undo, this.redo, this.reset);
     this.described = model.get("described") as Described;
     const notes = this.described.notes.map((text) => h("p", { class: "soft" }, text));
@@ -179,6 +180,7 @@ class View {
       this.detailed = this.serial;
       this.send({ type: "details" });
     }
+    this.results.setAttribute("aria-busy", String(this.waiting));
   }
 
   private send(own: object): void {
