@@ -46,6 +46,7 @@ SHELL = {
     "correlate": ((flexura.correlate, flexura.identify, flexura.read_measurement), {"data"}),
     "place-sensors": ((flexura.place_sensors,), set()),
     "sensitivity": ((flexura.sensitivity,), set()),
+    "published": ((flexura.published,), set()),
     "tolerance": ((flexura.tolerance,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),

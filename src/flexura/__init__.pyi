@@ -100,6 +100,8 @@ from flexura.study.influence import sensitivity as sensitivity
 from flexura.study.optimum import Optimum as Optimum
 from flexura.study.optimum import Pareto as Pareto
 from flexura.study.optimum import optimize as optimize
+from flexura.study.published import Published as Published
+from flexura.study.published import published as published
 from flexura.study.questions import Answers as Answers
 from flexura.study.questions import Formula as Formula
 from flexura.study.questions import Quantity as Quantity

@@ -36,6 +36,11 @@ def guide() -> fx.Mechanism:
     return fx.loads(GUIDE_TEXT)
 
 
+def published() -> fx.Published:
+    known = fx.describe.PublishedValue(ask="f1", value="55 Hz", source="A")
+    return fx.published(guide().replaced({"published": (known,)}))
+
+
 @cache
 def stage() -> fx.Mechanism:
     return fx.loads(STAGE_TEXT)
@@ -166,6 +171,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "ScrewAxis": screw_axis,
     "ModeSensitivities": lambda: fx.mode_sensitivities(guide(), free=["length"], n=2),
     "Sensitivity": lambda: fx.sensitivity(guide(), ask="f1, mass"),
+    "Published": published,
     "SensorPlacement": lambda: fx.place_sensors(guide(), sensors=2, n=1),
     "SignalFile": signal_file,
     "StateSpace": lambda: fx.state_space(system(), n=3),

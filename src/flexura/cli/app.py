@@ -34,6 +34,11 @@ COMMANDS = {
         "buckling_command",
         "Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles.",
     ),
+    "published": _Command(
+        "published",
+        "published_command",
+        "What a mechanism has beside the numbers that papers, handbooks and closed forms give for it.",
+    ),
     "compare": _Command(
         "comparison",
         "compare_command",

@@ -47,6 +47,7 @@ from flexura.mechanism import PiezoStack as PiezoStack
 from flexura.mechanism import Plate as Plate
 from flexura.mechanism import PointMass as PointMass
 from flexura.mechanism import Prescribed as Prescribed
+from flexura.mechanism import PublishedValue as PublishedValue
 from flexura.mechanism import Range as Range
 from flexura.mechanism import Rayleigh as Rayleigh
 from flexura.mechanism import Rectangle as Rectangle

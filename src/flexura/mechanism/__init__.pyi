@@ -90,6 +90,7 @@ from flexura.mechanism.profile import StraightContour as StraightContour
 from flexura.mechanism.profile import TabulatedContour as TabulatedContour
 from flexura.mechanism.profile import TwoAxisNotch as TwoAxisNotch
 from flexura.mechanism.profile import VShapedContour as VShapedContour
+from flexura.mechanism.published import PublishedValue as PublishedValue
 from flexura.mechanism.quantity import CONTEXT_KEY as CONTEXT_KEY
 from flexura.mechanism.quantity import Quantity as Quantity
 from flexura.mechanism.quantity import Scalar as Scalar

@@ -19,6 +19,7 @@ from flexura.mechanism.modal_test import ModalTest
 from flexura.mechanism.motion import Motion
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.pose import Prescribed
+from flexura.mechanism.published import PublishedValue
 from flexura.mechanism.quantity import Angle, AnyQuantity, Scalar
 from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
@@ -173,6 +174,8 @@ class Mechanism(Substructure, Displayed):
     """A modal test of the mechanism."""
     studies: dict[Name, DescribedStudy] = {}
     """Studies of many designs."""
+    published: tuple[PublishedValue, ...] = ()
+    """Numbers that others give of it, with their sources."""
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{len(own)} {kind}" for kind, own in self._counts().items() if own)

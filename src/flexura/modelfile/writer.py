@@ -27,7 +27,7 @@ _ORDER = (
     *("name", "description", "theory", "corrections", "damping", "reduction"),
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
-    *("ground", "gravity", "loads", "at", "motion", "test", "studies"),
+    *("ground", "gravity", "loads", "at", "motion", "test", "studies", "published"),
 )
 _NAMED = frozenset(_ORDER)
 

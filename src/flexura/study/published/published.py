@@ -1,0 +1,132 @@
+"""The verb that sets a mechanism beside the numbers that its description has from others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.arguments import verb
+from flexura.errors import Exceeded, OptionError
+from flexura.mechanism import Mechanism, PublishedValue, evaluated
+from flexura.results import Tabular
+from flexura.structure import Plan, one_design, plan_of
+from flexura.study.questions import Formula, Questions, formula
+from flexura.tables import Facts, Table, percent, quantity
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class Published(Tabular):
+    """What is asked of a mechanism, `value` (n,), beside what others give for it, `published` (n,), SI, in `units`.
+
+    `within` (n,) is the largest relative difference that the description grants; a warning tells of each that is
+    larger, and of numbers that could not be worked out, which are NaN.
+    """
+
+    _shown = ("name", "asked")
+    _told = ("name", "asked", "units", "value", "published", "difference", "within", "is_met", "source")
+
+    name: str
+    asked: tuple[str, ...]
+    units: tuple[str, ...]
+    value: Array
+    published: Array
+    within: Array
+    source: tuple[str, ...]
+    warnings: tuple[Exceeded, ...] = ()
+
+    @property
+    def difference(self) -> Array:
+        """Relative differences (n,) of the mechanism from what is published."""
+        return self.value / self.published - 1
+
+    @property
+    def is_met(self) -> NDArray[np.bool_]:
+        """Which (n,) differ by no more than `within`."""
+        return np.abs(self.difference) <= self.within
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Table(
+            {
+                "asked": self.asked,
+                "here": [quantity(x, unit) for x, unit in zip(self.value.tolist(), self.units, strict=True)],
+                "published": [quantity(x, unit) for x, unit in zip(self.published.tolist(), self.units, strict=True)],
+                "difference": [percent(x) for x in self.difference.tolist()],
+                "within": [percent(x) for x in self.within.tolist()],
+                "source": self.source,
+            }
+        )
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each number."""
+        return {
+            "asked": self.asked,
+            "unit": self.units,
+            "value [SI]": self.value,
+            "published [SI]": self.published,
+            "difference [1]": self.difference,
+            "within [1]": self.within,
+            "source": self.source,
+        }
+
+
+@verb
+def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> Published:
+    """What `published` of the description asks of the mechanism, beside the numbers that others give for it.
+
+    Numbers hold at the parameters that their source had, as a rule the defaults of the description; closed forms over
+    parameters follow these. Raises OptionError where the description has none, for what cannot be asked, for sides of
+    different dimensions and numbers that are zero, and ModelError.
+    """
+    plan = plan_of(model, parameters)
+    listed = plan.mechanism.published
+    if not listed:
+        raise OptionError(
+            "the description has no `published` numbers; e.g. published: [{ask: f1, value: 55 Hz, source: ...}]"
+        )
+    at = one_design(parameters)
+    pairs = [_pair(plan, own, k) for k, own in enumerate(listed)]
+    asked = tuple(dict.fromkeys(one for pair in pairs for side in pair for one in side.quantities))
+    answers = Questions(plan, asked).values(at)
+    known = {one.text: answers.value[0, k] for k, one in enumerate(asked)}
+    here, given = (np.array([float(pair[side].evaluate(known)) for pair in pairs]) for side in (0, 1))
+    values = {name: float(own) for name, own in plan.parameter_values(at).items()}
+    within = np.array([evaluated(own, values).within for own in listed], dtype=float)
+    for k, number in enumerate(given.tolist()):
+        if not number:
+            raise OptionError(f"published[{k}] {listed[k].value!r}: a number that is zero has no relative difference")
+    texts, sources = tuple(own.ask for own in listed), tuple(own.source for own in listed)
+    missed = _missed(texts, here / given - 1, within, sources, str(answers.reason[0]))
+    units = tuple(left.unit for left, _ in pairs)
+    return Published(plan.mechanism.name, texts, units, here, given, within, sources, tuple(missed))
+
+
+def _pair(plan: Plan, own: PublishedValue, number: int) -> tuple[Formula, Formula]:
+    """What is asked, and what is given for it."""
+    left, right = formula(plan, own.ask), formula(plan, own.value)
+    if left.is_constant:
+        raise OptionError(f"published[{number}] {own.ask!r} asks nothing of the mechanism, e.g. ask: f1")
+    if left.dimension != right.dimension:
+        raise OptionError(
+            f"published[{number}]: {own.ask!r} is in {left.unit or '1'},"
+            f" and its value {own.value!r} in {right.unit or '1'}"
+        )
+    return left, right
+
+
+def _missed(
+    texts: Sequence[str], differences: Array, within: Array, sources: Sequence[str], reason: str
+) -> Iterator[Exceeded]:
+    """What differs by more than it may, and what has no number."""
+    rows = zip(texts, differences.tolist(), within.tolist(), sources, strict=True)
+    for text, difference, most, source in rows:
+        if not np.isfinite(difference):
+            yield Exceeded("misfit", text, difference, most, "1", reason or f"{text} has no number")
+        elif abs(difference) > most:
+            words = f"{text} differs by {percent(difference)}, more than {percent(most)}, from {source}"
+            yield Exceeded("misfit", text, abs(difference), most, "1", words)
