@@ -1,0 +1,110 @@
+"""Pages that follow from the code: the commands of the shell, the names of Python, the schema of model files."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import typer
+
+from outside_links import rewritten
+
+import flexura
+from flexura.cli.app import COMMANDS
+from flexura.cli.app import app as shell
+
+FROM_ROOT = ("CHANGELOG.md", "CONTRIBUTING.md")
+"""Files of the repository that are pages."""
+
+
+def commands() -> str:
+    """The page of all commands, from their help."""
+    group = typer.main.get_command(shell)
+    context = click.Context(group, info_name="flexura")
+    parts = ["# Commands\n\nEvery command as `flexura COMMAND --help` tells it, made from the code.\n"]
+    for name in sorted(COMMANDS):
+        command = group.get_command(context, name)  # type: ignore[attr-defined]
+        own = click.Context(command, info_name=f"flexura {name}", parent=None)
+        parts.append(f"## `flexura {name}`\n\n{command.help}\n\n```text\n{' '.join(command.get_usage(own).split())}\n```\n")
+        rows = [row for parameter in command.params if (row := _row(parameter, own))]
+        parts.append("| | | default |\n|---|---|---|\n" + "\n".join(rows) + "\n")
+    return "\n".join(parts)
+
+
+def _row(parameter: click.Parameter, context: click.Context) -> str:
+    """A row of a table: names, what it is, its default."""
+    help_text = " ".join((getattr(parameter, "help", None) or "").split())
+    if isinstance(parameter, click.Option):
+        if parameter.hidden:
+            return ""
+        names = ", ".join(f"`{own}`" for own in [*parameter.opts, *parameter.secondary_opts])
+        kind = "" if parameter.is_flag else f" `{parameter.make_metavar(context)}`"
+    else:
+        names, kind = f"`{parameter.make_metavar(context)}`", ""
+    default = parameter.get_default(context, call=False)
+    told = "" if default in (None, False, ()) or callable(default) else f"`{default}`"
+    return f"| {names}{kind} | {help_text} | {told} |".replace("\n", " ")
+
+
+def kinds(page: str) -> Iterator[tuple[str, list[str]]]:
+    """Headings of the page of the Python API, with the names that stand below each."""
+    for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
+        heading, _, rest = section.partition("\n")
+        found = list(dict.fromkeys(re.findall(r"^### `([\w.]+)\(", rest, flags=re.MULTILINE)))
+        if found:
+            yield heading, found
+
+
+def names_of(heading: str, names: list[str]) -> str:
+    """The page of one kind of names, from their docstrings."""
+    parts = [f"# {heading}\n"]
+    for name in names:
+        own: Any = flexura
+        for part in name.split("."):
+            own = getattr(own, part)
+        directive = "autoclass" if inspect.isclass(own) else "autofunction"
+        parts.append(f"```{{eval-rst}}\n.. {directive}:: flexura.{name}\n```\n")
+    return "\n".join(parts)
+
+
+def _made(app: Any) -> None:
+    docs = Path(app.srcdir)
+    made = docs / "reference"
+    made.mkdir(exist_ok=True)
+    pages = {made / "commands.md": commands()}
+    listed = list(kinds((docs / "api.md").read_text(encoding="utf-8")))
+    slugs = [re.sub(r"\W+", "-", heading.lower()) for heading, _ in listed]
+    for slug, (heading, names) in zip(slugs, listed, strict=True):
+        pages[made / "python" / f"{slug}.md"] = names_of(heading, names)
+    index = "# Docstrings\n\nWhat the code says of its own names, by kind.\n\n```{toctree}\n" + "\n".join(slugs) + "\n```\n"
+    pages[made / "python" / "index.md"] = index
+    for name in FROM_ROOT:
+        origin, page = docs.parent / name, docs / name.lower()
+        pages[page] = rewritten(origin.read_text(encoding="utf-8"), origin, page, docs)
+    for path, text in pages.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+    schema = docs / "_static" / "flexura.schema.json"
+    schema.write_text(json.dumps(flexura.schema(), indent=1), encoding="utf-8")
+
+
+def _plain(_app: Any, _what: str, _name: str, _own: Any, _options: Any, lines: list[str]) -> None:
+    """Docstrings are plain sentences: signs that reStructuredText reads otherwise stand for themselves."""
+    lines[:] = ["`".join(_escaped(part) if k % 2 == 0 else part for k, part in enumerate(line.split("`"))) for line in lines]
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([|*\\]|(?<=\w)_(?!\w))", r"\\\1", text)
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.connect("builder-inited", _made)
+    app.connect("autodoc-process-docstring", _plain)
+    return {"parallel_read_safe": True}
