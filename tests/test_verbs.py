@@ -47,6 +47,9 @@ SHELL = {
     "place-sensors": ((flexura.place_sensors,), set()),
     "sensitivity": ((flexura.sensitivity,), set()),
     "published": ((flexura.published,), set()),
+    "new": ((), {"name", "schema"}),
+    "examples": ((), set()),
+    "doctor": ((), set()),
     "tolerance": ((flexura.tolerance,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),

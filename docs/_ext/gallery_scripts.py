@@ -1,4 +1,4 @@
-"""The gallery: of every mechanism in `examples/gallery` a script, which sphinx-gallery runs and shows, and a report."""
+"""The gallery: of every mechanism of the gallery a script, which sphinx-gallery runs and shows, and a report."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sphinx_gallery.scrapers import figure_rst
 import flexura as fx
 
 ROOT = Path(__file__).parents[2]
-FILES = ROOT / "examples" / "gallery"
+FILES = ROOT / "src" / "flexura" / "gallery"
 SCRIPTS = ROOT / "docs" / "_build" / "gallery_scripts"
 REPORTS = ROOT / "docs" / "_build" / "reports"
 
@@ -76,7 +76,7 @@ def make() -> None:
             title=mechanism.name,
             line="=" * len(mechanism.name),
             description=mechanism.description.strip(),
-            file=f"/../examples/gallery/{file.name}",
+            file=f"/../src/flexura/gallery/{file.name}",
         )
         shutil.copyfile(file, SCRIPTS / file.name)
     for name, text in wanted.items():

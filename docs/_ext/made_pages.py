@@ -30,7 +30,9 @@ def commands() -> str:
     for name in sorted(COMMANDS):
         command = group.get_command(context, name)  # type: ignore[attr-defined]
         own = click.Context(command, info_name=f"flexura {name}", parent=None)
-        parts.append(f"## `flexura {name}`\n\n{command.help}\n\n```text\n{' '.join(command.get_usage(own).split())}\n```\n")
+        parts.append(
+            f"## `flexura {name}`\n\n{command.help}\n\n```text\n{' '.join(command.get_usage(own).split())}\n```\n"
+        )
         rows = [row for parameter in command.params if (row := _row(parameter, own))]
         parts.append("| | | default |\n|---|---|---|\n" + "\n".join(rows) + "\n")
     return "\n".join(parts)
@@ -81,7 +83,9 @@ def _made(app: Any) -> None:
     slugs = [re.sub(r"\W+", "-", heading.lower()) for heading, _ in listed]
     for slug, (heading, names) in zip(slugs, listed, strict=True):
         pages[made / "python" / f"{slug}.md"] = names_of(heading, names)
-    index = "# Docstrings\n\nWhat the code says of its own names, by kind.\n\n```{toctree}\n" + "\n".join(slugs) + "\n```\n"
+    index = (
+        "# Docstrings\n\nWhat the code says of its own names, by kind.\n\n```{toctree}\n" + "\n".join(slugs) + "\n```\n"
+    )
     pages[made / "python" / "index.md"] = index
     for name in FROM_ROOT:
         origin, page = docs.parent / name, docs / name.lower()
@@ -96,7 +100,9 @@ def _made(app: Any) -> None:
 
 def _plain(_app: Any, _what: str, _name: str, _own: Any, _options: Any, lines: list[str]) -> None:
     """Docstrings are plain sentences: signs that reStructuredText reads otherwise stand for themselves."""
-    lines[:] = ["`".join(_escaped(part) if k % 2 == 0 else part for k, part in enumerate(line.split("`"))) for line in lines]
+    lines[:] = [
+        "`".join(_escaped(part) if k % 2 == 0 else part for k, part in enumerate(line.split("`"))) for line in lines
+    ]
 
 
 def _escaped(text: str) -> str:

@@ -21,6 +21,17 @@ class _Command(NamedTuple):
 
 
 COMMANDS = {
+    "new": _Command(
+        "gallery", "new_command", "Write a file of a mechanism to change into your own, or list those that there are."
+    ),
+    "examples": _Command(
+        "gallery", "examples_command", "List the mechanisms of the gallery, or write all of their files."
+    ),
+    "doctor": _Command(
+        "doctor",
+        "doctor_command",
+        "Say which optional parts are installed, what they are for, and how to get the others.",
+    ),
     "modes": _Command(
         "modes",
         "modes_command",
@@ -190,7 +201,6 @@ app = typer.Typer(
     cls=_Group,
     help="Low-order dynamic models of flexure-based compliant mechanisms, with evidence for every number.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
