@@ -12,7 +12,7 @@ from flexura import __version__  # noqa: E402
 
 project = "flexura"
 author = "the flexura authors"
-copyright = author
+copyright = author  # noqa: A001
 release = version = __version__
 
 extensions = [

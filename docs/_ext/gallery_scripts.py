@@ -49,13 +49,20 @@ found
 '''
 
 
+HEAD = """Gallery
+=======
+
+Mechanisms that people build, each in one file, beside the numbers that others give for it.
+"""
+
+
 class Figures:
     """Takes the picture that a block of a script leaves as `figure`."""
 
     def __repr__(self) -> str:
         return "Figures"
 
-    def __call__(self, block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
+    def __call__(self, _block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
         figure = block_vars["example_globals"].pop("figure", None)
         if figure is None:
             return ""
@@ -68,7 +75,7 @@ def make() -> None:
     """Write the script of every mechanism, as far as it is another than before."""
     SCRIPTS.mkdir(parents=True, exist_ok=True)
     files = sorted(FILES.glob("*.yaml"))
-    wanted = {"README.txt": _head(files)}
+    wanted = {"README.txt": HEAD}
     for file in files:
         mechanism = fx.load(file)
         wanted[f"plot_{file.stem}.py"] = SCRIPT.format(
@@ -88,11 +95,7 @@ def make() -> None:
             path.unlink()
 
 
-def _head(files: list[Path]) -> str:
-    return "Gallery\n=======\n\nMechanisms that people build, each in one file, beside the numbers that others give for it.\n"
-
-
-def setup(app: Any) -> dict[str, Any]:
+def setup(_app: Any) -> dict[str, Any]:
     """Called by Sphinx."""
     make()
     return {"parallel_read_safe": True}

@@ -11,7 +11,6 @@ from typing import Any
 
 import click
 import typer
-
 from outside_links import rewritten
 
 import flexura
