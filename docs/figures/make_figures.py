@@ -131,6 +131,17 @@ def closed_loop() -> None:
     subprocess.run([sys.executable, script, HERE], check=True)
 
 
+def first() -> None:
+    """The steps of the first mechanism, from the files on its page."""
+    page = (HERE.parent / "start" / "first.md").read_text(encoding="utf-8")
+    files = dict(re.findall(r"```yaml\n# file: (\S+)\n(.*?)```", page, re.DOTALL))
+    for name in ("step1", "step2"):
+        model = fx.assemble(fx.loads(files[f"{name}.yaml"]))
+        fx.view.draw_mechanism(model, dpi=80, elev=18, azim=-55).savefig(HERE / f"first_{name}.png")
+    found = fx.stroke(fx.loads(files["guide.yaml"]), move={"stage.x": (0.0, 4e-3)}, steps=3, n=1)
+    fx.view.draw_stroke(found).savefig(HERE / "first_stroke.png", dpi=80)
+
+
 def studies() -> None:
     """A sweep, a sensitivity, tolerances and an optimum of the guide."""
     guide = fx.load(HERE.parents[1] / "examples" / "guide" / "guide.yaml")
@@ -163,3 +174,4 @@ if __name__ == "__main__":
     poses_pivot()
     poses_rpr()
     studies()
+    first()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers.doc_snippets import PAGES
+from helpers.doc_snippets import PAGES, ROOT
 
 LINK = re.compile(r"\[[^\]\n]*\]\((?P<target>[^)\s]+)\)|<img[^>]*src=\"(?P<image>[^\"]+)\"")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
@@ -25,7 +25,9 @@ def anchors(page: Path) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page.exists()], ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.exists()], ids=lambda page: str(page.relative_to(ROOT))
+)
 def test_relative_links(page):
     broken = []
     for match in LINK.finditer(prose(page)):

@@ -2,12 +2,12 @@
 
 import pytest
 
-from helpers.doc_snippets import PAGES, Block, Page, blocks, mismatch, same_token, workshop
+from helpers.doc_snippets import PAGES, ROOT, Block, Page, blocks, mismatch, same_token, workshop
 
 EXISTING = [page for page in PAGES if page.exists()]
 
 
-@pytest.mark.parametrize("path", EXISTING, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", EXISTING, ids=lambda path: str(path.relative_to(ROOT)))
 def test_snippets_of_page(path):
     with workshop():
         found = list(Page(path).run())

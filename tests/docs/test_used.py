@@ -4,9 +4,9 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from helpers.doc_snippets import PAGES, ROOT
+
 SOURCE = ROOT / "src" / "flexura"
 CALLED_BY_OTHERS = {
     "_repr_html_",
@@ -77,8 +77,8 @@ def test_nothing_is_there_for_tests_alone() -> None:
         path.relative_to(SOURCE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
         for path in SOURCE.rglob("*.py")
     }
-    code = [*ROOT.glob("benchmarks/*.py"), *ROOT.glob("examples/**/*.py"), *ROOT.glob("docs/**/*.py")]
-    pages = [*ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), ROOT / "README.md"]
+    code = [*ROOT.glob("benchmarks/*.py"), *ROOT.glob("examples/**/*.py"), *ROOT.glob("docs/figures/*.py")]
+    pages = [*PAGES, *ROOT.glob("docs/theory/*.md"), *ROOT.glob("examples/**/*.md")]
     known = set(CALLED_BY_OTHERS)
     for path in code:
         known |= set(named(ast.parse(path.read_text(encoding="utf-8"))))
