@@ -5,6 +5,7 @@
 #   make lint      ruff, pyright, import rules, and that the pages' script is that of its source
 #   make viewer    the pages' script, of its TypeScript
 #   make bench     speed and memory, in one run
+#   make docs      the site: all pages, the gallery, what docstrings and commands say
 #   make release-check   sdist and wheel, tried with core dependencies alone and with the least versions
 PYTHON ?= python3
 VENV := .venv
@@ -12,9 +13,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo packages compiler test test-all fuzz lint format viewer bench verification pictures release-check clean help
+.PHONY: docs demo packages compiler test test-all fuzz lint format viewer bench verification pictures release-check clean help
 help:
-	@sed -n '2,9s/^# *//p' Makefile
+	@sed -n '2,10s/^# *//p' Makefile
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -86,6 +87,11 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/solid.py
 	$(BIN)/python benchmarks/virtual_test.py
 	$(BIN)/python benchmarks/viewer.py
+
+# the site, in docs/_build/html; of every mechanism of the gallery a report, unless FLEXURA_REPORTS names some
+docs: $(STAMP)
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
 
 verification: $(STAMP)
 	$(BIN)/python -m pytest tests/literature tests/opensees -m '' --verification-page docs/verification.md

@@ -19,7 +19,6 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx_copybutton",
-    "sphinx_design",
     "sphinx-mathjax-offline",
     "outside_links",
     "gallery_scripts",
@@ -63,6 +62,7 @@ html_theme = "furo"
 html_title = f"flexura {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = [("sortable.js", {"defer": "defer"})]
 html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {

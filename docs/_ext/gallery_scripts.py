@@ -1,7 +1,13 @@
-"""The gallery: of every mechanism of the gallery a script, which sphinx-gallery runs and shows, and a report."""
+"""The gallery: of every mechanism a script, which sphinx-gallery runs and shows, a report, and a row of a table.
+
+The environment variable FLEXURA_REPORTS names the mechanisms of which reports are made, with commas between them; all
+if it is not set.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -9,19 +15,38 @@ from typing import Any
 from sphinx_gallery.scrapers import figure_rst
 
 import flexura as fx
+from flexura.errors import FlexuraError
+from flexura.tables import quantity
 
 ROOT = Path(__file__).parents[2]
 FILES = ROOT / "src" / "flexura" / "gallery"
 SCRIPTS = ROOT / "docs" / "_build" / "gallery_scripts"
-REPORTS = ROOT / "docs" / "_build" / "reports"
+REPORTED = os.environ.get("FLEXURA_REPORTS")
+
+HEAD = """Gallery
+=======
+
+Mechanisms that people build, each in one file with the sources of its sizes, beside the numbers that papers, handbooks
+and closed forms give for it (``flexura published``). ``flexura new NAME`` writes the file. A click on a heading sorts
+the table.
+
+.. list-table::
+   :header-rows: 1
+   :class: sortable
+
+   * - mechanism
+     - freedoms
+     - stroke
+     - first frequency
+     - numbers of others
+"""
 
 SCRIPT = '''"""
 {title}
 {line}
 
 {description}
-
-`The report of it <{name}.report.html>`_, with modes and strokes that move · :download:`{name}.yaml <{file}>`
+{report}
 """
 
 import flexura as fx
@@ -42,18 +67,13 @@ figure = fx.view.draw_mode(found.model, found.shapes[:, :, 0], title=found.modes
 found
 
 # %%
-# The file:
+# The file, which ``flexura new {name}`` writes:
 #
-# .. literalinclude:: {file}
+# .. literalinclude:: /../src/flexura/gallery/{name}.yaml
 #    :language: yaml
 '''
 
-
-HEAD = """Gallery
-=======
-
-Mechanisms that people build, each in one file, beside the numbers that others give for it.
-"""
+REPORT = "\n`Its report <{name}.report.html>`_: modes and strokes that move, with the evidence of every number.\n"
 
 
 class Figures:
@@ -71,21 +91,27 @@ class Figures:
         return figure_rst([path], gallery_conf["src_dir"])
 
 
+def is_reported(name: str) -> bool:
+    """Whether a report of the mechanism is made."""
+    return REPORTED is None or name in REPORTED.split(",")
+
+
 def make() -> None:
     """Write the script of every mechanism, as far as it is another than before."""
     SCRIPTS.mkdir(parents=True, exist_ok=True)
-    files = sorted(FILES.glob("*.yaml"))
-    wanted = {"README.txt": HEAD}
-    for file in files:
+    head, wanted = [HEAD], dict[str, str]()
+    for file in sorted(FILES.glob("*.yaml")):
         mechanism = fx.load(file)
         wanted[f"plot_{file.stem}.py"] = SCRIPT.format(
             name=file.stem,
             title=mechanism.name,
             line="=" * len(mechanism.name),
-            description=mechanism.description.strip(),
-            file=f"/../src/flexura/gallery/{file.name}",
+            description=mechanism.description.strip().replace("\\", "\\\\"),
+            report=REPORT.format(name=file.stem) if is_reported(file.stem) else "",
         )
+        head.append(_row(file.stem, mechanism))
         shutil.copyfile(file, SCRIPTS / file.name)
+    wanted["README.txt"] = "".join(head)
     for name, text in wanted.items():
         path = SCRIPTS / name
         if not path.exists() or path.read_text(encoding="utf-8") != text:
@@ -95,7 +121,56 @@ def make() -> None:
             path.unlink()
 
 
-def setup(_app: Any) -> dict[str, Any]:
+def _row(name: str, mechanism: fx.Mechanism) -> str:
+    """The row of a mechanism in the table."""
+    first = fx.modes(mechanism, n=1).frequency_hz[0]
+    cells = (
+        f":doc:`{mechanism.name} </gallery/plot_{name}>`",
+        _freedoms(mechanism),
+        _stroke(mechanism),
+        f"{first:.4g} Hz",
+        str(len(mechanism.published)),
+    )
+    return "\n   * - " + "\n     - ".join(cells) + "\n"
+
+
+def _freedoms(mechanism: fx.Mechanism) -> str:
+    """Such as 2R1T; nothing where there is no single body that the question is of."""
+    try:
+        found = fx.kinetostatics(mechanism)
+    except FlexuraError:
+        return ""
+    kinds = [own.kind for own in found.freedoms]
+    return "".join(f"{kinds.count(kind)}{kind}" for kind in ("R", "T") if kind in kinds)
+
+
+def _stroke(mechanism: fx.Mechanism) -> str:
+    """The ends of the described motion."""
+    if mechanism.motion is None:
+        return ""
+    told = []
+    for node, moved in mechanism.motion.move.items():
+        for axis in ("x", "y", "z", "rx", "ry", "rz"):
+            ends = getattr(moved, axis, None)
+            if ends is not None:
+                largest = max((float(end) for end in ends if isinstance(end, float)), key=abs, default=0.0)
+                told.append(f"{node}.{axis} {quantity(largest, 'rad' if axis.startswith('r') else 'm', 3)}")
+    return ", ".join(told)
+
+
+def _reports(app: Any, failed: Exception | None) -> None:
+    """Write the reports of mechanisms whose file has changed into the built site."""
+    if failed is not None or app.builder.format != "html":
+        return
+    for file in sorted(FILES.glob("*.yaml")):
+        path = Path(app.outdir) / "gallery" / f"{file.stem}.report.html"
+        if is_reported(file.stem) and not (path.exists() and path.stat().st_mtime >= file.stat().st_mtime):
+            with contextlib.chdir(FILES):
+                fx.report(fx.load(file), out=path, file=file.name)
+
+
+def setup(app: Any) -> dict[str, Any]:
     """Called by Sphinx."""
     make()
+    app.connect("build-finished", _reports)
     return {"parallel_read_safe": True}

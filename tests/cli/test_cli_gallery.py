@@ -67,7 +67,7 @@ def test_names_that_are_none_are_told_what_is_near():
 
 def test_the_extras_are_those_of_the_installation():
     listed = PROJECT["optional-dependencies"]
-    assert listed.keys() - {"bench", "dev"} == EXTRAS.keys()
+    assert listed.keys() - {"bench", "dev", "docs"} == EXTRAS.keys()
     assert packages_of("fmi") == ["fmpy"] and packages_of("cluster") == ["dask"]
 
 
