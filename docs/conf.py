@@ -25,7 +25,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "made_pages",
 ]
-exclude_patterns = ["_build", "figures", "gallery/*.ipynb", "gallery/*.py", "gallery/sg_execution_times.rst"]
+exclude_patterns = ["_build", "figures", "gallery/*.ipynb", "gallery/*.py", "**sg_execution_times.rst"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 default_role = "code"
 suppress_warnings = ["myst.header"]
@@ -62,7 +62,7 @@ html_theme = "furo"
 html_title = f"flexura {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_js_files = [("sortable.js", {"defer": "defer"})]
+html_js_files = [("site.js", {"defer": "defer"})]
 html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {

@@ -97,19 +97,45 @@ def _made(app: Any) -> None:
     schema.write_text(json.dumps(flexura.schema(), indent=1), encoding="utf-8")
 
 
-def _plain(_app: Any, _what: str, _name: str, _own: Any, _options: Any, lines: list[str]) -> None:
-    """Docstrings are plain sentences: signs that reStructuredText reads otherwise stand for themselves."""
-    lines[:] = [
-        "`".join(_escaped(part) if k % 2 == 0 else part for k, part in enumerate(line.split("`"))) for line in lines
-    ]
+class Docstrings:
+    """Docstrings as pages: signs that reStructuredText reads otherwise stand for themselves, and equations that are
+    named are led to."""
+
+    CITED = re.compile(r"(theory,? eqs?\. )([A-Z]?\d+)")
+
+    def __init__(self, docs: Path) -> None:
+        self.page = {
+            tag: page.relative_to(docs).with_suffix(".html").as_posix()
+            for page in [docs / "theory.md", *(docs / "theory").glob("*.md")]
+            for tag in re.findall(r"\\tag\{([A-Z]?\d+)\}", page.read_text(encoding="utf-8"))
+        }
+
+    def __call__(self, _app: Any, _what: str, _name: str, _own: Any, _options: Any, lines: list[str]) -> None:
+        lines[:] = [self.line(line) for line in lines]
+
+    def line(self, text: str) -> str:
+        """A line of a docstring as reStructuredText."""
+        return "`".join(self._escaped(part) if k % 2 == 0 else part for k, part in enumerate(text.split("`")))
+
+    def _escaped(self, text: str) -> str:
+        plain = re.sub(r"([|*\\]|(?<=\w)_(?!\w))", r"\\\1", text)
+        return self.CITED.sub(self._led, plain)
+
+    def _led(self, match: re.Match[str]) -> str:
+        tag = match[2]
+        return f"{match[1]}`{tag} <../../{self.page[tag]}#mjx-eqn%3A{tag}>`__" if tag in self.page else match[0]
 
 
-def _escaped(text: str) -> str:
-    return re.sub(r"([|*\\]|(?<=\w)_(?!\w))", r"\\\1", text)
+def _headings(_app: Any, _page: str, _template: str, context: dict[str, Any], _tree: Any) -> None:
+    """Captions of the sidebar are headings of the second level."""
+    for key, text in context.items():
+        if isinstance(text, str) and 'class="caption" role="heading"' in text:
+            context[key] = text.replace('role="heading"', 'role="heading" aria-level="2"')
 
 
 def setup(app: Any) -> dict[str, Any]:
     """Called by Sphinx."""
     app.connect("builder-inited", _made)
-    app.connect("autodoc-process-docstring", _plain)
+    app.connect("html-page-context", _headings, priority=900)
+    app.connect("autodoc-process-docstring", Docstrings(Path(app.srcdir)))
     return {"parallel_read_safe": True}

@@ -21,3 +21,10 @@ document.querySelectorAll("table.sortable").forEach((table) => {
     });
   });
 });
+
+// What scrolls can be reached by keys, and a picture that is a link says where it leads.
+document.querySelectorAll(".highlight pre, .table-wrapper, div.math").forEach((own) => { own.tabIndex = 0; });
+document.querySelectorAll(".sphx-glr-thumbcontainer").forEach((own) => {
+  const title = own.querySelector(".sphx-glr-thumbnail-title")?.textContent.trim() ?? "";
+  own.querySelectorAll("a").forEach((link) => link.setAttribute("aria-label", title));
+});
