@@ -206,9 +206,12 @@ def test_responses_lie_over_those_of_a_direct_solution(bar):
     assert (np.abs(overlay.response - expected) < 0.01 * scale).all()
 
 
-def test_the_decay_of_a_window_is_in_the_overlay(bar):
+@pytest.mark.parametrize("described", [False, True])
+def test_the_decay_of_a_window_is_in_the_overlay(bar, described):
     """An exponential window adds its rate to every mode: the peak falls by zeta / (zeta + decay / omega)."""
     full, hz, _, channels, shapes = bar
+    if described:
+        full = fx.assemble(c.cantilever().replaced({"damping": fx.describe.Damping(ratio=0.01)}))
     hammer = (c.channel("h", c.Z, (0.1, 0, 0), quantity="force"),)
     one = (c.channel("a", c.Z, (0.1, 0, 0)),)
     decay = 0.01 * 2 * np.pi * hz[0]

@@ -61,8 +61,10 @@ def overlays(
         if not (outputs.matched and inputs.matched and len(own)):
             continue
         measured = _part(frf, own, outputs, inputs)
-        built, damping = _system(model, measured, outputs, inputs, _ratios(identified, pairing, model_hz, frf.decay))
-        H = built.modal(up_to=MODES * top).response(measured.frequency_hz)
+        built, damping = _system(model, measured, outputs, inputs, _ratios(identified, pairing, model_hz))
+        modes = built.modal(up_to=MODES * top)
+        modes = replace(modes, damping=modes.damping + 2 * frf.decay * np.eye(modes.order))
+        H = modes.response(measured.frequency_hz)
         finite = np.flatnonzero((np.isfinite(measured.response) & np.isfinite(H)).all(axis=(1, 2)))
         measured = _part(measured, finite, None, None)
         found.append(FRFOverlay(measured, H[finite], frac(measured.response, H[finite]), damping))
@@ -84,13 +86,12 @@ def _part(frf: MeasuredFRF, own: Index, outputs: ChannelPairing | None, inputs: 
     )
 
 
-def _ratios(identified: IdentifiedModes, pairing: ModePairing, model_hz: Array, decay: float) -> tuple[float, ...]:
+def _ratios(identified: IdentifiedModes, pairing: ModePairing, model_hz: Array) -> tuple[float, ...]:
     """Damping ratios of the model's modes from their counterparts in the test."""
     ratios = np.full(len(model_hz), float(np.median(identified.damping_ratio)))
     own = np.flatnonzero(pairing.partner >= 0)
     ratios[pairing.partner[own]] = identified.damping_ratio[own]
-    window = decay / (2 * np.pi * np.where(model_hz > 0, model_hz, np.inf))
-    return tuple(np.clip(ratios + window, 0.0, 0.99).tolist())
+    return tuple(np.clip(ratios, 0.0, 0.99).tolist())
 
 
 def _system(
