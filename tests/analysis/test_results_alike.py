@@ -19,6 +19,7 @@ from flexura.errors import LimitError, OptionError, foremost
 from flexura.mechanism import Mechanism
 from flexura.results import Result, Tabular, plain
 from flexura.tables import COLUMNS, ROWS
+from helpers import json_keys
 from helpers.every_result import (
     GUIDE,
     GUIDE_TEXT,
@@ -88,6 +89,12 @@ def test_data_are_plain(result) -> None:
     data = result.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert len(data) > 2 and {"notes", "warnings"} <= set(data)
+
+
+def test_keys_of_data_are_those_of_the_page() -> None:
+    assert json_keys.PAGE.read_text(encoding="utf-8") == json_keys.page()
+    assert json_keys.kind({"a": [None, {"b": 1.0}]}) == "object of `a`"
+    assert json_keys.kind([[]]) == "list: list" and json_keys.kind({"x": True}, True) == "by name, true or false each"
 
 
 def test_warnings_and_notes_are_tuples(result) -> None:
