@@ -135,26 +135,32 @@ def _row(name: str, mechanism: fx.Mechanism) -> str:
 
 
 def _freedoms(mechanism: fx.Mechanism) -> str:
-    """Such as 2R1T; nothing where there is no single body that the question is of."""
+    """Such as 2R1T, of the body that the described motion moves, or that the numbers of others are of."""
+    plan = fx.Plan(mechanism)
+    named = " ".join([*(mechanism.motion.move if mechanism.motion else ()), *(own.ask for own in mechanism.published)])
+    bodies = sorted(plan.body_names, key=lambda body: f" {named}".replace("(", " ").find(f" {body}") % (1 << 30))
     try:
-        found = fx.kinetostatics(mechanism)
+        found = fx.kinetostatics(plan, platform=bodies[0]) if bodies else None
     except FlexuraError:
         return ""
-    kinds = [own.kind for own in found.freedoms]
+    kinds = [own.kind for own in found.freedoms] if found is not None and found.is_clear else []
     return "".join(f"{kinds.count(kind)}{kind}" for kind in ("R", "T") if kind in kinds)
 
 
 def _stroke(mechanism: fx.Mechanism) -> str:
     """The ends of the described motion."""
-    if mechanism.motion is None:
-        return ""
     told = []
-    for node, moved in mechanism.motion.move.items():
+    values = fx.Plan(mechanism).parameter_values()
+    for node, moved in (mechanism.motion.move if mechanism.motion else {}).items():
         for axis in ("x", "y", "z", "rx", "ry", "rz"):
-            ends = getattr(moved, axis, None)
-            if ends is not None:
-                largest = max((float(end) for end in ends if isinstance(end, float)), key=abs, default=0.0)
-                told.append(f"{node}.{axis} {quantity(largest, 'rad' if axis.startswith('r') else 'm', 3)}")
+            ends = [
+                float(end.evaluate(values)) if hasattr(end, "evaluate") else float(end)
+                for end in getattr(moved, axis) or ()
+            ]
+            if ends:
+                sign = "± " if len(ends) == 2 and ends[0] == -ends[1] else ""
+                furthest = max(ends, key=lambda end: (abs(end), end))
+                told.append(f"{node}.{axis} {sign}{quantity(furthest, 'rad' if 'r' in axis else 'm', 3)}")
     return ", ".join(told)
 
 
