@@ -313,7 +313,7 @@ def rewrite(path: Path) -> None:
         for block in page.blocks:
             if block.file:
                 Path(block.file).write_text(block.text, encoding="utf-8")
-            for command in commands(block) if block.language == "console" else ():
+            for command in commands(block) if block.language in ("console", "sh") else ():
                 found = run_command(command.text)
                 if found is not None and command.expected and "..." not in map(str.strip, command.expected):
                     fresh[command.line] = (len(command.expected), [text.rstrip() for text in found.splitlines()])
