@@ -7,9 +7,15 @@
 #   make bench     speed and memory, in one run
 #   make docs      the site: all pages, the gallery, what docstrings and commands say
 #   make release-check   sdist and wheel, tried with core dependencies alone and with the least versions
-PYTHON ?= python3
 VENV := .venv
+ifeq ($(OS),Windows_NT)
+SHELL := bash
+PYTHON ?= python
+BIN := $(VENV)/Scripts
+else
+PYTHON ?= python3
 BIN := $(VENV)/bin
+endif
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
@@ -23,7 +29,7 @@ $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
 	  { echo "Python's venv module is missing. On Debian: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --editable '.[dev,bench]'
+	$(BIN)/python -m pip install --quiet --editable '.[dev,bench]'
 	@touch $(STAMP)
 
 demo: $(STAMP)

@@ -67,7 +67,8 @@ def test_names_that_are_none_are_told_what_is_near():
 
 def test_the_extras_are_those_of_the_installation():
     listed = PROJECT["optional-dependencies"]
-    assert listed.keys() - {"bench", "dev", "docs"} == EXTRAS.keys()
+    assert listed.keys() - {"all", "bench", "dev", "docs"} == EXTRAS.keys()
+    assert listed["all"] == [f"flexura[{','.join(EXTRAS)}]"]
     assert packages_of("fmi") == ["fmpy"] and packages_of("cluster") == ["dask"]
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from itertools import pairwise
 from textwrap import dedent
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, ValidationError
 from pydantic_core import PydanticCustomError
@@ -22,10 +22,8 @@ from flexura.expressions import Expression
 from flexura.mechanism.quantity import Length, Number, Scalar
 
 if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _Meta
     from pydantic_core import CoreSchema, ErrorDetails
-
-if TYPE_CHECKING:
-    _Meta = type(BaseModel)
 else:
 
     class _Meta(type(BaseModel)):
@@ -48,7 +46,7 @@ class Part(BaseModel, metaclass=_Meta):
     """Base of every part of a description."""
 
     # built when first used, and all at once: what a mechanism needs is built with it
-    model_config = ConfigDict(
+    model_config: ClassVar[ConfigDict] = ConfigDict(
         frozen=True, extra="forbid", arbitrary_types_allowed=True, defer_build=True, populate_by_name=True
     )
 

@@ -1,0 +1,77 @@
+"""Files by which flexura is built, installed and cited elsewhere say what pyproject.toml and .ci/run say."""
+
+import re
+import subprocess
+import tomllib
+
+import pytest
+from ruamel.yaml import YAML
+
+from flexura import __version__
+from helpers.doc_snippets import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PYTHONS = ["3.11", "3.12", "3.13", "3.14"]
+MAKE = re.compile(r"^\s*make ([\w-]+)", re.MULTILINE)
+
+
+def read(name: str):
+    return YAML(typ="safe").load(ROOT / name)
+
+
+def test_the_workflow_runs_what_ci_runs():
+    (job,) = read(".github/workflows/ci.yml")["jobs"].values()
+    steps = [step["run"] for step in job["steps"] if "run" in step]
+    own = [found for step in steps for found in MAKE.findall(step)]
+    assert own == MAKE.findall((ROOT / ".ci" / "run").read_text())
+    assert len(own) >= 3
+    assert [step for step in steps if not MAKE.match(step)] == [
+        'git config --global --add safe.directory "$GITHUB_WORKSPACE"'
+    ]
+
+
+def test_the_workflow_has_three_systems_and_every_python():
+    (job,) = read(".github/workflows/ci.yml")["jobs"].values()
+    matrix = job["strategy"]["matrix"]
+    assert [name.partition("-")[0] for name in matrix["system"]] == ["ubuntu", "macos", "windows"]
+    assert matrix["python"] == PYTHONS
+    assert PROJECT["requires-python"] == f">={PYTHONS[0]}"
+    named = {line.rpartition(" ")[2] for line in PROJECT["classifiers"] if " 3." in line}
+    assert named <= set(PYTHONS)
+
+
+@pytest.mark.parametrize(("system", "folder"), [("Linux", ".venv/bin"), ("Windows_NT", ".venv/Scripts")])
+def test_targets_find_their_programs_on_every_system(system, folder):
+    command = ["make", "-n", "-o", ".venv/.ready", "lint", f"OS={system}"]
+    said = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    programs = [line.split()[0] for line in said.splitlines()]
+    assert {name.rpartition("/")[0] for name in programs if "/" in name} == {folder}
+
+
+def test_the_conda_recipe_needs_what_the_project_needs():
+    recipe = read("recipe/recipe.yaml")
+    wanted = [f"python {PROJECT['requires-python']}"]
+    own = [text.replace("matplotlib", "matplotlib-base") for text in PROJECT["dependencies"]]
+    wanted += [text.replace(">=", " >=") for text in own]
+    assert recipe["requirements"]["run"] == wanted
+    assert recipe["context"]["version"] == __version__
+    (entry,) = recipe["build"]["python"]["entry_points"]
+    assert entry == f"flexura = {PROJECT['scripts']['flexura']}"
+    assert recipe["about"]["summary"] == PROJECT["description"]
+    assert recipe["about"]["license"] == PROJECT["license"]
+
+
+def test_the_citation_is_of_this_version():
+    cited = read("CITATION.cff")
+    assert cited["version"] == __version__
+    assert cited["license"] == PROJECT["license"]
+    assert cited["keywords"] == PROJECT["keywords"]
+
+
+def test_the_image_has_what_gmsh_is_linked_to():
+    """The packages of the system that `make packages` installs, but the browser of tests."""
+    make = re.search(r"^PACKAGES := (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    image = (ROOT / "Dockerfile").read_text()
+    assert make is not None
+    assert set(make[1].split()) - {"chromium"} <= set(image.split())
+    assert "ARG EXTRAS=[all]\n" in image
