@@ -23,6 +23,9 @@ FILES = ROOT / "src" / "flexura" / "gallery"
 SCRIPTS = ROOT / "docs" / "_build" / "gallery_scripts"
 REPORTED = os.environ.get("FLEXURA_REPORTS")
 
+MOVED = {"x": "m", "y": "m", "z": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
+MOVED |= {"expansion": "m", "voltage": "V", "force": "N", "moment": "N*m"}
+
 HEAD = """Gallery
 =======
 
@@ -152,15 +155,16 @@ def _stroke(mechanism: fx.Mechanism) -> str:
     told = []
     values = fx.Plan(mechanism).parameter_values()
     for node, moved in (mechanism.motion.move if mechanism.motion else {}).items():
-        for axis in ("x", "y", "z", "rx", "ry", "rz"):
+        for what, unit in MOVED.items():
             ends = [
                 float(end.evaluate(values)) if hasattr(end, "evaluate") else float(end)
-                for end in getattr(moved, axis) or ()
+                for end in getattr(moved, what) or ()
             ]
             if ends:
                 sign = "± " if len(ends) == 2 and ends[0] == -ends[1] else ""
                 furthest = max(ends, key=lambda end: (abs(end), end))
-                told.append(f"{node}.{axis} {sign}{quantity(furthest, 'rad' if 'r' in axis else 'm', 3)}")
+                of = f"{node}.{what}" if unit in ("m", "rad") else node
+                told.append(f"{of} {sign}{quantity(furthest, unit, 3)}")
     return ", ".join(told)
 
 
