@@ -243,7 +243,7 @@ class Page:
     def _run(self, block: Block) -> Iterator[str]:
         before, self.printed = self.printed, None
         if block.language == "python":
-            self.printed = self._python(block)
+            self.printed = self.run_python(block)
         elif block.language == "text" and before is not None:
             yield from filter(None, [mismatch(block.text.splitlines(), before)])
         elif block.language == "yaml" and "broken" not in block.words:
@@ -257,7 +257,8 @@ class Page:
                 elif found is not None and re.search(r"^(flexura: |\d+ error)", found, re.MULTILINE):
                     yield f"$ {command.text} failed:\n{found}"
 
-    def _python(self, block: Block) -> str:
+    def run_python(self, block: Block) -> str:
+        """What a block of Python prints; the blocks of a page share one namespace."""
         out = io.StringIO()
         padded = "\n" * (block.line - 1) + block.text
         with contextlib.redirect_stdout(out):
@@ -313,6 +314,8 @@ def rewrite(path: Path) -> None:
         for block in page.blocks:
             if block.file:
                 Path(block.file).write_text(block.text, encoding="utf-8")
+            if block.language == "python":
+                page.run_python(block)
             for command in commands(block) if block.language in ("console", "sh") else ():
                 found = run_command(command.text)
                 if found is not None and command.expected and "..." not in map(str.strip, command.expected):
