@@ -4,7 +4,7 @@
 #   make test-all  the whole test suite
 #   make lint      ruff, pyright, import rules, and that the pages' script is that of its source
 #   make viewer    the pages' script, of its TypeScript
-#   make bench     speed and memory, in one run
+#   make bench     speed beside the best that there is else, one table; benchmarks/README.md
 #   make docs      the site: all pages, the gallery, what docstrings and commands say
 #   make release-check   sdist and wheel, tried with core dependencies alone and with the least versions
 VENV := .venv
@@ -86,13 +86,7 @@ viewer: $(STAMP)
 	$(BIN)/python tools/viewer.py
 
 bench: $(STAMP)
-	$(BIN)/python benchmarks/speed.py
-	$(BIN)/python benchmarks/designs.py
-	$(BIN)/python benchmarks/response.py
-	$(BIN)/python benchmarks/control_step.py
-	$(BIN)/python benchmarks/solid.py
-	$(BIN)/python benchmarks/virtual_test.py
-	$(BIN)/python benchmarks/viewer.py
+	$(BIN)/python benchmarks/bench.py $(ARGS)
 
 # the site, in docs/_build/html; of every mechanism of the gallery a report, unless FLEXURA_REPORTS names some
 docs: $(STAMP)
