@@ -59,7 +59,7 @@ int main(int argc, char **argv)
     fmi2Component c = fmi2Instantiate("one", fmi2CoSimulation, MODEL_GUID, "", NULL, 0, 0);
     (void)argc;
     fmi2ExitInitializationMode(c);
-    clock_gettime(CLOCK_MONOTONIC, &a);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &a);
     for (int k = 0; k < steps; k++) {
         const double h = 1e-4 * (1.0 + change * (k & 1));
         for (int i = 0; i < INPUTS; i++)
@@ -71,7 +71,7 @@ int main(int argc, char **argv)
         t += h;
         sum += y[0];
     }
-    clock_gettime(CLOCK_MONOTONIC, &b);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &b);
     printf("%.17g %.17g\\n", ((b.tv_sec - a.tv_sec) + 1e-9 * (b.tv_nsec - a.tv_nsec)) / steps, sum);
     return 0;
 }
@@ -156,12 +156,12 @@ def in_numpy(model: StateSpace, steps: int) -> tuple[float, float]:
 
 
 def per_step(run: Callable[[], None], steps: int) -> float:
-    """Median seconds per step."""
+    """Median seconds of processor time per step."""
     times = []
     for _ in range(REPEATS):
-        start = time.perf_counter()
+        start = time.process_time()
         run()
-        times.append((time.perf_counter() - start) / steps)
+        times.append((time.process_time() - start) / steps)
     return statistics.median(times)
 
 
