@@ -182,31 +182,29 @@ def test_first_frequency(folder):
     assert between(first(walk.runs("flexura modes mine.yaml -n 1")), frequency())
 
 
-def poses(printed: str) -> np.ndarray:
-    """Stroke, mm, first frequency, Hz, and factor to yield of every pose but the first, which is at rest."""
-    lines = [line.split() for line in printed.splitlines() if re.match(r" *\d[\d.]* .* driven ", line)]
-    return np.array([[float(row[0]), float(row[2]), float(row[6])] for row in lines[1:]])
-
-
 def test_stroke_at_400_MPa(folder):
-    walk = Walk(folder, "docs/start/first.md", "docs/file-format.md#materials")
-    steel = "materials: {mine: {E: 206 GPa, G: 79.5 GPa, rho: 7850 kg/m^3, yield_stress: 400 MPa}}\n"
-    walk.writes(SKETCH.replace("spring-steel", "mine") + steel)
-    found = poses(walk.runs("flexura stroke mine.yaml --move stage.x=0:8mm --steps 5 -n 1"))
-    at_400 = np.interp(1.0, 1 / found[:, 2], found[:, 0])
-    assert between(at_400 * 1e-3, stroke(400e6))
+    walk = Walk(folder, "docs/how-to/index.md", "docs/how-to/safe-stroke.md")
+    mine = """\
+parameters: {thickness: 0.4 mm}
+materials: {mine: {E: 206 GPa, G: 79.5 GPa, rho: 7850 kg/m^3, yield_stress: 400 MPa}}
+"""
+    walk.writes(mine + SKETCH.replace("spring-steel", "mine").replace("thickness: 0.4 mm", "thickness: thickness"))
+    printed = walk.runs("flexura sweep mine.yaml --vary thickness=0.3mm:0.5mm:3 --ask 'reach(stage.x)' --workers 1")
+    row = re.search(r"^ +1 +0\.4 +([\d.]+) *$", printed, re.MULTILINE)
+    assert row, printed
+    assert between(float(row[1]) * 1e-3, stroke(400e6))
 
 
 def test_frequency_at_that_stroke(folder):
     """Nothing draws along the leaves of a double parallelogram: its frequency stays, to 2 %, what it is at rest."""
-    walk = Walk(folder, "docs/start/first.md")
-    walk.writes(SKETCH)
-    far = 1e3 * stroke(400e6).mean()
-    found = poses(walk.runs(f"flexura stroke mine.yaml --move stage.x=0:{far:.1f}mm --steps 3 -n 1"))
+    walk = Walk(folder, "docs/how-to/index.md", "docs/how-to/over-the-stroke.md")
+    far = f"{1e3 * stroke(400e6).mean():.1f}"
+    walk.writes(SKETCH + f"motion: {{move: {{stage: {{x: [0 mm, {far} mm]}}}}, steps: 3, modes: 1}}\n")
     rest = first(walk.runs("flexura modes mine.yaml -n 1"))
-    assert found[-1, 0] == pytest.approx(far, abs=0.05)
-    assert found[-1, 1] == pytest.approx(rest, rel=0.02)
-    assert between(found[-1, 1], frequency())
+    poses = [line.split() for line in walk.runs("flexura stroke mine.yaml").splitlines() if " driven " in line]
+    assert [float(row[0]) for row in poses] == pytest.approx([0.0, float(far) / 2, float(far)], rel=1e-3)
+    assert float(poses[-1][2]) == pytest.approx(rest, rel=0.02)
+    assert between(float(poses[-1][2]), frequency())
 
 
 def test_state_space(folder):
