@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,11 @@ ENTRIES = entries()
 of_each = pytest.mark.parametrize("own", ENTRIES, ids=[own.name for own in ENTRIES])
 
 
+@cache
+def read(path: Path) -> fx.Mechanism:
+    return fx.load(path)
+
+
 def shell(*words: object) -> str:
     found = CliRunner().invoke(app, [str(word) for word in words])
     assert found.exit_code == 0 and not found.exception
@@ -33,13 +39,13 @@ def test_a_file_says_first_what_it_is(own: Entry) -> None:
     lines = own.text.splitlines()
     assert lines[0] == f"name: {own.name.replace('_', ' ')}" and lines[1] == "description: |"
     assert own.line.endswith(".") and len(own.line) < 120
-    description = " ".join(fx.load(own.path).description.split())
+    description = " ".join(read(own.path).description.split())
     assert description.startswith(own.line) and len(description) > 2 * len(own.line)
 
 
 @of_each
 def test_sizes_have_bounds_and_a_source(own: Entry) -> None:
-    typed = {name: one for name, one in fx.load(own.path).parameters.items() if isinstance(one.value, float)}
+    typed = {name: one for name, one in read(own.path).parameters.items() if isinstance(one.value, float)}
     for name, parameter in typed.items():
         assert parameter.source, f"{name} has no source"
         if parameter.unit in ("m", "rad"):
@@ -49,7 +55,7 @@ def test_sizes_have_bounds_and_a_source(own: Entry) -> None:
 @of_each
 def test_the_doubts_of_check_are_those_that_the_description_names(own: Entry) -> None:
     """By their kinds, in backticks: a sentence such as: `elastic` in doubt, since the stage is a thin plate."""
-    mechanism = fx.load(own.path)
+    mechanism = read(own.path)
     named = set(re.findall(r"`(\w+)` in doubt", " ".join(mechanism.description.split())))
     doubts = fx.check(mechanism).doubts
     assert {doubt.kind for doubt in doubts} == named, [str(doubt) for doubt in doubts]
@@ -57,7 +63,7 @@ def test_the_doubts_of_check_are_those_that_the_description_names(own: Entry) ->
 
 @of_each
 def test_it_has_what_others_give_for_it(own: Entry) -> None:
-    found = fx.published(fx.load(own.path))
+    found = fx.published(read(own.path))
     assert not found.warnings and found.is_met.all()
     assert len(set(found.asked)) >= 2 and len(set(found.source)) >= 2
     told = shell("published", own.path, "--json")
@@ -67,7 +73,7 @@ def test_it_has_what_others_give_for_it(own: Entry) -> None:
 @of_each
 def test_closed_forms_follow_a_thinner_flexure(own: Entry) -> None:
     """A number that is typed holds for the sizes of its source; a formula is to hold for others, too."""
-    mechanism = fx.load(own.path)
+    mechanism = read(own.path)
     forms = tuple(one for one in mechanism.published if set(re.findall(r"\w+", one.value)) & {*mechanism.parameters})
     sizes = [name for name in ("thickness", "web", "diameter") if name in mechanism.parameters]
     if not forms or not sizes:
@@ -81,7 +87,7 @@ def test_closed_forms_follow_a_thinner_flexure(own: Entry) -> None:
 def test_a_new_file_is_the_same_mechanism(own: Entry, tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     shell("new", own.name, "--out", path)
-    assert fx.load(path) == fx.load(own.path)
+    assert fx.load(path) == read(own.path)
     assert np.all(fx.modes(fx.load(path), n=1).frequency_hz > 0)
 
 
