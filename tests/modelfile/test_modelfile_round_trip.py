@@ -189,7 +189,7 @@ def mechanisms(draw) -> Mechanism:
     parameters["a"] = Parameter(value=1.0, minimum=draw(st.none() | st.floats(0, 1)), maximum=parameter("a") * 2)
     parameters["angle"] = Parameter(value=draw(angles))
     parameters["ratio"] = Parameter(value=draw(st.floats(0, 10)), unit="1")
-    parameters["derived"] = Parameter(value=draw(expressions))
+    parameters["derived"] = Parameter(value=draw(held))
     used = {f"p{i}": (parameter(name), 0.0, 0.0) for i, name in enumerate(parameters) if name not in ("angle", "ratio")}
     pattern = draw(patterns)
     rotate = draw(st.sampled_from([(), (Rotation(axis=(0.0, 0.0, 1.0), angle=parameter("angle")),)]))
