@@ -21,7 +21,7 @@ def new_command(
         Path | None, typer.Option(metavar="FILE", help="The file to write, NAME.yaml where you are if left out.")
     ] = None,
     schema: Annotated[
-        bool, typer.Option("--schema", help=f"Write {SCHEMA} beside it, and the line by which editors complete keys.")
+        bool, typer.Option("--schema", help=f"With {SCHEMA} beside it, and the line by which editors complete keys.")
     ] = False,
 ) -> None:
     """Write a file of a mechanism to change into your own, or list those that there are."""

@@ -22,8 +22,10 @@ from flexura.expressions import Expression
 from flexura.mechanism.quantity import Length, Number, Scalar
 
 if TYPE_CHECKING:
-    from pydantic._internal._model_construction import ModelMetaclass as _Meta
     from pydantic_core import CoreSchema, ErrorDetails
+
+if TYPE_CHECKING:
+    _Meta = type(BaseModel)
 else:
 
     class _Meta(type(BaseModel)):
