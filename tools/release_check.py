@@ -1,10 +1,12 @@
 """Build flexura as it would be released and try it where nothing else is installed.
 
-    python tools/release_check.py [--only clean,lowest] [--keep FOLDER]
+    python tools/release_check.py [--only clean,extras,lowest] [--extras NAMES] [--keep FOLDER]
 
 The sdist is built, and from it the wheel. `clean` installs the wheel with its core dependencies alone into a new
-environment for every Python that is found, imports every module and runs commands on examples. `lowest`
-installs the least versions that pyproject.toml allows and runs tests there. Ends with status 1 where anything fails.
+environment for every Python that is found, imports every module and runs every command, which works or names the
+extra that it needs. `extras` tries each extra in an environment of its own. `lowest` installs the least versions that
+pyproject.toml allows and runs tests there. What is run stands in release_tries.py. Ends with status 1 where anything
+fails.
 """  # fmt: skip
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -21,22 +24,16 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+from release_tries import CODE, CORE, EXTRA, NAMED, WITH
+
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SCRIPT = "src/flexura/pages/web/"
 """Source of the pages' script, of which the wheel has what is built alone."""
-STEPS = ("clean", "lowest")
+STEPS = ("clean", "extras", "lowest")
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
-COMMANDS = (
-    "--version",
-    "check examples/guide/guide.yaml",
-    "modes examples/guide/guide.yaml -n 3 --plot out",
-    "modes examples/rpr/rpr.yaml -n 6",
-    "statics examples/amplifier/amplifier.yaml",
-    "stroke examples/guide/guide.yaml --move carriage.x=0:5mm --steps 3 -n 3",
-    "view examples/guide/guide.yaml --out out/view.html",
-    "report examples/guide/guide.yaml --out out/report.html",
-)
+MOST = 3_000_000
+"""Bytes that a wheel may have."""
 IMPORT_ALL = """
 import importlib, pkgutil, flexura
 names = [m.name for m in pkgutil.walk_packages(flexura.__path__, "flexura.") if not m.name.endswith("__main__")]
@@ -106,6 +103,9 @@ def build(folder: Path) -> Path:
     with zipfile.ZipFile(wheel) as archive:
         packed = {name for name in archive.namelist() if ".dist-info/" not in name}
         licences = [name for name in archive.namelist() if name.endswith("/LICENSE")]
+    size = wheel.stat().st_size
+    if size > MOST:
+        raise RuntimeError(f"{wheel.name} has {size} bytes, more than {MOST}")
     tracked = set(run(["git", "ls-files", "src/flexura"], ROOT).split())
     shipped = {name for name in tracked if not name.startswith(SCRIPT) or name.startswith(f"{SCRIPT}dist/")}
     other = {name.removeprefix("src/") for name in shipped} ^ packed
@@ -117,7 +117,12 @@ def build(folder: Path) -> Path:
     private = sorted(name for name in names if name.startswith((".venv", "out/", "dist/")))
     if absent or private:
         raise RuntimeError(f"the sdist lacks {sorted(absent)} and has {private[:5]}")
-    print(f"    {wheel.name}: {len(packed)} files; {sdist.name}: {len(names)}")
+    said = {name: (ROOT / name).read_text(encoding="utf-8") for name in ("docs/releasing.md", "Dockerfile", "Makefile")}
+    silent = [name for name, text in said.items() if "gmsh" not in text or "GPL" not in text]
+    silent += [name for name in ("docs/releasing.md", "Dockerfile") if "MKL" not in said[name]]
+    if silent:
+        raise RuntimeError(f"what is not under a permissive licence is not named in {silent}")
+    print(f"    {wheel.name}: {size / 1e6:.2f} MB, {len(packed)} files; {sdist.name}: {len(names)}")
     return wheel
 
 
@@ -135,9 +140,52 @@ def clean(wheel: Path, folder: Path) -> list[str]:
         python = environment(found, folder / f"clean-{version}")
         run([python, "-m", "pip", "install", "--quiet", wheel], folder)
         run([python, "-W", "error::DeprecationWarning:flexura", "-c", IMPORT_ALL], folder, quiet=False)
-        for command in COMMANDS:
-            run([python.with_name("flexura"), *command.split()], folder, quiet=False)
+        try_core(python, folder)
     return absent
+
+
+def try_core(python: Path, folder: Path) -> None:
+    """Every command, in an environment with core dependencies alone: it works, or names the extra that it needs."""
+    lines = [*CORE, *(line for lines in EXTRA.values() for line in lines), *NAMED.values()]
+    listed = "import flexura.cli.app as own; print(*own.COMMANDS)"
+    untried = set(run([python, "-c", listed], folder).split()) - {shlex.split(line)[0] for line in lines}
+    if untried:
+        raise RuntimeError(f"commands that are not tried: {sorted(untried)}")
+    flexura = python.with_name("flexura")
+    for line in CORE:
+        run([flexura, *shlex.split(line)], folder, quiet=False)
+    without: dict[str, list[object]] = {extra: [flexura, *shlex.split(lines[0])] for extra, lines in EXTRA.items()}
+    without |= {extra: [flexura, *shlex.split(line)] for extra, line in NAMED.items()}
+    without |= {extra: [python, "-c", code] for extra, code in CODE.items()}
+    for extra, command in without.items():
+        try:
+            run(command, folder)
+        except RuntimeError as error:
+            if f"flexura[{extra}]" not in str(error):
+                raise RuntimeError(f"without the extra {extra}, which is not named: {error}") from None
+        else:
+            raise RuntimeError(f"{' '.join(map(str, command))} works without the extra {extra}")
+    print(f"    named where they are missing: {', '.join(sorted(without))}", flush=True)
+
+
+def extras(wheel: Path, folder: Path, asked: set[str]) -> None:
+    """Each extra in an environment of its own, on the Python that runs this: what it is for works."""
+    shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
+    named = {*EXTRA, *CODE, *WITH}
+    if untried := PYPROJECT["project"]["optional-dependencies"].keys() - {"all", "bench", "dev", "docs"} - named:
+        raise RuntimeError(f"extras that are not tried: {sorted(untried)}")
+    for extra in sorted(named & asked if asked else named):
+        shutil.rmtree(folder / "out", ignore_errors=True)
+        (folder / "out").mkdir()
+        python = environment(Path(sys.executable), folder / f"extra-{extra}")
+        run([python, "-m", "pip", "install", "--quiet", f"{wheel}[{extra}]"], folder)
+        for line in EXTRA.get(extra, ()):
+            run([python.with_name("flexura"), *shlex.split(line)], folder)
+        for number, code in enumerate(own[extra] for own in (CODE, WITH) if extra in own):
+            script = folder / f"extra_{extra}_{number}.py"
+            script.write_text(code, encoding="utf-8")
+            run([python, script], folder)
+        print(f"  flexura[{extra}]: works", flush=True)
 
 
 def least_versions() -> list[str]:
@@ -157,8 +205,8 @@ def lowest(wheel: Path, folder: Path) -> None:
     run([python, "-m", "pip", "install", "--quiet", "-c", pins, wheel, "pytest", "hypothesis", "mpmath"], folder)
     print(f"    {' '.join(least_versions())}", flush=True)
     shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
-    for command in COMMANDS:
-        run([python.with_name("flexura"), *command.split()], folder, quiet=False)
+    for line in CORE:
+        run([python.with_name("flexura"), *shlex.split(line)], folder, quiet=False)
     options = ["-p", "no:cacheprovider", "-W", "default"]  # libraries of then warn of their own ways
     with tarfile.open(next((folder / "dist").glob("*.tar.gz"))) as archive:
         archive.extractall(folder, filter="data")
@@ -171,6 +219,7 @@ def main() -> None:
     """Run from the shell."""
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--only", default=",".join(STEPS), help="steps, separated by commas")
+    asked.add_argument("--extras", default="", help="extras that are tried, separated by commas; otherwise all")
     asked.add_argument("--keep", type=Path, help="folder for what is built, kept; otherwise a temporary one")
     given = asked.parse_args()
     with tempfile.TemporaryDirectory(prefix="flexura-release-") as temporary:
@@ -183,6 +232,9 @@ def main() -> None:
             if "clean" in given.only:
                 print("clean environments, core dependencies alone", flush=True)
                 absent = clean(wheel, folder)
+            if "extras" in given.only:
+                print("each extra alone", flush=True)
+                extras(wheel, folder, set(given.extras.split(",")) - {""})
             if "lowest" in given.only:
                 print("least versions", flush=True)
                 lowest(wheel, folder)

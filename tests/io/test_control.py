@@ -65,5 +65,5 @@ def test_what_is_refused(model: StateSpace, monkeypatch: pytest.MonkeyPatch) -> 
     with pytest.raises(fx.OptionError, match="'a_b' once dots have become underscores"):
         to_control(replace(model, outputs=alike))
     monkeypatch.setitem(sys.modules, "control", None)
-    with pytest.raises(fx.OptionError, match=r"pip install 'flexura\[export\]'"):
+    with pytest.raises(fx.OptionError, match=r"pip install 'flexura\[control\]'"):
         to_control(model)

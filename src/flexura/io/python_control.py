@@ -24,7 +24,7 @@ def to_control(model: StateSpace) -> control.StateSpace:
     signals of equal names. Raises OptionError without the package, for names that clash, and for a continuous model
     with dead time: `discretised` has it inside.
     """
-    library: Any = need("control", "export")
+    library: Any = need("control", "control")
     if model.delay and not model.is_discrete:
         raise OptionError(
             f"python-control has no dead time, and this model has {model.delay} s: export model.discretised(step),"
