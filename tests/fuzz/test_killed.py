@@ -36,8 +36,6 @@ COMMANDS = {
     "virtual-test": "virtual-test tests/fuzz/hit.yaml --out OUT/a.uff --plot OUT",
     "report": f"report {GUIDE} --out OUT/a.html",
     "stroke": f"stroke {GUIDE} --move carriage.x=0:2mm --steps 3 -n 2 --out OUT/a.csv --plot OUT",
-    "new": "new parallelogram --schema --out OUT/a.yaml",
-    "examples": "examples --out OUT",
     "published": "published src/flexura/gallery/parallelogram.yaml --out OUT/a.csv",
     "sensitivity": f"sensitivity {GUIDE} --ask f1 --out OUT/a.csv --plot OUT",
     "tolerance": f"tolerance {GUIDE} --vary thickness=±1% --ask f1 --samples 96 --out OUT/a.csv --plot OUT",
@@ -58,6 +56,9 @@ COMMANDS = {
     "export uff": f"export {GUIDE} --out OUT/a.uff -n 1",
 }
 """A run of every command that writes, OUT being where it does."""
+
+NEVER_OVER_ANOTHER = {"new", "examples"}
+"""Commands that refuse to write where there is a file."""
 
 QUICK = ("estimate-frf", "export npz", "export matrix-market")
 
@@ -90,7 +91,7 @@ def test_every_command_that_writes_is_killed():
         for option in app.loaded(name).params
         if (getattr(option, "help", "") or "").startswith("Write ")
     }
-    assert writing <= {name.split()[0] for name in COMMANDS}
+    assert writing - NEVER_OVER_ANOTHER <= {name.split()[0] for name in COMMANDS}
     assert {f"export {name}" for name in FORMATS} <= set(COMMANDS)
 
 
