@@ -6,6 +6,7 @@ Files of many slow tests come first, so that short ones are left for the process
 from __future__ import annotations
 
 import pickle
+import signal
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,7 +30,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start an empty record."""
+    """Start an empty record, and let processes of tests be interrupted where the suite, a background job, is not."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # which they would inherit
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     config.pluginmanager.register(Record(config), "verification")
 
 

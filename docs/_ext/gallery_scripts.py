@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,11 @@ from sphinx_gallery.scrapers import figure_rst
 
 import flexura as fx
 from flexura.errors import FlexuraError
+from flexura.gallery import entries
+from flexura.mechanism import evaluated
 from flexura.tables import quantity
 
 ROOT = Path(__file__).parents[2]
-FILES = ROOT / "src" / "flexura" / "gallery"
 SCRIPTS = ROOT / "docs" / "_build" / "gallery_scripts"
 REPORTED = os.environ.get("FLEXURA_REPORTS")
 
@@ -103,7 +105,7 @@ def make() -> None:
     """Write the script of every mechanism, as far as it is another than before."""
     SCRIPTS.mkdir(parents=True, exist_ok=True)
     head, wanted = [HEAD], dict[str, str]()
-    for file in sorted(FILES.glob("*.yaml")):
+    for file in (own.path for own in entries()):
         mechanism = fx.load(file)
         wanted[f"plot_{file.stem}.py"] = SCRIPT.format(
             name=file.stem,
@@ -126,40 +128,37 @@ def make() -> None:
 
 def _row(name: str, mechanism: fx.Mechanism) -> str:
     """The row of a mechanism in the table."""
-    first = fx.modes(mechanism, n=1).frequency_hz[0]
+    plan = fx.Plan(mechanism)
     cells = (
         f":doc:`{mechanism.name} </gallery/plot_{name}>`",
-        _freedoms(mechanism),
-        _stroke(mechanism),
-        f"{first:.4g} Hz",
+        _freedoms(plan),
+        _stroke(plan),
+        f"{fx.modes(plan, n=1).frequency_hz[0]:.4g} Hz",
         str(len(mechanism.published)),
     )
     return "\n   * - " + "\n     - ".join(cells) + "\n"
 
 
-def _freedoms(mechanism: fx.Mechanism) -> str:
-    """Such as 2R1T, of the body that the described motion moves, or that the numbers of others are of."""
-    plan = fx.Plan(mechanism)
-    named = " ".join([*(mechanism.motion.move if mechanism.motion else ()), *(own.ask for own in mechanism.published)])
-    bodies = sorted(plan.body_names, key=lambda body: f" {named}".replace("(", " ").find(f" {body}") % (1 << 30))
+def _freedoms(plan: fx.Plan) -> str:
+    """Such as 2R1T, of the body that the described motion moves, or else that the numbers of others name first."""
+    motion, listed = plan.mechanism.motion, plan.mechanism.published
+    words = re.findall(r"[\w.]+", " ".join([*(motion.move if motion else ()), *(own.ask for own in listed)]))
+    bodies = [body for word in words for body in plan.body_names if word == body or word.startswith(f"{body}.")]
     try:
-        found = fx.kinetostatics(plan, platform=bodies[0]) if bodies else None
-    except FlexuraError:
+        found = fx.kinetostatics(plan, platform=(bodies or plan.body_names)[0])
+    except (FlexuraError, IndexError):
         return ""
-    kinds = [own.kind for own in found.freedoms] if found is not None and found.is_clear else []
+    kinds = [own.kind for own in found.freedoms] if found.is_clear else []
     return "".join(f"{kinds.count(kind)}{kind}" for kind in ("R", "T") if kind in kinds)
 
 
-def _stroke(mechanism: fx.Mechanism) -> str:
-    """The ends of the described motion."""
+def _stroke(plan: fx.Plan) -> str:
+    """The furthest ends of the described motion."""
     told = []
-    values = fx.Plan(mechanism).parameter_values()
-    for node, moved in (mechanism.motion.move if mechanism.motion else {}).items():
+    values = {name: float(own) for name, own in plan.parameter_values().items()}
+    for node, moved in (plan.mechanism.motion.move if plan.mechanism.motion else {}).items():
         for what, unit in MOVED.items():
-            ends = [
-                float(end.evaluate(values)) if hasattr(end, "evaluate") else float(end)
-                for end in getattr(moved, what) or ()
-            ]
+            ends = getattr(evaluated(moved, values), what)
             if ends:
                 sign = "± " if len(ends) == 2 and ends[0] == -ends[1] else ""
                 furthest = max(ends, key=lambda end: (abs(end), end))
@@ -172,10 +171,10 @@ def _reports(app: Any, failed: Exception | None) -> None:
     """Write the reports of mechanisms whose file has changed into the built site."""
     if failed is not None or app.builder.format != "html":
         return
-    for file in sorted(FILES.glob("*.yaml")):
+    for file in (own.path for own in entries()):
         path = Path(app.outdir) / "gallery" / f"{file.stem}.report.html"
         if is_reported(file.stem) and not (path.exists() and path.stat().st_mtime >= file.stat().st_mtime):
-            with contextlib.chdir(FILES):
+            with contextlib.chdir(file.parent):
                 fx.report(fx.load(file), out=path, file=file.name)
 
 

@@ -2,43 +2,11 @@
 
 from __future__ import annotations
 
-import platform
-import re
 import warnings
-from importlib import import_module, metadata
+from importlib import import_module
 from types import ModuleType
 
 from flexura.errors import OptionError
-
-EXTRAS = {
-    "ansys": "matrices and meshes of Ansys",
-    "cluster": "studies on a dask cluster",
-    "control": "systems of python-control",
-    "experiment": "measured data in UFF and HDF5",
-    "export": "models for MATLAB, HDF5, ParaView and UFF",
-    "fmi": "FMUs run as a check",
-    "live": "the live page: flexura live",
-    "notebook": "three dimensions in notebooks",
-    "pandas": "to_frame of results",
-    "parquet": "tables as Parquet files",
-    "solid": "meshes of solids by gmsh, and a quicker sparse solver",
-    "study": "studies kept in folders, and Pareto fronts",
-}
-"""What flexura can be installed with beside what it always needs, and what each is for."""
-
-
-def packages_of(extra: str) -> list[str]:
-    """Packages that an extra installs on this system, as the installation says."""
-    listed = metadata.requires("flexura") or []
-    own = (line.partition(";") for line in listed)
-    chosen = [(name, marker) for name, _, marker in own if re.search(rf"extra\s*==\s*['\"]{extra}['\"]", marker)]
-    return [re.split(r"[\s<>=!~\[(]", name.strip())[0] for name, marker in chosen if _holds(marker)]
-
-
-def _holds(marker: str) -> bool:
-    """Whether what a requirement says of the system, beside the extra, is so here."""
-    here = {"platform_system": platform.system(), "platform_machine": platform.machine()}
-    return all(here[key] == value for key, value in re.findall(r"(platform_\w+)\s*==\s*['\"]([^'\"]*)['\"]", marker))
 
 
 def need(module: str, extra: str) -> ModuleType:

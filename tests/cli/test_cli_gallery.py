@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 import flexura as fx
 from flexura.cli import doctor
 from flexura.cli.app import app
+from flexura.cli.doctor import EXTRAS, packages_of
 from flexura.cli.gallery import SCHEMA
 from flexura.errors import OptionError
-from flexura.extras import EXTRAS, packages_of
 from flexura.gallery import entries, entry
 
 PROJECT = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]

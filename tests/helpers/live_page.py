@@ -19,17 +19,13 @@ from websockets.sync.client import ClientConnection, connect
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 60
-COMMAND = """import signal
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
-from flexura.__main__ import main
-main()"""
 
 
 class Served:
     """A running `flexura live`: its process, and the address that it printed."""
 
     def __init__(self, file: Path, *options: str) -> None:
-        command = [sys.executable, "-c", COMMAND, "live", str(file), "--no-browser", *options]
+        command = [sys.executable, "-m", "flexura", "live", str(file), "--no-browser", *options]
         environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "PYTHONUNBUFFERED": "1"}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         self.process = subprocess.Popen(command, **pipes, text=True, env=environment, cwd=ROOT)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,22 @@ from importlib import metadata
 from typing import NamedTuple
 
 import typer
+
+EXTRAS = {
+    "ansys": "matrices and meshes of Ansys",
+    "cluster": "studies on a dask cluster",
+    "control": "systems of python-control",
+    "experiment": "measured data in UFF and HDF5",
+    "export": "models for MATLAB, HDF5, ParaView and UFF",
+    "fmi": "FMUs run as a check",
+    "live": "the live page: flexura live",
+    "notebook": "three dimensions in notebooks",
+    "pandas": "to_frame of results",
+    "parquet": "tables as Parquet files",
+    "solid": "meshes of solids by gmsh, and a quicker sparse solver",
+    "study": "studies kept in folders, and Pareto fronts",
+}
+"""What flexura can be installed with beside what it always needs, and what each is for."""
 
 PROGRAMS = {
     "cc": ("FMUs", "a C compiler; on Debian: apt-get install gcc libc6-dev"),
@@ -50,8 +67,6 @@ def doctor_command() -> None:
 
 def parts() -> Iterator[Part]:
     """All optional parts: extras of the installation, and programs."""
-    from flexura.extras import EXTRAS, packages_of
-
     for extra, purpose in EXTRAS.items():
         found = {name: _version(name) for name in packages_of(extra)}
         lacking = [name for name, version in found.items() if version is None]
@@ -68,3 +83,17 @@ def _version(package: str) -> str | None:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return None
+
+
+def packages_of(extra: str) -> list[str]:
+    """Packages that an extra installs on this system, as the installation says."""
+    listed = metadata.requires("flexura") or []
+    own = (line.partition(";") for line in listed)
+    chosen = [(name, marker) for name, _, marker in own if re.search(rf"extra\s*==\s*['\"]{extra}['\"]", marker)]
+    return [re.split(r"[\s<>=!~\[(]", name.strip())[0] for name, marker in chosen if _holds(marker)]
+
+
+def _holds(marker: str) -> bool:
+    """Whether what a requirement says of the system, beside the extra, is so here."""
+    here = {"platform_system": platform.system(), "platform_machine": platform.machine()}
+    return all(here[key] == value for key, value in re.findall(r"(platform_\w+)\s*==\s*['\"]([^'\"]*)['\"]", marker))

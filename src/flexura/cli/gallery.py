@@ -32,12 +32,12 @@ def new_command(
         return
     own = entry(name)
     path = out or Path(f"{own.name}.yaml")
-    texts = {path: (EDITORS if schema else "") + own.text}
+    texts = {path.name: (EDITORS if schema else "") + own.text}
     if schema:
         from flexura.modelfile import schema as of_files
 
-        texts[path.parent / SCHEMA] = json.dumps(of_files(), indent=1) + "\n"
-    _write(texts, again=SCHEMA)
+        texts[SCHEMA] = json.dumps(of_files(), indent=1) + "\n"
+    _write(path.parent, texts, again=SCHEMA)
     typer.echo(f"wrote {path}; next: flexura check {path}")
 
 
@@ -50,22 +50,22 @@ def examples_command(
     if out is None:
         _list("flexura new NAME writes one of these, flexura examples --out DIR all")
         return
-    texts = {out / own.path.name: own.text for own in entries()}
-    _write(texts)
+    texts = {own.path.name: own.text for own in entries()}
+    _write(out, texts)
     typer.echo(f"wrote {len(texts)} files in {out}")
 
 
-def _write(texts: dict[Path, str], again: str = "") -> None:
-    """Write files where there are none yet; one of the name `again` may be replaced."""
+def _write(folder: Path, texts: dict[str, str], again: str = "") -> None:
+    """Write files by name, all or none, where there are none yet; one of the name `again` may be replaced."""
     from flexura.errors import OptionError
-    from flexura.files import write_file
+    from flexura.files import complete_files
 
-    for path in texts:
-        if path.exists() and path.name != again:
-            raise OptionError(f"{path} is there already, and nothing is overwritten; --out names another place")
-    for path, text in texts.items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_file(path, lambda scratch, text=text: scratch.write_text(text, encoding="utf-8"))
+    there = next((name for name in texts if name != again and (folder / name).exists()), None)
+    if there is not None:
+        raise OptionError(f"{folder / there} is there already, and nothing is overwritten; --out names another place")
+    with complete_files(folder, make=True) as scratch:
+        for name, text in texts.items():
+            (scratch / name).write_text(text, encoding="utf-8")
 
 
 def _list(hint: str) -> None:

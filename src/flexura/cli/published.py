@@ -41,18 +41,13 @@ def published_command(
 def _print(result: Published) -> None:
     """Print a row for each number."""
     from flexura.cli.tables import console_of_width, print_warnings
-    from flexura.tables import percent, quantity
 
     console = console_of_width()
     console.print(result.name, style="bold", markup=False)
     table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("asked")
-    for heading in ("here", "published", "difference", "within"):
-        table.add_column(heading, justify="right")
-    table.add_column("source")
-    rows = zip(result.asked, result.units, result.source, strict=True)
-    for k, (text, unit, source) in enumerate(rows):
-        numbers = (quantity(float(own[k]), unit) for own in (result.value, result.published))
-        table.add_row(text, *numbers, percent(float(result.difference[k])), percent(float(result.within[k])), source)
+    for heading in result.cells:
+        table.add_column(heading, justify="left" if heading in ("asked", "source") else "right")
+    for row in zip(*result.cells.values(), strict=True):
+        table.add_row(*row)
     console.print(table)
     print_warnings(console, result.warnings)

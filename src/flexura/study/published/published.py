@@ -50,17 +50,24 @@ class Published(Tabular):
         """Which (n,) differ by no more than `within`."""
         return np.abs(self.difference) <= self.within
 
+    @property
+    def cells(self) -> dict[str, tuple[str, ...]]:
+        """Columns of text for readers, with units."""
+
+        def told(values: Array) -> tuple[str, ...]:
+            return tuple(quantity(x, unit) for x, unit in zip(values.tolist(), self.units, strict=True))
+
+        return {
+            "asked": self.asked,
+            "here": told(self.value),
+            "published": told(self.published),
+            "difference": tuple(map(percent, self.difference.tolist())),
+            "within": tuple(map(percent, self.within.tolist())),
+            "source": self.source,
+        }
+
     def _view(self) -> Iterator[Facts | Table]:
-        yield Table(
-            {
-                "asked": self.asked,
-                "here": [quantity(x, unit) for x, unit in zip(self.value.tolist(), self.units, strict=True)],
-                "published": [quantity(x, unit) for x, unit in zip(self.published.tolist(), self.units, strict=True)],
-                "difference": [percent(x) for x in self.difference.tolist()],
-                "within": [percent(x) for x in self.within.tolist()],
-                "source": self.source,
-            }
-        )
+        yield Table(self.cells)
 
     def _columns(self) -> dict[str, Any]:
         """A row for each number."""
