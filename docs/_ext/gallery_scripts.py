@@ -8,32 +8,28 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 import shutil
 from pathlib import Path
 from typing import Any
 
+import gallery_table
 from sphinx_gallery.scrapers import figure_rst
 
 import flexura as fx
-from flexura.errors import FlexuraError
 from flexura.gallery import entries
-from flexura.mechanism import evaluated
-from flexura.tables import quantity
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = ROOT / "docs" / "_build" / "gallery_scripts"
 REPORTED = os.environ.get("FLEXURA_REPORTS")
-
-MOVED = {"x": "m", "y": "m", "z": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
-MOVED |= {"expansion": "m", "voltage": "V", "force": "N", "moment": "N*m"}
 
 HEAD = """Gallery
 =======
 
 Mechanisms that people build, each in one file with the sources of its sizes, beside the numbers that papers, handbooks
 and closed forms give for it (``flexura published``). ``flexura new NAME`` writes the file. A click on a heading sorts
-the table.
+the table. Freedoms are those of what is moved, such as 1R2T for a rotation and two translations; none stands out where
+the six compliances, rotations counted at the size of the mechanism, have no clear gap between them. The stroke is the
+described one; of what actuators drive, what comes out at the end of theirs.
 
 .. list-table::
    :header-rows: 1
@@ -114,7 +110,7 @@ def make() -> None:
             description=mechanism.description.strip().replace("\\", "\\\\"),
             report=REPORT.format(name=file.stem) if is_reported(file.stem) else "",
         )
-        head.append(_row(file.stem, mechanism))
+        head.append(gallery_table.row(file.stem, mechanism))
         shutil.copyfile(file, SCRIPTS / file.name)
     wanted["README.txt"] = "".join(head)
     for name, text in wanted.items():
@@ -124,47 +120,6 @@ def make() -> None:
     for path in SCRIPTS.glob("plot_*.py"):
         if path.name not in wanted:
             path.unlink()
-
-
-def _row(name: str, mechanism: fx.Mechanism) -> str:
-    """The row of a mechanism in the table."""
-    plan = fx.Plan(mechanism)
-    cells = (
-        f":doc:`{mechanism.name} </gallery/plot_{name}>`",
-        _freedoms(plan),
-        _stroke(plan),
-        f"{fx.modes(plan, n=1).frequency_hz[0]:.4g} Hz",
-        str(len(mechanism.published)),
-    )
-    return "\n   * - " + "\n     - ".join(cells) + "\n"
-
-
-def _freedoms(plan: fx.Plan) -> str:
-    """Such as 2R1T, of the body that the described motion moves, or else that the numbers of others name first."""
-    motion, listed = plan.mechanism.motion, plan.mechanism.published
-    words = re.findall(r"[\w.]+", " ".join([*(motion.move if motion else ()), *(own.ask for own in listed)]))
-    bodies = [body for word in words for body in plan.body_names if word == body or word.startswith(f"{body}.")]
-    try:
-        found = fx.kinetostatics(plan, platform=(bodies or plan.body_names)[0])
-    except (FlexuraError, IndexError):
-        return ""
-    kinds = [own.kind for own in found.freedoms] if found.is_clear else []
-    return "".join(f"{kinds.count(kind)}{kind}" for kind in ("R", "T") if kind in kinds)
-
-
-def _stroke(plan: fx.Plan) -> str:
-    """The furthest ends of the described motion."""
-    told = []
-    values = {name: float(own) for name, own in plan.parameter_values().items()}
-    for node, moved in (plan.mechanism.motion.move if plan.mechanism.motion else {}).items():
-        for what, unit in MOVED.items():
-            ends = getattr(evaluated(moved, values), what)
-            if ends:
-                sign = "± " if len(ends) == 2 and ends[0] == -ends[1] else ""
-                furthest = max(ends, key=lambda end: (abs(end), end))
-                of = f"{node}.{what}" if unit in ("m", "rad") else node
-                told.append(f"{of} {sign}{quantity(furthest, unit, 3)}")
-    return ", ".join(told)
 
 
 def _reports(app: Any, failed: Exception | None) -> None:
