@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 import flexura as fx
 from flexura.analysis import limits
 from flexura.analysis.limits import States, stress_limits
+from flexura.analysis.stress import yield_ratios
 from flexura.cli.app import app
 from flexura.modelfile import save
 from helpers.warned_statics import E, cantilever, warned
@@ -38,14 +39,17 @@ def test_rigid_motions_deflect_no_superelement():
 
 
 def test_states_that_are_not_looked_at_are_said(monkeypatch):
+    """Bent about one axis, then about the other, which together would yield."""
     model = fx.assemble(cantilever())
-    u = fx.statics(model, loads={"b": (0, 0.1, 0.1, 0, 0, 0)}).displacement_vector
-    full = stress_limits(States(model, np.tile(u[:, None], 300)))
+    loads = [{"b": (0, *force, 0, 0, 0)} for force in ((0.1, 0), (0, 0.1))]
+    u = np.stack([fx.statics(model, loads=own).displacement_vector for own in loads], axis=1)
+    u = np.tile(0.9 * u / yield_ratios(model, u).ratio.max(axis=0), 150)
+    full = stress_limits(States(model, u))
     monkeypatch.setattr(limits, "MOST_STATES", 128)
-    (few,) = stress_limits(States(model, np.tile(u[:, None], 300)))
+    (few,) = stress_limits(States(model, u))
     assert full == () and few.kind == "stress"
     assert "172 other states" in few.text and "not known" in few.text
-    (beyond,) = stress_limits(States(model, np.tile(1e4 * u[:, None], 300)))
+    (beyond,) = stress_limits(States(model, 2 * u))
     assert beyond.value > 1 and "172 other states" in beyond.text
 
 
@@ -97,3 +101,22 @@ def test_kinetostatics_feel_and_say_loads():
     loaded = fx.kinetostatics(cantilever(bodies=body, loads=loads), platform="tip")
     assert np.diagonal(loaded.compliance)[1:3].max() > 1.5 * np.diagonal(bare.compliance)[1:3].max()
     assert any("loads" in note for note in loaded.notes) and not any("loads" in note for note in bare.notes)
+
+
+@pytest.mark.parametrize("file", ["rpr/rpr.yaml", "rpr/start.yaml", "guide/guide.yaml", "tip_tilt/tip_tilt.yaml"])
+def test_states_are_ruled_out_together_only_where_none_yields(file):
+    """Of random states, with all internal forces at once and under single loads, one just yields: it is found."""
+    model, rng = fx.assemble(fx.load(EXAMPLES / file)), np.random.default_rng(7)
+    alone = np.eye(model.order)[:, rng.choice(model.order, 24, replace=False)]
+    states: list[np.ndarray] = [
+        rng.standard_normal((model.order, 24)),
+        np.linalg.solve(model.K.toarray(), alone),
+        alone,
+    ]
+    for u in states:
+        for gravity in (None, (0.0, -3.0, 9.81)):
+            assert limits._together(model, u, gravity).max() > yield_ratios(model, u, gravity).ratio.max()
+        own = u / yield_ratios(model, u).ratio.max()
+        (found,) = stress_limits(States(model, 1.0001 * own))
+        assert found.value == pytest.approx(1.0001)
+        assert stress_limits(States(model, 0.1 * own)) == ()

@@ -34,23 +34,21 @@ def generalised_alpha(
     gamma, beta = 0.5 - am + af, (1 - am + af) ** 2 / 4
     n, count = K.shape[0], u.shape[1]
     solve = _factors((1 - am) * M + (1 - af) * gamma * dt * C + (1 - af) * beta * dt**2 * K)
-    q, v, a = (np.zeros((n, count)) for _ in range(3))
+    q, v, a = (np.zeros((count, n)) for _ in range(3))
     if start.any():
-        q[:, 0] = _factors(K)(B @ start)
+        q[0] = _factors(K)(B @ start)
     if impulses.any():
-        v[:, 0] = _factors(M)(B @ impulses)
-    rest = B @ u[:, 0] - C @ v[:, 0] - K @ q[:, 0]
-    a[:, 0] = _mass_solve(M, rest)
+        v[0] = _factors(M)(B @ impulses)
+    a[0] = _mass_solve(M, B @ u[:, 0] - C @ v[0] - K @ q[0])
     for k in range(count - 1):
-        q_next = q[:, k] + dt * v[:, k] + (0.5 - beta) * dt**2 * a[:, k]
-        v_next = v[:, k] + (1 - gamma) * dt * a[:, k]
-        load = B @ ((1 - af) * u[:, k + 1] + af * u[:, k])
-        right = load - M @ (am * a[:, k])
-        right -= C @ ((1 - af) * v_next + af * v[:, k]) + K @ ((1 - af) * q_next + af * q[:, k])
-        a[:, k + 1] = solve(right)
-        q[:, k + 1] = q_next + beta * dt**2 * a[:, k + 1]
-        v[:, k + 1] = v_next + gamma * dt * a[:, k + 1]
-    return q, v, a
+        q_next = q[k] + dt * v[k] + (0.5 - beta) * dt**2 * a[k]
+        v_next = v[k] + (1 - gamma) * dt * a[k]
+        right = B @ ((1 - af) * u[:, k + 1] + af * u[:, k]) - M @ (am * a[k])
+        right -= C @ ((1 - af) * v_next + af * v[k]) + K @ ((1 - af) * q_next + af * q[k])
+        a[k + 1] = solve(right)
+        q[k + 1] = q_next + beta * dt**2 * a[k + 1]
+        v[k + 1] = v_next + gamma * dt * a[k + 1]
+    return q.T, v.T, a.T
 
 
 def _factors(A: Any) -> Any:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.internal_forces import element_motions
-from flexura.analysis.stress import yield_ratios
+from flexura.analysis.internal_forces import element_motions, end_forces
+from flexura.analysis.stress import ratios_to_yield, yield_ratios
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel, Posed
@@ -39,6 +39,9 @@ BLOCK = 4_000_000
 MOST_STATES = 2048
 """States whose stresses are worked out, those of the largest bounds first."""
 
+
+TOGETHER = np.vstack([np.eye(6), np.eye(6)[1:3]])
+"""Internal forces that are looked at one by one: each alike at both ends of an element, and shear that changes."""
 
 MOST_COMMANDS = 12
 """Commands of which all combinations of least and largest are looked at."""
@@ -211,7 +214,7 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
     left are worked out, the largest bounds first, 2048 at most. One warning, with the worst member and state, which
     says so where states are left that might be worse.
     """
-    numbers, bound = _candidates(states)
+    numbers, bound = _candidates(states, gravity)
     worst, beyond, least, names = None, 0, 1 + EXACT, ()
     for first in range(0, min(len(numbers), MOST_STATES), ROWS):
         own = numbers[first : first + ROWS]
@@ -237,13 +240,16 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
     return (Exceeded("stress", name, least, 1.0, "1", text),)
 
 
-def _candidates(states: States) -> tuple[NDArray[np.intp], Array]:
+def _candidates(states: States, gravity: Sequence[float] | None) -> tuple[NDArray[np.intp], Array]:
     """States that may be stressed beyond yield, the largest bounds first, and bounds (N,) on the stress over yield.
 
-    Without amplitudes nothing is bounded, and the states with most strain energy come first.
+    Without amplitudes, one bound holds for all states; where it rules out none, those with most strain energy come
+    first.
     """
     if states.amplitudes is None:
         K, u = states.model.K, states.columns
+        if states.count > len(TOGETHER) and not (_together(states.model, u, gravity) > 1).any():
+            return np.empty(0, dtype=np.intp), np.zeros(states.count)
         energy = np.einsum("nk,nk->k", u, K @ u) if states.count > MOST_STATES else np.zeros(states.count)
         return np.argsort(-energy, kind="stable"), np.full(states.count, np.inf)
     peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
@@ -260,6 +266,24 @@ def _candidates(states: States) -> tuple[NDArray[np.intp], Array]:
     share = np.abs(states.amplitudes) / np.where(peak > 0, peak, 1.0)[:, None]
     bound = (each[own] @ share + there[own]).max(axis=0)
     return np.argsort(-bound)[: int((bound > 1).sum())], bound
+
+
+def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) -> Array:
+    """Bounds (m,) on the stress over yield of members in all states u (n, k).
+
+    Stress is a norm of internal forces, at most the sum of what each of them gives alone at its largest, and
+    of what shear that changes along an element adds to its moments.
+    """
+    g = None if gravity is None else np.asarray(gravity, dtype=float)
+
+    def forces(name: str) -> tuple[Array, Array]:
+        start, end = end_forces(model, name, u, g)
+        largest = np.maximum(np.abs(start), np.abs(end)).max(axis=-1, keepdims=True) * TOGETHER[:6].T
+        changed = np.abs(end - start).max(axis=-1, keepdims=True) * TOGETHER[6:].T / 2
+        return np.concatenate([largest, -changed], axis=-1), np.concatenate([largest, changed], axis=-1)
+
+    each = ratios_to_yield(model, forces, len(TOGETHER)).ratio
+    return np.where(np.isfinite(each), each, 0.0).sum(axis=1)
 
 
 def workspace_limits(
