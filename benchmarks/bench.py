@@ -25,6 +25,7 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 import pairs
 
@@ -34,12 +35,15 @@ from flexura.files import complete_file
 HISTORY = Path(__file__).with_name("history.csv")
 COLUMNS = ("date", "version", "commit", "machine", "row", "value")
 SLOWER = 0.7
-"""A ratio that has fallen below this share of the last one of the same machine is told."""
+"""A ratio that has fallen below this share of what this machine had is told."""
+
+LAST = 5
+"""Runs of this machine whose median is what it had: one that was fallen, too, does not hide the next."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A ratio, with what the last run on this machine had."""
+    """A ratio, with what the last runs on this machine had."""
 
     pair: pairs.Pair
     before: float | None
@@ -85,8 +89,12 @@ def recorded() -> list[dict[str, str]]:
 
 
 def last_ratios(history: list[dict[str, str]]) -> dict[str, float]:
-    """The last value of every row on this machine."""
-    return {one["row"]: float(one["value"]) for one in history if one["machine"] == machine()}
+    """The median of the last values of every row on this machine."""
+    found, here = dict[str, list[float]](), machine()
+    for one in history:
+        if one["machine"] == here:
+            found.setdefault(one["row"], []).append(float(one["value"]))
+    return {row: median(values[-LAST:]) for row, values in found.items()}
 
 
 def record(history: list[dict[str, str]], rows: list[Row]) -> None:
