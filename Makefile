@@ -102,6 +102,7 @@ release-check:
 
 pictures: $(STAMP)
 	$(BIN)/python docs/figures/make_figures.py
+	$(BIN)/python docs/figures/file_keys.py
 	$(BIN)/python docs/figures/rooms.py
 	$(BIN)/python docs/figures/page_pictures.py
 
