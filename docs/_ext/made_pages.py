@@ -11,6 +11,7 @@ from typing import Any
 
 import click
 import typer
+from api_examples import example
 from outside_links import rewritten
 
 import flexura
@@ -63,13 +64,17 @@ def kinds(page: str) -> Iterator[tuple[str, list[str]]]:
 
 def names_of(heading: str, names: list[str]) -> str:
     """The page of one kind of names, from their docstrings."""
-    parts = [f"# {heading}\n"]
+    parts = [
+        f"# {heading}\n\nNames that examples do not make, such as `guide`, are those of the page named above them.\n"
+    ]
     for name in names:
         own: Any = flexura
         for part in name.split("."):
             own = getattr(own, part)
         directive = "autoclass" if inspect.isclass(own) else "autofunction"
         parts.append(f"```{{eval-rst}}\n.. {directive}:: flexura.{name}\n```\n")
+        if (found := example(name)) is not None:
+            parts.append(found.markdown("../../"))
     return "\n".join(parts)
 
 
