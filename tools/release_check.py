@@ -1,247 +1,267 @@
 """Build flexura as it would be released and try it where nothing else is installed.
 
-    python tools/release_check.py [--only clean,extras,lowest] [--extras NAMES] [--keep FOLDER]
+    python tools/release_check.py [--only NAMES] [--list] [--keep FOLDER]
 
-The sdist is built, and from it the wheel. `clean` installs the wheel with its core dependencies alone into a new
-environment for every Python that is found, imports every module and runs every command, which works or names the
-extra that it needs. `extras` tries each extra in an environment of its own. `lowest` installs the least versions that
-pyproject.toml allows and runs tests there. What is run stands in release_tries.py. Ends with status 1 where anything
-fails.
+The sdist is built of a clean checkout of the commit, and from it the wheel. Each trial has a new environment:
+
+    clean-PYTHON     core dependencies alone: every module is imported, every command works or names its extra
+    extra-NAME       one extra: what it is for works
+    all-PYTHON       every extra at once
+    lowest-core      the least versions that pyproject.toml allows: the same commands, and tests
+    lowest-NAME      one extra at its least versions, and those of what is always needed
+    installer-NAME   the ways of the page on installing: pip, pipx, uvx
+    docs-site        the site is built by the extra docs
+    docs-snippets    every command and snippet of README.md and docs prints what its page says
+
+NAMES are trials or the words before their dashes, separated by commas. What fails is told at once and in the end, where
+the status is 1; the others go on. With a folder that is kept, what has passed is not tried again for the same commit.
+What is run stands in release_tries.py.
 """  # fmt: skip
 
 from __future__ import annotations
 
 import argparse
-import os
+import json
 import re
 import shlex
 import shutil
-import subprocess
 import sys
-import tarfile
 import tempfile
+import time
 import tomllib
-import zipfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
-from release_tries import CODE, CORE, EXTRA, NAMED, WITH
+from release_places import PYTHONS, ROOT, Place, build, built_before, commit, last_line, pythons, run
+from release_tries import CODE, CORE, EXTRA, IMPORT_ALL, NAMED, SITE, TESTS, WITH
 
-ROOT = Path(__file__).parents[1]
-PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-SCRIPT = "src/flexura/pages/web/"
-"""Source of the pages' script, of which the wheel has what is built alone."""
-STEPS = ("clean", "extras", "lowest")
-PYTHONS = ("3.11", "3.12", "3.13", "3.14")
-MOST = 3_000_000
-"""Bytes that a wheel may have."""
-IMPORT_ALL = """
-import importlib, pkgutil, flexura
-names = [m.name for m in pkgutil.walk_packages(flexura.__path__, "flexura.") if not m.name.endswith("__main__")]
-for name in names:
-    importlib.import_module(name)
-faces = [flexura, flexura.describe, flexura.modal, flexura.solid, flexura.testing, flexura.view]
-public = [getattr(face, name) for face in faces for name in face.__all__]
-print(f"{len(names)} modules, {len(public)} public names, numpy {__import__('numpy').__version__}")
-"""
-TESTS = (
-    "tests/beam",
-    "tests/units",
-    "tests/mechanism",
-    "tests/linalg",
-    "tests/statics",
-    "tests/cli/test_cli_commands.py",
-)
-"""Run with the least versions; none of them needs an extra."""
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+OPTIONAL: dict[str, list[str]] = PROJECT["optional-dependencies"]
+EXTRAS = sorted(OPTIONAL.keys() - {"all", "bench", "dev", "docs"})
 
 
-def run(command: list[object], cwd: Path, quiet: bool = True) -> str:
-    """Run a command without the caller's paths; its output. Raises RuntimeError with it where the command fails."""
-    env = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")}
-    env |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg", "COLUMNS": "150"}
-    words = [str(word) for word in command]
-    done = subprocess.run(words, cwd=cwd, env=env, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(
-            f"{' '.join(words)} ended with {done.returncode}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
-        )
-    if not quiet:
-        said = "every module" if words[-2] == "-c" else Path(words[0]).name + " " + " ".join(words[1:])
-        print(f"    {said}: {(done.stdout.strip().splitlines() or [''])[-1]}", flush=True)
-    return done.stdout
+class Trial(NamedTuple):
+    """What is tried in an environment of one Python; it gives what is told of it."""
+
+    python: Path
+    attempt: Callable[[Place], str]
 
 
-def interpreter(version: str) -> Path | None:
-    """A Python of that version, from the search path or from pyenv; None where there is none that works."""
-    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
-    own = [sys.executable] if sys.version_info[:2] == tuple(map(int, version.split("."))) else []
-    for place in (*own, shutil.which(f"python{version}"), *sorted(pyenv.glob(f"{version}.*/bin/python"))):
-        if place is not None:
-            found = subprocess.run(
-                [place, "-c", "import sys, venv, ensurepip; print('%d.%d' % sys.version_info[:2])"],
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            if found.returncode == 0 and found.stdout.strip() == version:
-                return Path(place)
-    return None
-
-
-def environment(python: Path, folder: Path) -> Path:
-    """A new virtual environment; its Python."""
-    run([python, "-m", "venv", "--clear", folder], folder.parent)
-    return folder / ("Scripts" if os.name == "nt" else "bin") / "python"
-
-
-def build(folder: Path) -> Path:
-    """Make the sdist and, from it, the wheel; look at what is inside; the wheel."""
-    python = environment(Path(sys.executable), folder / "build")
-    run([python, "-m", "pip", "install", "--quiet", "build"], folder)
-    shutil.rmtree(folder / "dist", ignore_errors=True)
-    run([python, "-m", "build", "--outdir", folder / "dist", ROOT], folder)
-    (wheel,), (sdist,) = (folder / "dist").glob("*.whl"), (folder / "dist").glob("*.tar.gz")
-    with zipfile.ZipFile(wheel) as archive:
-        packed = {name for name in archive.namelist() if ".dist-info/" not in name}
-        licences = [name for name in archive.namelist() if name.endswith("/LICENSE")]
-    size = wheel.stat().st_size
-    if size > MOST:
-        raise RuntimeError(f"{wheel.name} has {size} bytes, more than {MOST}")
-    tracked = set(run(["git", "ls-files", "src/flexura"], ROOT).split())
-    shipped = {name for name in tracked if not name.startswith(SCRIPT) or name.startswith(f"{SCRIPT}dist/")}
-    other = {name.removeprefix("src/") for name in shipped} ^ packed
-    if other or not licences:
-        raise RuntimeError(f"the wheel differs from src/flexura: {sorted(other)}, licences {licences}")
-    with tarfile.open(sdist) as archive:
-        names = {name.partition("/")[2] for name in archive.getnames()}
-    absent = {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "tests/conftest.py"} - names
-    private = sorted(name for name in names if name.startswith((".venv", "out/", "dist/")))
-    if absent or private:
-        raise RuntimeError(f"the sdist lacks {sorted(absent)} and has {private[:5]}")
-    said = {name: (ROOT / name).read_text(encoding="utf-8") for name in ("docs/releasing.md", "Dockerfile", "Makefile")}
-    silent = [name for name, text in said.items() if "gmsh" not in text or "GPL" not in text]
-    silent += [name for name in ("docs/releasing.md", "Dockerfile") if "MKL" not in said[name]]
-    if silent:
-        raise RuntimeError(f"what is not under a permissive licence is not named in {silent}")
-    print(f"    {wheel.name}: {size / 1e6:.2f} MB, {len(packed)} files; {sdist.name}: {len(names)}")
-    return wheel
-
-
-def clean(wheel: Path, folder: Path) -> list[str]:
-    """Try the wheel with its core dependencies alone on every Python found; the versions that were not found."""
-    shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
-    absent = []
-    for version in PYTHONS:
-        found = interpreter(version)
-        if found is None:
-            print(f"  Python {version}: not on this machine, SKIPPED", flush=True)
-            absent.append(version)
-            continue
-        print(f"  Python {version}", flush=True)
-        python = environment(found, folder / f"clean-{version}")
-        run([python, "-m", "pip", "install", "--quiet", wheel], folder)
-        run([python, "-W", "error::DeprecationWarning:flexura", "-c", IMPORT_ALL], folder, quiet=False)
-        try_core(python, folder)
-    return absent
-
-
-def try_core(python: Path, folder: Path) -> None:
-    """Every command, in an environment with core dependencies alone: it works, or names the extra that it needs."""
+def clean(place: Place) -> str:
+    """Every module and every command with core dependencies alone."""
+    place.install(place.built.wheel)
+    run([place.python, "-W", "error::DeprecationWarning:flexura", "-c", IMPORT_ALL], place.folder)
     lines = [*CORE, *(line for lines in EXTRA.values() for line in lines), *NAMED.values()]
-    listed = "import flexura.cli.app as own; print(*own.COMMANDS)"
-    untried = set(run([python, "-c", listed], folder).split()) - {shlex.split(line)[0] for line in lines}
-    if untried:
+    listed = place.execute("import flexura.cli.app as own; print(*own.COMMANDS)")
+    if untried := set(listed.split()) - {shlex.split(line)[0] for line in lines}:
         raise RuntimeError(f"commands that are not tried: {sorted(untried)}")
-    flexura = python.with_name("flexura")
     for line in CORE:
-        run([flexura, *shlex.split(line)], folder, quiet=False)
-    without: dict[str, list[object]] = {extra: [flexura, *shlex.split(lines[0])] for extra, lines in EXTRA.items()}
-    without |= {extra: [flexura, *shlex.split(line)] for extra, line in NAMED.items()}
-    without |= {extra: [python, "-c", code] for extra, code in CODE.items()}
-    for extra, command in without.items():
+        place.flexura(line)
+    without = {extra: partial(place.flexura, lines[0]) for extra, lines in EXTRA.items()}
+    without |= {extra: partial(place.flexura, line) for extra, line in NAMED.items()}
+    without |= {extra: partial(place.execute, code) for extra, code in CODE.items()}
+    for extra, attempt in without.items():
         try:
-            run(command, folder)
+            attempt()
         except RuntimeError as error:
             if f"flexura[{extra}]" not in str(error):
                 raise RuntimeError(f"without the extra {extra}, which is not named: {error}") from None
         else:
-            raise RuntimeError(f"{' '.join(map(str, command))} works without the extra {extra}")
-    print(f"    named where they are missing: {', '.join(sorted(without))}", flush=True)
+            raise RuntimeError(f"what the extra {extra} is for works without it")
+    return f"{len(CORE)} command lines; extras named where they are missing: {len(without)}"
 
 
-def extras(wheel: Path, folder: Path, asked: set[str]) -> None:
-    """Each extra in an environment of its own, on the Python that runs this: what it is for works."""
-    shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
-    named = {*EXTRA, *CODE, *WITH}
-    if untried := PYPROJECT["project"]["optional-dependencies"].keys() - {"all", "bench", "dev", "docs"} - named:
-        raise RuntimeError(f"extras that are not tried: {sorted(untried)}")
-    for extra in sorted(named & asked if asked else named):
-        shutil.rmtree(folder / "out", ignore_errors=True)
-        (folder / "out").mkdir()
-        python = environment(Path(sys.executable), folder / f"extra-{extra}")
-        run([python, "-m", "pip", "install", "--quiet", f"{wheel}[{extra}]"], folder)
+def with_extras(place: Place, extras: list[str], *pins: object) -> str:
+    """Extras in one environment: what they are for works."""
+    place.install(f"{place.built.wheel}[{','.join(extras)}]", *pins)
+    for extra in extras:
         for line in EXTRA.get(extra, ()):
-            run([python.with_name("flexura"), *shlex.split(line)], folder)
-        for number, code in enumerate(own[extra] for own in (CODE, WITH) if extra in own):
-            script = folder / f"extra_{extra}_{number}.py"
-            script.write_text(code, encoding="utf-8")
-            run([python, script], folder)
-        print(f"  flexura[{extra}]: works", flush=True)
+            place.flexura(line)
+        for code in (own[extra] for own in (CODE, WITH) if extra in own):
+            place.execute(code)
+    listed = place.flexura("doctor").splitlines()
+    if lacking := [extra for extra in extras if not any(line.split()[:2] == [extra, "yes"] for line in listed)]:
+        raise RuntimeError(f"doctor misses {lacking}")
+    return "works"
 
 
-def least_versions() -> list[str]:
-    """The core dependencies, pinned to the least versions that pyproject.toml allows."""
-    wanted = PYPROJECT["project"]["dependencies"]
-    unbounded = [text for text in wanted if not re.fullmatch(r"[\w.-]+>=[\d.]+", text)]
-    if unbounded:
+def least_versions(wanted: list[str]) -> list[str]:
+    """Requirements pinned to the least versions that they allow."""
+    parts = [re.fullmatch(r"([\w.-]+)(?:\[[\w,]+\])?>=([\d.]+)(;.*)?", text) for text in wanted]
+    if unbounded := [text for text, part in zip(wanted, parts, strict=True) if part is None]:
         raise RuntimeError(f"no lower bound alone: {unbounded}")
-    return [text.replace(">=", "==") for text in wanted]
+    return [f"{part[1]}=={part[2]}{part[3] or ''}" for part in parts if part is not None]
 
 
-def lowest(wheel: Path, folder: Path) -> None:
-    """Tests and commands with the least versions of core dependencies, on the least Python that is found."""
-    pins = folder / "lowest.txt"
-    pins.write_text("\n".join(least_versions()) + "\n", encoding="utf-8")
-    python = environment(next(filter(None, map(interpreter, PYTHONS))), folder / "lowest")
-    run([python, "-m", "pip", "install", "--quiet", "-c", pins, wheel, "pytest", "hypothesis", "mpmath"], folder)
-    print(f"    {' '.join(least_versions())}", flush=True)
-    shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
+def pinned(place: Place, extra: str = "") -> list[object]:
+    """Words of pip that pin what is always needed, and what an extra needs, to the least versions."""
+    file = place.folder / "least.txt"
+    pins = least_versions([*PROJECT["dependencies"], *OPTIONAL.get(extra, ())])
+    file.write_text("\n".join(pins) + "\n", encoding="utf-8")
+    return ["--constraint", file]
+
+
+def lowest_core(place: Place) -> str:
+    """Commands and tests with the least versions of core dependencies."""
+    place.install(place.built.wheel, "pytest", "hypothesis", "mpmath", *pinned(place))
     for line in CORE:
-        run([python.with_name("flexura"), *shlex.split(line)], folder, quiet=False)
+        place.flexura(line)
+    own = place.unpacked("src")  # the tests of the sdist, on the wheel
     options = ["-p", "no:cacheprovider", "-W", "default"]  # libraries of then warn of their own ways
-    with tarfile.open(next((folder / "dist").glob("*.tar.gz"))) as archive:
-        archive.extractall(folder, filter="data")
-    own = folder / wheel.name.partition("-py3")[0]
-    shutil.rmtree(own / "src")  # the tests of the sdist, on the wheel
-    run([python, "-m", "pytest", *options, *TESTS], own, quiet=False)
+    return last_line(run([place.python, "-m", "pytest", *options, *TESTS], own))
+
+
+def lowest_extra(extra: str, place: Place) -> str:
+    """What an extra is for, with the least versions of what it needs."""
+    return with_extras(place, [extra], *pinned(place, extra))
+
+
+def by_pip(place: Place) -> str:
+    """Installed from a copy of the repository."""
+    place.install(place.built.source)
+    return last_line(place.flexura("--version"))
+
+
+def by_pipx(place: Place) -> str:
+    """As a command alone, installed and only run."""
+    place.install("pipx")
+    own = {"PIPX_HOME": place.folder / "pipx", "PIPX_BIN_DIR": place.folder / "bin", "PIPX_MAN_DIR": place.folder}
+    pipx = place.python.with_name("pipx")
+    run([pipx, "run", "--spec", place.built.wheel, "flexura", "doctor"], place.folder, **own)
+    run([pipx, "install", place.built.source], place.folder, **own)
+    return last_line(run([place.folder / "bin" / "flexura", "--version"], place.folder))
+
+
+def by_uvx(place: Place) -> str:
+    """Without installing it, by uv."""
+    place.install("uv")
+    own = {"UV_CACHE_DIR": place.folder / "cache", "UV_PYTHON_DOWNLOADS": "never", "UV_PYTHON": place.python}
+    uvx = place.python.with_name("uvx")
+    for origin in (place.built.wheel, place.built.source):
+        run([uvx, "--from", origin, "flexura", "modes", "examples/guide/guide.yaml"], place.folder, **own)
+    return last_line(run([uvx, "--from", place.built.wheel, "flexura", "--version"], place.folder, **own))
+
+
+def site(place: Place) -> str:
+    """The site, with warnings as errors, of the sdist's pages and the wheel."""
+    place.install(f"{place.built.wheel}[docs]")
+    own = place.unpacked()
+    run([place.python, *SITE], own, FLEXURA_REPORTS="parallelogram")
+    return f"{len(list((own / 'docs/_build/html').rglob('*.html')))} pages"
+
+
+def snippets(place: Place) -> str:
+    """What README.md and docs say is typed, with everything optional, and the wheel in place of the source."""
+    place.install(f"{place.built.wheel}[all]", "pytest")
+    own = place.unpacked("src")
+    words = [place.python, "-m", "pytest", "-p", "no:cacheprovider", "-m", "", "tests/docs/test_doc_snippets.py"]
+    return last_line(run(words, own))
+
+
+def trials() -> dict[str, Trial]:
+    """All trials by their names, in their order."""
+    if untried := set(EXTRAS) - {*EXTRA, *CODE, *WITH}:
+        raise RuntimeError(f"extras that are not tried: {sorted(untried)}")
+    found, own = pythons(), Path(sys.executable)
+    least, newest = (found[version] for version in (min(found, key=PYTHONS.index), max(found, key=PYTHONS.index)))
+    listed = {f"clean-{version}": Trial(python, clean) for version, python in found.items()}
+    listed |= {f"extra-{extra}": Trial(own, partial(with_extras, extras=[extra])) for extra in EXTRAS}
+    listed |= {
+        f"all-{version}": Trial(python, partial(with_extras, extras=EXTRAS)) for version, python in found.items()
+    }
+    listed["lowest-core"] = Trial(least, lowest_core)
+    listed |= {f"lowest-{extra}": Trial(least, partial(lowest_extra, extra)) for extra in EXTRAS}
+    installers = {"pip": by_pip, "pipx": by_pipx, "uvx": by_uvx}
+    listed |= {f"installer-{name}": Trial(own, attempt) for name, attempt in installers.items()}
+    return listed | {"docs-site": Trial(own, site), "docs-snippets": Trial(newest, snippets)}
+
+
+def chosen(words: str) -> dict[str, Trial]:
+    """Trials of these names, or whose names begin so; all without any."""
+    listed = trials()
+    asked = [word for word in words.split(",") if word]
+    if none := [word for word in asked if not any(begins(name, word) for name in listed)]:
+        raise RuntimeError(f"no trial is called {none}; there are {', '.join(listed)}")
+    return {name: own for name, own in listed.items() if not asked or any(begins(name, word) for word in asked)}
+
+
+def begins(name: str, word: str) -> bool:
+    """Whether a trial is called so, or its name before a dash is."""
+    return name == word or name.startswith(f"{word}-")
+
+
+class Record:
+    """What has passed, in a file of the folder; of another commit nothing has."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "passed.json"
+        self.commit = commit()
+        kept = json.loads(self.path.read_text(encoding="utf-8")) if self.path.exists() else {}
+        self.is_same = kept.get("commit") == self.commit
+        self.passed: list[str] = kept["passed"] if self.is_same else []
+
+    def add(self, name: str) -> None:
+        """Something more has passed."""
+        self.passed.append(name)
+        self.path.write_text(json.dumps({"commit": self.commit, "passed": self.passed}), encoding="utf-8")
+
+
+def attempt_all(asked: dict[str, Trial], folder: Path) -> list[str]:
+    """Build, and try everything that was not tried of this commit; the names of what failed."""
+    record = Record(folder)
+    print(f"sdist and wheel of {record.commit[:9]}", flush=True)
+    if not record.is_same:
+        built = build(folder)
+        record.add("build")
+    built = built_before(folder)
+    failed: list[str] = []
+    for number, (name, trial) in enumerate(asked.items(), start=1):
+        print(f"{number:3} of {len(asked)} {name}: ", end="", flush=True)
+        if name in record.passed:
+            print("passed before")
+            continue
+        start = time.monotonic()
+        try:
+            said = trial.attempt(Place.new(folder / name, trial.python, built))
+        except RuntimeError as error:
+            print(f"FAILED: {error}", flush=True)
+            failed.append(name)
+        else:
+            print(f"{said} ({time.monotonic() - start:.0f} s)", flush=True)
+            record.add(name)
+            shutil.rmtree(folder / name)
+    return failed
 
 
 def main() -> None:
     """Run from the shell."""
-    asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    asked.add_argument("--only", default=",".join(STEPS), help="steps, separated by commas")
-    asked.add_argument("--extras", default="", help="extras that are tried, separated by commas; otherwise all")
-    asked.add_argument("--keep", type=Path, help="folder for what is built, kept; otherwise a temporary one")
-    given = asked.parse_args()
-    with tempfile.TemporaryDirectory(prefix="flexura-release-") as temporary:
-        folder = (given.keep or Path(temporary)).resolve()
-        folder.mkdir(parents=True, exist_ok=True)
-        absent: list[str] = []
-        try:
-            print("sdist and wheel", flush=True)
-            wheel = build(folder)
-            if "clean" in given.only:
-                print("clean environments, core dependencies alone", flush=True)
-                absent = clean(wheel, folder)
-            if "extras" in given.only:
-                print("each extra alone", flush=True)
-                extras(wheel, folder, set(given.extras.split(",")) - {""})
-            if "lowest" in given.only:
-                print("least versions", flush=True)
-                lowest(wheel, folder)
-        except RuntimeError as error:
-            sys.exit(f"release check FAILED: {error}")
-    said = f"; not tried, as they are not here: Python {', '.join(absent)}" if absent else ""
-    print(f"release check passed{said}")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="", metavar="NAMES", help="trials, or what their names begin with")
+    parser.add_argument("--list", action="store_true", help="the names of all trials")
+    parser.add_argument(
+        "--keep", type=Path, metavar="FOLDER", help="for what is built and what fails; or a temporary one"
+    )
+    given = parser.parse_args()
+    found = pythons()
+    absent = [version for version in PYTHONS if version not in found]
+    told = f"; not here, and so not tried: {', '.join(absent)}" if absent else ""
+    print(f"Pythons found: {', '.join(found)}{told}", flush=True)
+    try:
+        asked = chosen(given.only)
+        if given.list:
+            print("\n".join(asked))
+            return
+        with tempfile.TemporaryDirectory(prefix="flexura-release-") as temporary:
+            folder = (given.keep or Path(temporary)).resolve()
+            folder.mkdir(parents=True, exist_ok=True)
+            failed = attempt_all(asked, folder)
+    except RuntimeError as error:
+        sys.exit(f"release check FAILED: {error}")
+    if failed:
+        sys.exit(f"release check FAILED: {', '.join(failed)}")
+    print(f"release check passed{told}")
 
 
 if __name__ == "__main__":

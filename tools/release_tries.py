@@ -1,7 +1,7 @@
 """What the release check runs: every command with core dependencies alone, and what each extra adds.
 
-A command that needs an extra ends without it in a
-sentence that names it, and works with it. Files are those of examples/; `out` is a folder of their own.
+A command that needs an extra ends without it in a sentence that names it, and works with it. Files are those of
+examples/; `out` is a folder of their own.
 """
 
 from __future__ import annotations
@@ -118,3 +118,24 @@ finally:
 """,
 }
 """Python that works with an extra, where what names it would wait."""
+
+IMPORT_ALL = """
+import importlib, pkgutil, flexura
+names = [m.name for m in pkgutil.walk_packages(flexura.__path__, "flexura.") if not m.name.endswith("__main__")]
+for name in names:
+    importlib.import_module(name)
+faces = [flexura, flexura.describe, flexura.modal, flexura.solid, flexura.testing, flexura.view]
+assert all(getattr(face, name) is not None for face in faces for name in face.__all__)
+"""
+"""Imports every module, and looks up every public name."""
+TESTS = (
+    "tests/beam",
+    "tests/units",
+    "tests/mechanism",
+    "tests/linalg",
+    "tests/statics",
+    "tests/cli/test_cli_commands.py",
+)
+"""Run with the least versions; none of them needs an extra."""
+SITE = ("-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "docs", "docs/_build/html")
+"""Words of Python that build the site, as `make docs` does."""

@@ -59,12 +59,13 @@ def test_the_conda_recipe_needs_what_the_project_needs():
     assert entry == f"flexura = {PROJECT['scripts']['flexura']}"
     assert recipe["about"]["summary"] == PROJECT["description"]
     assert recipe["about"]["license"] == PROJECT["license"]
+    assert recipe["about"]["license_file"] == PROJECT["license-files"]
 
 
 def test_the_citation_is_of_this_version():
     cited = read("CITATION.cff")
     assert cited["version"] == __version__
-    assert cited["license"] == PROJECT["license"]
+    assert cited["license"] == PROJECT["license"].partition(" AND ")[0]
     assert cited["keywords"] == PROJECT["keywords"]
 
 

@@ -11,7 +11,7 @@ What a block is, by the words behind its fence:
     ```sh                lines that start with `flexura` are run
 
 A first line `# file: NAME` also writes the block to that file. In expected output a line `...` stands for any lines.
-To rewrite the output of console blocks: python tests/docs/doc_snippets.py docs/tutorial.md
+To rewrite the output of console blocks: PYTHONPATH=tests python -m helpers.doc_snippets docs/tutorial.md
 """
 
 from __future__ import annotations
