@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from hashlib import sha256
 from typing import Any
@@ -37,7 +38,8 @@ class Identity(Record):
     def of(cls, work: Work) -> Identity:
         """The identity of a study: mechanism, fixed parameters, questions, space, version and size of blocks."""
         mechanism = work.questions.plan.mechanism
-        plain = json.loads(mechanism.model_dump_json(exclude=UNRELATED & set(type(mechanism).model_fields)))
+        left_out = UNRELATED & set(type(mechanism).model_fields)
+        plain = json.loads(mechanism.model_dump_json(exclude=left_out, fallback=_plain))
         shared = {
             "format": FORMAT,
             "flexura": __version__,
@@ -68,6 +70,13 @@ class Identity(Record):
 def shard_hash(key: str, number: int) -> str:
     """What names the shard of a block of the study with a key."""
     return _hashed([key, number])[:DIGITS]
+
+
+def _plain(value: Any) -> str:
+    """An exponent of a unit, which releases of pydantic before 2.13 do not know, as those after it write it."""
+    if isinstance(value, Fraction):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} is not plain data")
 
 
 def _hashed(data: Any) -> str:
