@@ -6,7 +6,7 @@
 #   make viewer    the pages' script, of its TypeScript
 #   make bench     speed beside the best that there is else, one table; benchmarks/README.md
 #   make docs      the site: all pages, the gallery, what docstrings and commands say
-#   make release-check   sdist and wheel, tried with core dependencies alone and with the least versions
+#   make release-check   sdist and wheel, tried in environments of their own: core alone, extras, least versions, docs
 VENV := .venv
 ifeq ($(OS),Windows_NT)
 SHELL := bash

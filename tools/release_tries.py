@@ -55,7 +55,11 @@ NAMED = {
 """Command lines that name an extra without it, and wait for others with it."""
 
 EXTRA = {
-    "experiment": (f"virtual-test {TEST} --out out/test.uff", f"correlate {TEST} out/test.uff"),
+    "experiment": tuple(
+        line
+        for suffix in ("uff", "h5")
+        for line in (f"virtual-test {TEST} --out out/test.{suffix}", f"correlate {TEST} out/test.{suffix}")
+    ),
     "export": tuple(f"export {PIEZO} -n 6 --out out/platform.{suffix}" for suffix in ("h5", "uff", "vtu")),
     "parquet": (f"stroke {GUIDE} --move carriage.x=0:5mm --steps 3 -n 3 --out out/stroke.parquet",),
     "study": (f"sweep {VARIED}:5 --ask f1 --folder out/study", f"optimize {VARIED} --minimise mass --maximise f1"),
