@@ -9,14 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import click
-import typer
 from api_examples import example
 from outside_links import rewritten
 
 import flexura
-from flexura.cli.app import COMMANDS
-from flexura.cli.app import app as shell
+from flexura.cli.app import COMMANDS, loaded
 
 FROM_ROOT = ("CHANGELOG.md", "CONTRIBUTING.md")
 """Files of the repository that are pages."""
@@ -24,33 +21,31 @@ FROM_ROOT = ("CHANGELOG.md", "CONTRIBUTING.md")
 
 def commands() -> str:
     """The page of all commands, from their help."""
-    group = typer.main.get_command(shell)
-    context = click.Context(group, info_name="flexura")
-    parts = ["# Commands\n\nEvery command as `flexura COMMAND --help` tells it, made from the code.\n"]
+    listed = [f"| [`{name}`](#flexura-{name}) | {own.line} |" for name, own in sorted(COMMANDS.items())]
+    parts = [
+        "# Commands\n\nEvery command as `flexura COMMAND --help` tells it, made from the code; what to do with them: "
+        "[how to](../how-to/index.md).\n",
+        "| command | what it is for |\n|---|---|\n" + "\n".join(listed) + "\n",
+    ]
     for name in sorted(COMMANDS):
-        command = group.get_command(context, name)  # type: ignore[attr-defined]
-        own = click.Context(command, info_name=f"flexura {name}", parent=None)
-        parts.append(
-            f"## `flexura {name}`\n\n{command.help}\n\n```text\n{' '.join(command.get_usage(own).split())}\n```\n"
+        command = loaded(name)
+        context = command.make_context(f"flexura {name}", [], resilient_parsing=True)
+        usage = re.sub(
+            r"\{(\w+)\}|\[(\[\w+\])\]", r"\1\2", " ".join(command.get_usage(context).split())[len("Usage: ") :]
         )
-        rows = [row for parameter in command.params if (row := _row(parameter, own))]
-        parts.append("| | | default |\n|---|---|---|\n" + "\n".join(rows) + "\n")
+        rows = [_row(record) for own in command.params if (record := own.get_help_record(context))]
+        table = "| argument or option | what it says | default, bounds |\n|---|---|---|\n" + "\n".join(rows)
+        parts.append(f"## `flexura {name}`\n\n{command.help}\n\n```text\n{usage}\n```\n\n{table}\n")
     return "\n".join(parts)
 
 
-def _row(parameter: click.Parameter, context: click.Context) -> str:
-    """A row of a table: names, what it is, its default."""
-    help_text = " ".join((getattr(parameter, "help", None) or "").split())
-    if isinstance(parameter, click.Option):
-        if parameter.hidden:
-            return ""
-        names = ", ".join(f"`{own}`" for own in [*parameter.opts, *parameter.secondary_opts])
-        kind = "" if parameter.is_flag else f" `{parameter.make_metavar(context)}`"
-    else:
-        names, kind = f"`{parameter.make_metavar(context)}`", ""
-    default = parameter.get_default(context, call=False)
-    told = "" if default in (None, False, ()) or callable(default) else f"`{default}`"
-    return f"| {names}{kind} | {help_text} | {told} |".replace("\n", " ")
+def _row(record: tuple[str, str]) -> str:
+    """A row of a table: names, what it is, its default and bounds, which the help tells in brackets."""
+    names, told = record
+    found = re.fullmatch(r"(.*?)\s*(?:\[([^\]]*)\])?", told, re.DOTALL)
+    what, more = (found[1], found[2] or "") if found else (told, "")
+    cells = (f"`{names.replace(' range>', '>')}`", what.replace("*", "\\*"), more.removeprefix("default: "))
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells).replace("\n", " ") + " |"
 
 
 def kinds(page: str) -> Iterator[tuple[str, list[str]]]:

@@ -21,6 +21,9 @@ LONGEST, LONGEST_FACT = 96, 240
 ROUND_OFF = 1e-10
 """Shown as zero: quantities below so much of the largest one of their unit in a table."""
 
+HELD = 1e-9
+"""Compliances below so much of what they stand beside are none."""
+
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _LARGEST = {"m": 0, "s": 0, "rad": 0, "N": 9, "Pa": 9, "W": 9, "V": 3, "J": 9, "A": 0, "g": 3}
 """Symbols that take prefixes, with the largest power of ten that is customary."""
@@ -63,6 +66,11 @@ def quantity(value: float | None, unit: str, digits: int = 5) -> str:
         return ""
     factor, shown = suited([[value]], unit)
     return f"{number(value / factor, digits)} {shown}".strip()
+
+
+def stiffness(compliance: float, beside: float = 0.0) -> str:
+    """One over a compliance; `held` where that is nothing, or nothing beside another."""
+    return "held" if compliance <= HELD * beside else f"{1 / compliance:.4g}"
 
 
 def percent(value: float | None, digits: int = 3) -> str:

@@ -13,6 +13,7 @@ from urllib.parse import unquote, urlparse
 
 import pytest
 
+from flexura.cli.app import COMMANDS
 from helpers.browser import DESKTOP, PHONE, serious_findings
 from helpers.doc_snippets import ROOT
 
@@ -118,6 +119,14 @@ def test_pictures_have_words(site: Path) -> None:
 def test_the_search_knows_the_words_of_users(site: Path) -> None:
     index = (site / "searchindex.js").read_text(encoding="utf-8").lower()
     assert all(re.search(rf'"?{word}"?:', index) for word in ("parallelogram", "leaf", "piezo", "stroke"))
+
+
+def test_commands_are_there_with_their_options(site: Path) -> None:
+    page = (site / "reference" / "commands.html").read_text(encoding="utf-8")
+    for name in COMMANDS:
+        section = page.split(f'<section id="flexura-{name}">')[1].split("</section>")[0]
+        assert f'<span class="pre">flexura</span> <span class="pre">{name}</span>' in section
+        assert section.count("<tr") > 1 and "None" not in section
 
 
 def test_mechanisms_of_the_gallery_have_their_numbers(site: Path) -> None:

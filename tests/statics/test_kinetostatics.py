@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from helpers.shell import flexura
 from helpers.stages import EI, B, E, L, T, guide, pivot
 
 KP, K_TURN, NEAR, FAR = 2e6, 6.0, 0.01, 0.06
@@ -206,3 +207,23 @@ def test_impossible_questions():
         found.amplification([0.0])
     with pytest.raises(fx.OptionError, match="no input 'stick'"):
         fx.kinetostatics(lever(), actuators="stick")
+
+
+def test_what_supports_hold_has_no_compliance(tmp_path, monkeypatch):
+    """A body on rails: infinitely stiff but along them, `held` for readers, and a report of it is made."""
+    monkeypatch.chdir(tmp_path)
+    carriage = fx.describe.RigidBody(centre=(0, 0, 0), mass=0.1, inertia=INERTIA)
+    along = fx.describe.DiagonalStiffness(tx=1.0, ty=500.0, tz=1.0, rx=1.0, ry=1.0, rz=1.0)
+    model = fx.Mechanism(
+        bodies={"carriage": carriage},
+        springs={"spring": fx.describe.Spring(nodes=("carriage",), stiffness=along)},
+        ground={"carriage": fx.describe.Support(fixed=("tx", "tz", "rx", "ry", "rz"))},
+    )
+    found = fx.kinetostatics(model, platform="carriage")
+    assert found.stiffness[1] == pytest.approx(500.0) and np.isinf(np.delete(found.stiffness, 1)).all()
+    fx.save(model, "carriage.yaml")
+    printed = flexura("kinetostatics", "carriage.yaml", "--platform", "carriage").stdout
+    rows = {words[0]: words[1:] for line in printed.splitlines() if (words := line.split())}
+    assert rows["ty"][0] == "500" and rows["tx"] == ["held", "held", "held"]
+    made = fx.report(model, out="carriage.html")
+    assert made.states["freedoms"] == "shown" and ">held<" in Path("carriage.html").read_text(encoding="utf-8")

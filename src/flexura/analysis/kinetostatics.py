@@ -88,8 +88,10 @@ class Kinetostatics(Result):
 
     @property
     def stiffness(self) -> Array:
-        """Output stiffness (6,), N/m and N m/rad: force over displacement in each coordinate, the others free."""
-        return 1 / np.diagonal(self.compliance)
+        """Output stiffness (6,), N/m and N m/rad: force over displacement in each coordinate, the others free; infinite
+        where supports hold it."""
+        own = np.diagonal(self.compliance)
+        return np.divide(1.0, own, out=np.full(6, np.inf), where=own != 0)
 
     def amplification(self, command: ArrayLike | None = None) -> Array:
         """Displacement (6,) of the platform per mean elongation, m/m and rad/m, of the actuators under a command (a,).

@@ -14,6 +14,7 @@ from rich.table import Table
 from flexura.cli.tables import console_of_width, print_warnings, write_table
 from flexura.errors import Exceeded
 from flexura.mechanism import DOF_NAMES
+from flexura.tables import stiffness
 
 if TYPE_CHECKING:
     from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, TimeResponse
@@ -109,10 +110,10 @@ def print_kinetostatics(name: str, result: Kinetostatics, pictures: list[Path]) 
     for k, dof in enumerate(DOF_NAMES):
         unit = "N/m" if k < 3 else "N m/rad"
         free, locked = float(result.compliance_free[k, k]), float(result.compliance_locked[k, k])
+        own = stiffness(float(result.compliance[k, k]))
         low, high = result.workspace[k]
         span = f"{low:.4g} to {high:.4g} {'m' if k < 3 else 'rad'}" if np.isfinite([low, high]).all() else "no limits"
-        held = "held" if locked < 1e-9 * free else f"{1 / locked:.4g}"
-        row = (f"{result.stiffness[k]:.4g} {unit}", f"{1 / free:.4g}", held)
+        row = (own if own == "held" else f"{own} {unit}", stiffness(free), stiffness(locked, free))
         table.add_row(dof, *row, span if result.inputs else "")
     console.print(table)
     if result.inputs:

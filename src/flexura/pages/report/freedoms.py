@@ -10,6 +10,7 @@ from flexura.errors import SolverError
 from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
 from flexura.pages.report.subject import Subject
+from flexura.tables import stiffness
 
 ALIGNED = 5e-5
 """Components below this are zero in the digits that are shown."""
@@ -130,9 +131,9 @@ def _stiffness(found: Kinetostatics, command: str) -> Table:
         free, locked = float(found.compliance_free[k, k]), float(found.compliance_locked[k, k])
         low, high = found.workspace[k]
         span = f"{low:.4g} to {high:.4g} {'m' if k < 3 else 'rad'}" if np.isfinite([low, high]).all() else "no limits"
-        held = "held" if locked < 1e-9 * free else f"{1 / locked:.4g}"
         unit = "N/m" if k < 3 else "N·m/rad"
-        rows.append([dof, f"{found.stiffness[k]:.4g}", f"{1 / free:.4g}", held, unit, span])
+        own = stiffness(float(found.compliance[k, k]))
+        rows.append([dof, own, stiffness(free), stiffness(locked, free), unit, span])
     if not found.inputs:
         headings, rows = ["coordinate", "stiffness", "unit"], [[row[0], row[1], row[4]] for row in rows]
     return Table(
