@@ -28,6 +28,7 @@ extensions = [
 exclude_patterns = ["_build", "figures", "gallery/*.ipynb", "gallery/*.py", "**sg_execution_times.rst"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 default_role = "code"
+smartquotes = False
 suppress_warnings = ["myst.header"]
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath", "html_image"]

@@ -17,6 +17,7 @@ from sphinx_gallery.scrapers import figure_rst
 
 import flexura as fx
 from flexura.gallery import entries
+from flexura.tables import quantity
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = ROOT / "docs" / "_build" / "gallery_scripts"
@@ -60,11 +61,13 @@ figure = fx.view.draw_mechanism(fx.assemble(mechanism))
 
 fx.published(mechanism)
 
-# %%
-# How it moves:
+{driven}# %%
+# Its modes, of which the picture shows the first:
 
 found = fx.modes(mechanism, n=4)
-figure = fx.view.draw_mode(found.model, found.shapes[:, :, 0], title=found.modes[0].motion.summary)
+first = found.modes[0]
+title, moving = f"mode 1: {{first.frequency_hz:.5g}} Hz", first.motion.summary
+figure = fx.view.draw_mode(found.model, found.shapes[:, :, 0], title=title, subtitle=moving)
 found
 
 # %%
@@ -73,6 +76,17 @@ found
 # .. literalinclude:: /../src/flexura/gallery/{name}.yaml
 #    :language: yaml
 '''
+
+DRIVEN = """# %%
+# What a piezo does, {name} at {told}, motion and stress:
+
+driven = fx.statics(mechanism, actuators={{"{name}": {command!r}}})
+figure = fx.view.draw_statics(driven)
+driven
+
+"""
+
+DOUBTED = "\nWhat ``flexura check`` has in doubt: :doc:`what to do with each doubt </how-to/doubts>`.\n"
 
 REPORT = "\n`Its report <{name}.report.html>`_: modes and strokes that move, with the evidence of every number.\n"
 
@@ -108,7 +122,9 @@ def make() -> None:
             title=mechanism.name,
             line="=" * len(mechanism.name),
             description=mechanism.description.strip().replace("\\", "\\\\"),
-            report=REPORT.format(name=file.stem) if is_reported(file.stem) else "",
+            driven=_driven(mechanism),
+            report=(DOUBTED if "in doubt" in mechanism.description else "")
+            + (REPORT.format(name=file.stem) if is_reported(file.stem) else ""),
         )
         head.append(gallery_table.row(file.stem, mechanism))
         shutil.copyfile(file, SCRIPTS / file.name)
@@ -120,6 +136,16 @@ def make() -> None:
     for path in SCRIPTS.glob("plot_*.py"):
         if path.name not in wanted:
             path.unlink()
+
+
+def _driven(mechanism: fx.Mechanism) -> str:
+    """The block of the script that drives the first piezo to the end of its stroke; nothing without piezos."""
+    plan = fx.Plan(mechanism)
+    found = fx.kinetostatics(plan, platform=gallery_table.platform(plan))
+    for channel, (_, most) in zip(found.inputs, found.limits, strict=True):
+        if channel.quantity in ("expansion", "voltage"):
+            return DRIVEN.format(name=channel.name, told=quantity(most, channel.unit), command=round(most, 12))
+    return ""
 
 
 def _reports(app: Any, failed: Exception | None) -> None:

@@ -34,8 +34,11 @@ def commands() -> str:
             r"\{(\w+)\}|\[(\[\w+\])\]", r"\1\2", " ".join(command.get_usage(context).split())[len("Usage: ") :]
         )
         rows = [_row(record) for own in command.params if (record := own.get_help_record(context))]
-        table = "| argument or option | what it says | default, bounds |\n|---|---|---|\n" + "\n".join(rows)
-        parts.append(f"## `flexura {name}`\n\n{command.help}\n\n```text\n{usage}\n```\n\n{table}\n")
+        parts.append(f"## `flexura {name}`\n\n{command.help}\n\n```text\n{usage}\n```\n")
+        if rows:
+            parts.append(
+                "| argument or option | what it says | default, bounds |\n|---|---|---|\n" + "\n".join(rows) + "\n"
+            )
     return "\n".join(parts)
 
 

@@ -43,12 +43,13 @@ class Facts:
 @dataclass(frozen=True)
 class Table:
     """Columns by heading, each with its SI unit in brackets unless it is plain; `what` the rows are, in the plural,
-    and how many there are where `columns` has only the first."""
+    and how many there are where `columns` has only the first; `longest`: characters of a cell."""
 
     columns: Mapping[str, Sequence[Any] | np.ndarray]
     what: str = "rows"
     title: str = ""
     count: int | None = None
+    longest: int = LONGEST
 
 
 def number(value: float, digits: int = 5) -> str:
@@ -109,7 +110,7 @@ def _rows(part: Table) -> str:
     count = len(next(iter(part.columns.values()), ())) if part.count is None else part.count
     if not count:
         return ""
-    columns = text_columns(shown)
+    columns = text_columns(shown, part.longest)
     right = [all(_is_number(x) for x in own) for own in shown.values()]
     head = "".join(map(_th, columns, right))
     body = "".join(f"<tr>{''.join(map(_td, cells, right))}</tr>" for cells in zip(*columns.values(), strict=True))
@@ -119,7 +120,7 @@ def _rows(part: Table) -> str:
     return f"{title}<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
 
 
-def text_columns(shown: Mapping[str, list[Any]]) -> dict[str, list[str]]:
+def text_columns(shown: Mapping[str, list[Any]], longest: int = LONGEST) -> dict[str, list[str]]:
     """The text of all cells by the headings as they are shown; columns of one unit have one prefix."""
     units = {name: own.groups() for name in shown if (own := _HEADING.fullmatch(name)) is not None}
     alike: dict[str, list[list[float]]] = {}
@@ -132,7 +133,7 @@ def text_columns(shown: Mapping[str, list[Any]]) -> dict[str, list[str]]:
         factor, written = prefixes.get(unit, (1.0, ""))
         noise = ROUND_OFF * _largest(x for own in alike.get(unit, []) for x in own) if written else 0.0
         heading = f"{what} [{written}]" if written else name
-        found[heading] = [_cell(x, factor, noise) for x in column]
+        found[heading] = [_cell(x, factor, noise, longest) for x in column]
     return found
 
 

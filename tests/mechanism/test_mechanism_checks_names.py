@@ -40,6 +40,10 @@ CASES = {
         with_parameter(nodes={"b": (0.1, parameter("tt") * 0, 0)}),
         *("nodes.b.1", "parameter 'tt' is not defined", "did you mean t?"),
     ),
+    "unit of several without brackets": (
+        with_parameter(nodes={"b": (0.1, t / parameter("m"), 0)}),
+        *("nodes.b.1", "parameter 'm' is not defined", "stands in brackets, e.g. 2700 [kg/m^3]"),
+    ),
     "undefined parameter in an unused substructure": (
         inside(Substructure(nodes={"x": (t, 0, 0)})),
         *("substructures.s.nodes.x.0", "'t' is not defined", "no parameters"),

@@ -126,7 +126,8 @@ def test_commands_are_there_with_their_options(site: Path) -> None:
     for name in COMMANDS:
         section = page.split(f'<section id="flexura-{name}">')[1].split("</section>")[0]
         assert f'<span class="pre">flexura</span> <span class="pre">{name}</span>' in section
-        assert section.count("<tr") > 1 and "None" not in section
+        assert section.count("<tr") != 1 and "None" not in section
+    assert "--keep-below FREQUENCY" in re.sub(r"<[^>]*>", "", page)
 
 
 def test_mechanisms_of_the_gallery_have_their_numbers(site: Path) -> None:

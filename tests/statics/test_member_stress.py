@@ -15,6 +15,7 @@ from flexura.beam.stress import (
     round_notch_factors,
     round_von_mises,
 )
+from flexura.gallery import entry
 from helpers.frames import mirrored_frame
 
 STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0, yield_stress=400e6)
@@ -355,3 +356,11 @@ def test_unknown_yield_stress():
 def test_what_cannot_be_is_refused(call, words):
     with pytest.raises(fx.OptionError, match=words):
         call(fx.assemble(bar()))
+
+
+def test_round_off_is_no_stress():
+    """A lever whose end beyond the push carries nothing: no stress there, and no factor to yield of 1e14."""
+    model = fx.load(entry("lever").path)
+    found = fx.statics(model, actuators={"piezo": 150.0}).stresses()
+    assert found["lever"].von_mises == 0.0 and found["lever"].factor_to_yield == np.inf
+    assert found["fulcrum.notch"].von_mises > 1e7

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +31,9 @@ Model = FullOrderModel | Design
 
 STATIONS = 41
 """Stations along every member, both ends included."""
+
+ROUND_OFF = 1e-12
+"""Stresses below so much of the largest in the mechanism are none."""
 
 BLOCK = 2_000_000
 """Internal forces that are held at a time."""
@@ -164,6 +168,8 @@ def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
             ends = forces(name)
             for group, n, _ in part.table.groups:
                 found += _reported(model, part, group, _worst_of(model, part, group, n, ends))
+    least = ROUND_OFF * max((m.von_mises for m in found if m.von_mises and isfinite(m.von_mises)), default=0.0)
+    found = [m if m.von_mises is None or m.von_mises > least else replace(m, von_mises=0.0, nominal=0.0) for m in found]
     order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in found])
     return Stresses(tuple(found[i] for i in order))
 

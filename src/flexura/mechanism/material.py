@@ -54,7 +54,7 @@ CATALOGUE: dict[str, Material] = {
     ),
     "spring-steel": Material(
         E=206e9, G=79.5e9, rho=7850.0, yield_stress=1400e6,
-        source="EN 10270-1 moduli for patented drawn spring wire; yield typical of hardened C75S strip",
+        source="EN 10270-2 moduli for oil-hardened and tempered spring wire; yield typical of hardened C75S strip",
     ),
     "17-4PH": Material(
         E=196.5e9, G=77.2e9, rho=7810.0, yield_stress=1172e6,

@@ -13,6 +13,10 @@ from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.quantity import Quantity
 from flexura.mechanism.substructure import Mechanism
 
+SYMBOLS = frozenset(("m", "mm", "um", "s", "kg", "g", "N", "rad", "deg", "V"))
+"""Symbols of units that stand alone in expressions where a unit of several is not in brackets."""
+COMPOUND = "inside an expression a unit of several stands in brackets, e.g. 2700 [kg/m^3]"
+
 Dimensions = Mapping[str, Dimension | None]
 
 
@@ -22,7 +26,7 @@ def undefined(mechanism: Mechanism, ignored: Collection[str]) -> Iterator[Proble
         if isinstance(value, Expression):
             for name in sorted(value.names - mechanism.parameters.keys()):
                 if name not in ignored:
-                    hint = suggestion(name, mechanism.parameters, "parameters")
+                    hint = COMPOUND if name in SYMBOLS else suggestion(name, mechanism.parameters, "parameters")
                     yield Problem(path, str(value), f"parameter {name!r} is not defined", hint)
 
 

@@ -54,7 +54,8 @@ def over_the_stroke(subject: Subject) -> Content:
         facts.append(Fact("least factor to yield over the stroke", _factor(least)))
     lowest = min((pose.frequency_hz[0] for pose in found.poses if pose.frequency_hz), default=None)
     if lowest is not None:
-        facts.append(Fact("lowest frequency over the stroke", f"{lowest:.5g} Hz"))
+        told = f"{lowest:.5g} Hz" if lowest >= 0 else "none: not stable at every pose"
+        facts.append(Fact("lowest frequency over the stroke", told))
     # a scene is of one pose: about another one the stroke stands in its curves alone
     shown = () if subject.plan.is_posed else (found,)
     return Content(blocks, facts=facts, warnings=found.warnings, shown=shown)

@@ -19,6 +19,9 @@ from flexura.tables import Facts, Table, percent, quantity
 
 Array = NDArray[np.float64]
 
+LONGEST_SOURCE = 400
+"""Characters of a source as a reader sees it."""
+
 
 @dataclass(frozen=True, repr=False)
 class Published(Tabular):
@@ -67,7 +70,7 @@ class Published(Tabular):
         }
 
     def _view(self) -> Iterator[Facts | Table]:
-        yield Table(self.cells)
+        yield Table(self.cells, longest=LONGEST_SOURCE)
 
     def _columns(self) -> dict[str, Any]:
         """A row for each number."""
