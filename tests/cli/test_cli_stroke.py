@@ -25,6 +25,21 @@ def test_poses_are_those_of_python(tmp_path):
     assert [float(row["f2 [Hz]"]) for row in rows] == pytest.approx([p.frequency_hz[1] for p in own.poses])
 
 
+def test_nodes_that_are_asked_for_are_printed():
+    """In mm and rad, where they are at each pose; a guide sinks by 3/5 of the stroke squared over its leaves."""
+    options = ("--move", "carriage.x=0:4mm", "--steps", "2", "-n", "1", "--node", "carriage")
+    lines = flexura("stroke", GUIDE, *options).stdout.splitlines()
+    heads = next(k for k, line in enumerate(lines) if "carriage.z mm" in line)
+    x, *moved = (float(word) for word in lines[heads + 2].split())
+    assert x == 4.0 and moved[0] == 4.0 and moved[1] == 0.0
+    assert moved[2] == pytest.approx(-0.6 * 16 / 60, rel=0.01)
+
+
+def test_what_no_node_is_asked_of_has_no_stiffness():
+    told = flexura("stroke", GUIDE, "--load", "carriage=0,0,0:0,0,-1 N", "--steps", "2", "-n", "1").stdout
+    assert "f1 Hz" in told and "kx" not in told and "driven" not in told
+
+
 def test_a_single_pose_and_degrees():
     assert "0.087266" in flexura("stroke", EXAMPLES / "pivot" / "pivot.yaml", "--move", "arm.ry=5deg", "-n", 2).stdout
 

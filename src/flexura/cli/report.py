@@ -11,6 +11,7 @@ import typer
 
 from flexura.cli.options import At, File, Json, Settings, Strict, prescribed_of, print_result, settings_of
 from flexura.cli.tables import console_of_width
+from flexura.tables import counted
 
 if TYPE_CHECKING:
     from flexura.deadline import Progress
@@ -63,7 +64,8 @@ def print_report(found: Report, path: Path, seconds: float) -> None:
         if headings:
             console.print(f"{words}: {', '.join(headings)}", markup=False, style="red" if state == "failed" else "")
     longest = sorted(found.seconds.items(), key=lambda item: -item[1])[:3]
-    console.print(f"{len(found.warnings)} warnings; the page has them", markup=False)
+    if found.warnings:
+        console.print(f"{counted(len(found.warnings), 'warning')}; the page tells", markup=False)
     took = ", ".join(f"{name} {own:.1f} s" for name, own in longest)
     sys.stderr.write(f"{seconds:.1f} s, most of it: {took}\n")
     console.print(f"wrote {path}", markup=False)

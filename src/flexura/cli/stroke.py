@@ -128,7 +128,7 @@ def stroke_command(
     if as_json:
         print_result(result.to_dict(), written)
     else:
-        print_stroke(result, written)
+        print_stroke(result, node or [], written)
     if result.interrupted:
         sys.stderr.write("flexura: interrupted; what was done is shown\n")
         raise SystemExit(130)

@@ -11,57 +11,89 @@ from rich.table import Table
 
 from flexura.cli.tables import console_of_width, print_warnings
 from flexura.errors import foremost
+from flexura.mechanism import DOF_NAMES
 
 if TYPE_CHECKING:
-    from flexura.analysis import Stroke
+    from flexura.analysis import Stroke, StrokePose
 
 MOST_FREQUENCIES = 6
 MOST_ROWS = 41
+
+ROUND_OFF = 1e-7
+"""Displacements below so much of the largest translation, or rotation, of a node are none."""
 
 MOST_WARNINGS = 3
 """Warnings of a kind that are printed; `--json` has all."""
 
 
-def print_stroke(result: Stroke, written: Sequence[Path]) -> None:
-    """Print a row for every pose: what moves, what holds it, frequencies and support stiffness."""
+def print_stroke(result: Stroke, nodes: Sequence[str], written: Sequence[Path]) -> None:
+    """Print a row for every pose: what moves, what holds it, frequencies and support stiffness, and displacements of
+    some nodes."""
     console = console_of_width()
     console.print(f"{result.name}: over its stroke, large displacements", style="bold", markup=False)
     if result.poses:
-        table = Table(box=None, header_style="bold", pad_edge=False)
-        first = result.poses[0]
-        changing = {**first.load, **first.actuators}
-        for name in changing:
-            table.add_column(f"{name} {result.units[name]}", justify="right")
-        for name in first.move:
-            turns = name.rpartition(".")[2].startswith("r")
-            table.add_column(f"{name} {'rad' if turns else 'mm'}", justify="right")
-            table.add_column("force N m" if turns else "force N", justify="right")
-        for k in range(min(len(first.frequency_hz), MOST_FREQUENCIES)):
-            table.add_column(f"f{k + 1} Hz", justify="right")
-        for axis in "xyz":
-            table.add_column(f"k{axis} N/m", justify="right")
-        table.add_column("to yield", justify="right")
-        table.add_column("to buckle", justify="right")
-        every = max(1, -(-len(result.poses) // MOST_ROWS))
-        for pose in result.poses[::every]:
-            cells = [f"{pose.varied[name]:.5g}" for name in changing]
-            for name, value in pose.move.items():
-                turns = name.rpartition(".")[2].startswith("r")
-                cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name] + 0.0:.5g}"]
-            cells += [f"{f:.5g}" for f in pose.frequency_hz[:MOST_FREQUENCIES]]
-            cells += ["driven" if isnan(k) else f"{k:.4g}" for k in pose.support_stiffness[:3]]
-            cells += [_factor(pose.stress_margin), _factor(pose.buckling_factor)]
-            table.add_row(*cells)
-        console.print(table)
-        console.print(
-            "f: drives free under the forces that hold the pose; k: support stiffness, drives held;"
-            " to yield, to buckle: factors on what is there"
-        )
+        poses = result.poses[:: max(1, -(-len(result.poses) // MOST_ROWS))]
+        is_supported = any(not isnan(k) for pose in poses for k in pose.support_stiffness[:3])
+        console.print(_poses(result, poses, is_supported))
+        support = " k: support stiffness, drives held;" if is_supported else ""
+        factors = "to yield, to buckle: factors on what is there"
+        console.print(f"f: drives free under the forces that hold the pose;{support} {factors}")
+        for node in nodes:
+            console.print(_moved(result, poses, node))
     for note in result.notes:
         console.print(f"note: {note}", markup=False)
     print_warnings(console, foremost(result.warnings, MOST_WARNINGS))
     for path in written:
         console.print(f"wrote {path}", markup=False)
+
+
+def _poses(result: Stroke, poses: Sequence[StrokePose], is_supported: bool) -> Table:
+    """A row for every pose."""
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    first = poses[0]
+    changing = {**first.load, **first.actuators}
+    for name in changing:
+        table.add_column(f"{name} {result.units[name]}", justify="right")
+    for name in first.move:
+        turns = name.rpartition(".")[2].startswith("r")
+        table.add_column(f"{name} {'rad' if turns else 'mm'}", justify="right")
+        table.add_column("force N m" if turns else "force N", justify="right")
+    heads = [f"f{k + 1} Hz" for k in range(min(len(first.frequency_hz), MOST_FREQUENCIES))]
+    heads += [f"k{axis} N/m" for axis in "xyz" if is_supported]
+    for head in (*heads, "to yield", "to buckle"):
+        table.add_column(head, justify="right")
+    for pose in poses:
+        cells = [f"{pose.varied[name]:.5g}" for name in changing]
+        for name, value in pose.move.items():
+            turns = name.rpartition(".")[2].startswith("r")
+            cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name] + 0.0:.5g}"]
+        cells += [f"{f:.5g}" for f in pose.frequency_hz[:MOST_FREQUENCIES]]
+        cells += ["driven" if isnan(k) else f"{k:.4g}" for k in pose.support_stiffness[:3] if is_supported]
+        table.add_row(*cells, _factor(pose.stress_margin), _factor(pose.buckling_factor))
+    return table
+
+
+def _moved(result: Stroke, poses: Sequence[StrokePose], node: str) -> Table:
+    """Displacement of a node in every pose, without what is round-off beside the largest of its kind."""
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    changing = list(poses[0].varied)
+    for name in changing:
+        is_moved = name in poses[0].move
+        unit = ("rad" if name.rpartition(".")[2].startswith("r") else "mm") if is_moved else result.units[name]
+        table.add_column(f"{name} {unit}", justify="right")
+    for k, axis in enumerate(DOF_NAMES):
+        table.add_column(f"{node}.{axis[-1] if k < 3 else axis} {'mm' if k < 3 else 'rad'}", justify="right")
+    largest = [max(abs(pose.displacement[node][k]) for pose in poses) for k in range(6)]
+    least = [ROUND_OFF * max(largest[:3])] * 3 + [ROUND_OFF * max(largest[3:])] * 3
+    for pose in poses:
+        cells = []
+        for name in changing:
+            millimetres = name in pose.move and not name.rpartition(".")[2].startswith("r")
+            cells.append(f"{(1e3 if millimetres else 1.0) * pose.varied[name]:.5g}")
+        for k, value in enumerate(pose.displacement[node]):
+            cells.append(f"{(1e3 if k < 3 else 1.0) * (value if abs(value) > least[k] else 0.0):.5g}")
+        table.add_row(*cells)
+    return table
 
 
 def _factor(value: float | None) -> str:
