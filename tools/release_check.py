@@ -39,6 +39,10 @@ from release_tries import CODE, CORE, EXTRA, IMPORT_ALL, NAMED, SITE, TESTS, WIT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL: dict[str, list[str]] = PROJECT["optional-dependencies"]
+SCRIPTS = re.compile(r"^(?:\$ )?python (examples/.*)$", re.MULTILINE)
+"""Scripts of examples that pages call."""
+DEMO = re.compile(r"^\t\$\(BIN\)/flexura (.*)$", re.MULTILINE)
+"""Commands of the Makefile."""
 EXTRAS = sorted(OPTIONAL.keys() - {"all", "bench", "dev", "docs"})
 
 
@@ -157,7 +161,16 @@ def snippets(place: Place) -> str:
     place.install(f"{place.built.wheel}[all]", "pytest")
     own = place.unpacked("src")
     words = [place.python, "-m", "pytest", "-p", "no:cacheprovider", "-m", "", "tests/docs/test_doc_snippets.py"]
-    return last_line(run(words, own))
+    said = last_line(run(words, own))
+    scripts = {line for page in own.glob("docs/**/*.md") for line in SCRIPTS.findall(page.read_text(encoding="utf-8"))}
+    demo = DEMO.findall((own / "Makefile").read_text(encoding="utf-8"))
+    if not scripts or not demo:
+        raise RuntimeError("no scripts in docs, or no commands of `make demo`, were found")
+    for line in sorted(scripts):
+        run([place.python, *shlex.split(line)], own)
+    for line in demo:
+        place.flexura(line)
+    return f"{said}; {len(scripts)} scripts, {len(demo)} commands of make demo"
 
 
 def trials() -> dict[str, Trial]:
