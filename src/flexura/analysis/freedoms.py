@@ -206,7 +206,7 @@ def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
                 Q = model.geometry.Q[instance].T
                 own = block_rotation(Q)
                 own[3:, 3:] *= round(float(np.linalg.det(Q)))
-                B = sp.block_diag([own] * len(discrete.nodes)) @ rows
+                B = sp.csr_matrix(np.kron(np.eye(len(discrete.nodes)), own)) @ rows
                 K = K - B.T @ sp.csc_matrix(discrete.K) @ B
     left = K.diagonal()
     if not any(part.springs for part in model.plan.parts.values()) or (left < NOISE * model.K.diagonal()).any():
