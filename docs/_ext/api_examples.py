@@ -40,7 +40,7 @@ def example(name: str) -> Example | None:
 
 
 def _examples(name: str, page: str) -> Iterator[Example]:
-    call = re.compile(rf"\bfx\.{re.escape(name)}\(")
+    call = re.compile(rf"\bfx\.{re.escape(name)}(?:\.parse)?\(")
     text = (DOCS / page).read_text(encoding="utf-8")
     for match in BLOCK.finditer(text):
         above = text[: match.start()]

@@ -25,10 +25,15 @@ def row(name: str, mechanism: fx.Mechanism) -> str:
         f":doc:`{mechanism.name} </gallery/plot_{name}>`",
         freedoms(plan),
         stroke(plan),
-        f"{fx.modes(plan, n=1).frequency_hz[0]:.4g} Hz",
+        _frequency(float(fx.modes(plan, n=1).frequency_hz[0])),
         str(len(mechanism.published)),
     )
     return "\n   * - " + "\n     - ".join(cells) + "\n"
+
+
+def _frequency(hz: float) -> str:
+    """A frequency in Hz or kHz."""
+    return f"{hz:.4g} Hz" if hz < 1e4 else f"{hz / 1e3:.4g} kHz"
 
 
 def freedoms(plan: fx.Plan) -> str:

@@ -60,6 +60,21 @@ def kinds(page: str) -> Iterator[tuple[str, list[str]]]:
             yield heading, found
 
 
+def classes(page: str) -> Iterator[tuple[str, list[str]]]:
+    """Headings for classes that the page of the Python API tells of without a heading, with their names."""
+    told = set(re.findall(r"`(\w+)", page)) - set(re.findall(r"^### `(\w+)\(", page, re.MULTILINE))
+    spaces = {"Parts of a description": ("describe",), "Results": ("", "modal", "solid", "testing", "view")}
+    seen = set[type]()
+    for heading, own in spaces.items():
+        found = list[str]()
+        for prefix in own:
+            room = getattr(flexura, prefix) if prefix else flexura
+            new = {name: kind for name in dir(room) if name in told and inspect.isclass(kind := getattr(room, name))}
+            found += [f"{prefix}.{name}" if prefix else name for name, kind in new.items() if kind not in seen]
+            seen |= set(new.values())
+        yield heading, found
+
+
 def names_of(heading: str, names: list[str]) -> str:
     """The page of one kind of names, from their docstrings."""
     parts = [
@@ -81,13 +96,13 @@ def _made(app: Any) -> None:
     made = docs / "reference"
     made.mkdir(exist_ok=True)
     pages = {made / "commands.md": commands()}
-    listed = list(kinds((docs / "api.md").read_text(encoding="utf-8")))
+    api = (docs / "api.md").read_text(encoding="utf-8")
+    listed = [*kinds(api), *classes(api)]
     slugs = [re.sub(r"\W+", "-", heading.lower()) for heading, _ in listed]
     for slug, (heading, names) in zip(slugs, listed, strict=True):
         pages[made / "python" / f"{slug}.md"] = names_of(heading, names)
-    index = (
-        "# Docstrings\n\nWhat the code says of its own names, by kind.\n\n```{toctree}\n" + "\n".join(slugs) + "\n```\n"
-    )
+    intro = "What the code says of its own names, by kind, verbs and parts of descriptions with an example each."
+    index = f"# Docstrings\n\n{intro}\n\n```{{toctree}}\n" + "\n".join(slugs) + "\n```\n"
     pages[made / "python" / "index.md"] = index
     for name in FROM_ROOT:
         origin, page = docs.parent / name, docs / name.lower()

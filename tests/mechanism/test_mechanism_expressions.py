@@ -86,6 +86,11 @@ def test_values_are_those_of_python(tree):
     np.testing.assert_allclose(got, expected, rtol=1e-12)
 
 
+def test_text_is_not_taken_for_a_tree():
+    with pytest.raises(ExpressionError, match=r"Expression.parse\('t'\) reads one"):
+        Expression("t")  # type: ignore[arg-type]
+
+
 def test_values_broadcast_over_designs():
     designs = np.linspace(1, 2, 5)
     got = Expression.parse("max(x, 1.5)*y + sqrt(x)").evaluate({"x": designs, "y": 2.0})

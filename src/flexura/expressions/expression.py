@@ -143,6 +143,12 @@ class Expression(_Node):
 
     tree: Tree
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.tree, Tree):
+            raise ExpressionError(
+                "this is no expression", hint=f"Expression.parse({str(self.tree)!r}) reads one from text"
+            )
+
     @staticmethod
     def parse(text: str, unit: UnitReader | None = None) -> Expression:
         """Read an expression; `unit` reads the units of its literals (None: units are refused, numbers are SI).
