@@ -2,7 +2,7 @@
 #   make demo      the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
 #   make test      the whole test suite
 #   make test-quick  the suite but for its slow sweeps
-#   make lint      ruff, pyright, import rules, and that the pages' script is that of its source
+#   make lint      ruff, pyright, all public types known, import rules, and that the pages' script is that of its source
 #   make viewer    the pages' script, of its TypeScript
 #   make bench     speed beside the best that there is else, one table; benchmarks/README.md
 #   make docs      the site: all pages, the gallery, what docstrings and commands say
@@ -75,6 +75,7 @@ lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/python tools/public_types.py
 	$(BIN)/lint-imports
 	$(BIN)/python tools/viewer.py --check
 

@@ -10,6 +10,7 @@ The sdist is built of a clean checkout of the commit, and from it the wheel. Eac
     lowest-core      the least versions that pyproject.toml allows: the same commands, and tests
     lowest-NAME      one extra at its least versions, and those of what is always needed
     installer-NAME   the ways of the page on installing: pip, pipx, uvx
+    types            pyright knows the type of every public name of the wheel
     docs-site        the site is built by the extra docs
     docs-snippets    every command and snippet of README.md and docs prints what its page says
 
@@ -148,6 +149,12 @@ def by_uvx(place: Place) -> str:
     return last_line(run([uvx, "--from", place.built.wheel, "flexura", "--version"], place.folder, **own))
 
 
+def types(place: Place) -> str:
+    """What a type checker knows of the wheel."""
+    place.install(place.built.wheel, "pyright[nodejs]")
+    return last_line(run([place.python, ROOT / "tools" / "public_types.py"], place.folder))
+
+
 def site(place: Place) -> str:
     """The site, with warnings as errors, of the sdist's pages and the wheel."""
     place.install(f"{place.built.wheel}[docs]")
@@ -188,6 +195,7 @@ def trials() -> dict[str, Trial]:
     listed |= {f"lowest-{extra}": Trial(least, partial(lowest_extra, extra)) for extra in EXTRAS}
     installers = {"pip": by_pip, "pipx": by_pipx, "uvx": by_uvx}
     listed |= {f"installer-{name}": Trial(own, attempt) for name, attempt in installers.items()}
+    listed["types"] = Trial(own, types)
     return listed | {"docs-site": Trial(own, site), "docs-snippets": Trial(newest, snippets)}
 
 

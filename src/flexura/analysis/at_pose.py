@@ -20,6 +20,7 @@ from flexura.motion import (
     NO_LOADS,
     Equations,
     Equilibrium,
+    Loads,
     MovingModel,
     Path,
     Point,
@@ -156,13 +157,14 @@ class Way:
     """The equilibria of a design over displacements (d,) that are prescribed, one after another."""
 
     def __init__(self, design: Design, names: list[str]) -> None:
-        self.design, self.names = design, names
+        self.design = design
+        self.names = names
         self._plain = design.still
         model = MovingModel.of(self._plain)
         planned = course(model, Given(dict.fromkeys(names, 0.0), {}, {}, None, {}), 1)
-        self.equations = Equations(model, planned.drives)
+        self.equations: Equations = Equations(model, planned.drives)
         self.equations.independent()
-        self.loads = planned.rest.loads
+        self.loads: Loads = planned.rest.loads
         start = self.equations.at_rest()
         self._path = Path(self.equations, start, Point(planned.rest.targets, NO_LOADS))
         if self.loads.any:

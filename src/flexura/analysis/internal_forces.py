@@ -102,5 +102,6 @@ def _names(model: FullOrderModel) -> Iterator[str]:
 
 
 def unknown_member(name: str, known: list[str]) -> str:
+    """What is said of a link or flexure that is not there."""
     shown = ", ".join(known[:4]) + (", ..." if len(known) > 4 else "")
     return f"there is no link or flexure {name!r}; there are {shown or 'none'}"

@@ -7,6 +7,7 @@ that this is far away need few terms, and are joined to whole beams (theory eqs.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexura.beam.dynamic import (
     AXIAL,
@@ -40,7 +41,7 @@ class BeamSeries:
     def __init__(self, beam: UniformBeam, limit: float) -> None:
         self.limit = limit
         waves = radians(beam, limit) / SMALL
-        self.halvings = np.ceil(np.log2(np.maximum(waves, 1.0))).astype(np.intp)
+        self.halvings: NDArray[np.intp] = np.ceil(np.log2(np.maximum(waves, 1.0))).astype(np.intp)
         pieces = 2.0**self.halvings
         self._length = beam.length / pieces
         self._coefficients = series(beam._replace(length=self._length), limit)

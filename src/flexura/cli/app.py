@@ -196,7 +196,7 @@ class _Group(TyperGroup):
         return super().parse_args(ctx, [*front, *rest, *args[end:]])
 
 
-app = typer.Typer(
+app: typer.Typer = typer.Typer(
     name="flexura",
     cls=_Group,
     help="Low-order dynamic models of flexure-based compliant mechanisms, with evidence for every number.",

@@ -20,8 +20,11 @@ MODELS = (".yaml", ".yml")
 """Suffixes of model files."""
 
 
-Method = StrEnum("Method", ["slsqp", "trust-constr"])
-"""How the best design is searched for."""
+class Method(StrEnum):
+    """How the best design is searched for."""
+
+    SLSQP = "slsqp"
+    TRUST_CONSTR = "trust-constr"
 
 
 def optimize_command(
@@ -49,7 +52,7 @@ def optimize_command(
     ] = None,
     starts: Annotated[int | None, typer.Option(min=1, help="Searches, the first from the design as it is: 8.")] = None,
     points: Annotated[int, typer.Option(min=2, help="Designs of the front of several goals.")] = 24,
-    method: Annotated[Method, typer.Option(help="SciPy's method, on exact gradients.")] = Method["slsqp"],
+    method: Annotated[Method, typer.Option(help="SciPy's method, on exact gradients.")] = Method.SLSQP,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the starts: 0.")] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the optimum as a model file, or a front as .csv.")
@@ -85,7 +88,7 @@ def optimize_command(
             study=study,
             starts=starts,
             points=points,
-            method="slsqp" if method is Method["slsqp"] else "trust-constr",
+            method="trust-constr" if method is Method.TRUST_CONSTR else "slsqp",
             seed=seed,
             progress=progress,
         )

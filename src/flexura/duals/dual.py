@@ -63,7 +63,8 @@ class Dual:
     __slots__ = ("slope", "value")
 
     def __init__(self, value: Any, slope: Any) -> None:
-        self.value, self.slope = value, slope
+        self.value: Any = value
+        self.slope: Any = slope
         if np.shape(slope)[1:] != np.shape(value):
             raise TypeError(f"slopes {np.shape(slope)} are not those of values {np.shape(value)}")
 

@@ -105,5 +105,5 @@ _COHERENT = {
     "V": VOLTAGE,
 }
 _DERIVED = ("N", "Pa", "N/m", "N*m", "N/m**3", "m/N", "N*s/m", "N*m*s", "W", "V", "m/V", "V/m")
-_NAMED = {dimension: unit for unit in _DERIVED if (dimension := Dimension.of_unit(unit)) is not None}
+_NAMED = {Dimension.of_unit(unit): unit for unit in _DERIVED}
 """Units of mechanics and actuators by dimension; those of 1/s are left, which are Hz as well as rad/s."""

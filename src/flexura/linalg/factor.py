@@ -75,7 +75,7 @@ class SuperLU(Factor):
 
     def __init__(self, A: Matrix, scale: Array | None = None) -> None:
         A = sp.csc_matrix(A)
-        self.scale = unit_scale(A) if scale is None else scale
+        self.scale: Array = unit_scale(A) if scale is None else scale
         own = scaled(A, self.scale)
         own.sort_indices()  # SuperLU would do so in what it is given
         try:
@@ -121,7 +121,7 @@ class Dense(Factor):
     name = "lapack"
 
     def __init__(self, A: Array) -> None:
-        self.scale = unit_scale(A)
+        self.scale: Array = unit_scale(A)
         self._lu, self._pivots, singular = la.lapack.dgetrf(scaled(A, self.scale))
         if singular:
             raise SingularError(MOVES)

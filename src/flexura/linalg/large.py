@@ -142,7 +142,7 @@ class Pardiso(Factor):
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         n = A.shape[0]
-        self.scale = unit_scale(A)
+        self.scale: Array = unit_scale(A)
         at, own = sp.triu(scaled(sp.csc_matrix(A), self.scale), format="coo"), np.arange(n)
         entries = np.append(at.data, np.zeros(n))  # Pardiso wants every diagonal entry, zero or not
         upper = sp.csr_matrix((entries, (np.append(at.row, own), np.append(at.col, own))), shape=A.shape)

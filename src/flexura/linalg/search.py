@@ -54,8 +54,13 @@ class ShiftInvert:
     def __init__(
         self, K: Any, M: Any, shift: float, solve: Callable[[Array], Array], progress: Progress | None = None
     ) -> None:
-        self.K, self.M, self.shift, self.solve = K, M, shift, solve
-        self.progress, self.solves, self.expected = progress, 0, 100
+        self.K = K
+        self.M = M
+        self.shift = shift
+        self.solve = solve
+        self.progress = progress
+        self.solves: int = 0
+        self.expected: int = 100
 
     def nearest(self, count: int, known: Array | None = None) -> Eigenpairs:
         """The `count` pairs next to the shift in the M-orthogonal complement of `known` (n, j), fewer than n.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
@@ -157,7 +158,7 @@ class Matrix:
     """An immutable real matrix that compares by value."""
 
     def __init__(self, values: Any) -> None:
-        self.array = np.array(values, dtype=float)
+        self.array: NDArray[np.float64] = np.array(values, dtype=float)
         self.array.flags.writeable = False
 
     def __eq__(self, other: object) -> bool:

@@ -266,7 +266,7 @@ class ParameterTable:
             if not np.all(np.isfinite(values[name])):
                 raise ModelError([Problem(("parameters", name), str(value), "has no finite value")])
         self._derived = [(n, v, v.names) for n in order if isinstance(v := self._parameters[n].value, Expression)]
-        self.defaults = {name: values[name] for name in self._parameters}
+        self.defaults: dict[str, Value] = {name: values[name] for name in self._parameters}
 
     def __call__(self, overrides: Mapping[str, ArrayLike]) -> tuple[dict[str, Value], set[str]]:
         """Values of all parameters, and the names of those that the overrides changed; see `parameter_values`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -30,7 +30,7 @@ class Moved(OneKind):
     """What a node is moved by from rest, or the command of an actuator, as `Prescribed`: one value, or from one to
     another."""
 
-    EXAMPLE = "e.g. {y: [-5 mm, 5 mm]}, or {expansion: [0, 10 um]}"
+    EXAMPLE: ClassVar[str] = "e.g. {y: [-5 mm, 5 mm]}, or {expansion: [0, 10 um]}"
 
     x: LengthRange | None = None
     y: LengthRange | None = None

@@ -43,7 +43,7 @@ class Prescribed(OneKind):
     force, N; a moment, N m.
     """
 
-    EXAMPLE = "e.g. {y: 5 mm}, or {expansion: 10 um}"
+    EXAMPLE: ClassVar[str] = "e.g. {y: 5 mm}, or {expansion: 10 um}"
 
     x: Length | None = None
     y: Length | None = None

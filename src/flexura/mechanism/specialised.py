@@ -47,7 +47,7 @@ class Specialised:
         self.places: dict[str, Path] = {}
         self.materials: dict[str, Material] = {}
         self.substructures: dict[str, Substructure] = {}
-        self.order = parameter_order(mechanism.parameters)[0]
+        self.order: list[str] = parameter_order(mechanism.parameters)[0]
         self._scopes: dict[str, _Scope] = {}
         self._reads: dict[str, frozenset[str]] = {}
         self._interned: dict[tuple[object, ...], str] = {}

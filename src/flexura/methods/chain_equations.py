@@ -32,7 +32,7 @@ class ChainEquations(ABC):
     is_real = True
 
     def __init__(self, model: FullOrderModel) -> None:
-        self.exact = DynamicStiffness(model, self.pieces)
+        self.exact: DynamicStiffness = DynamicStiffness(model, self.pieces)
         assembler = self.exact.assembler
         self._ends = {name: self._number(name) for name in self.exact.parts}
         unknowns = (
@@ -40,7 +40,7 @@ class ChainEquations(ABC):
             for part, copies in zip(self.exact.parts.values(), self.exact.copies, strict=True)
             for own in part.chains
         )
-        self.condensed = sum(unknowns) > LARGE
+        self.condensed: bool = sum(unknowns) > LARGE
         """Whether the unknowns of chains are eliminated part by part."""
         dofs, first = [], len(assembler.physical)
         for name, part in self.exact.parts.items():

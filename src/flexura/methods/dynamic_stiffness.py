@@ -131,8 +131,10 @@ class DynamicStiffness:
         if not len(self.assembler.physical):
             raise OptionError("every node that the substructures keep is held: cut a member in two to see it move")
         refuse_large_parts(self.assembler)
-        self.parts = {name: ExactPart(model, reducer, pieces) for name, reducer in self.assembler.reducers.items()}
-        self.copies = [len(model.plan.topology.copies[name].paths) for name in self.parts]
+        self.parts: dict[str, ExactPart] = {
+            name: ExactPart(model, reducer, pieces) for name, reducer in self.assembler.reducers.items()
+        }
+        self.copies: list[int] = [len(model.plan.topology.copies[name].paths) for name in self.parts]
 
     def at(self, omega: float | complex) -> tuple[Array, Array, int]:
         """K (n, n), -dK/d(omega^2) (n, n) and J0 at an angular frequency, rad/s, over the kept nodes' DOFs.

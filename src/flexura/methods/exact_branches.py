@@ -104,10 +104,13 @@ class Branches:
     """The branches of all prototypes and their exact matrices over [t, e]."""
 
     def __init__(self, series: BeamSeries, parts: dict[str, PartBranches]) -> None:
-        self.parts, self._series = parts, series
-        self.all = [branch for part in parts.values() for branch in part.branches]
+        self.parts = parts
+        self._series = series
+        self.all: list[Branch] = [branch for part in parts.values() for branch in part.branches]
         ends = np.cumsum([0, *(len(part.branches) for part in parts.values())])
-        self.span = {name: slice(int(a), int(b)) for name, (a, b) in zip(parts, pairwise(ends), strict=True)}
+        self.span: dict[str, slice] = {
+            name: slice(int(a), int(b)) for name, (a, b) in zip(parts, pairwise(ends), strict=True)
+        }
         own = [(b.chains.kind[b.row, b.first : b.last], b.chains.reverse[b.row, b.first : b.last]) for b in self.all]
         self._kind = np.concatenate([np.empty(0, dtype=np.intp), *(k for k, _ in own)])
         self._X = np.concatenate([np.empty((0, 6, 6)), *(b.X for b in self.all)])[:, None]

@@ -22,7 +22,7 @@ from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg import inverse_roots, scaled, unit_scale
 from flexura.methods.dense import refuse_large, refuse_large_parts
-from flexura.methods.exact_branches import PartBranches, branches_below
+from flexura.methods.exact_branches import Branches, PartBranches, branches_below
 from flexura.reduction import LowOrderAssembler, low_order, with_modes
 from flexura.structure import TAPERED_PIECES, DiscreteElement, FullOrderModel, Scatter, node_dofs
 
@@ -132,10 +132,11 @@ class ExactCondensation:
     def __init__(
         self, model: FullOrderModel, limit: float, pieces: int = 1, tapered_pieces: int = TAPERED_PIECES
     ) -> None:
-        self.model, self.limit = model, limit
+        self.model = model
+        self.limit = limit
         self.assembler: LowOrderAssembler = low_order(model.plan)
         refuse_large_parts(self.assembler)
-        self.branches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
+        self.branches: Branches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
         self._parts = {name: self._part(name, own) for name, own in self.branches.parts.items()}
         both = np.array([limit, 0.0])
         exact = self.branches(both)[0]

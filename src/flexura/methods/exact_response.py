@@ -16,6 +16,7 @@ from flexura.systems import DampingLaw, InputPort, OutputPort, uniform_loss
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Index = NDArray[np.intp]
 
 
 class ExactResponse:
@@ -39,8 +40,10 @@ class ExactResponse:
         if law.is_modal:
             hint = "give Rayleigh damping, a loss factor or dashpots"
             raise OptionError(f"the exact dynamic stiffness has no modes to which damping ratios could belong; {hint}")
-        self.stiffness = DynamicStiffness(model)
-        self.model, self.law, self.direct = model, law, direct
+        self.stiffness: DynamicStiffness = DynamicStiffness(model)
+        self.model = model
+        self.law = law
+        self.direct = direct
         plan = model.plan
         C, H = full_order(plan).dissipation(model.design, law.loss_factor)
         loss = uniform_loss(H, model.K)
@@ -48,12 +51,12 @@ class ExactResponse:
             hint = "use the full-order model with method direct"
             raise OptionError(f"the exact dynamic stiffness takes one loss factor for everything elastic; {hint}")
         self.loss_factor = loss
-        self.kept = plan.topology.dof.ravel()[self.stiffness.assembler.physical]
+        self.kept: Index = plan.topology.dof.ravel()[self.stiffness.assembler.physical]
         self.C = self._over_kept(C.toarray(), "a dashpot")[self.kept] if C.nnz else None
-        self.derivative = np.array([o.derivative for o in outputs], dtype=np.intp)
-        self.rows = np.stack([self._over_kept(o.row[None], o.channel.name)[0] for o in outputs])
-        self.loads = np.stack([self._over_kept(i.load[None], i.channel.name)[0] for i in inputs], axis=1)
-        self.base = [i.base for i in inputs]
+        self.derivative: Index = np.array([o.derivative for o in outputs], dtype=np.intp)
+        self.rows: Array = np.stack([self._over_kept(o.row[None], o.channel.name)[0] for o in outputs])
+        self.loads: Array = np.stack([self._over_kept(i.load[None], i.channel.name)[0] for i in inputs], axis=1)
+        self.base: list[Array | None] = [i.base for i in inputs]
 
     def _over_kept(self, rows: Array, name: str) -> Array:
         """Rows over the kept DOFs. Raises OptionError where they reach others."""

@@ -63,9 +63,9 @@ class Pruned:
     def __init__(self, data: dict[str, Any]) -> None:
         self.data = data
         self.names: set[str] = set()
-        self.anything = False
-        self.whole_kinds = False
-        self.everything = False
+        self.anything: bool = False
+        self.whole_kinds: bool = False
+        self.everything: bool = False
         self.mended: set[Path] = set()
         """Members in which stand-ins took the place of what was wrong."""
         self._origin: dict[Path, list[int]] = {}

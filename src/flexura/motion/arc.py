@@ -83,11 +83,12 @@ class Arc:
 
     def __init__(self, equations: Equations, first: Point, last: Point, state: Equilibrium) -> None:
         self.equations = equations
-        self.first, self.last = first, last
+        self.first = first
+        self.last = last
         scale = equations.scale**2
         response = equations.solver(state.tangent)(self._missing(state.frames), last.targets - first.targets)[0]
         square = float(np.mean(scale * response**2))
-        self.weight = scale / len(scale) / max(square, LEAST**2)
+        self.weight: Array = scale / len(scale) / max(square, LEAST**2)
         """Weights (n,) of squared displacements in the length of a way: the linear response of a state to all of the
         loads counts as much as these."""
 

@@ -86,13 +86,14 @@ class Equations:
     """Equilibrium of a model under loads with some displacements prescribed."""
 
     def __init__(self, model: MovingModel, drives: Sequence[Drive] = ()) -> None:
-        self.model, self.drives = model, tuple(drives)
+        self.model = model
+        self.drives: tuple[Drive, ...] = tuple(drives)
         self._free = model.dof >= 0
         self._dof = model.dof[self._free]
         x = plain(model.rest.x[:-1])
-        self.size = float(np.linalg.norm(x.max(axis=0) - x.min(axis=0))) or 1.0
+        self.size: float = float(np.linalg.norm(x.max(axis=0) - x.min(axis=0))) or 1.0
         """Diagonal of the box around the mechanism, m."""
-        self.scale = np.ones(model.n_dof)
+        self.scale: Array = np.ones(model.n_dof)
         nodes, component = np.nonzero(self._free)
         del nodes
         self.scale[self._dof] = np.where(component < 3, 1 / self.size, 1.0)

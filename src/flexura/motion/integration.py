@@ -56,10 +56,13 @@ class Integrator:
     """Generalised-alpha for a model under loads in steps of dt, s, of a spectral radius `rho` at high frequencies."""
 
     def __init__(self, equations: Equations, damping: Damping, dt: float, rho: float) -> None:
-        self.equations, self.damping, self.dt = equations, damping, dt
-        self.am, self.af = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
-        self.gamma = 0.5 + self.af - self.am
-        self.beta = (self.gamma + 0.5) ** 2 / 4
+        self.equations = equations
+        self.damping = damping
+        self.dt = dt
+        self.am: float = (2 * rho - 1) / (rho + 1)
+        self.af: float = rho / (rho + 1)
+        self.gamma: float = 0.5 + self.af - self.am
+        self.beta: float = (self.gamma + 0.5) ** 2 / 4
         self._factor: Any = None
         self._rate = 0.5
 

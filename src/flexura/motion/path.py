@@ -59,7 +59,8 @@ class Path:
 
     def __init__(self, equations: Equations, start: Equilibrium, at: Point) -> None:
         self.equations = equations
-        self.state, self.at = start, at
+        self.state: Equilibrium = start
+        self.at: Point = at
         self._before: list[tuple[float, Frames]] = []
         self._way, self._load = 0.0, 1.0
 

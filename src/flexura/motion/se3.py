@@ -138,15 +138,15 @@ class Logarithm:
         # V^-1 = I - skew(w)/2 + c skew(w)^2 with c = c2 - c4 angle^2
         across = W @ x[..., None]
         v = x - 0.5 * across[..., 0] + (self._c[..., 0] - self._c[..., 1] * square)[..., None] * (W @ across)[..., 0]
-        self.e = np.concatenate([v, w], axis=-1)
+        self.e: Array = np.concatenate([v, w], axis=-1)
         """Twists (..., 6): m and rad."""
         self._A = ad(self.e)
         self._A2 = self._A @ self._A
         c2, c4 = self._c[..., 0, None, None], self._c[..., 1, None, None]
         even = _ONE + c2 * self._A2 + c4 * (self._A2 @ self._A2)
-        self.after = even + self._A / 2
+        self.after: Array = even + self._A / 2
         """(..., 6, 6), of the twist of end 2."""
-        self.before = even - self._A / 2
+        self.before: Array = even - self._A / 2
         """(..., 6, 6), of the twist of end 1; negative in the derivative."""
 
     def second(self, n: Array) -> tuple[Array, Array]:

@@ -23,15 +23,16 @@ class LowOrderAssembler:
     boundary may be kept, by prototype."""
 
     def __init__(self, plan: Plan, more: Mapping[str, Sequence[int]] | None = None) -> None:
-        self.plan, more = plan, more or {}
-        self.reducers = {
+        self.plan = plan
+        more = more or {}
+        self.reducers: dict[str, PartReducer] = {
             name: PartReducer(part, more.get(name, ())) for name, part in plan.parts.items() if part.has_matrices
         }
         topology = plan.topology
         kept = np.zeros(topology.n_nodes, dtype=bool)
         for name, reducer in self.reducers.items():
             kept[topology.root[self._numbers(name, reducer.kept)]] = True
-        self.physical = np.flatnonzero((topology.dof >= 0) & kept[:, None])
+        self.physical: Index = np.flatnonzero((topology.dof >= 0) & kept[:, None])
         """Positions of the physical coordinates in the flattened (node, DOF) table."""
         self._dof = np.full(topology.dof.size, -1, dtype=np.intp)
         self._dof[self.physical] = np.arange(len(self.physical))

@@ -16,7 +16,7 @@ from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
 from flexura.records import Latest
 from flexura.reduction.arrow import Arrow, Block, Order
 from flexura.reduction.assembler import low_order
-from flexura.reduction.branches import Copy, find_branches, interface_maps, part_transforms
+from flexura.reduction.branches import Branches, Copy, find_branches, interface_maps, part_transforms
 from flexura.reduction.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
 from flexura.reduction.parts import PartReducer
 from flexura.reduction.placing import bordered, joined, placing_error, stacked
@@ -70,10 +70,11 @@ class ChainAssembler:
     """
 
     def __init__(self, plan: Plan, reducers: dict[str, PartReducer]) -> None:
-        self.plan, self.reducers = plan, reducers
+        self.plan = plan
+        self.reducers = reducers
         sizes = np.cumsum([0, *(len(part.connectivity) for part in plan.parts.values())]).tolist()
         self._first = dict(zip(plan.parts, sizes, strict=False))
-        self.branches = find_branches(plan, {name: reducer.remaining for name, reducer in reducers.items()})
+        self.branches: Branches = find_branches(plan, {name: reducer.remaining for name, reducer in reducers.items()})
         self._row = {name: {int(n): k for k, n in enumerate(own.remaining)} for name, own in reducers.items()}
         kinds = [(name, g) for name, reducer in reducers.items() for g in range(len(reducer.chains))]
         self.forces: dict[Kind, Array] = {
@@ -100,7 +101,7 @@ class ChainAssembler:
         for number, kind in enumerate(found.kinds):
             shapes.setdefault((kind.inside + self._kept(kind.copies), 6 * kind.nodes.shape[1]), []).append(number)
         self._blocks = [(inside, inside + ends, kinds) for (inside, ends), kinds in shapes.items()]
-        self.n_core = found.n_core + self._kept(found.core_copies)
+        self.n_core: int = found.n_core + self._kept(found.core_copies)
         placed: dict[str, list[tuple[int, int, Index, NDArray[np.bool_]]]] = {name: [] for name in self.reducers}
         self._modal: dict[tuple[Kind, int], Index] = {}
         vectors, entries = 0, 0
@@ -130,7 +131,7 @@ class ChainAssembler:
             )
             for name, own in placed.items()
         }
-        self.order = self.n_core + sum(
+        self.order: int = self.n_core + sum(
             inside * len(found.kinds[number].instances) for inside, _, kinds in self._blocks for number in kinds
         )
         self._zones = zones

@@ -58,16 +58,17 @@ class PoleFrame:
     """
 
     def __init__(self, elements: Index, reverse: NDArray[np.bool_], Xd: Array, Xj_inverse: Array) -> None:
-        self.elements, self.Xj_inverse = elements, Xj_inverse
+        self.elements = elements
+        self.Xj_inverse = Xj_inverse
         flat = elements.ravel()
         consecutive = np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat)))
         self._own: slice | Index = slice(int(flat[0]), int(flat[0]) + len(flat)) if consecutive else flat
-        self.Xd = np.where(reverse[:, :, None, None], np.roll(Xd, 6, axis=-1), Xd) if reverse.any() else Xd
-        self.Xt = np.swapaxes(self.Xd, -1, -2)
+        self.Xd: Array = np.where(reverse[:, :, None, None], np.roll(Xd, 6, axis=-1), Xd) if reverse.any() else Xd
+        self.Xt: Array = np.swapaxes(self.Xd, -1, -2)
         e = elements.shape[1]
-        self.before = np.tri(e)
+        self.before: Array = np.tri(e)
         """Sums (e, e) over an element and those before it."""
-        self.beyond = np.triu(np.ones((e, e - 1)))
+        self.beyond: Array = np.triu(np.ones((e, e - 1)))
         """Sums (e, e - 1) over the interior nodes beyond an element."""
         self._mass_bases: tuple[int, Array] | None = None
 

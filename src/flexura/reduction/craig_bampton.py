@@ -55,7 +55,8 @@ class CraigBampton:
         stiffness_at_boundary: Callable[[], Array] | None = None,
     ) -> None:
         self.K, self.M = (_workable(A) for A in (K, M))
-        self.interior, self.boundary = interior, boundary
+        self.interior = interior
+        self.boundary = boundary
         self._stiffness_at_boundary = stiffness_at_boundary
         if len(interior) and not (self.K.diagonal()[interior] > 0).all():
             raise SolverError("a node inside a substructure has no stiffness in some direction")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.linalg import factorise, scaled, unit_scale
 from flexura.records import Latest
-from flexura.reduction.chain import ChainKinematics, chain_stiffness, condense, find_chains, kinematics
+from flexura.reduction.chain import ChainGroup, ChainKinematics, chain_stiffness, condense, find_chains, kinematics
 from flexura.reduction.craig_bampton import CraigBampton
 from flexura.sizes import beyond
 from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs
@@ -35,10 +35,10 @@ class PartReducer:
 
     def __init__(self, part: Part, more: Sequence[int] = ()) -> None:
         self.part = part
-        self.kept = np.array([*part.boundary, *sorted({*more} - set(part.boundary.tolist()))], dtype=np.intp)
-        self.boundary_dofs = node_dofs(self.kept)
-        self.interior_dofs = node_dofs(np.setdiff1d(part.interior, self.kept))
-        self.chains = find_chains(part, self.kept)
+        self.kept: Index = np.array([*part.boundary, *sorted({*more} - set(part.boundary.tolist()))], dtype=np.intp)
+        self.boundary_dofs: Index = node_dofs(self.kept)
+        self.interior_dofs: Index = node_dofs(np.setdiff1d(part.interior, self.kept))
+        self.chains: list[ChainGroup] = find_chains(part, self.kept)
         self._latest: Latest[list[ChainKinematics]] = Latest()
 
     @cached_property

@@ -15,6 +15,7 @@ from flexura.reduction.model import FullBasis, LowOrderModel, ProjectedBasis, as
 from flexura.structure import Design, Posed
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 class Substructures(Protocol):
@@ -35,9 +36,10 @@ class EqualCopies:
     """At rest the copies of a prototype are equal: one stands for all."""
 
     def __init__(self, assembler: LowOrderAssembler, design: Design) -> None:
-        self.assembler, self.design = assembler, design
+        self.assembler = assembler
+        self.design = design
         matrices, geometry = self.design.matrices, self.design.geometry
-        self.modes = {
+        self.modes: dict[str, CraigBampton] = {
             name: reducer.craig_bampton(matrices[name], geometry) for name, reducer in assembler.reducers.items()
         }
 
@@ -56,9 +58,11 @@ class PosedCopies:
     of a prototype together, which do not touch one another but at what is kept."""
 
     def __init__(self, assembler: LowOrderAssembler, design: Design, at: Posed) -> None:
-        self.assembler, self.design, self.K, self.M = assembler, design, at.K, at.M
+        self.assembler = assembler
+        self.design = design
+        self.K, self.M = at.K, at.M
         topology = design.plan.topology
-        self.physical = topology.dof.ravel()[assembler.physical]
+        self.physical: Index = topology.dof.ravel()[assembler.physical]
         self.modes: dict[str, CraigBampton] = {}
         for name, reducer in assembler.reducers.items():
             number = np.array(topology.copies[name].offset, dtype=np.intp)[:, None] + reducer.part.interior

@@ -46,7 +46,8 @@ class LowOrderFamily:
     def __init__(
         self, plan: Plan, at: Mapping[str, float], keep: int | Mapping[str, int] = 0, rows: Rows | None = None
     ) -> None:
-        self.plan, self._keep, self._rows = plan, keep, rows
+        self.plan = plan
+        self._keep, self._rows = keep, rows
         self._full, self._elastic = FullOrderFamily(plan, rows), FullOrderFamily(plan, loaded=False)
         self._at = self._last = reduce(plan, at, keep=keep)
 

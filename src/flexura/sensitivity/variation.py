@@ -96,7 +96,8 @@ class FullOrderFamily:
     """The full-order models of a plan over its parameters; not `loaded`, without what described loads do to them."""
 
     def __init__(self, plan: Plan, rows: Rows | None = None, loaded: bool = True) -> None:
-        self.plan, self._rows = plan, rows
+        self.plan = plan
+        self._rows = rows
         self._is_loaded = loaded and plan.is_loaded
 
     def model(self, parameters: Mapping[str, float]) -> FullOrderModel:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import rigid_arm
-from flexura.mechanism import MotionSensor, PiezoStack, Substructure
+from flexura.mechanism import Actuator, MotionSensor, PiezoStack, Sensor, Substructure
 from flexura.structure.discrete_elements import PiezoElement, rigid_mass
 from flexura.structure.value_table import Index, ValueTable
 
@@ -22,7 +22,8 @@ class PartChannels:
     """
 
     def __init__(self, table: ValueTable, prototype: Substructure, number: Callable[[str], int]) -> None:
-        self.actuators, self.sensors = prototype.actuators, prototype.sensors
+        self.actuators: dict[str, Actuator] = prototype.actuators
+        self.sensors: dict[str, Sensor] = prototype.sensors
         self.nodes: dict[tuple[str, str], list[int]] = {}
         self._entries: dict[tuple[str, str], dict[str, Index]] = {}
         self.piezos: dict[str, PiezoElement] = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from flexura.structure.sections import SectionGroup
 from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
-Bools = NDArray[Any]
+Bools = NDArray[np.bool_]
 """Truth values."""
 
 SLICES = 160
@@ -64,7 +64,7 @@ class MemberCorrections:
         self, members: Sequence[Link | Flexure], mechanism: Mechanism, groups: list[tuple[SectionGroup, int, bool]]
     ) -> None:
         self._groups = groups
-        self.wanted = np.zeros((len(members), len(CORRECTIONS)), dtype=bool)
+        self.wanted: Bools = np.zeros((len(members), len(CORRECTIONS)), dtype=bool)
         for row, member in enumerate(members):
             chosen = mechanism.corrections if member.corrections is None else member.corrections
             form = member.section if isinstance(member, Link) else member.profile
@@ -72,8 +72,8 @@ class MemberCorrections:
             possible = possible_corrections(form, member.theory or mechanism.theory)
             names = possible if chosen == "auto" else possible & set(() if chosen == "none" else chosen)
             self.wanted[row] = [name in names for name in CORRECTIONS]
-        self.shear = self.wanted[:, CORRECTIONS.index("shear")]
-        self.warping = self.wanted[:, CORRECTIONS.index("warping")]
+        self.shear: Bools = self.wanted[:, CORRECTIONS.index("shear")]
+        self.warping: Bools = self.wanted[:, CORRECTIONS.index("warping")]
         self.settle(np.zeros((len(members), 2)))
 
     def settle(self, clamped: Array) -> None:
@@ -81,9 +81,9 @@ class MemberCorrections:
         self.clamped = clamped
         plate, warping, shear, notch = self.wanted.T
         holds = (clamped > 0).any(axis=1)
-        self.active = np.stack([plate & holds, warping & holds, shear, notch], axis=1)
+        self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch], axis=1)
         plate, warping, _, notch = self.active.T
-        self.any = bool((plate | warping | notch).any())
+        self.any: bool = bool((plate | warping | notch).any())
 
     def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
         """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""

@@ -72,7 +72,8 @@ class Elements:
         self._sections, self._finer, self._torsion, self._factors = sections, finer, torsion, factors
         self._stiff = sections if factors is None else factors.applied(sections, slice(None))
         self._stations = finer(STATIONS)
-        self.length, self._share = length, share
+        self.length = length
+        self._share = share
         self._shear, self._rotary = flags
 
     @cached_property

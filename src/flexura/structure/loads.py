@@ -17,7 +17,7 @@ class DeadLoads:
     def __init__(self, layout: Layout, table: ValueTable) -> None:
         mechanism, exposed = layout.mechanism, layout.exposed(TOP)
         loads = [component for load in mechanism.loads.values() for component in (*load.force, *load.moment)]
-        self.any = any(component != 0 for component in (*mechanism.gravity, *loads))
+        self.any: bool = any(component != 0 for component in (*mechanism.gravity, *loads))
         """Whether anything is loaded, for some values of the parameters."""
         self._gravity = np.array(table.add_all(mechanism.gravity), dtype=np.intp)
         self._wrenches = {

@@ -23,9 +23,9 @@ class Members:
     """Entries and groups of a list of members; elements are numbered member by member."""
 
     def __init__(self, members: Sequence[Link | Flexure], mechanism: Mechanism, table: ValueTable) -> None:
-        self.counts = np.array([m.elements for m in members], dtype=np.intp)
-        self.first = np.concatenate([[0], np.cumsum(self.counts)]).astype(np.intp)
-        self.element_member = np.repeat(np.arange(len(self.counts)), self.counts)
+        self.counts: Index = np.array([m.elements for m in members], dtype=np.intp)
+        self.first: Index = np.concatenate([[0], np.cumsum(self.counts)]).astype(np.intp)
+        self.element_member: Index = np.repeat(np.arange(len(self.counts)), self.counts)
         materials = [mechanism.material(m.material) for m in members]
         self._E = np.array([table.add(m.E) for m in materials], dtype=np.intp)
         self._rho = np.array([table.add(m.rho) for m in materials], dtype=np.intp)
@@ -43,16 +43,16 @@ class Members:
         for position, member in enumerate(members):
             own = member.section if isinstance(member, Link) else None
             groups.add(position, member, mechanism.sections[own] if isinstance(own, str) else own)
-        self.groups = groups.freeze()
+        self.groups: list[tuple[SectionGroup, int, bool]] = groups.freeze()
         self._collect_families()
-        self.is_round = np.zeros(len(self.counts), dtype=bool)
+        self.is_round: NDArray[np.bool_] = np.zeros(len(self.counts), dtype=bool)
         for group, _, _ in self.groups:
             self.is_round[group.index] = group.kind[0] in ("round", "circle", "tube")
         theories = [m.theory or mechanism.theory for m in members]
-        self.corrections = MemberCorrections(members, mechanism, self.groups)
-        self.shear = np.array([t == "timoshenko" for t in theories], dtype=float)
+        self.corrections: MemberCorrections = MemberCorrections(members, mechanism, self.groups)
+        self.shear: Array = np.array([t == "timoshenko" for t in theories], dtype=float)
         self.shear[self.corrections.shear] = 1.0
-        self.rotary = np.array([t != "euler_bernoulli" for t in theories], dtype=float)
+        self.rotary: Array = np.array([t != "euler_bernoulli" for t in theories], dtype=float)
         self._flags = (self.shear[self.element_member], self.rotary[self.element_member])
 
     def _collect_families(self) -> None:

@@ -88,24 +88,24 @@ class Part:
         prototype = layout.prototypes[name]
         mechanism = layout.mechanism
         nodes = _Nodes(layout.own_nodes(name))
-        self.n_own = len(nodes.names)
+        self.n_own: int = len(nodes.names)
         self.members: dict[str, Link | Flexure] = {**prototype.links, **prototype.flexures}
         ends = [[nodes.get(end) for end in member.nodes] for member in self.members.values()]
-        self.springs = {
+        self.springs: dict[str, SpringElement] = {
             key: SpringElement(table, spring, [nodes.get(n) for n in spring.nodes])
             for key, spring in prototype.springs.items()
         }
-        self.points = {
+        self.points: dict[str, tuple[int, PointMassElement]] = {
             key: (nodes.get(point.node), PointMassElement(table, point)) for key, point in prototype.masses.items()
         }
-        self.bodies = {
+        self.bodies: dict[str, tuple[int, BodyElement]] = {
             key: (nodes.get(key), BodyElement(table, body, mechanism)) for key, body in prototype.bodies.items()
         }
-        self.superelements = {
+        self.superelements: dict[str, tuple[list[int], Array, Array]] = {
             key: ([nodes.get(n) for n in part.nodes], part.stiffness.array, part.mass.array)
             for key, part in prototype.superelements.items()
         }
-        self.dashpots = {
+        self.dashpots: dict[str, SpringElement] = {
             key: SpringElement(table, dashpot, [nodes.get(n) for n in dashpot.nodes])
             for key, dashpot in prototype.dashpots.items()
         }
@@ -113,23 +113,24 @@ class Part:
             None if own.loss_factor is None else table.add(own.loss_factor)
             for own in (*prototype.springs.values(), *prototype.superelements.values())
         ]
-        self.channels = PartChannels(table, prototype, nodes.get)
+        self.channels: PartChannels = PartChannels(table, prototype, nodes.get)
         exposed = layout.exposed(name)
         self.carried: dict[int, list[int]] = {
             nodes.number[key]: [nodes.get(n) for text in body.carries for n in matching(text, exposed)]
             for key, body in prototype.bodies.items()
         }
-        self.joints = [(nodes.get(a), nodes.get(b)) for a, b in prototype.joints]
-        self.foreign = nodes.names[self.n_own :]
-        self.n_named = len(nodes.names)
+        self.joints: list[tuple[int, int]] = [(nodes.get(a), nodes.get(b)) for a, b in prototype.joints]
+        self.foreign: list[str] = nodes.names[self.n_own :]
+        self.n_named: int = len(nodes.names)
         own_positions = [*prototype.nodes.values(), *(body.centre for body in prototype.bodies.values())]
         self._position_entries = np.array([table.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
         self._lay_out_members(layout, table, np.array(ends, dtype=np.intp).reshape(-1, 2))
         self._mesh(nodes)
-        self.n_positioned = len(nodes.names)
+        self.n_positioned: int = len(nodes.names)
         self._add_amplitudes(nodes)
-        self.node_names, self.node_number = nodes.names, nodes.number
-        self.boundary = self._boundary(layout, nodes)
+        self.node_names: list[str] = nodes.names
+        self.node_number: dict[str, int] = nodes.number
+        self.boundary: Index = self._boundary(layout, nodes)
         self._latest: Latest[PartGeometry] = Latest()
 
     def _lay_out_members(self, layout: Layout, table: ValueTable, ends: Index) -> None:
@@ -141,18 +142,20 @@ class Part:
         self._free_frame = np.array([m.reference is None for m in members], dtype=bool)
         references = [table.add_all(m.reference or (0.0, 0.0, 1.0)) for m in members]
         self._reference_entries = np.array(references, dtype=np.intp).reshape(-1, 3)
-        self.table = Members(members, mechanism, table)
+        self.table: Members = Members(members, mechanism, table)
 
     def _mesh(self, nodes: _Nodes) -> None:
         """Cut the members: mesh nodes `member[k]`, and the elements in order of members."""
-        connectivity, self.mesh_member, self.mesh_fraction = [], [], []
+        connectivity: list[tuple[int, int]] = []
+        self.mesh_member: list[int] = []
+        self.mesh_fraction: list[float] = []
         for position, (name, n) in enumerate(zip(self.members, self.counts, strict=True)):
             inner = [nodes.get(f"{name}[{k}]") for k in range(1, n)]
             chain = [self.ends[position, 0], *inner, self.ends[position, 1]]
             connectivity += list(pairwise(chain))
             self.mesh_member += [position] * (n - 1)
             self.mesh_fraction += [k / n for k in range(1, n)]
-        self.connectivity = np.array(connectivity, dtype=np.intp).reshape(-1, 2)
+        self.connectivity: Index = np.array(connectivity, dtype=np.intp).reshape(-1, 2)
 
     def _add_amplitudes(self, nodes: _Nodes) -> None:
         """Number nodes without a position for the amplitudes of superelements, and let their matrices reach over
@@ -170,7 +173,7 @@ class Part:
                 extra.append(node)
             spare = np.eye(-count % 6)
             self.superelements[key] = ([*own, *extra], la.block_diag(K, spare), la.block_diag(M, 0 * spare))
-        self.unused = np.zeros((len(nodes.names), 6), dtype=bool)
+        self.unused: NDArray[np.bool_] = np.zeros((len(nodes.names), 6), dtype=bool)
         """Which freedoms (n, 6) of the nodes for amplitudes stand for nothing."""
         for node, names in self.amplitude_names.items():
             self.unused[node, len(names) :] = True

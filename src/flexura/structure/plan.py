@@ -147,28 +147,30 @@ class Plan(Record, Displayed):
         if found:
             raise ModelError(found)
         self.mechanism = mechanism
-        self.layout = Layout(mechanism)
+        self.layout: Layout = Layout(mechanism)
         _refuse_solid_members(self.layout)
-        self.value_table = ValueTable()
-        self.parts = {name: Part(self.layout, name, self.value_table) for name in self.layout.prototypes}
+        self.value_table: ValueTable = ValueTable()
+        self.parts: dict[str, Part] = {
+            name: Part(self.layout, name, self.value_table) for name in self.layout.prototypes
+        }
         members = [m for part in self.parts.values() for m in part.members.values()]
-        self.members = Members(members, self.layout.mechanism, self.value_table)
+        self.members: Members = Members(members, self.layout.mechanism, self.value_table)
         self._children = {
             name: [_ChildPlacement(child, self.value_table) for child in children]
             for name, children in self.layout.children.items()
         }
-        self.loads = DeadLoads(self.layout, self.value_table)
-        self.pose = DescribedPose(self.layout, self.value_table)
-        self.motion = DescribedMotion(self.layout, self.value_table)
+        self.loads: DeadLoads = DeadLoads(self.layout, self.value_table)
+        self.pose: DescribedPose = DescribedPose(self.layout, self.value_table)
+        self.motion: DescribedMotion = DescribedMotion(self.layout, self.value_table)
         own = self.layout.specialised
         self._parameters = ParameterTable(mechanism, own.parameters, own.follows)
         self.value_table.close(self._parameters.defaults)
-        self.topology = Topology(self.layout, self.parts)
+        self.topology: Topology = Topology(self.layout, self.parts)
         self._levels = self._group_by_level()
         self._foreign = {name: self._foreign_sources(name) for name in self.parts}
         self._latest: Latest[Geometry] = Latest()
         self._turned: Latest[Array] = Latest()
-        self.prepared = Kept()
+        self.prepared: Kept = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
         self._geometry_entries = self._find_geometry_entries()
         self._settle_corrections()

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.mechanism import COMMANDS, Layout, matching
+from flexura.mechanism import COMMANDS, Layout, Motion, matching
 from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
@@ -19,7 +19,7 @@ class DescribedPose:
     """The key `at` of a mechanism, laid out once."""
 
     def __init__(self, layout: Layout, table: ValueTable) -> None:
-        self.any = bool(layout.mechanism.at)
+        self.any: bool = bool(layout.mechanism.at)
         """Whether there is one away from rest."""
         actuators = layout.actuators() if self.any else {}
         self._moved, self._commands = dict[str, int](), dict[str, int]()
@@ -44,7 +44,8 @@ class DescribedMotion:
     """The key `motion` of a mechanism, laid out once."""
 
     def __init__(self, layout: Layout, table: ValueTable) -> None:
-        self.motion = motion = layout.mechanism.motion
+        motion = layout.mechanism.motion
+        self.motion: Motion | None = motion
         """What is described."""
         self._moved, self._commands = dict[str, Index](), dict[str, Index]()
         self._wrenches: dict[str, dict[str, Index]] = {"loads": {}, "follower": {}}

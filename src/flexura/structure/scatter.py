@@ -24,7 +24,8 @@ class Scatter:
     """
 
     def __init__(self, dofs: Sequence[Index], n: int, *, symmetric: bool = True) -> None:
-        self.n, self.symmetric = n, symmetric
+        self.n = n
+        self.symmetric = symmetric
         key = np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, n) for d in dofs)])
         self._length = len(key)
         taken = key >= 0

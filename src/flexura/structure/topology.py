@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from flexura.errors import ModelError, OptionError, Problem
@@ -18,6 +19,9 @@ from flexura.mechanism import DOF_NAMES, TOP, Layout, matching
 from flexura.records import Kept
 from flexura.structure.part import Part
 from flexura.structure.value_table import Index
+
+Bools = NDArray[np.bool_]
+"""Truth values."""
 
 PLACES = 64
 """Sets of nodes whose places are remembered."""
@@ -46,16 +50,16 @@ class Topology:
 
     def __init__(self, layout: Layout, parts: dict[str, Part]) -> None:
         self.layout = layout
-        self.copies = {name: Copies(part) for name, part in parts.items()}
+        self.copies: dict[str, Copies] = {name: Copies(part) for name, part in parts.items()}
         self.parent: list[int] = []
         self.child: list[int] = []
         self._where: dict[tuple[str, ...], tuple[str, int]] = {}
-        self.n_nodes = 0
+        self.n_nodes: int = 0
         self._places = Kept(PLACES)
         self._enumerate(layout, parts)
-        self.unused = np.zeros((self.n_nodes, 6), dtype=bool)
+        self.unused: Bools = np.zeros((self.n_nodes, 6), dtype=bool)
         """Freedoms of nodes for amplitudes of superelements that stand for nothing."""
-        self.has_position = np.ones(self.n_nodes, dtype=bool)
+        self.has_position: Bools = np.ones(self.n_nodes, dtype=bool)
         """False for nodes that hold amplitudes of superelements."""
         for copies in self.copies.values():
             for offset in copies.offset:
@@ -134,12 +138,12 @@ class Topology:
         for node, mask in held.items():
             if not all(mask):
                 representative[cluster[node]] = node
-        self.root = representative[cluster]
-        self.is_rigid = np.zeros(self.n_nodes, dtype=bool)
+        self.root: Index = representative[cluster]
+        self.is_rigid: Bools = np.zeros(self.n_nodes, dtype=bool)
         """Nodes that belong to a cluster with a rigid body, so that their arms to the root matter."""
         if bodies:
             self.is_rigid = np.isin(self.root, self.root[bodies])
-        self.held = np.zeros((self.n_nodes, 6), dtype=bool)
+        self.held: Bools = np.zeros((self.n_nodes, 6), dtype=bool)
         for node, mask in held.items():
             self.held[self.root[node]] = mask
 
@@ -161,8 +165,8 @@ class Topology:
     def _number_dofs(self) -> None:
         free = ~(self.held | self.unused)
         free[self.root != np.arange(self.n_nodes)] = False
-        self.dof = np.full((self.n_nodes, 6), -1, dtype=np.intp)
-        self.n_dof = int(free.sum())
+        self.dof: Index = np.full((self.n_nodes, 6), -1, dtype=np.intp)
+        self.n_dof: int = int(free.sum())
         self.dof[free] = np.arange(self.n_dof)
 
     @property

@@ -15,7 +15,7 @@ class Triplets:
     """Entries of a sparse matrix of given shape; equal places are summed, rows and columns below zero dropped."""
 
     def __init__(self, rows: int, columns: int) -> None:
-        self.shape = (rows, columns)
+        self.shape: tuple[int, int] = (rows, columns)
         self._rows: list[Index] = []
         self._columns: list[Index] = []
         self._values: list[Array] = []

@@ -28,7 +28,7 @@ from flexura.mechanism import (
     suggestion,
 )
 from flexura.records import Record
-from flexura.structure import Design, Plan
+from flexura.structure import Design, Geometry, Plan
 from flexura.systems.action import Action, signs_of
 from flexura.systems.channel import Channel
 
@@ -110,7 +110,9 @@ class Ports:
 
     def __init__(self, design: Design) -> None:
         self.design = design
-        self.plan, self.values, self.geometry = design.plan, design.values, design.geometry
+        self.plan: Plan = design.plan
+        self.values: Array = design.values
+        self.geometry: Geometry = design.geometry
         self._actuators = dict(self._described("actuator"))
         self._sensors = dict(self._described("sensor"))
 

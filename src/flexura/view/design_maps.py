@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from matplotlib import colormaps
@@ -22,10 +22,20 @@ from flexura.view.scales import Scale, colour_axis, limits_of, named, scale_for,
 
 LEVELS = 8
 
+
+class Hatched(TypedDict):
+    """Options of a Matplotlib patch that is hatched."""
+
+    facecolor: str
+    edgecolor: str
+    hatch: str
+    linewidth: float
+
+
 CONSTANT = 1e-9
 """Spread, relative to the value, of a quantity that does not change."""
 
-HATCHED = {"facecolor": "#eceef1", "edgecolor": "#a9b0b9", "hatch": "////", "linewidth": 0.0}
+HATCHED: Hatched = {"facecolor": "#eceef1", "edgecolor": "#a9b0b9", "hatch": "////", "linewidth": 0.0}
 """How an area without values looks."""
 
 DOUBTED, FAILED = "#8a5a00", "#c2182b"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
@@ -20,10 +22,13 @@ from flexura.view.figures import new_chart
 from flexura.view.files import save_figures
 from flexura.view.palette import INK
 
+Bits = NDArray[np.integer[Any]]
+"""Which marks a pole has, as the bits of a number."""
+
 MOST_PANELS = 12
 """Responses in one figure."""
 
-CLASSES = (
+CLASSES: tuple[tuple[str, Callable[[Bits], NDArray[np.bool_]], str, str], ...] = (
     ("pole", lambda bits: (bits & 3) != 3, "#c9ced6", "."),
     ("frequency and damping stable", lambda bits: (bits & 7) == 3, "#b8860b", "x"),
     ("shape stable too", lambda bits: (bits & 7) == 7, "#2c8a4b", "o"),

@@ -15,7 +15,7 @@ from flexura.tables import number, suited
 from flexura.view.charts import plain
 from flexura.view.palette import INK
 
-CUSTOMARY = {
+CUSTOMARY: dict[str, tuple[tuple[str, float, float], ...]] = {
     "m": (("mm", 1e-3, 5e-5), ("µm", 1e-6, 5e-8), ("nm", 1e-9, 0.0)),
     "Pa": (("GPa", 1e9, 2e9), ("MPa", 1e6, 1e5), ("kPa", 1e3, 1e2), ("Pa", 1.0, 0.0)),
     "rad": (("°", np.pi / 180, 0.02), ("mrad", 1e-3, 2e-5), ("µrad", 1e-6, 0.0)),

@@ -48,7 +48,7 @@ class Site:
     """
 
     def __init__(self, opened: Opened, token: str, port: int, ended: Callable[[], None], keep: bool) -> None:
-        self.opened = opened
+        self.opened: Opened = opened
         self._token, self._ended, self._keep = token, ended, keep
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
         self._sessions: set[Session] = set()

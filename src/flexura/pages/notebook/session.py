@@ -46,7 +46,7 @@ class Session:
 
     def __init__(self, own: Described, free: Sequence[str] | None) -> None:
         self._own = own
-        self.free = _free(own.sliders, free)
+        self.free: tuple[str, ...] = _free(own.sliders, free)
         self.parameters: dict[str, float] = {}
         self.values: dict[str, float] = {}
         self._views = Kept(MOST_VIEWS)

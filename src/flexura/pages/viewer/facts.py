@@ -24,7 +24,7 @@ from flexura.mechanism import (
 )
 from flexura.pages.viewer.scene import Fact
 from flexura.pages.viewer.units import digits, shown
-from flexura.structure import FullOrderModel, Part
+from flexura.structure import FullOrderModel, Part, Plan
 from flexura.view import Kind
 
 PROFILES = {"leaf": "leaf flexure", "notch": "notch flexure", "two_axis": "two-axis notch", "round": "round notch"}
@@ -34,7 +34,8 @@ class Facts:
     """Facts of the parts of one design by name and kind."""
 
     def __init__(self, model: FullOrderModel) -> None:
-        self.model, self.plan = model, model.plan
+        self.model = model
+        self.plan: Plan = model.plan
         numbers = self.plan.scoped_values(model.parameters).items()
         self.values: dict[str, float] = {name: float(np.asarray(value)) for name, value in numbers}
         self._found: dict[tuple[str, str, Kind], tuple[Fact, ...]] = {}

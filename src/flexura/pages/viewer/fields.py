@@ -32,15 +32,16 @@ class Energy:
     """Strain energies of k motions of all nodes, displacements (n_nodes, 6, k), m and rad in any common scale."""
 
     def __init__(self, drawing: Drawing, displacements: Array) -> None:
-        self.drawing, self.model = drawing, drawing.model
+        self.drawing = drawing
+        self.model: FullOrderModel = drawing.model
         parts = energies(self.model, displacements)
         prefixes = ["" if own.path == "mechanism" and not own.prototype else f"{own.path}." for own in parts]
-        self.strain = {
+        self.strain: dict[str, Array] = {
             prefix + key: kinds.sum(axis=0)
             for prefix, own in zip(prefixes, parts, strict=True)
             for key, kinds in own.strain.items()
         }
-        self.total = sum(self.strain.values(), np.zeros(displacements.shape[2]))
+        self.total: Array = sum(self.strain.values(), np.zeros(displacements.shape[2]))
         self._densities = [(grid, self._density(grid, displacements)) for grid in drawing.solids.grids]
 
     def _density(self, grid: Grid, displacements: Array) -> Array:
@@ -111,6 +112,7 @@ def by_part(drawing: Drawing, label: str, kinds: set[Kind], told: Mapping[str, s
 
 
 def percent(share: float) -> str:
+    """A share in percent, three digits."""
     return f"{100 * share:.3g} %"
 
 

@@ -194,10 +194,12 @@ def shown_axis(axis: ScrewAxis, label: str) -> Axis:
 
 
 def unit_vector(vector: Array) -> Triple:
+    """A vector (3,) of length 1 in the same direction; zero stays as it is."""
     length = float(np.linalg.norm(vector))
     return triple(vector / length if length else vector)
 
 
 def triple(vector: Sequence[float] | Array) -> Triple:
+    """A vector (3,) as plain numbers, none of them -0."""
     x, y, z = (float(own) + 0.0 for own in vector)
     return x, y, z

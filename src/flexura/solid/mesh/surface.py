@@ -13,7 +13,7 @@ from flexura.solid.mesh.solid_mesh import SolidMesh
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-SIDES = {
+SIDES: dict[str, tuple[tuple[int, int, int, int], ...]] = {
     "tetra": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),
     "hexahedron": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
 }

@@ -30,7 +30,7 @@ class Folder:
     """The folder of a study, which may not be there yet."""
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        self.path: Path = Path(path)
 
     def manifest(self) -> dict[str, Any]:
         """What the folder is of. Raises OptionError where there is no study, or one that cannot be read."""

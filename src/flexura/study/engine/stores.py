@@ -46,7 +46,9 @@ class Memory:
     """Blocks held until nobody needs them."""
 
     def __init__(self, work: Work) -> None:
-        self.work, self.summary, self.remarks = work, Summary(work.asked, bool(work.bounds)), list[str]()
+        self.work = work
+        self.summary: Summary = Summary(work.asked, bool(work.bounds))
+        self.remarks: list[str] = list[str]()
         self._blocks: dict[int, Columns] = {}
 
     def has(self, number: int) -> bool:
@@ -84,7 +86,9 @@ class Shards:
     """Blocks in the files of a folder, which may hold some of them already."""
 
     def __init__(self, work: Work, folder: Folder) -> None:
-        self.work, self.summary, self.remarks = work, Summary(work.asked, bool(work.bounds)), list[str]()
+        self.work = work
+        self.summary: Summary = Summary(work.asked, bool(work.bounds))
+        self.remarks: list[str] = list[str]()
         self._folder, self._identity, self._there = folder, Identity.of(work), set[int]()
 
     def take_up(self) -> None:

@@ -21,6 +21,7 @@ class Way:
 
     @staticmethod
     def of(low: float, high: float) -> Way:
+        """The way between two values, by the logarithm where both are positive."""
         return Way(float(low), float(high), low > 0)
 
     def at(self, x: Array) -> Array:

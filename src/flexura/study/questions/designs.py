@@ -31,11 +31,11 @@ class Block:
         lengths = {len(value) for value in own.values() if value.ndim}
         if len(lengths) > 1:
             raise OptionError(f"arrays of parameters have one length, not {', '.join(map(str, sorted(lengths)))}")
-        self.count = lengths.pop() if lengths else 1
-        self.parameters = {name: np.broadcast_to(value, self.count) for name, value in own.items()}
+        self.count: int = lengths.pop() if lengths else 1
+        self.parameters: dict[str, Array] = {name: np.broadcast_to(value, self.count) for name, value in own.items()}
         plan.parameter_values(dict.fromkeys((name for name in own if name not in plan.mechanism.parameters), 0.0))
         with np.errstate(all="ignore"):
-            self.refused = self._refused()
+            self.refused: dict[int, str] = self._refused()
 
     def one(self, number: int) -> dict[str, float]:
         """Parameters of one design."""

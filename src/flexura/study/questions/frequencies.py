@@ -27,9 +27,11 @@ class Frequencies:
     """
 
     def __init__(self, block: Block, asked: Mapping[int, Quantity], out: Answers) -> None:
-        self.block, self.out, self.places = block, out, list(asked)
+        self.block = block
+        self.out = out
+        self.places: list[int] = list(asked)
         self.freedoms: dict[int, Freedom] = {}
-        self.numbers = np.full((block.count, len(asked)), -1)
+        self.numbers: Index = np.full((block.count, len(asked)), -1)
         """Numbers of modes, from 0; -1 where they are not known."""
         for q, own in enumerate(asked.values()):
             of = own.arguments[0]

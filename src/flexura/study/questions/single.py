@@ -36,7 +36,9 @@ class OneDesign:
     """A design in the states that it is asked in, each worked out once."""
 
     def __init__(self, plan: Plan, parameters: Mapping[str, float], asked: tuple[Quantity, ...]) -> None:
-        self.plan, self.parameters, self.asked = plan, parameters, asked
+        self.plan = plan
+        self.parameters = parameters
+        self.asked = asked
         self._states: dict[Any, State] = {}
         self._frequencies: dict[Any, Bounded] = {}
 

@@ -76,10 +76,15 @@ class Exact:
     def __init__(
         self, plan: Plan, parameters: Mapping[str, float], names: Sequence[str], asked: tuple[Quantity, ...]
     ) -> None:
-        self.plan, self.parameters, self.names, self.asked = plan, dict(parameters), list(names), asked
-        self.value, self.slope = np.full(len(asked), np.nan), np.full((len(asked), len(names)), np.nan)
-        self.is_exact, self.least = np.zeros(len(asked), dtype=bool), np.zeros(len(asked))
-        self.reason = [""] * len(asked)
+        self.plan = plan
+        self.parameters: dict[str, float] = dict(parameters)
+        self.names: list[str] = list(names)
+        self.asked = asked
+        self.value: Array = np.full(len(asked), np.nan)
+        self.slope: Array = np.full((len(asked), len(names)), np.nan)
+        self.is_exact: NDArray[np.bool_] = np.zeros(len(asked), dtype=bool)
+        self.least: Array = np.zeros(len(asked))
+        self.reason: list[str] = [""] * len(asked)
         self.repeated: list[tuple[int, ...]] = []
         self.directional: list[Array] = []
         for kinds, work in ((("mass", "parameter"), self._numbers), (("compliance", "stiffness"), self._compliances)):

@@ -33,7 +33,8 @@ class AtRest:
     """A design as its description leaves it: at rest, or about the state of load or the pose that is described."""
 
     def __init__(self, plan: Plan, parameters: Mapping[str, float]) -> None:
-        self.plan, self.parameters = plan, parameters
+        self.plan = plan
+        self.parameters = parameters
         self._moved: dict[str, tuple[Array, Array]] = {}
 
     @cached_property
@@ -129,7 +130,7 @@ class AtPose:
     """A design at a pose with large displacements; the displacements of the pose hold it."""
 
     def __init__(self, plan: Plan, parameters: Mapping[str, float], pose: Sequence[tuple[str, float]]) -> None:
-        self.words = pose_text(pose)
+        self.words: str = pose_text(pose)
         self.plan: Plan = plan.prepared.once(("posed", tuple(pose)), lambda: Plan(at(plan.mechanism, dict(pose))))
         self.parameters = parameters
 

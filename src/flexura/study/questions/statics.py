@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.reduction import independent_flexibility
-from flexura.structure import Design
+from flexura.structure import Design, Plan
 from flexura.study.questions.catalogue import Quantity
 from flexura.study.questions.designs import Block
 from flexura.study.questions.reading import Freedom, Port
@@ -36,8 +36,9 @@ class Statics:
     design has to be worked out by itself."""
 
     def __init__(self, block: Block, asked: Sequence[Quantity]) -> None:
-        self.plan, self.asked = block.plan, asked
-        self.value = np.full((block.count, len(asked)), np.nan)
+        self.plan: Plan = block.plan
+        self.asked = asked
+        self.value: Array = np.full((block.count, len(asked)), np.nan)
         block.divided(lambda designs: self._solve(block, designs))
 
     @cached_property

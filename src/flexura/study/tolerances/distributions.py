@@ -30,11 +30,18 @@ class Distribution(Protocol):
     def mean(self) -> float: ...
     @property
     def deviation(self) -> float: ...
-    def quantile(self, u: Array) -> Array: ...
-    def describe(self) -> dict[str, Any]: ...
+    def quantile(self, u: Array) -> Array:
+        """The sizes (n,) below which it is with probabilities u (n,)."""
+        ...
+
+    def describe(self) -> dict[str, Any]:
+        """Kind and numbers, as plain data."""
+        ...
 
 
 class _Described:
+    """What says its kind and its numbers."""
+
     def describe(self) -> dict[str, Any]:
         """Kind and numbers, as plain data."""
         own = {name: getattr(self, name) for name in self.__dataclass_fields__}  # type: ignore[attr-defined]

@@ -20,7 +20,8 @@ class SlopesOf:
     """Values (q,) and slopes (q, d) of questions in the parameters `names`, with others at their values."""
 
     def __init__(self, asked: Questions, parameters: Mapping[str, float], names: Sequence[str]) -> None:
-        self.asked, self._parameters, self._names = asked, parameters, tuple(names)
+        self.asked = asked
+        self._parameters, self._names = parameters, tuple(names)
         self._found: dict[bytes, tuple[Array, Array, list[str]]] = {}
 
     def at(self, sizes: Array) -> tuple[Array, Array, list[str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from flexura.modal import ModePairing, channel_gain, comac, in_space, pair_modes
 from flexura.testing.rig import ChannelMatch
 
 Array = NDArray[np.float64]
+Shapes = NDArray[np.inexact[Any]]
+"""Shapes of modes, real or complex."""
 
 RELIABLE = 0.8
 """CoMAC of a channel from which its gain says something."""
@@ -42,7 +45,7 @@ class CheckedPairing:
         return found
 
 
-def checked_pairing(test_hz: Array, x: NDArray, model_hz: Array, y: Array, close: float) -> CheckedPairing:
+def checked_pairing(test_hz: Array, x: Shapes, model_hz: Array, y: Array, close: float) -> CheckedPairing:
     """Pair modes with shapes x (q, n) and y (q, k); where a channel turns out to be faulty, again without it.
 
     A channel is faulty when it reads the same multiple of the model's shapes in all pairs (CoMAC above 0.8), and that
@@ -59,7 +62,7 @@ def checked_pairing(test_hz: Array, x: NDArray, model_hz: Array, y: Array, close
     return CheckedPairing(pairing, *_agreement(x, y, pairing, used), used)
 
 
-def _agreement(x: NDArray, y: Array, pairing: ModePairing, used: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _agreement(x: Shapes, y: Array, pairing: ModePairing, used: NDArray[np.bool_]) -> tuple[Array, Array]:
     """CoMAC and gain (q,) over the pairs, mixed modes unmixed, every mode of length one at trusted channels."""
     paired = np.flatnonzero(pairing.partner >= 0)
     if not len(paired):

@@ -70,12 +70,15 @@ class TestPoints:
     """
 
     def __init__(self, design: Design) -> None:
-        self.design, described = design, design.plan.mechanism.test
+        self.design = design
+        described = design.plan.mechanism.test
         if described is None:
             raise OptionError(f"{design.name} describes no test: add the key test to its file")
         self._values = design.plan.parameter_values(design.parameters)
         numbers = evaluated(described, self._values)  # type: ignore[arg-type]
-        self.test = ModalTest.model_construct(**{name: getattr(numbers, name) for name in ModalTest.model_fields})
+        self.test: ModalTest = ModalTest.model_construct(
+            **{name: getattr(numbers, name) for name in ModalTest.model_fields}
+        )
 
     @cached_property
     def hammer(self) -> dict[str, TestPoint]:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import count_below
 from flexura.mechanism import Damping, Mechanism, ModalTest
-from flexura.structure import Plan, assemble, one_design, plan_of
+from flexura.structure import FullOrderModel, Plan, assemble, one_design, plan_of
 from flexura.systems import InputPort, ModalSystem, OutputPort, System, system
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
@@ -55,12 +55,12 @@ class ModalTestRig:
         single = one_design(parameters)
         if test is not None:
             plan = plan_of(plan.mechanism.model_copy(update={"test": test}))
-        self.model = assemble(plan, single)
+        self.model: FullOrderModel = assemble(plan, single)
         self._points = TestPoints(self.model.design)
-        self.test = self._points.test
+        self.test: ModalTest = self._points.test
         self._built = system(self.model, inputs=[], outputs=[], damping=damping)
-        self.hammer = list(self._points.hammer.values())
-        self.accelerometers = self._points.accelerometers
+        self.hammer: list[TestPoint] = list(self._points.hammer.values())
+        self.accelerometers: dict[str, TestPoint] = self._points.accelerometers
         for point in [*self.hammer, *self.accelerometers.values()]:
             if not point.row.any():
                 raise OptionError(f"test: {point.channel.name} is at {point.channel.node}, which is held there")

@@ -39,8 +39,9 @@ class CalibrationProblem:
         references: Sequence[Array | None] | None = None,
         tracked: bool = True,
     ) -> None:
-        self.configurations, self.unknown = tuple(configurations), unknown
-        self.targets = [t for own in configurations for t in own.targets]
+        self.configurations: tuple[Configuration, ...] = tuple(configurations)
+        self.unknown = unknown
+        self.targets: list[Target] = [t for own in configurations for t in own.targets]
         start = self._named(unknown.z(unknown.start))
         loads = [(own, placements_of(own.plan, t.setups)) for own in configurations for t in own.targets]
         keys = [(own.label, load) for own, load in loads]
@@ -48,7 +49,7 @@ class CalibrationProblem:
         numbers = {key: g for g, key in enumerate(dict.fromkeys(keys))}
         self._group = [numbers[key] for key in keys]
         known = references or [None] * len(self._members)
-        self.models = [
+        self.models: list[TrackedModel] = [
             TrackedModel(
                 own.plan,
                 own.point(start),
@@ -63,9 +64,9 @@ class CalibrationProblem:
         ]
         """Each with the sensors of some placements, with their mean mass."""
         each = [iter(m.rows) for m in self.models]
-        self.rows = [next(each[g]) for g in self._group]
+        self.rows: list[slice] = [next(each[g]) for g in self._group]
         self.refused: str | None = None
-        self.evaluations = 0
+        self.evaluations: int = 0
         self._latest: Latest[list[State]] = Latest()
 
     def _named(self, z: Array) -> dict[str, float]:

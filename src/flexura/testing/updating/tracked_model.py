@@ -55,20 +55,20 @@ class TrackedModel:
         channels = [c for t in targets for c in t.channels]
         readings = readings_of(full_order_model(Design.of(plan, start)), channels) if channels else []
         ends = np.cumsum([0, *(len(t.channels) for t in targets)])
-        self.rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+        self.rows: list[slice] = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         bare = family_of(plan, order, start, keep, displacement_rows(readings))
         self.family: AnyFamily = MassLoadedFamily(bare, placements) if placements else bare
         self._has_responses = any(isinstance(t, ResponseTarget) for t in targets)
         self._has_shapes = bool(channels)
         model = self.family.model(start)
-        self.compared = max([max(t.numbers) for t in targets if isinstance(t, ModalTarget)], default=0)
-        self.count = self.compared + EXTRA
+        self.compared: int = max([max(t.numbers) for t in targets if isinstance(t, ModalTarget)], default=0)
+        self.count: int = self.compared + EXTRA
         for t in targets:
             if isinstance(t, ResponseTarget):
                 limit = (2 * np.pi * BEYOND * float(t.hz.max())) ** 2
                 self.count = max(self.count, count_below(model.K, model.M, limit) + EXTRA)
         self.count = min(self.count, model.order)
-        self.weakest = 1.0
+        self.weakest: float = 1.0
         """Least modal assurance criterion of a mode between one accepted design and the next."""
         self._mac = 1.0
         if reference is None:
