@@ -38,7 +38,7 @@ myst_links_external_new_tab = False
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_default_options = {"members": True, "exclude-members": "model_config"}
 add_module_names = False
 python_use_unqualified_type_names = True
 

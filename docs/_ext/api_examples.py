@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -29,7 +30,7 @@ class Example(NamedTuple):
     def markdown(self, root: str) -> str:
         """The example on a page from which `root` leads to the folder of pages."""
         anchor = re.sub(r"[^\w\- ]", "", self.section.lower()).replace(" ", "-")
-        text = f"Example, of [{self.section.lower()}]({root}{self.page}#{anchor}):\n\n```python\n{self.code}```\n"
+        text = f"Example, from [{self.section.lower()}]({root}{self.page}#{anchor}):\n\n```python\n{self.code}```\n"
         return text + (f"\n```text\n{self.printed}```\n" if self.printed else "")
 
 
@@ -54,7 +55,16 @@ def _examples(name: str, page: str) -> Iterator[Example]:
 
 
 def _calling(code: str, call: re.Pattern[str]) -> str:
-    """The statements of a block that call a name."""
+    """The statements of a block that call a name, or of a long one the call alone."""
     lines = code.splitlines(keepends=True)
-    parts = ["".join(lines[own.lineno - 1 : own.end_lineno]) for own in ast.parse(code).body]
-    return "".join(part for part in parts if call.search(part))
+    statements = [own for own in ast.parse(code).body if call.search(_text(lines, own))]
+    if sum(_text(lines, own).count("\n") for own in statements) <= WHOLE:
+        return "".join(_text(lines, own) for own in statements)
+    calls = [own for own in ast.walk(statements[0]) if isinstance(own, ast.Call)]
+    texts = (ast.get_source_segment(code, own, padded=True) or "" for own in calls)
+    return textwrap.dedent(next(text for text in texts if call.match(text.strip()))) + "\n"
+
+
+def _text(lines: list[str], statement: ast.stmt) -> str:
+    """The lines of a statement."""
+    return "".join(lines[statement.lineno - 1 : statement.end_lineno])

@@ -65,12 +65,13 @@ def classes(page: str) -> Iterator[tuple[str, list[str]]]:
     told = set(re.findall(r"`(\w+)", page)) - set(re.findall(r"^### `(\w+)\(", page, re.MULTILINE))
     spaces = {"Parts of a description": ("describe",), "Results": ("", "modal", "solid", "testing", "view")}
     seen = set[type]()
-    for heading, own in spaces.items():
+    for heading, prefixes in spaces.items():
         found = list[str]()
-        for prefix in own:
+        for prefix in prefixes:
             room = getattr(flexura, prefix) if prefix else flexura
             new = {name: kind for name in dir(room) if name in told and inspect.isclass(kind := getattr(room, name))}
-            found += [f"{prefix}.{name}" if prefix else name for name, kind in new.items() if kind not in seen]
+            own = [name for name, kind in new.items() if kind not in seen]
+            found += [name if hasattr(flexura, name) else f"{prefix}.{name}" for name in own]
             seen |= set(new.values())
         yield heading, found
 
@@ -85,10 +86,18 @@ def names_of(heading: str, names: list[str]) -> str:
         for part in name.split("."):
             own = getattr(own, part)
         directive = "autoclass" if inspect.isclass(own) else "autofunction"
-        parts.append(f"```{{eval-rst}}\n.. {directive}:: flexura.{name}\n```\n")
+        parts.append(f"```{{eval-rst}}\n.. {directive}:: flexura.{name}{_fields(own)}\n```\n")
         if (found := example(name)) is not None:
             parts.append(found.markdown("../../"))
     return "\n".join(parts)
+
+
+def _fields(own: Any) -> str:
+    """What a part of a description is called with; nothing for other names, which tell it themselves."""
+    fields = getattr(own, "model_fields", None)
+    if fields is None:
+        return ""
+    return f"({', '.join(name if field.is_required() else f'{name}=...' for name, field in fields.items())})"
 
 
 def _made(app: Any) -> None:
