@@ -1,5 +1,6 @@
 """Files by which flexura is built, installed and cited elsewhere say what pyproject.toml and .ci/run say."""
 
+import importlib
 import re
 import subprocess
 import tomllib
@@ -76,3 +77,28 @@ def test_the_image_has_what_gmsh_is_linked_to():
     assert make is not None
     assert set(make[1].split()) - {"chromium"} <= set(image.split())
     assert "ARG EXTRAS=[all]\n" in image
+
+
+def test_the_release_check_tries_every_extra_and_its_page_names_every_trial(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    check = importlib.import_module("release_check")
+    listed = check.trials()
+    page = (ROOT / "docs" / "releasing.md").read_text()
+    kinds = {name.partition("-")[0] for name in listed}
+    assert len(kinds) >= 6 and not [kind for kind in kinds if f"`{kind}-" not in page]
+    extras = PROJECT["optional-dependencies"].keys() - {"all", "bench", "dev", "docs"}
+    assert {f"{kind}-{extra}" for kind in ("extra", "lowest") for extra in extras} <= listed.keys()
+    assert f"$(BIN)/python {' '.join(check.SITE)}\n" in (ROOT / "Makefile").read_text()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "least"),
+    [
+        ("numpy>=2.0", "numpy==2.0"),
+        ("dask[distributed]>=2024.8", "dask==2024.8"),
+        ("pypardiso>=0.4.6; platform_system == 'Linux'", "pypardiso==0.4.6; platform_system == 'Linux'"),
+    ],
+)
+def test_requirements_are_pinned_to_their_least_versions(monkeypatch, wanted, least):
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    assert importlib.import_module("release_check").least_versions([wanted]) == [least]
