@@ -85,7 +85,7 @@ def test_the_release_check_tries_every_extra_and_its_page_names_every_trial(monk
     listed = check.trials()
     page = (ROOT / "docs" / "releasing.md").read_text()
     kinds = {name.partition("-")[0] for name in listed}
-    assert len(kinds) >= 6 and not [kind for kind in kinds if f"`{kind}-" not in page]
+    assert len(kinds) >= 6 and not [kind for kind in kinds if not re.search(f"`{kind}[-`]", page)]
     extras = PROJECT["optional-dependencies"].keys() - {"all", "bench", "dev", "docs"}
     assert {f"{kind}-{extra}" for kind in ("extra", "lowest") for extra in extras} <= listed.keys()
     assert f"$(BIN)/python {' '.join(check.SITE)}\n" in (ROOT / "Makefile").read_text()
