@@ -280,6 +280,8 @@ def main() -> None:
             failed = attempt_all(asked, folder)
     except RuntimeError as error:
         sys.exit(f"release check FAILED: {error}")
+    except KeyboardInterrupt:
+        sys.exit("interrupted; the next check of the same commit with the same --keep goes on from here")
     if failed:
         sys.exit(f"release check FAILED: {', '.join(failed)}")
     print(f"release check passed{told}")
