@@ -103,7 +103,9 @@ class Figures:
             return ""
         path = next(block_vars["image_path_iterator"])
         figure.savefig(path)
-        return figure_rst([path], gallery_conf["src_dir"])
+        told = [" ".join(text.get_text().split()) for text in figure.texts]
+        title, subtitle = told[0], told[1] or "the mechanism with its flexures, links, bodies and supports"
+        return figure_rst([path], gallery_conf["src_dir"], f"{title}: {subtitle}")
 
 
 def is_reported(name: str) -> bool:

@@ -41,7 +41,7 @@ class Read(HTMLParser):
             self.links.add(str(own["href"]))
         if (tag in ("img", "script") and own.get("src")) or (tag == "link" and own.get("rel") == "stylesheet"):
             self.loads.add(str(own.get("src") or own.get("href")))
-        if tag == "img" and own.get("alt") is None:
+        if tag == "img" and (own.get("alt") is None or str(own["alt"]).startswith("plot ")):
             self.wordless.append(str(own.get("src")))
 
 

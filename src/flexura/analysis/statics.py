@@ -24,7 +24,7 @@ from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, dead_load
 from flexura.systems import InputPort, Ports, matched
-from flexura.tables import Facts, Table, quantity
+from flexura.tables import ROUND_OFF, Facts, Table, quantity
 
 Array = NDArray[np.float64]
 
@@ -149,9 +149,17 @@ class Statics(Tabular):
         table, named = self._columns(), {*self.loads, *self.model.plan.body_names}
         moved = np.abs([table[name] for name in list(table)[1:4]]).max(axis=0)
         first = sorted(range(len(moved)), key=lambda k: (table["node"][k] not in named, -moved[k]))[:MOST_NODES]
+        names = list(table)
+        for own in (names[1:4], names[4:]):
+            least = ROUND_OFF * max(np.abs(table[name]).max(initial=0.0) for name in own)
+            table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in own}
         yield Table({name: [own[k] for k in first] for name, own in table.items()}, "nodes", count=len(moved))
         units = {out.channel.name: out.channel.unit for out in Ports(self.model.design).outputs(list(self.readings))}
-        readings = [quantity(value, units[name]) for name, value in self.readings.items()]
+        largest = {unit: max(abs(self.readings[n]) for n in units if units[n] == unit) for unit in units.values()}
+        readings = [
+            quantity(value if abs(value) > ROUND_OFF * largest[units[name]] else 0.0, units[name])
+            for name, value in self.readings.items()
+        ]
         yield Table({"sensor": list(self.readings), "reading": readings}, "sensors")
         turns = [a.unit == "N*m" for a in self.actuators]
         columns = {
