@@ -80,8 +80,8 @@ def percent(value: float | None, digits: int = 3) -> str:
 
 
 def counted(count: int, what: str) -> str:
-    """A number of things, e.g. `1 mode` and `2 modes`."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
+    """A number of things, e.g. `1 mode`, `2 modes` and `2 frequencies`."""
+    return f"{count} {what}" if count == 1 else f"{count} {re.sub('(?<![aeiou])y$', 'ie', what)}s"
 
 
 def ends(interval: tuple[float, float], unit: str) -> str:

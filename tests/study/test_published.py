@@ -1,6 +1,7 @@
 """Mechanisms beside the numbers that their descriptions have from others."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +27,14 @@ def test_a_closed_form_over_parameters_follows_them():
         found = fx.published(model, {"thickness": thickness})
         assert found.is_met.all() and not found.warnings
         assert found.published == pytest.approx([24 * 206e9 * 20e-3 * thickness**3 / 12 / 60e-3**3], rel=1e-12)
+
+
+def test_a_name_of_what_is_asked_and_of_a_parameter_is_told():
+    text = Path(GUIDE).read_text(encoding="utf-8").partition("studies:")[0]
+    own = text.replace("  thickness: {value", "  mass: {value").replace(": thickness}", ": mass}")
+    found = fx.published(fx.loads(own + "published: [{ask: mass, value: 0.4 kg, source: A}]\n"))
+    assert found.units == ("kg",) and "that is parameter(mass)" in found.notes[0]
+    assert found.to_dict()["notes"] == list(found.notes)
 
 
 def test_what_differs_by_more_than_it_may_is_a_warning():

@@ -116,6 +116,9 @@ def test_questions_are_the_same_after_a_pickle():
         ("f0", "known: f1, f2"),
         ("f1,", "missing after 'f1,'"),
         ("f1 f2", "'f2' was not expected"),
+        ("2*f1", r"'2\*f1' is a formula, and names alone are asked for here"),
+        ("f1, f2 / f1", "is a formula"),
+        ("f1 <= 50 Hz", "is a formula"),
         ("mas", "did you mean mass"),
         ("mass(carriag)", "did you mean carriage"),
         ("mass(", "not closed"),
@@ -165,3 +168,14 @@ def test_a_parameter_of_the_name_of_a_quantity_is_asked_as_a_parameter():
         asked = questions(model, f"{name}, parameter({name})")
         assert asked.columns == (f"{name} [{unit}]", f"parameter({name}) [m]")
         assert asked.values({}).value[0, 1] == 0.5e-3
+        assert asked.notes == (
+            f"{name} is what is asked under this name, not the parameter that is called so: that is parameter({name})",
+        )
+        assert questions(model, f"parameter({name})").notes == ()
+
+
+def test_a_name_that_wants_arguments_tells_of_the_parameter_that_is_called_so():
+    text = Path(EXAMPLES / "guide" / "guide.yaml").read_text(encoding="utf-8").partition("studies:")[0]
+    model = fx.loads(text.replace("  thickness: {value", "  reach: {value").replace(": thickness}", ": reach}"))
+    with pytest.raises(fx.OptionError, match=r"reach\(NODE\.DOF\), not with \(\); the parameter is parameter\(reach\)"):
+        questions(model, "reach")

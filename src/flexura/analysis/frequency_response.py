@@ -40,7 +40,7 @@ from flexura.systems import (
     truncation_limits,
     unit_of_response,
 )
-from flexura.tables import Facts, Table, percent, quantity
+from flexura.tables import Facts, Table, counted, percent, quantity
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -135,7 +135,7 @@ class FrequencyResponse(Tabular):
 
     def _title(self) -> str:
         hz = self.frequency_hz
-        return f"order {self.order}, {len(hz)} frequencies from {hz[0]:.5g} to {hz[-1]:.5g} Hz"
+        return f"order {self.order}, {counted(len(hz), 'frequency')} from {hz[0]:.5g} to {hz[-1]:.5g} Hz"
 
     def _view(self) -> Iterator[Facts | Table]:
         H, hz = np.abs(self.response), self.frequency_hz

@@ -26,7 +26,7 @@ from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, plan_of
 from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
-from flexura.tables import ROUND_OFF, Facts, Table, quantity
+from flexura.tables import ROUND_OFF, Facts, Table, counted, quantity
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]
@@ -116,7 +116,7 @@ class TimeResponse(Tabular):
         return member_stresses(self.modes.system.full_order, u)
 
     def _title(self) -> str:
-        return f"{len(self.time)} samples up to {quantity(float(self.time[-1]), 's')}"
+        return f"{counted(len(self.time), 'sample')} up to {quantity(float(self.time[-1]), 's')}"
 
     def _view(self) -> Iterator[Facts | Table]:
         yield Table(
@@ -289,7 +289,9 @@ def _signals(inputs: Mapping[str, Samples], names: list[str], dt: float, duratio
     if sampled:
         count = len(next(iter(sampled.values())))
         if duration is not None and count < round(duration / dt) + 1:
-            raise OptionError(f"the signals end after {count} samples; {duration:g} s in steps of {dt:g} s need more")
+            raise OptionError(
+                f"the signals end after {counted(count, 'sample')}; {duration:g} s in steps of {dt:g} s need more"
+            )
         if duration is not None:
             count = round(duration / dt) + 1
     elif duration is None:

@@ -75,9 +75,11 @@ def identify_command(
 
 def print_identified(result: IdentifiedModes, written: list[Path]) -> None:
     """Print the modes with their evidence, those of every setup side by side, and notes."""
+    from flexura.tables import counted
+
     console = console_of_width()
     n, p, m = len(result.poles), len(result.outputs), len(result.inputs)
-    title = f"{result.name}: {n} mode{'s' * (n != 1)} from {p} outputs and {m} inputs"
+    title = f"{result.name}: {counted(n, 'mode')} from {counted(p, 'output')} and {counted(m, 'input')}"
     console.print(title, style="bold", markup=False)
     several = len(result.setups) > 1
     headings = ("Hz", "rad/s", "damping %", "+- Hz", "+- damping", "confidence", "MPC", "MPD deg")

@@ -62,8 +62,10 @@ def estimate_frf_command(
         print_result(estimated, written)
         return
     rows = estimated["responses"]
+    from flexura.tables import counted
+
     console = console_of_width()
-    console.print(f"{measurement.name}: {len(measurement.recordings)} records", style="bold", markup=False)
+    console.print(f"{measurement.name}: {counted(len(measurement.recordings), 'record')}", style="bold", markup=False)
     table = Table("setup", "inputs", "outputs", "lines", "Hz", "averages", "coherence", box=None, pad_edge=False)
     for row in rows:
         median = row["median_coherence"]

@@ -167,10 +167,12 @@ def print_optimum(result: Optimum) -> None:
 
 def print_front(result: Pareto) -> None:
     """Print the designs of a front."""
-    from flexura.tables import quantity
+    from flexura.tables import counted, quantity
 
     console = console_of_width()
-    console.print(f"{result.name}: {len(result)} designs of {', '.join(result.goals)}", style="bold", markup=False)
+    console.print(
+        f"{result.name}: {counted(len(result), 'design')} of {', '.join(result.goals)}", style="bold", markup=False
+    )
     table = _table("design", *result.goals, *result.names)
     for k in range(len(result)):
         goals = [quantity(float(v), unit) for v, unit in zip(result.values[k], result.units, strict=True)]

@@ -50,4 +50,6 @@ def _print(result: Published) -> None:
     for row in zip(*result.cells.values(), strict=True):
         table.add_row(*row)
     console.print(table)
+    for note in result.notes:
+        console.print(f"note: {note}", markup=False)
     print_warnings(console, result.warnings)

@@ -14,7 +14,7 @@ from rich.table import Table
 from flexura.cli.tables import console_of_width, print_warnings, write_table
 from flexura.errors import Exceeded
 from flexura.mechanism import DOF_NAMES
-from flexura.tables import stiffness
+from flexura.tables import counted, stiffness
 
 if TYPE_CHECKING:
     from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, TimeResponse
@@ -60,7 +60,7 @@ def print_statics(result: Statics, nodes: list[str], pictures: list[Path]) -> No
             table.add_row(m.name, f"{1e-6 * (m.von_mises or 0):.5g}", factor, f"{m.position:.2f} of its length")
         console.print(table)
         if len(loaded) > MOST_ROWS:
-            console.print(f"and {len(loaded) - MOST_ROWS} members with less")
+            console.print(f"and {counted(len(loaded) - MOST_ROWS, 'member')} with less")
     factor = stresses.factor_to_yield
     if factor is not None and np.isfinite(factor):
         if result.model.plan.is_posed:
@@ -130,7 +130,7 @@ def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> 
     console = console_of_width()
     p, m = len(result.outputs), len(result.inputs)
     hz = result.frequency_hz
-    title = f"{result.name}: {p} x {m} responses at {len(hz)} frequencies, {hz[0]:.5g} to {hz[-1]:.5g} Hz"
+    title = f"{result.name}: {p} x {m} responses at {counted(len(hz), 'frequency')}, {hz[0]:.5g} to {hz[-1]:.5g} Hz"
     console.print(title, style="bold", markup=False)
     if len(result.resonances_hz):
         table = _table("resonance", "Hz", "damping ratio")
@@ -149,14 +149,14 @@ def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> 
         table.add_row(f"{out} / {into}", f"{own[0]:.5g}", f"{own.max():.5g}", f"{at:.5g}", result.unit(out, into))
     console.print(table)
     if len(shown) > MOST_ROWS:
-        console.print(f"and {len(shown) - MOST_ROWS} more pairs; --json or --out has all")
+        console.print(f"and {counted(len(shown) - MOST_ROWS, 'more pair')}; --json or --out has all")
     _end(console, result.notes, result.warnings, written)
 
 
 def print_time_response(result: TimeResponse, written: list[Path]) -> None:
     """Print extremes and final values of the outputs."""
     console = console_of_width()
-    title = f"{result.name}: {len(result.time)} samples up to {result.time[-1]:.5g} s"
+    title = f"{result.name}: {counted(len(result.time), 'sample')} up to {result.time[-1]:.5g} s"
     console.print(title, style="bold", markup=False)
     table = _table("output", "least", "at s", "largest", "at s", "last")
     for channel, y in zip(result.outputs, result.response, strict=True):

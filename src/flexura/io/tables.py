@@ -33,6 +33,11 @@ Array = NDArray[np.float64]
 UNEVEN = 1e-3
 """Largest difference of steps of time, of their mean, in an evenly sampled record: times may be rounded."""
 
+_LISTED = {"mode", "frequency", "hz", "unit", "sigma"}
+"""Headings of a list of frequencies."""
+
+_A_FREQUENCY = re.compile(r"[\d.]+(e[+-]?\d+)?\s*(k?hz|rad/s|rpm)?")
+
 _PARTS = ("real", "imag", "coherence")
 
 
@@ -46,6 +51,7 @@ def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     text = read_text(path)
     said = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    _refuse_frequencies(path, lines[0][1] if lines else "")
     if len(lines) < 3:
         raise OptionError(f"{path}: a header and at least two rows are expected")
     separator = max(",;\t", key=lines[0][1].count)
@@ -65,6 +71,16 @@ def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
         hz = frequency_factor(unit, f"{path}: {headings[0]}") * values[:, 0]
         return _responses(path, headings[1:], hz, values[:, 1:], descriptions, said)
     raise OptionError(f"{path}:{rows[0][0]}: the first column is time [s] or frequency [Hz], not {headings[0]}")
+
+
+def _refuse_frequencies(path: Path, header: str) -> None:
+    """Raise OptionError for a list of frequencies, which begins with its headings or with the first of them."""
+    words = [cell.partition("[")[0].strip().lower() for cell in re.split("[,;\t]", header)]
+    if words != [""] and (set(words) <= _LISTED or (len(words) == 1 and _A_FREQUENCY.fullmatch(words[0]))):
+        raise OptionError(
+            f"{path} lists frequencies, and signals are expected: `time [s], NAME [UNIT], ...` or `frequency [Hz],"
+            " OUT / IN [UNIT] real, OUT / IN [UNIT] imag`; calibrate and virtual-test take lists of frequencies"
+        )
 
 
 def _numbers(path: Path, headings: list[str], rows: Sequence[tuple[int, list[str]]]) -> Array:

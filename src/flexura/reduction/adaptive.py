@@ -91,7 +91,10 @@ class _Refinement:
         shares = dict.fromkeys(self.modes, 1.0) if remainder is None else self.shares(remainder)
         open_ = {name: share for name, share in shares.items() if self.counts[name] < len(self.modes[name].interior)}
         if not open_:
-            raise SolverError("the tolerance is out of reach: every fixed-interface mode is kept, round-off remains")
+            why = "every fixed-interface mode is kept, round-off remains"
+            raise SolverError(
+                f"the tolerance is out of reach of order low: {why}; ask for order full, or a larger tolerance"
+            )
         largest = max(open_.values())
         grown = [name for name, share in open_.items() if share >= SHARE * largest]
         for name in grown:

@@ -48,7 +48,10 @@ def reduce_by_modes(
     stage("proving them")
     found = certificate(full, pairs, min(n, len(pairs.values)), goal.up_to)
     if not goal.best_effort and (not found.is_complete or goal.missed(found).any()):
-        raise SolverError("the tolerance is out of reach: these are modes of the full order, round-off remains")
+        why = "these are modes of the full order, round-off remains"
+        raise SolverError(
+            f"the tolerance is out of reach of order low: {why}; ask for order full, or a larger tolerance"
+        )
     n = len(found.frequency_hz)
     reason = f"modes of the full order, not constraint modes: {'; '.join(wide)}"
     steps = (reason, *state_of(model.design), proven(found))

@@ -12,6 +12,7 @@ from flexura.errors import OptionError
 from flexura.linalg import bracket, lowest_modes
 from flexura.reduction.certificate import HERTZ, Certificate
 from flexura.reduction.chained import ChainedModel
+from flexura.tables import counted
 
 Array = NDArray[np.float64]
 Coordinates = Literal["modal", "physical", "substructures"]
@@ -63,9 +64,9 @@ class Goal:
 def proven(found: Certificate) -> str:
     """How many frequencies a certificate has proven, and how closely, in words."""
     worst = float(found.error_bound[found.frequency_hz > 0].max(initial=0.0))
-    return f"{found.count} frequencies below {found.below_hz:.5g} Hz, proven within {worst:.1g}"
+    return f"{counted(found.count, 'frequency')} below {found.below_hz:.5g} Hz, proven within {worst:.1g}"
 
 
 def smallest(n: int) -> str:
     """Why a model of order n is the smallest, in words."""
-    return f"order {n}: no smaller model has the {n} frequencies that the inertia count proves"
+    return f"order {n}: no smaller model has the {counted(n, 'frequency')} that the inertia count proves"

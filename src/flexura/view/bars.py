@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from flexura.tables import number
+from flexura.tables import counted, number
 from flexura.view.charts import shortened
 from flexura.view.palette import INK
 from flexura.view.scales import ticks_within
@@ -50,7 +50,7 @@ def ranked(bars: Sequence[Bar], unit: str = "%") -> list[Bar]:
     rest = known[shown:]
     up, down = sum(max(own.value, 0.0) for own in rest), sum(min(own.value, 0.0) for own in rest)
     text = ", ".join(_signed(own, unit) for own in (up, down) if own) or _signed(0.0, unit)
-    return [*known[:shown], Bar(f"{len(rest)} others, added up", up or down, text, down, up)]
+    return [*known[:shown], Bar(f"{counted(len(rest), 'other')}, added up", up or down, text, down, up)]
 
 
 def _reach(own: Bar) -> float:

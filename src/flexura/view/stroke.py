@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from flexura.analysis import Stroke
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
+from flexura.tables import counted
 from flexura.view.animation import Format, animate_stroke, encoded, writable
 from flexura.view.annotations import foot
 from flexura.view.charts import COLOURS, headline, legend_above, plain_axes, style, value_axis
@@ -62,7 +63,7 @@ def draw_stroke(result: Stroke, *, dpi: float = DPI) -> Figure:
         axes.set_xlabel(f"{first}, {unit}", fontsize=8)
         axes.set_xlim(x.min(), x.max())
         style(axes)
-    headline(figure, f"{result.name}: over its stroke, {len(result.poses)} poses")
+    headline(figure, f"{result.name}: over its stroke, {counted(len(result.poses), 'pose')}")
     foot(figure, foremost(result.warnings, 1), result.notes)
     return figure
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import leading
+from flexura.tables import counted
 from flexura.testing.updating import MeasuredFrequencies
 from flexura.testing.virtual import VirtualTest
 from flexura.view.annotations import foot
@@ -66,7 +67,7 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
     _shifts(shift, result)
     for axes in (magnitude, coherence, shift):
         style(axes)
-    title = f"{result.name}: virtual test, {len(result.measurement.recordings)} hits"
+    title = f"{result.name}: virtual test, {counted(len(result.measurement.recordings), 'hit')}"
     figure.suptitle(title, fontsize=10, color=INK)
     foot(figure, (), result.notes)
     return figure

@@ -80,6 +80,19 @@ def test_a_study_of_the_description(described):
     assert fx.sweep(described, study="sizes", ask="mass").asked == ("mass [kg]",)
 
 
+def test_the_only_sweep_of_a_description_needs_no_name(described):
+    text = Path(GUIDE).read_text(encoding="utf-8").partition("studies:")[0]
+    best = "  best: {optimize: {vary: {thickness: {}}, maximise: f1}}\n"
+    one = "studies:\n  some: {sweep: {vary: {thickness: [0.3 mm, 0.5 mm]}, ask: mass}}\n" + best
+    model = fx.loads(text + one)
+    assert fx.sweep(model).to_columns()["thickness [m]"].tolist() == [0.3e-3, 0.5e-3]
+    assert fx.sweep(model, ask="f1").asked == ("f1 [Hz]",)
+    with pytest.raises(fx.OptionError, match=r"what to ask is missing.*or a study of the description: some$"):
+        fx.sweep(model, vary={"thickness": [0.3e-3]})
+    with pytest.raises(fx.OptionError, match=r"what to vary is missing.*: sizes, samples, pairs$"):
+        fx.sweep(described)
+
+
 def test_a_list_of_the_description_pairs_values(described):
     found = fx.sweep(described, study="pairs").to_columns()
     assert found["thickness [m]"].tolist() == pytest.approx([3e-4, 4e-4, 5e-4])

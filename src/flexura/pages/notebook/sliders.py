@@ -14,6 +14,7 @@ from flexura.pages.live import MOST_MODES, Described, notes_of
 from flexura.pages.notebook.session import Session
 from flexura.pages.viewer import bundle
 from flexura.structure import Plan, plan_of
+from flexura.tables import counted
 
 
 @verb
@@ -80,6 +81,6 @@ def _widget() -> Any:
             self.parameters = self._session.parameters
 
         def __repr__(self) -> str:
-            return f"Sliders({self.described['name']!r}, {len(self._session.free)} parameters)"
+            return f"Sliders({self.described['name']!r}, {counted(len(self._session.free), 'parameter')})"
 
     return Sliders

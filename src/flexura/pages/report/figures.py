@@ -15,6 +15,7 @@ from flexura.pages.report.document import Block, Bullets, Content, Paragraph, Vi
 from flexura.pages.report.subject import Subject
 from flexura.pages.viewer import Shown, scene_of, to_json
 from flexura.structure import assemble
+from flexura.tables import counted
 from flexura.view import draw_doubts, draw_mechanism, draw_sheet
 
 PICTURE_DPI = 96
@@ -45,7 +46,7 @@ def scene_content(subject: Subject, shown: Sequence[Shown]) -> Content:
     modes = [own for own in shown if isinstance(own, Modes)]
     picture = png_of(_sheet(modes[0]) if modes else draw_mechanism(subject.model))
     blocks: list[Block] = [
-        ViewerFigure("scene", to_json(scene), picture, f"{scene.name}: {len(scene.motions)} motions")
+        ViewerFigure("scene", to_json(scene), picture, f"{scene.name}: {counted(len(scene.motions), 'motion')}")
     ]
     return Content([*blocks, Bullets(scene.notes, "soft")] if scene.notes else blocks)
 

@@ -14,6 +14,7 @@ from flexura.pages.report.corners import MOST_SEARCHED, Corner, limited, told, w
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
 from flexura.reduction import Certificate, proven_text
+from flexura.tables import counted
 
 MOST = 12
 """Members that are shown, as many as the command prints."""
@@ -68,7 +69,7 @@ def stresses(subject: Subject) -> Content:
             left -= len(corner.members)
     every = [own for corner in corners for own in corner.members]
     count = len(every) - sum(len(own.rows) for own in blocks if isinstance(own, Table))
-    blocks += [Paragraph(f"and {count} members under other commands or with less", "soft")] * (count > 0)
+    blocks += [Paragraph(f"and {counted(count, 'member')} under other commands or with less", "soft")] * (count > 0)
     factors = [own.factor_to_yield for own in every if own.factor_to_yield is not None]
     facts = [Fact("least factor to yield", f"{min(factors):.4g}")] if factors and isfinite(min(factors)) else []
     if not facts:

@@ -19,6 +19,7 @@ from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.chart import Chart, Curve, Mark, Panel
 from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Paragraph, Table
 from flexura.pages.report.subject import Subject
+from flexura.tables import counted
 from flexura.units import format_number
 
 MOST_PAIRS = 12
@@ -112,7 +113,7 @@ def response_chart(name: str, found: FrequencyResponse, group: ResponseGroup, pl
         label = f"{hz:.4g} Hz {_moves(words, platform)}".strip()
         marks.append(Mark(float(hz), label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}…", str(k + 1)))
     hertz = ", ".join(f"{hz:.4g}" for hz in found.resonances_hz)
-    said = f"{len(size)} curves, {len(marks)} resonances" + (f": {hertz} Hz" if marks else "")
+    said = f"{counted(len(size), 'curve')}, {counted(len(marks), 'resonance')}" + (f": {hertz} Hz" if marks else "")
     panels = [Panel("magnitude", unit, True, size), Panel("phase", "deg", False, angle)]
     title = f"Frequency responses in {group.unit}"
     return Chart(name, title, said, "frequency", "Hz", True, found.frequency_hz, panels, marks)

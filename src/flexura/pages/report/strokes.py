@@ -12,6 +12,7 @@ from flexura.errors import foremost
 from flexura.pages.report.chart import Chart, Curve, Panel
 from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
+from flexura.tables import counted
 
 Array = NDArray[np.float64]
 MOST = 41
@@ -116,7 +117,7 @@ def _chart(found: Stroke) -> Chart:
             )
         )
     title = f"over {label}" if label != "pose" else "pose by pose"
-    said = f"{len(poses)} poses; panels: {', '.join(panel.label for panel in panels)}"
+    said = f"{counted(len(poses), 'pose')}; panels: {', '.join(panel.label for panel in panels)}"
     return Chart("stroke", f"{found.name} {title}", said, label, unit, False, x[order], panels)
 
 

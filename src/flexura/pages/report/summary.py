@@ -7,6 +7,7 @@ from typing import Any
 
 from flexura.errors import Exceeded
 from flexura.pages.report.document import Block, Bullets, Fact, Paragraph, Section
+from flexura.tables import counted
 
 MOST_WARNINGS = 4
 """Warnings of a section that are repeated."""
@@ -31,7 +32,7 @@ def warnings_of(sections: Sequence[Section]) -> Iterator[Block]:
         seen |= set(fresh)
         texts += [f"{own.heading}: {text}" for text in fresh[:MOST_WARNINGS]]
         if len(fresh) > MOST_WARNINGS:
-            texts.append(f"{own.heading}: and {len(fresh) - MOST_WARNINGS} more warnings there")
+            texts.append(f"{own.heading}: and {counted(len(fresh) - MOST_WARNINGS, 'more warning')} there")
     yield Bullets(texts, "warning") if texts else Paragraph("No warnings.", "good")
 
 

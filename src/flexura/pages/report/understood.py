@@ -13,6 +13,7 @@ from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fac
 from flexura.pages.report.figures import doubts_figure
 from flexura.pages.report.subject import Subject
 from flexura.pages.report.summary import grouped
+from flexura.tables import counted
 from flexura.units import format_quantity
 
 T = TypeVar("T")
@@ -56,7 +57,7 @@ def _words(found: CheckReport) -> list[tuple[str, str]]:
     corrected = sorted({name for names in found.corrections.values() for name in names})
     if corrected:
         lines.append(("corrected", f"{', '.join(corrected)}: {', '.join(name for name, _ in _few(found.corrections))}"))
-    lines.append(("held", f"{len(found.held)} nodes in all"))
+    lines.append(("held", f"{counted(len(found.held), 'node')} in all"))
     lines += [("solid part", f"{name}: {mesh}") for name, mesh in _few(found.solid_parts)]
     lines += [("actuator", f"{name}: {text}") for name, text in _few(found.actuators)]
     lines += [("sensor", f"{name}: {text}") for name, text in _few(found.sensors)]
@@ -173,5 +174,6 @@ def _parameters(subject: Subject) -> Block:
     if not rows:
         return Paragraph("The description has no parameters.", "soft")
     return Folded(
-        f"{len(rows)} parameters, as described", [Table(["parameter", "value", "least", "largest", "source"], rows)]
+        f"{counted(len(rows), 'parameter')}, as described",
+        [Table(["parameter", "value", "least", "largest", "source"], rows)],
     )

@@ -17,7 +17,7 @@ from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.study.optimum.saved import save_design
-from flexura.tables import Facts, Table, percent, quantity
+from flexura.tables import Facts, Table, counted, percent, quantity
 
 Array = NDArray[np.float64]
 
@@ -291,7 +291,7 @@ class Pareto(Tabular):
         return save_design(self.mechanism, self.pick(row), self.parameters, said, Path(path), Path(base))
 
     def _title(self) -> str:
-        return f"{len(self)} designs of {', '.join(self.goals)}"
+        return f"{counted(len(self), 'design')} of {', '.join(self.goals)}"
 
     def _columns(self) -> dict[str, Any]:
         """A row for each design."""

@@ -28,7 +28,8 @@ class Published(Tabular):
     """What is asked of a mechanism, `value` (n,), beside what others give for it, `published` (n,), SI, in `units`.
 
     `within` (n,) is the largest relative difference that the description grants; a warning tells of each that is
-    larger, and of numbers that could not be worked out, which are NaN.
+    larger, and of numbers that could not be worked out, which are NaN. `notes` say what answers leave out, and where a
+    name of what is asked is that of a parameter, too.
     """
 
     _shown = ("name", "asked")
@@ -42,6 +43,7 @@ class Published(Tabular):
     within: Array
     source: tuple[str, ...]
     warnings: tuple[Exceeded, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def difference(self) -> Array:
@@ -102,7 +104,8 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     at = one_design(parameters)
     pairs = [_pair(plan, own, k) for k, own in enumerate(listed)]
     asked = tuple(dict.fromkeys(one for pair in pairs for side in pair for one in side.quantities))
-    answers = Questions(plan, asked).values(at)
+    questions = Questions(plan, asked)
+    answers = questions.values(at)
     known = {one.text: answers.value[0, k] for k, one in enumerate(asked)}
     here, given = (np.array([float(pair[side].evaluate(known)) for pair in pairs]) for side in (0, 1))
     values = {name: float(own) for name, own in plan.parameter_values(at).items()}
@@ -113,7 +116,7 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     texts, sources = tuple(own.ask for own in listed), tuple(own.source for own in listed)
     missed = _missed(texts, here / given - 1, within, sources, str(answers.reason[0]))
     units = tuple(left.unit for left, _ in pairs)
-    return Published(plan.mechanism.name, texts, units, here, given, within, sources, tuple(missed))
+    return Published(plan.mechanism.name, texts, units, here, given, within, sources, tuple(missed), questions.notes)
 
 
 def _pair(plan: Plan, own: PublishedValue, number: int) -> tuple[Formula, Formula]:

@@ -30,6 +30,7 @@ _TOKEN = re.compile(
     rf"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*{_UNIT}?)|(?P<name>[^\W\d]\w*)|(?P<other>\S))", re.DOTALL
 )
 _ARGUMENTS = re.compile(r"\s*\(([^()]*)\)")
+_OPERATOR = re.compile(r"\s*[-+*/^<>=≤≥(\d.]")
 _AT = re.compile(r"\s*\bat\b(?=\s|\[|$)")
 _PLACE = re.compile(rf"\s*(?:(?P<name>{_PATH})\s*=|(?P<stroke>{STROKE})\b)\s*(?P<value>{_NUMBER}\s*{_UNIT}?)")
 _NEXT = re.compile(rf"\s*,(?=\s*{_PATH}\s*=(?!=))")
@@ -171,4 +172,9 @@ def _where(text: str, position: int) -> str:
 
 
 def _unexpected(text: str, position: int) -> str:
+    if _OPERATOR.match(text, position):
+        return (
+            f"{text.strip()[:40]!r} is a formula, and names alone are asked for here, separated by commas: f1, mass."
+            " Formulas are goals and limits of an optimum, requirements of tolerances, published numbers"
+        )
     return f"{text[position:].strip()[:40]!r} was not expected {_where(text, position)}; names are separated by commas"

@@ -47,7 +47,20 @@ class Questions(Record):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What answers leave out."""
+        """What answers leave out, and which names are asked for that parameters have as well."""
+        return (*self._taken, *self._unknown_stress)
+
+    @property
+    def _taken(self) -> tuple[str, ...]:
+        names = dict.fromkeys(own.text.partition(" at ")[0] for own in self.quantities if own.kind != "parameter")
+        return tuple(
+            f"{name} is what is asked under this name, not the parameter that is called so: that is parameter({name})"
+            for name in names
+            if name in self.plan.mechanism.parameters
+        )
+
+    @property
+    def _unknown_stress(self) -> tuple[str, ...]:
         inside = [
             ".".join((*path, key))
             for name, prototype in self.plan.layout.prototypes.items()

@@ -133,7 +133,9 @@ class Reader:
         """What the arguments of a name stand for."""
         least, most = len(kind.arguments) - kind.optional, len(kind.arguments)
         if not least <= len(texts) <= most or not all(texts):
-            raise OptionError(f"{kind.name} is asked as {kind.written}, not with ({', '.join(texts)})")
+            own = not texts and kind.name in self.plan.mechanism.parameters
+            hint = f"; the parameter is parameter({kind.name})" if own else ""
+            raise OptionError(f"{kind.name} is asked as {kind.written}, not with ({', '.join(texts)}){hint}")
         found = tuple(self.argument(kind.name, own, text) for own, text in zip(kind.arguments, texts, strict=False))
         if kind.name == "frf_peak" and not float(found[2]) < float(found[3]):  # type: ignore[arg-type]
             raise OptionError(

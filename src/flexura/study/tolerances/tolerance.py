@@ -26,6 +26,7 @@ from flexura.study.tolerances.sampling import ScrambledNets
 from flexura.study.tolerances.sizes import Sizes, Vary, sizes_of
 from flexura.study.tolerances.slopes import SlopesOf
 from flexura.study.tolerances.spreads import FORMS
+from flexura.tables import counted
 
 Array = NDArray[np.float64]
 
@@ -215,7 +216,7 @@ def _notes(own: Sizes, nets: ScrambledNets, spreads: Sequence[QuantitySpread]) -
     for name, group in zip(own.tolerances, own.groups, strict=True):
         if len(group) > 1:
             listed = ", ".join(own.sizes[k].name for k in group[:LISTED])
-            yield f"{name}: {len(group)} sizes, {listed}" + (" and so on" if len(group) > LISTED else "")
+            yield f"{name}: {counted(len(group), 'size')}, {listed}" + (" and so on" if len(group) > LISTED else "")
     yield (
         f"{nets.samples} samples in {nets.scramblings} nets scrambled independently; intervals by Student's t over the "
         f"nets where each has {FEWEST} samples beyond"

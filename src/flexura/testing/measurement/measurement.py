@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.results import Result, Tabular
 from flexura.systems import response_columns, unit_of_response
-from flexura.tables import Facts, Table, quantity
+from flexura.tables import Facts, Table, counted, quantity
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes
 
@@ -81,7 +81,8 @@ class MeasuredFRF(Tabular):
     notes: tuple[str, ...] = ()
 
     def _title(self) -> str:
-        return f"{len(self.frequency_hz)} lines from {self.frequency_hz[0]:.5g} to {self.frequency_hz[-1]:.5g} Hz"
+        lines = counted(len(self.frequency_hz), "line")
+        return f"{lines} from {self.frequency_hz[0]:.5g} to {self.frequency_hz[-1]:.5g} Hz"
 
     def _view(self) -> Iterator[Facts | Table]:
         facts = {"setup": self.setup, "estimator": self.estimator, "records": self.averages}

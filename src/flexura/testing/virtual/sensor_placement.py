@@ -140,7 +140,7 @@ def place_sensors(
         raise OptionError(f"{n} modes need at least {n} sensors, and at least one mode is asked for; found {k} sensors")
     pairs = full_order_modes(full, n)
     if len(pairs.values) < n:
-        raise OptionError(f"the model has only {len(pairs.values)} modes, not {n}")
+        raise OptionError(f"the model has only {counted(len(pairs.values), 'mode')}, not {n}")
     reach = 0.5 * float(np.ptp(full.geometry.positions, axis=0).max())
     found = _candidates(full, candidates, pairs.vectors, reach)
     if len(found.names) < k:

@@ -17,7 +17,7 @@ from flexura.modal import assignment, best_pairs, mac, pair_modes, space_mac
 from flexura.results import Tabular
 from flexura.structure import Plan
 from flexura.systems import ModalSystem
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Table, counted, percent
 from flexura.testing.identification import identify
 from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
 from flexura.testing.rig import ModalTestRig, TrueModes
@@ -109,9 +109,8 @@ class VirtualTest(Tabular):
         }
 
     def _title(self) -> str:
-        return (
-            f"{len(self.measurement.recordings)} records, {self.band[0]:.5g} to {self.band[1]:.5g} Hz, seed {self.seed}"
-        )
+        records = counted(len(self.measurement.recordings), "record")
+        return f"{records}, {self.band[0]:.5g} to {self.band[1]:.5g} Hz, seed {self.seed}"
 
     def _view(self) -> Iterator[Facts | Table]:
         own = self.modes
