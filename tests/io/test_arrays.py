@@ -127,7 +127,7 @@ def test_matrix_market_with_a_table_of_rows(full: fx.FullOrderModel, tmp_path: P
     assert [path.name for path in paths] == ["part_K.mtx", "part_M.mtx", "part_dofs.csv"]
     for path, expected in zip(paths, (full.K, full.M), strict=False):
         assert scipy.io.mminfo(path)[-1] == "symmetric"
-        read = scipy.io.mmread(path)
+        read = scipy.io.mmread(path, spmatrix=False)
         assert abs(read - expected).max() <= 1e-15 * abs(expected).max()
     with paths[2].open() as stream:
         rows = list(csv.DictReader(stream))
@@ -141,7 +141,7 @@ def test_matrix_market_with_a_table_of_rows(full: fx.FullOrderModel, tmp_path: P
 def test_matrix_market_in_a_folder_with_damping_and_amplitudes(low: fx.LowOrderModel, tmp_path: Path) -> None:
     paths = export(low, tmp_path / "new" / "folder", format="matrix-market", damping=0.1 * low.M)
     assert [path.name for path in paths] == ["C.mtx", "K.mtx", "M.mtx", "dofs.csv"]
-    assert np.allclose(scipy.io.mmread(paths[0]).toarray(), 0.1 * low.M, rtol=1e-14, atol=0)
+    assert np.allclose(scipy.io.mmread(paths[0], spmatrix=False).toarray(), 0.1 * low.M, rtol=1e-14, atol=0)
     with paths[3].open() as stream:
         rows = list(csv.DictReader(stream))
     kinds = [bool(row["node"]) for row in rows]
