@@ -81,10 +81,10 @@ class SolverError(FlexuraError):
 class Exceeded:
     """A limit beyond which a result no longer holds: of the theory, of a part, or of what is proven.
 
-    `kind` is rotation, displacement, equilibrium, contact, command, force, stress, buckling, resonance, proof,
-    tolerance, mesh, misfit, convergence, study, designs of it that are missing or failed, or limit, one that was asked
-    for and is not met; `place` names the node, member, channel, kind of data or design, empty where it is the whole;
-    `value` and `limit` are in `unit`, SI, `1` for plain numbers. `text` is the whole sentence.
+    `kind` is rotation, displacement, stiffness, equilibrium, contact, command, force, stress, buckling, resonance,
+    proof, tolerance, mesh, misfit, convergence, study, designs of it that are missing or failed, or limit, one that was
+    asked for and is not met; `place` names the node, member, channel, kind of data or design, empty where it is the
+    whole; `value` and `limit` are in `unit`, SI, `1` for plain numbers. `text` is the whole sentence.
     """
 
     kind: str

@@ -155,7 +155,7 @@ def _of(model, top):
 
 def test_workspace_beyond_the_linear_range():
     amplifier = fx.load(AMPLIFIER)
-    assert fx.kinetostatics(amplifier, platform="output").warnings == ()
+    assert set(warned(fx.kinetostatics(amplifier, platform="output"))) == {"stiffness"}
     found = warned(fx.kinetostatics(amplifier, platform="output", parameters={"piezo_stroke": 600e-6}))
     same = warned(fx.statics(amplifier, parameters={"piezo_stroke": 600e-6}, actuators={"piezo": 600e-6}))
     assert {"rotation", "stress"} <= set(found)

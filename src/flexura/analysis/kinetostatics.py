@@ -21,11 +21,12 @@ from flexura.analysis.freedoms import (
     screws,
     stiffness_without_springs,
 )
-from flexura.analysis.limits import States, motion_limits, workspace_limits
+from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import Statics, response_to
 from flexura.analysis.tangent import tangent_stiffness
+from flexura.analysis.workspace_limits import workspace_limits
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError
@@ -243,7 +244,7 @@ def kinetostatics(
         spectrum,
         bool(a) or spectrum.is_clear,
         (*said, *notes, *loaded),
-        (*workspace_limits(model, moved[:, q] * gain, limits), *motion_meshes(model, moved, driven)),
+        (*workspace_limits(model, moved[:, q] * gain, inputs), *motion_meshes(model, moved, driven)),
     )
 
 

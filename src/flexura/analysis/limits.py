@@ -43,9 +43,6 @@ MOST_STATES = 2048
 TOGETHER = np.vstack([np.eye(6), np.eye(6)[1:3]])
 """Internal forces that are looked at one by one: each alike at both ends of an element, and shear that changes."""
 
-MOST_COMMANDS = 12
-"""Commands of which all combinations of least and largest are looked at."""
-
 
 @dataclass(frozen=True)
 class States:
@@ -99,7 +96,7 @@ def _rotation(states: States) -> Iterator[Exceeded]:
     topology = states.model.plan.topology
     own = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_position)
     rows = states.model.node_displacements(states.columns)[own, 3:]
-    worst = _largest(rows, np.full(len(own), ROTATION), states)
+    worst = largest(rows, np.full(len(own), ROTATION), states)
     if worst is not None:
         name, inside, _ = topology.node_names[own[worst.row]].partition("[")
         angle = worst.value * ROTATION
@@ -109,8 +106,8 @@ def _rotation(states: States) -> Iterator[Exceeded]:
 
 
 def _deflection(states: States) -> Iterator[Exceeded]:
-    names, length, rows = _member_rows(states.model, states.columns)
-    worst = _largest(rows, BENT * length, states)
+    names, length, rows = member_rows(states.model, states.columns)
+    worst = largest(rows, BENT * length, states)
     if worst is not None:
         name, L = names[worst.row // 2], float(length[worst.row])
         shift = worst.value * BENT * L
@@ -121,7 +118,7 @@ def _deflection(states: States) -> Iterator[Exceeded]:
         yield Exceeded("displacement", name, shift, BENT * L, "m", text)
 
 
-def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array, Array]:
+def member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array, Array]:
     """Names of all placed members and superelements, their lengths (2k,), and the motion (2k, 3, c) of each of their
     ends seen from the other."""
     names: list[str] = []
@@ -148,7 +145,7 @@ def _member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Arra
 
 
 def _posed_member_rows(posed: Posed, u: Array) -> tuple[list[str], Array, Array]:
-    """As `_member_rows` for all members, from displacements u (n_nodes, 6, c) of all nodes from a pose."""
+    """As `member_rows` for all members, from displacements u (n_nodes, 6, c) of all nodes from a pose."""
     names, node, arm, position = posed.member_ends()
     own = rigid_arm(arm) @ np.concatenate([u, np.zeros((1, *u.shape[1:]))])[node]
     apart = position[:, 1] - position[:, 0]
@@ -158,7 +155,7 @@ def _posed_member_rows(posed: Posed, u: Array) -> tuple[list[str], Array, Array]
 
 
 def _superelement_rows(model: FullOrderModel, name: str, columns: Array) -> tuple[list[str], Array, Array]:
-    """As `_member_rows` for the superelements of a prototype: its first node and each other one of them."""
+    """As `member_rows` for the superelements of a prototype: its first node and each other one of them."""
     part, placed = model.plan.parts[name], model.plan.topology.copies[name]
     u, x = model.node_displacements(columns), model.positions
     names: list[str] = []
@@ -177,7 +174,7 @@ def _superelement_rows(model: FullOrderModel, name: str, columns: Array) -> tupl
     return names, np.array(lengths), np.concatenate(rows)
 
 
-def _largest(rows: Array, scale: Array, states: States) -> _Worst | None:
+def largest(rows: Array, scale: Array, states: States) -> _Worst | None:
     """The largest length of vectors rows (r, 3, c) times amplitudes over their scale (r,), if it is above one.
 
     Rows are taken in order of a bound, the lengths of what each column can add at most, until none can be larger.
@@ -278,27 +275,12 @@ def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) 
 
     def forces(name: str) -> tuple[Array, Array]:
         start, end = end_forces(model, name, u, g)
-        largest = np.maximum(np.abs(start), np.abs(end)).max(axis=-1, keepdims=True) * TOGETHER[:6].T
+        most = np.maximum(np.abs(start), np.abs(end)).max(axis=-1, keepdims=True) * TOGETHER[:6].T
         changed = np.abs(end - start).max(axis=-1, keepdims=True) * TOGETHER[6:].T / 2
-        return np.concatenate([largest, -changed], axis=-1), np.concatenate([largest, changed], axis=-1)
+        return np.concatenate([most, -changed], axis=-1), np.concatenate([most, changed], axis=-1)
 
     each = ratios_to_yield(model, forces, len(TOGETHER)).ratio
     return np.where(np.isfinite(each), each, 0.0).sum(axis=1)
-
-
-def workspace_limits(
-    model: FullOrderModel, columns: Array, limits: Sequence[tuple[float, float]]
-) -> tuple[Exceeded, ...]:
-    """Motion and stress at the corners of the range of commands, `columns` (n, a) being displacements per command.
-
-    These are largest at corners, as they are convex. Nothing is said without limits, nor for more than twelve commands.
-    """
-    box = np.array(limits).reshape(-1, 2)
-    if not len(box) or len(box) > MOST_COMMANDS or not np.isfinite(box).all():
-        return ()
-    corners = np.stack(np.meshgrid(*box, indexing="ij"), axis=0).reshape(len(box), -1)
-    states = States(model, columns, corners, lambda _: " at a corner of the range of commands")
-    return (*motion_limits(states), *stress_limits(states))
 
 
 def merged(found: Iterable[Exceeded]) -> tuple[Exceeded, ...]:

@@ -16,6 +16,7 @@ from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.pose_limits import pose_limits
 from flexura.analysis.preload import preload
+from flexura.analysis.stiffening import bent_most, stiffening_limits
 from flexura.analysis.stress import Stresses, StressProfile, member_stresses, stress_profiles
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
@@ -92,14 +93,16 @@ class Statics(Tabular):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Where this response stops holding: large motion, ranges of actuators, yield, buckling and coarse meshes."""
+        """Where this response stops holding: large motion, ranges of actuators, yield, buckling, coarse meshes."""
         states = States(self.model, self.displacement_vector[:, None])
         ports = Ports(self.model.design)
         commands = {a.name: np.array([a.command]) for a in self.actuators}
+        inputs, given = ports.inputs(list(commands)), np.array([a.command for a in self.actuators])
         return (
-            *command_limits(ports.inputs(list(commands)), np.array(list(commands.values())).reshape(-1, 1)),
+            *command_limits(inputs, given[:, None]),
             *force_limits(states, ports, commands),
             *motion_limits(states),
+            *stiffening_limits(self.model, bent_most(states), inputs, given),
             *stress_limits(states, self._weight),
             *self._buckling[0],
             *pose_limits(self.model),
