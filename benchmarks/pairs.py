@@ -55,19 +55,24 @@ class Pair:
         return self.other / self.own
 
 
-def cost(call: Callable[[], object], repeat: int = 9) -> float:
-    """Median processor time of a call, s, after one that is not counted; quick ones are counted together."""
-    call()
-    start = time.process_time()
-    call()
-    together = max(1, round(5e-3 / max(time.process_time() - start, 1e-6)))
-    found = []
+def costs(own: Callable[[], object], other: Callable[[], object], repeat: int = 9) -> tuple[float, float]:
+    """Median processor times of two calls, s, in turns, so that both have the machine as it is; after one of each that
+    is not counted, quick ones counted together."""
+    own()
+    other()
+    found: list[list[float]] = [[], []]
+    together = [max(1, round(5e-3 / max(_seconds(call, 1), 1e-6))) for call in (own, other)]
     for _ in range(repeat):
-        start = time.process_time()
-        for _ in range(together):
-            call()
-        found.append((time.process_time() - start) / together)
-    return median(found)
+        for call, times, n in zip((own, other), found, together, strict=True):
+            times.append(_seconds(call, n) / n)
+    return median(found[0]), median(found[1])
+
+
+def _seconds(call: Callable[[], object], n: int) -> float:
+    start = time.process_time()
+    for _ in range(n):
+        call()
+    return time.process_time() - start
 
 
 def apart(own: Any, other: Any) -> float:
@@ -85,10 +90,11 @@ def full() -> Iterator[Pair]:
         return stiffness_and_mass(Design.of(plan, {"r_web": next(webs)}))
 
     K, M = built()
-    own = cost(lambda: lowest(*built(), MODES))
     order, ours = K.shape[0], np.sqrt(lowest(K, M, MODES).values)
     theirs = np.sqrt(np.sort(eigsh(K, MODES, M, sigma=0.0, return_eigenvectors=False)))
-    other = cost(lambda: eigsh(*_first_two(built()), sigma=0.0, return_eigenvectors=False))
+    own, other = costs(
+        lambda: lowest(*built(), MODES), lambda: eigsh(*_first_two(built()), sigma=0.0, return_eigenvectors=False)
+    )
     yield Pair("full.scipy", order, f"{SCIPY} eigsh, matrices of flexura", own, other, apart(ours, theirs))
 
     sys.path.insert(0, str(ROOT / "tests"))
@@ -97,7 +103,7 @@ def full() -> Iterator[Pair]:
     beams = plan.mechanism.model_copy(update={"theory": "euler_bernoulli"})
     mesh, model = OpenSeesMesh(fx.assemble(beams)), fx.assemble(beams)
     found = np.sqrt(lowest(model.K, model.M, MODES).values) / HERTZ
-    other = cost(lambda: mesh.frequencies(MODES), 3)
+    own, other = costs(lambda: lowest(*built(), MODES), lambda: mesh.frequencies(MODES), 5)
     yield Pair("full.opensees", order, "OpenSeesPy, same mesh", own, other, apart(found, mesh.frequencies(MODES)))
 
 
@@ -124,8 +130,9 @@ def low() -> Iterator[Pair]:
         values = la.eigh(T.T @ (K @ T), T.T @ (M @ T), eigvals_only=True, subset_by_index=[0, MODES - 1])
         return np.sqrt(values) / HERTZ
 
-    own = cost(lambda: fx.unproven_frequencies(plan, {"r_web": next(webs)}, n=MODES))
-    other = cost(lambda: condensed(next(webs)))
+    own, other = costs(
+        lambda: fx.unproven_frequencies(plan, {"r_web": next(webs)}, n=MODES), lambda: condensed(next(webs))
+    )
     off = apart(fx.unproven_frequencies(plan, {"r_web": 3e-4}, n=MODES), condensed(3e-4))
     yield Pair("low.scipy", reduced.order, f"{SCIPY} splu and eigh, matrices of flexura", own, other, off)
 
@@ -153,21 +160,23 @@ def _platform(outputs: list[str], inputs: list[str], damping: Any) -> ModalSyste
 def frf() -> Iterator[Pair]:
     """6 x 6 frequency responses at 10 000 frequencies from the same 54 modes."""
     modes, hz = _platform(response.PLATFORM, response.PLATFORM, 0.01), np.geomspace(1, 1000, 10_000)
-    found = fx.frequency_response(modes, frequency_hz=hz).response
-    own, s = cost(lambda: fx.frequency_response(modes, frequency_hz=hz)), 2j * np.pi * hz[:, None]
+    found, s = fx.frequency_response(modes, frequency_hz=hz).response, 2j * np.pi * hz[:, None]
     C, B = np.asarray(modes.C)[:, : modes.order], np.asarray(modes.B)
 
     def three_lines() -> NDArray[np.complex128]:
         gain = 1 / (s**2 + 0.02 * modes.omega * s + modes.omega**2)
         return ((gain[:, None, :] * C).reshape(-1, modes.order) @ B).reshape(len(hz), len(C), -1)
 
-    yield Pair("frf.numpy", modes.order, "NumPy, three lines", own, cost(three_lines, 5), apart(found, three_lines()))
+    def run() -> object:
+        return fx.frequency_response(modes, frequency_hz=hz)
+
+    yield Pair("frf.numpy", modes.order, "NumPy, three lines", *costs(run, three_lines), apart(found, three_lines()))
 
     import control
 
     model = fx.to_control(fx.state_space(modes))
     theirs = np.moveaxis(np.asarray(model(s[:, 0])), 2, 0)
-    other = cost(lambda: model.frequency_response(HERTZ * hz), 1)
+    own, other = costs(run, lambda: model.frequency_response(HERTZ * hz), 3)
     has_slycot = control.slycot_check()  # type: ignore[attr-defined]
     row, text = ("frf.control_slycot", "with") if has_slycot else ("frf.control", "without")
     text = f"python-control {control.__version__} {text} slycot, same modes as a state space"
@@ -183,10 +192,10 @@ def steps() -> Iterator[Pair]:
     def run() -> Array:
         return np.asarray(fx.time_response(modes, inputs={"platform.tz": u}, dt=response.DT).response)
 
-    own, found, model = cost(run), run(), fx.state_space(modes)
+    found, model = run(), fx.state_space(modes)
     spaced = scipy.signal.StateSpace(model.A, model.B, model.C, model.D)
     theirs = scipy.signal.lsim(spaced, u, t)[1].T
-    other = cost(lambda: scipy.signal.lsim(spaced, u, t), 3)
+    own, other = costs(run, lambda: scipy.signal.lsim(spaced, u, t), 5)
     yield Pair(
         "steps.scipy", modes.order, f"{SCIPY} lsim, same modes as a state space", own, other, apart(found, theirs)
     )
@@ -196,7 +205,7 @@ def steps() -> Iterator[Pair]:
     linear: Any = fx.to_control(model)
     forced: Any = control.forced_response
     theirs = forced(linear, t, u).outputs
-    other = cost(lambda: forced(linear, t, u), 3)
+    own, other = costs(run, lambda: forced(linear, t, u), 5)
     text = f"python-control {control.__version__} forced_response, same state space"
     yield Pair("steps.control", modes.order, text, own, other, apart(found, theirs))
 
