@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.analysis import stiffening
 from flexura.analysis.limits import States
 from flexura.analysis.stiffening import bent_most, stiffening_limits
 from helpers.warned_statics import LEAF, E, warned
@@ -55,6 +56,19 @@ def test_small_motions_and_free_ends_say_nothing():
     free = held_beam(ground={"a": "clamped", "b": {"free": ["tx"]}})
     assert "stiffness" not in warned(few)
     assert "stiffness" not in warned(fx.statics(free, loads={"m": (0, 2 * STIFFNESS * THICKNESS, 0, 0, 0, 0)}))
+
+
+def test_a_bar_that_twists_moves_none_of_its_nodes():
+    twisted = fx.statics(held_beam(ground={"a": "clamped"}), loads={"b": (0, 0, 0, 0.05, 0, 0)})
+    assert twisted.displacement("b")[3] > 0.01
+    assert "stiffness" not in warned(twisted)
+
+
+def test_models_that_are_too_large_say_so(monkeypatch):
+    monkeypatch.setattr(stiffening, "MOST", 10)
+    result = fx.statics(held_beam(), loads={"m": (0, STIFFNESS * THICKNESS, 0, 0, 0, 0)})
+    assert "stiffness" not in warned(result)
+    assert any("was not looked at" in note for note in result.notes)
 
 
 def test_the_forces_that_hold_a_state_give_that_state():

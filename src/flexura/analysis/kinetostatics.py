@@ -25,6 +25,7 @@ from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import Statics, response_to
+from flexura.analysis.stiffening import not_looked_at
 from flexura.analysis.tangent import tangent_stiffness
 from flexura.analysis.workspace_limits import workspace_limits
 from flexura.arguments import verb
@@ -243,7 +244,7 @@ def kinetostatics(
         tuple(found),
         spectrum,
         bool(a) or spectrum.is_clear,
-        (*said, *notes, *loaded),
+        (*said, *notes, *loaded, *(not_looked_at(model) if a else ())),
         (*workspace_limits(model, moved[:, q] * gain, inputs), *motion_meshes(model, moved, driven)),
     )
 

@@ -16,7 +16,7 @@ from flexura.analysis.mesh_errors import motion_meshes
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.pose_limits import pose_limits
 from flexura.analysis.preload import preload
-from flexura.analysis.stiffening import bent_most, stiffening_limits
+from flexura.analysis.stiffening import bent_most, not_looked_at, stiffening_limits
 from flexura.analysis.stress import Stresses, StressProfile, member_stresses, stress_profiles
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
@@ -112,7 +112,7 @@ class Statics(Tabular):
     @property
     def notes(self) -> tuple[str, ...]:
         """About which state it is linear, and what could not be looked at."""
-        return (*state_of(self.model.design), *self._buckling[1])
+        return (*state_of(self.model.design), *self._buckling[1], *not_looked_at(self.model))
 
     @cached_property
     def _buckling(self) -> tuple[tuple[Exceeded, ...], tuple[str, ...]]:

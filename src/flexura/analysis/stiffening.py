@@ -29,6 +29,13 @@ TURNED = 2e-4
 """Rotation, rad, below which links inclined by one degree, as in bridges, change their ratio by less than 1 %."""
 
 
+MOST = 5000
+"""Coordinates up to which large displacements are looked for, which takes some seconds then."""
+
+STILL = 1e-6
+"""Displacement over rotation times size that is round-off of none."""
+
+
 class Bent(NamedTuple):
     """A state u (n,), of a number, that bends a member `share` times a tenth of its thickness, or turns a node by
     `share` times 0.2 mrad, and what is said of when."""
@@ -41,9 +48,9 @@ class Bent(NamedTuple):
 
 def bent_most(states: States) -> Bent | None:
     """The state that bends a member most beside its thickness, or turns most; None where none is bent by a tenth of it
-    and nothing turns by 0.2 mrad, in which case linear displacements are right, and about a pose, whose own motion is
-    large."""
-    if states.model.plan.is_posed or not states.columns.size:
+    and nothing turns by 0.2 mrad, so that linear displacements are right, about a pose, whose own motion is large, and
+    of models that are too large (`not_looked_at`)."""
+    if states.model.plan.is_posed or not states.columns.size or states.model.order > MOST:
         return None
     names, _, bends = member_rows(states.model, states.columns)
     thin, turns = _thickness(states.model), states.model.node_displacements(states.columns)[:, 3:]
@@ -52,6 +59,13 @@ def bent_most(states: States) -> Bent | None:
     if worst is None:
         return None
     return Bent(worst.value, worst.state, states.at(np.array([worst.state]))[:, 0], states.when(worst.state))
+
+
+def not_looked_at(model: FullOrderModel) -> tuple[str, ...]:
+    """A note for models of so many coordinates that large displacements are not looked for."""
+    if model.order <= MOST or model.plan.is_posed:
+        return ()
+    return (f"whether it moves as far with large displacements was not looked at: {model.order} coordinates",)
 
 
 def stiffening_limits(
@@ -77,22 +91,26 @@ def stiffening_limits(
     if isinstance(state, Stopped):
         text = f"with large displacements no equilibrium is found beyond {state.share:.3g} times this state{bent.when}"
         return (Exceeded("stiffness", "", state.share, 1.0, "1", text),)
-    return _told(model, bent.u, _moved(equations.model, state.frames), bent.when)
+    return _told(model, bent, _moved(equations.model, state.frames), equations.size)
 
 
-def _told(model: FullOrderModel, u: Array, large: Array, when: str) -> tuple[Exceeded, ...]:
-    """The warning, if large displacements (n_nodes, 3) are of another size than the linear ones."""
-    topology = model.plan.topology
-    linear = np.where(topology.has_position[:, None], model.node_displacements(u[:, None])[:, :3, 0], 0.0)
+def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple[Exceeded, ...]:
+    """The warning, if large displacements (n_nodes, 3) are of another size than the linear ones. What turns about an
+    axis through all nodes, beside the size of the mechanism, m, moves none of them."""
+    topology, moved = model.plan.topology, model.node_displacements(bent.u[:, None])[..., 0]
+    linear = np.where(topology.has_position[:, None], moved[:, :3], 0.0)
+    if np.abs(linear).max() <= STILL * size * np.abs(moved[:, 3:]).max():
+        return ()
     share = float((large * linear).sum() / (linear**2).sum())
     if abs(share - 1) <= DIFFERENT:
         return ()
     far, own = (np.linalg.norm(moved, axis=1) for moved in (np.where(linear != 0, large, 0.0), linear))
     node = int(np.abs(far - own).argmax())
     name = topology.node_names[node].partition("[")[0]
+    there, here = said(float(far[node]), "m"), said(float(own[node]), "m")
     text = (
-        f"with large displacements it moves {share:.3g} times as far{when}, {name} by {said(float(far[node]), 'm')}"
-        f" in place of {said(float(own[node]), 'm')}: flexura stroke follows them"
+        f"with large displacements it moves {share:.3g} times as far{bent.when}, {name} by {there} in place of {here}:"
+        " flexura stroke follows them"
     )
     return (Exceeded("stiffness", name, share, 1.0, "1", text),)
 
