@@ -159,6 +159,7 @@ def _bodies(full: FullOrderModel, values: Mapping[str, Any]) -> list[_Loaded]:
             for path, number, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
                 kind = place_of(name, key)
                 turned = full.geometry.Q[number] @ axes
+                turned[:, 2] *= np.linalg.det(turned).round()  # solids are their own mirror images, moments are not
                 at = full.geometry.positions[offset + node]
                 found.append(_Loaded(".".join((*path, key)), kind, solid, at, turned))
     return found
