@@ -55,9 +55,9 @@ def _poses(result: Stroke, poses: Sequence[StrokePose], is_supported: bool) -> T
     for name in changing:
         table.add_column(f"{name} {result.units[name]}", justify="right")
     for name in first.move:
-        turns = name.rpartition(".")[2].startswith("r")
-        table.add_column(f"{name} {'rad' if turns else 'mm'}", justify="right")
-        table.add_column("force N m" if turns else "force N", justify="right")
+        unit = _scale(result, first, name)[1]
+        table.add_column(f"{name} {unit}", justify="right")
+        table.add_column("force N m" if unit == "rad" else "force N", justify="right")
     heads = [f"f{k + 1} Hz" for k in range(min(len(first.frequency_hz), MOST_FREQUENCIES))]
     heads += [f"k{axis} N/m" for axis in "xyz" if is_supported]
     for head in (*heads, "to yield", "to buckle"):
@@ -65,8 +65,7 @@ def _poses(result: Stroke, poses: Sequence[StrokePose], is_supported: bool) -> T
     for pose in poses:
         cells = [f"{pose.varied[name]:.5g}" for name in changing]
         for name, value in pose.move.items():
-            turns = name.rpartition(".")[2].startswith("r")
-            cells += [f"{value if turns else 1e3 * value:.5g}", f"{pose.reaction[name] + 0.0:.5g}"]
+            cells += [f"{_scale(result, pose, name)[0] * value:.5g}", f"{pose.reaction[name] + 0.0:.5g}"]
         cells += [f"{f:.5g}" for f in pose.frequency_hz[:MOST_FREQUENCIES]]
         cells += ["driven" if isnan(k) else f"{k:.4g}" for k in pose.support_stiffness[:3] if is_supported]
         table.add_row(*cells, _factor(pose.stress_margin), _factor(pose.buckling_factor))
@@ -76,24 +75,26 @@ def _poses(result: Stroke, poses: Sequence[StrokePose], is_supported: bool) -> T
 def _moved(result: Stroke, poses: Sequence[StrokePose], node: str) -> Table:
     """Displacement of a node in every pose, without what is round-off beside the largest of its kind."""
     table = Table(box=None, header_style="bold", pad_edge=False)
-    changing = list(poses[0].varied)
-    for name in changing:
-        is_moved = name in poses[0].move
-        unit = ("rad" if name.rpartition(".")[2].startswith("r") else "mm") if is_moved else result.units[name]
+    scales = {name: _scale(result, poses[0], name) for name in poses[0].varied}
+    for name, (_, unit) in scales.items():
         table.add_column(f"{name} {unit}", justify="right")
     for k, axis in enumerate(DOF_NAMES):
         table.add_column(f"{node}.{axis[-1] if k < 3 else axis} {'mm' if k < 3 else 'rad'}", justify="right")
     largest = [max(abs(pose.displacement[node][k]) for pose in poses) for k in range(6)]
     least = [ROUND_OFF * max(largest[:3])] * 3 + [ROUND_OFF * max(largest[3:])] * 3
     for pose in poses:
-        cells = []
-        for name in changing:
-            millimetres = name in pose.move and not name.rpartition(".")[2].startswith("r")
-            cells.append(f"{(1e3 if millimetres else 1.0) * pose.varied[name]:.5g}")
+        cells = [f"{factor * pose.varied[name]:.5g}" for name, (factor, _) in scales.items()]
         for k, value in enumerate(pose.displacement[node]):
             cells.append(f"{(1e3 if k < 3 else 1.0) * (value if abs(value) > least[k] else 0.0):.5g}")
         table.add_row(*cells)
     return table
+
+
+def _scale(result: Stroke, pose: StrokePose, name: str) -> tuple[float, str]:
+    """What multiplies something that is prescribed, and its unit: displacements are shown in mm."""
+    if name not in pose.move:
+        return 1.0, result.units[name]
+    return (1.0, "rad") if name.rpartition(".")[2].startswith("r") else (1e3, "mm")
 
 
 def _factor(value: float | None) -> str:
