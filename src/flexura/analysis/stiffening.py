@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.limits import States, largest, member_rows, said
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded
+from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
 from flexura.structure import FullOrderModel
 from flexura.systems import InputPort
 
@@ -71,7 +71,8 @@ def not_looked_at(model: FullOrderModel) -> tuple[str, ...]:
 def stiffening_limits(
     model: FullOrderModel, bent: Bent | None, inputs: Sequence[InputPort] = (), commands: ArrayLike = ()
 ) -> tuple[Exceeded, ...]:
-    """A warning where large displacements are another size than the linear ones of the state that bends most.
+    """Warnings where large displacements are another size than the linear ones of the state that bends most, and where
+    they lead to a state that is not stable, as of leaves that buckle sideways.
 
     Displacements are those from rest without loads, also where loads are described, about which the stiffness is. The
     forces that hold the linear state are put on the mechanism as dead loads, but for those of actuators between nodes
@@ -91,7 +92,11 @@ def stiffening_limits(
     if isinstance(state, Stopped):
         text = f"with large displacements no equilibrium is found beyond {state.share:.3g} times this state{bent.when}"
         return (Exceeded("stiffness", "", state.share, 1.0, "1", text),)
-    return _told(model, bent, _moved(equations.model, state.frames), equations.size)
+    told = _told(model, bent, _moved(equations.model, state.frames), equations.size)
+    if ways := unstable(equations, state):
+        text = f"the state that large displacements lead to is not stable{bent.when}: what is free to would spring away"
+        return (*told, Exceeded("stiffness", "", float(ways), 0.0, "1", text))
+    return told
 
 
 def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple[Exceeded, ...]:
