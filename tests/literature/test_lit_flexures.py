@@ -100,7 +100,9 @@ TWO_AXES = {  # kind, a, b, t: rotation per moment, stretch per force
 def flexure(profile, length, corrections="auto", **shape):
     """Describe a flexure along x between clamped ends, `a` held and `b` loaded."""
     ends = ("clamped", "clamped")
-    member = fx.describe.Flexure(nodes=("a", "b"), material="unit", reference="z", profile=profile, ends=ends, **shape)
+    member = fx.describe.Flexure(
+        nodes=("a", "b"), material="unit", reference="z", profile=profile, ends=ends, root="rigid", **shape
+    )
     nodes = {"a": (0, 0, 0), "b": (length, 0, 0)}
     return fx.Mechanism(
         nodes=nodes, materials=UNIT, flexures={"hinge": member}, ground={"a": "clamped"}, corrections=corrections
@@ -123,7 +125,11 @@ def test_leaf_that_carries_a_block(verify):
     mechanism = fx.Mechanism(
         materials={"metal": fx.describe.Material(E=71.7e9, nu=0.33, rho=2810.0)},
         nodes={"foot": (0, 0, 0), "head": (10e-3, 0, 0)},
-        flexures={"leaf": fx.describe.Flexure(nodes=("foot", "head"), material="metal", reference="z", profile=leaf)},
+        flexures={
+            "leaf": fx.describe.Flexure(
+                nodes=("foot", "head"), material="metal", reference="z", profile=leaf, root=("rigid", "elastic")
+            )
+        },
         bodies={
             "block": fx.describe.RigidBody(
                 centre=(15e-3, 0, 0),

@@ -59,7 +59,9 @@ def nodal(model, pieces, count, steps=16):
 @pytest.mark.parametrize("pieces", [1, 3])
 def test_same_frequencies_as_nodal_coordinates(name, pieces):
     text = (Path(__file__).parents[2] / "examples" / name / f"{name}.yaml").read_text()
-    model = assemble(fx.loads(text.replace("integration: tapered", "integration: stepped")))
+    mechanism = fx.loads(text.replace("integration: tapered", "integration: stepped"))
+    # elastic roots are springs between nodes of their own there
+    model = assemble(mechanism.replaced({"corrections": ("plate", "warping", "shear", "notch")}))
     usual, order = nodal(model, pieces, 12)
     found = finite_elements(model, 12, pieces)
     assert found.order == order

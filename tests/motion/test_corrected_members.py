@@ -23,7 +23,7 @@ materials: {{m: {{E: 210 GPa, nu: 0.3, rho: 7800 kg/m^3}}}}
 nodes: {{a: [0, 0, 0], b: [{length} mm, 0, 0]}}
 flexures:
   leaf:
-    {{nodes: [a, b], material: m, reference: y, elements: {elements}, ends: [{ends}, {ends}],
+    {{nodes: [a, b], material: m, reference: y, elements: {elements}, ends: [{ends}, {ends}], root: rigid,
      profile: {{type: leaf, width: {width} mm, thickness: 0.4 mm}}}}
 ground: {{a: clamped, b: {{fixed: [{held}]}}}}
 """
@@ -34,10 +34,10 @@ corrections: {corrections}
 nodes: {{a0: [0, 0, 0], a1: [50 mm, 0, 0], b0: [0, 60 mm, 0], b1: [50 mm, 60 mm, 0]}}
 flexures:
   one:
-    {{nodes: [a0, a1], material: spring-steel, reference: y, elements: {elements},
+    {{nodes: [a0, a1], material: spring-steel, reference: y, elements: {elements}, root: rigid,
      profile: {{type: leaf, width: 15 mm, thickness: 0.4 mm}}}}
   two:
-    {{nodes: [b0, b1], material: spring-steel, reference: y, elements: {elements},
+    {{nodes: [b0, b1], material: spring-steel, reference: y, elements: {elements}, root: rigid,
      profile: {{type: leaf, width: 15 mm, thickness: 0.4 mm}}}}
 bodies:
   carriage:

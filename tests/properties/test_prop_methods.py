@@ -12,6 +12,9 @@ from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.random_mechanisms import FEW, mechanisms
 
+RIGID_ROOTS = ("plate", "warping", "shear", "notch")
+"""Corrections without the roots, whose springs the nodal mesh has between nodes of their own."""
+
 STEPS = 3
 """Uniform segments of a tapered element."""
 
@@ -30,7 +33,7 @@ def nodal(model):
 @FEW
 @given(mechanisms())
 def test_relative_coordinates_have_the_same_eigenvalues(mechanism):
-    model = assemble(mechanism)
+    model = assemble(mechanism.replaced({"corrections": RIGID_ROOTS}))
     own = chained(model, 1, STEPS)
     usual = lowest(*nodal(model), 10)
     np.testing.assert_allclose(lowest(own.pencil.K, own.pencil.M, 10).values, usual.values, rtol=1e-6)

@@ -102,7 +102,12 @@ def test_an_end_held_partly_is_said():
 
 def twist(width, thickness, length, **more):
     """Return the torsional stiffness of a leaf between rigid faces over G Ip/L."""
-    own = {"profile": fx.describe.Leaf(width=width, thickness=thickness), "ends": ("clamped", "clamped"), **more}
+    own = {
+        "profile": fx.describe.Leaf(width=width, thickness=thickness),
+        "ends": ("clamped", "clamped"),
+        "root": "rigid",
+        **more,
+    }
     m = fx.Mechanism(
         nodes={"a": (0, 0, 0), "b": (length, 0, 0)}, flexures={"leaf": flexure(**own)}, ground={"a": "clamped"}
     )
@@ -178,17 +183,17 @@ def test_auto_is_what_a_member_can_have(theory):
     flexures = {"leaf": flexure(), "notch": flexure("b", "c", notch)}
     m = chain(flexures, ground, links={"square": square, "rod": rod}, theory=theory)
     expected = {
-        "leaf": ("plate", "warping", *shear),
+        "leaf": ("plate", "warping", *shear, "root"),
         "notch": ("plate", "warping", *shear, "notch"),
-        "square": ("plate", "warping", *shear),
-        "rod": shear,
+        "square": ("plate", "warping", *shear, "root"),
+        "rod": (*shear, "root"),
     }
-    assert active(m) == {name: names for name, names in expected.items() if names}
+    assert active(m) == expected
 
 
 def test_auto_takes_stubby_members_in_and_names_choose():
     block = fx.describe.Leaf(width=10e-3, thickness=6e-3)
-    assert active(chain({"leaf": flexure(profile=block)})) == {"leaf": ("plate", "warping", "shear")}
+    assert active(chain({"leaf": flexure(profile=block)})) == {"leaf": ("plate", "warping", "shear", "root")}
     assert active(chain({"leaf": flexure(profile=block, corrections="plate")})) == {"leaf": ("plate",)}
 
 
@@ -229,7 +234,8 @@ def all_kinds(**more):
 
 
 def test_mass_is_that_of_the_sections():
-    plain, own = (fx.assemble(all_kinds(corrections=c, theory="euler_bernoulli")) for c in ("none", "auto"))
+    without_root = ("plate", "warping", "notch")
+    plain, own = (fx.assemble(all_kinds(corrections=c, theory="euler_bernoulli")) for c in ("none", without_root))
     uniform = slice(0, 4 * 6)  # the leaf's elements: the mass of tapered ones follows their deflection
     assert_allclose(own.M[uniform, uniform].toarray(), plain.M[uniform, uniform].toarray(), rtol=1e-12, atol=1e-18)
     rigid = own.rigid_body_motions()
@@ -250,8 +256,8 @@ def test_segments_are_the_corrected_elements(pieces, tapered, tolerance):
 
 
 def test_coefficients_are_those_of_the_matrices():
-    """Stepped elements from coefficients, prepared, and as matrices."""
-    m = all_kinds()
+    """Stepped elements from coefficients, prepared, and as matrices; those with elastic roots have none."""
+    m = all_kinds(corrections=("plate", "warping", "shear", "notch"))
     m = m.model_copy(update={"flexures": {k: f for k, f in m.flexures.items() if k != "f4"}})
     m = m.model_copy(update={"nodes": {k: x for k, x in m.nodes.items() if k != "n5"}})
     m = m.model_copy(update={"bodies": {"tip": m.bodies["tip"].model_copy(update={"carries": ("n4",)})}})
@@ -334,7 +340,7 @@ def test_without_lateral_contraction_a_leaf_bends_as_a_beam():
 def test_check_tells_what_is_corrected_and_doubts_the_rest():
     wide = chain({"leaf": flexure()})
     report = fx.check(wide)
-    assert report.corrections == {"leaf": ("plate", "warping", "shear")}
+    assert report.corrections == {"leaf": ("plate", "warping", "shear", "root")}
     assert report.ends == {"leaf": ("clamped", "free")}
     assert not report.doubts
     assert {d.kind for d in fx.check(wide.model_copy(update={"corrections": "none"})).doubts} == {"wide"}

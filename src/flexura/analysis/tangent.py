@@ -55,7 +55,7 @@ def tangent_stiffness(
     state = finite_numbers("displacements", u, model.order)
     model.plan.refuse_pose("the stiffness about linear displacements")
     _refuse_springs_on_arms(model)
-    cut = segments(model, tapered_pieces=1)
+    cut = segments(model, tapered_pieces=1, roots=False)
     elements = _elements(model, cut)
     K, force, arm = _element_tangents(elements, np.append(state, 0.0)[elements.dof])
     dof = elements.dof.reshape(-1, 6)

@@ -9,12 +9,16 @@ from flexura.beam.dynamic import at_pole as at_pole
 from flexura.beam.dynamic import dynamic_beam as dynamic_beam
 from flexura.beam.dynamic import join as join
 from flexura.beam.dynamic import radians as radians
+from flexura.beam.dynamic import root_spring as root_spring
+from flexura.beam.dynamic import rooted as rooted
 from flexura.beam.dynamic import transfer_at_pole as transfer_at_pole
 from flexura.beam.dynamic import transfer_matrix as transfer_matrix
+from flexura.beam.dynamic import transfer_rooted as transfer_rooted
 from flexura.beam.dynamic import transfer_turned as transfer_turned
 from flexura.beam.dynamic import turned as turned
 from flexura.beam.dynamic_series import SMALL as SMALL
 from flexura.beam.dynamic_series import BeamSeries as BeamSeries
+from flexura.beam.element import COUPLED_FLEXIBILITY_BASIS as COUPLED_FLEXIBILITY_BASIS
 from flexura.beam.element import END_FLEXIBILITY_BASIS as END_FLEXIBILITY_BASIS
 from flexura.beam.element import MASS_BASIS as MASS_BASIS
 from flexura.beam.element import MASS_ENTRIES as MASS_ENTRIES
@@ -26,6 +30,9 @@ from flexura.beam.element import mass as mass
 from flexura.beam.element import mass_coefficients as mass_coefficients
 from flexura.beam.element import partial_flexibility as partial_flexibility
 from flexura.beam.element import phi as phi
+from flexura.beam.element import root_coefficients as root_coefficients
+from flexura.beam.element import rooted_mass as rooted_mass
+from flexura.beam.element import rooted_stiffness as rooted_stiffness
 from flexura.beam.element import shape_functions as shape_functions
 from flexura.beam.element import stiffness as stiffness
 from flexura.beam.element import stiffness_coefficients as stiffness_coefficients
@@ -39,6 +46,8 @@ from flexura.beam.geometric import arm_stiffness as arm_stiffness
 from flexura.beam.geometric import geometric_basis as geometric_basis
 from flexura.beam.geometric import geometric_stiffness as geometric_stiffness
 from flexura.beam.geometric import tapered_geometric_basis as tapered_geometric_basis
+from flexura.beam.root import FAR as FAR
+from flexura.beam.root import root_flexibility as root_flexibility
 from flexura.beam.section import SectionProperties as SectionProperties
 from flexura.beam.section import circle as circle
 from flexura.beam.section import rectangle as rectangle

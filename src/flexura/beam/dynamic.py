@@ -78,6 +78,35 @@ def join(a: DynamicBeam, b: DynamicBeam, count: bool = True) -> Joint:
     return Joint(DynamicBeam(K, slope, J0), P)
 
 
+def rooted(beam: DynamicBeam, root: NDArray[np.intp], roots: Array, length: Array) -> DynamicBeam:
+    """Beams (n, ...) of lengths (n,), m, twists at their first end, with the springs of flexibility roots (k, 6, 6)
+    between their ends and what they are joined to; root (n, 2): which one at each end, -1 for none."""
+    K, slope, J0 = (field.copy() for field in beam)
+    for end in (0, 1):
+        at = np.flatnonzero(root[:, end] >= 0)
+        if not len(at):
+            continue
+        spring = root_spring(roots[root[at, end]], end * length[at])
+        own = DynamicBeam(K[at], slope[at], J0[at])
+        spring = DynamicBeam(
+            *(
+                np.broadcast_to(f.reshape(len(at), *(1,) * (J0.ndim - 1), *f.shape[1:]), to.shape)
+                for f, to in zip(spring, own, strict=True)
+            )
+        )
+        K[at], slope[at], J0[at] = join(own, spring).beam if end else join(spring, own).beam
+    return DynamicBeam(K, slope, J0)
+
+
+def root_spring(C: Array, at: Array) -> DynamicBeam:
+    """Springs without mass of flexibility C (n, 6, 6), at (n,) m along x from the pole of the twists."""
+    K = np.zeros((len(C), 12, 12))
+    K[:, 6:, 6:] = np.linalg.inv(C)
+    arm = np.zeros((len(C), 3))
+    arm[:, 0] = at
+    return at_pole(DynamicBeam(K, np.zeros_like(K), np.zeros(len(C), dtype=np.intp)), rigid_arm(arm))
+
+
 def turned(beam: DynamicBeam) -> DynamicBeam:
     """The beam walked from its second end to its first: t of the other end, and e reversed."""
     S = np.eye(12)
@@ -273,6 +302,20 @@ def transfer_at_pole(phi: Array, X: Array) -> Array:
     Xt, inverse = np.swapaxes(X, -1, -2), np.linalg.inv(X)
     left = np.concatenate([inverse @ phi[..., :6, :], Xt @ phi[..., 6:, :]], axis=-2)
     return np.concatenate([left[..., :6] @ X, left[..., 6:] @ np.swapaxes(inverse, -1, -2)], axis=-1)
+
+
+def transfer_rooted(phi: Array, root: NDArray[np.intp], roots: Array, length: Array) -> Array:
+    """Transfer matrices (n, 12, 12) of beams with springs at their ends; other arguments as in `rooted`."""
+    found = phi.copy()
+    for end in (0, 1):
+        at = np.flatnonzero(root[:, end] >= 0)
+        spring = np.broadcast_to(np.eye(12), (len(at), 12, 12)).copy()
+        spring[:, :6, 6:] = roots[root[at, end]]
+        arm = np.zeros((len(at), 3))
+        arm[:, 0] = end * length[at]
+        spring = transfer_at_pole(spring, rigid_arm(arm))
+        found[at] = spring @ found[at] if end else found[at] @ spring
+    return found
 
 
 def transfer_turned(phi: Array) -> Array:

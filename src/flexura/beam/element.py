@@ -105,6 +105,22 @@ END_FLEXIBILITY_BASIS = basis_of(
         *((_END_XZ, pattern) for pattern in _PAIR),
     ],
 )
+COUPLED_FLEXIBILITY_BASIS = np.concatenate(
+    [
+        END_FLEXIBILITY_BASIS,
+        basis_of(
+            6,
+            [
+                (((0, 1), (2, 1)), symmetric({(0, 1): 1})),
+                (((0, 1), (4, 1)), symmetric({(0, 1): 1})),
+                (((1, 1), (3, 1)), symmetric({(0, 1): 1})),
+                (((3, 1), (5, 1)), symmetric({(0, 1): 1})),
+            ],
+        ),
+    ]
+)
+"""That of `END_FLEXIBILITY_BASIS`, and what couples it where the xz plane alone is one of symmetry: tx with tz and ry,
+rx with ty and rz."""
 _FOUR = [symmetric({(i, j): 1}) for i in range(4) for j in range(i, 4)]
 MASS_ENTRIES = basis_of(
     12,
@@ -170,6 +186,48 @@ def flexibility_coefficients(E: Real, G: Real, section: SectionProperties, lengt
         *(third * bz + slide / ky, half * bz, length * bz),
         *(third * by + slide / kz, half * by, length * by),
     )
+
+
+def root_coefficients(root: FloatArray, length: Real, end: int) -> FloatArray:
+    """Return what an elastic root at an end adds to the flexibility of an element, in COUPLED_FLEXIBILITY_BASIS.
+
+    At end j it adds itself, turned about z so that x leads along the element. At end i it moves end j on the rigid arm
+    of the element's length, D C D^T with D = rigid_arm((L, 0, 0)) (theory eq. F22).
+
+    root: (..., 12) as of `root_flexibility`; length: (...) m; end: 0 for i, 1 for j. Returns (..., 12).
+    """
+    uu, tt, vv, vr, rr, ww, wq, qq, uw, uq, tv, tr = np.moveaxis(root, -1, 0)
+    if end:
+        return columns(uu, tt, vv, -vr, rr, ww, wq, qq, -uw, uq, tv, -tr)
+    L = length
+    plane_xy = (vv + L * (2 * vr + L * rr), vr + L * rr, rr)
+    plane_xz = (ww + L * (L * qq - 2 * wq), L * qq - wq, qq)
+    return columns(uu, tt, *plane_xy, *plane_xz, uw - L * uq, uq, tv + L * tr, tr)
+
+
+def rooted_stiffness(K: FloatArray, roots: FloatArray) -> FloatArray:
+    """Return the stiffness of elements between nodes that their ends are joined to by elastic roots (theory eq. F22).
+
+    (I + K R)^-1 K, which has the rigid motions of K to the last digit.
+
+    K: (..., 12, 12), stiffness of the elements themselves; roots R: (..., 12, 12), flexibility of the roots at both
+    ends, element axes. Returns (..., 12, 12).
+    """
+    found = np.linalg.solve(np.eye(12) + K @ roots, K)
+    return (found + np.swapaxes(found, -1, -2)) / 2
+
+
+def rooted_mass(M: FloatArray, K: FloatArray, roots: FloatArray) -> FloatArray:
+    """Return the mass of elements whose ends move against their nodes by elastic roots (theory eq. F23).
+
+    The ends are T u = u - R K u of the nodes' displacements u, so that the mass is T^T M T; rigid motions keep theirs.
+
+    M, K: (..., 12, 12), mass of the element itself and stiffness with its roots; roots R: (..., 12, 12), flexibility of
+    the roots at both ends, element axes. Returns (..., 12, 12).
+    """
+    T = np.eye(12) - roots @ K
+    found = np.swapaxes(T, -1, -2) @ (M @ T)
+    return (found + np.swapaxes(found, -1, -2)) / 2
 
 
 def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:

@@ -119,3 +119,4 @@ from flexura.mechanism.substructure import has_solid_members as has_solid_member
 from flexura.mechanism.substructure import mesh_sizes as mesh_sizes
 from flexura.mechanism.substructure import refined as refined
 from flexura.mechanism.substructure import solid_members as solid_members
+from flexura.mechanism.substructure import with_rigid_roots as with_rigid_roots

@@ -9,9 +9,10 @@ from pydantic import BeforeValidator
 
 from flexura.mechanism.base import refuse
 
-Correction = Literal["plate", "warping", "shear", "notch"]
+Correction = Literal["plate", "warping", "shear", "notch", "root"]
 CORRECTIONS: tuple[Correction, ...] = get_args(Correction)
 _RULE = f"corrections are auto, none, or a list of some of {', '.join(CORRECTIONS)}"
+_ROOT = "root is elastic or rigid, for both ends or as a pair, the first for the first node, as in [rigid, elastic]"
 _ENDS = "ends are two of clamped and free, the first for the first node, as in [clamped, free]"
 
 
@@ -38,7 +39,16 @@ def _ends(raw: Any) -> Any:
     raise refuse(_ENDS)
 
 
+def _root(raw: Any) -> Any:
+    kinds = [raw, raw] if isinstance(raw, str) else raw
+    if isinstance(kinds, list | tuple) and len(kinds) == 2 and all(kind in ("elastic", "rigid") for kind in kinds):
+        return tuple(kinds)
+    raise refuse(_ROOT)
+
+
 Corrections = Annotated[Literal["auto", "none"] | tuple[Correction, ...], BeforeValidator(_corrections)]
 """`auto`, `none`, or the names of corrections that apply whatever the theory says of itself."""
 End = Literal["clamped", "free"]
 Ends = Annotated[tuple[End, End], BeforeValidator(_ends)]
+RootKind = Literal["elastic", "rigid"]
+Root = Annotated[tuple[RootKind, RootKind], BeforeValidator(_root)]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector
-from flexura.mechanism.corrections import Correction, Corrections, Ends
+from flexura.mechanism.corrections import Correction, Corrections, Ends, Root
 from flexura.mechanism.profile import Leaf, Notch, Profile
 from flexura.mechanism.quantity import NonNegativeNumber
 from flexura.mechanism.section import Circle, Rectangle, Section, SectionConstants, Tube
@@ -42,6 +42,8 @@ class Member(Part):
     """Structural loss factor; None takes the material's."""
     ends: Ends | None = None
     """Whether the end sections are held flat, so that they neither warp nor curl; None works it out."""
+    root: Root = ("elastic", "elastic")
+    """Whether the thicker part that an end is in gives there; `rigid` for a clamp that does not."""
     fidelity: Fidelity | None = None
     """`solid` takes a part reduced from a three-dimensional mesh in place of beam elements; None takes the
     substructure's."""
@@ -79,4 +81,6 @@ def possible_corrections(form: Section | Profile, theory: Theory) -> frozenset[C
         names |= {"plate", "warping"}
     if not isinstance(form, Rectangle | Circle | Tube | SectionConstants | Leaf):
         names.add("notch")
+    if not isinstance(form, Tube | SectionConstants):
+        names.add("root")
     return frozenset(names)

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import StringConstraints
 
 from flexura.mechanism.base import Part
+from flexura.mechanism.corrections import RootKind
 from flexura.mechanism.quantity import PositiveNumber
 from flexura.mechanism.studies import Question
 
@@ -20,5 +21,7 @@ class PublishedValue(Part):
     """The number with its unit, or the closed form over parameters, e.g. `24 * E * I / length^3`."""
     within: PositiveNumber = 0.01
     """Largest difference, relative to the number."""
+    root: RootKind = "elastic"
+    """`rigid` for a number that takes all joints as rigid, as closed forms of beams do."""
     source: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
     """Author, year, equation or table; what it holds for."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Container, Iterator
 from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -242,3 +242,23 @@ def mesh_sizes(mechanism: Mechanism, name: str) -> dict[str, float]:
 def has_solid_members(mechanism: Mechanism) -> bool:
     """Whether any member is to be a solid."""
     return any(solid_members(mechanism, name) for name in ("", *mechanism.substructures))
+
+
+def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Container[str]] | None = None) -> Mechanism:
+    """The same mechanism with rigid roots of its members, at all nodes or at those named of each substructure."""
+
+    def changed(part: Substructure) -> dict[str, Any]:
+        chosen = None if nodes is None else nodes(part)
+        return {
+            kind: {key: _rooted(member, chosen) for key, member in getattr(part, kind).items()}
+            for kind in ("links", "flexures")
+        }
+
+    inner = {name: part.replaced(changed(part)) for name, part in mechanism.substructures.items()}
+    return mechanism.replaced({**changed(mechanism), "substructures": inner})
+
+
+def _rooted(member: Link | Flexure, rigid: Container[str] | None) -> Link | Flexure:
+    pairs = zip(member.nodes, member.root, strict=True)
+    root = tuple("rigid" if rigid is None or node in rigid else kind for node, kind in pairs)
+    return member.model_copy(update={"root": root})

@@ -24,6 +24,7 @@ from flexura.beam import (
     join,
     radians,
     rigid_arm,
+    rooted,
     turned,
 )
 from flexura.deadline import checkpoint
@@ -103,9 +104,9 @@ class PartBranches:
 class Branches:
     """The branches of all prototypes and their exact matrices over [t, e]."""
 
-    def __init__(self, series: BeamSeries, parts: dict[str, PartBranches]) -> None:
+    def __init__(self, series: BeamSeries, parts: dict[str, PartBranches], roots: Array, length: Array) -> None:
         self.parts = parts
-        self._series = series
+        self._series, self._roots = series, roots
         self.all: list[Branch] = [branch for part in parts.values() for branch in part.branches]
         ends = np.cumsum([0, *(len(part.branches) for part in parts.values())])
         self.span: dict[str, slice] = {
@@ -113,6 +114,8 @@ class Branches:
         }
         own = [(b.chains.kind[b.row, b.first : b.last], b.chains.reverse[b.row, b.first : b.last]) for b in self.all]
         self._kind = np.concatenate([np.empty(0, dtype=np.intp), *(k for k, _ in own)])
+        ends = [np.empty((0, 2), dtype=np.intp), *(b.chains.root[b.row, b.first : b.last] for b in self.all)]
+        self._root, self._length = np.concatenate(ends), length[self._kind]
         self._X = np.concatenate([np.empty((0, 6, 6)), *(b.X for b in self.all)])[:, None]
         self._reverse = np.flatnonzero(np.concatenate([np.empty(0, dtype=bool), *(r for _, r in own)]))
         self._levels, self._order = _levels([b.size for b in self.all])
@@ -121,7 +124,8 @@ class Branches:
     def __call__(self, lam: NDArray[np.float64], count: bool = False) -> tuple[DynamicBeam, list[Joint]]:
         """The branches (n, l, 12, 12) at squared angular frequencies lam (l,), and the joints of every level."""
         own = self._series(lam, count)
-        level = at_pole(DynamicBeam(*(field[self._kind] for field in own)), self._X)
+        level = rooted(DynamicBeam(*(field[self._kind] for field in own)), self._root, self._roots, self._length)
+        level = at_pole(level, self._X)
         if len(self._reverse):
             back = turned(DynamicBeam(*(field[self._reverse] for field in level)))
             for field, other in zip(level, back, strict=True):
@@ -180,7 +184,7 @@ def branches_below(
     """
     beams: list[UniformBeam] = []
     parts: dict[str, PartBranches] = {}
-    first = 0
+    first, n_roots, roots = 0, 0, [np.empty((0, 6, 6))]
     for name, reducer in reducers.items():
         parts[name] = PartBranches(reducer, [], [])
         elements = model.matrices[name].elements
@@ -193,15 +197,18 @@ def branches_below(
         number[reducer.remaining] = np.arange(len(reducer.remaining))
         for group in reducer.chains:
             for local in exact_chains(reducer.part, group, model.geometry, cut):
-                chains = replace(local, kind=local.kind + first)
+                root = np.where(local.root >= 0, local.root + n_roots, -1)
+                chains = replace(local, kind=local.kind + first, root=root)
                 parts[name].branches += [_whole(chains, row, number) for row in range(len(chains.kind))]
         first += len(cut.beam.length)
+        n_roots += len(cut.roots)
+        roots.append(cut.roots)
     fields = zip(*beams, strict=True) if beams else (np.empty((1, 0)) for _ in UniformBeam._fields)
     beam = UniformBeam(*(np.concatenate(tuple(field)) for field in fields))
     series = BeamSeries(beam, limit)
     while True:
         checkpoint()
-        found = Branches(series, parts)
+        found = Branches(series, parts, np.concatenate(roots), beam.length)
         J0 = found(np.array([limit]), count=True)[0].J0[:, 0]
         if not J0.any():
             return found
@@ -212,17 +219,20 @@ def _refined(cut: Cut, least: int, limit: float) -> Cut:
     """Pieces so short that none has an eigenvalue with its ends held below the limit; those of an element are alike."""
     element = np.repeat(np.arange(len(cut.counts)), cut.counts)
     pieces = np.full(len(cut.counts), least, dtype=np.intp)
+    # an end on an elastic root is freer than one that is held: pinned beams have half the eigenvalue, guided ones a
+    # sixteenth
+    beyond = 16 * limit if len(cut.roots) else limit
     while True:
         checkpoint()
         each = np.ones(len(cut.beam.length), dtype=np.intp)
         each[cut.kind] = pieces[element]
         beam = cut.beam._replace(length=cut.beam.length / each)
         J0 = np.zeros(len(each), dtype=np.intp)
-        long = np.flatnonzero(radians(beam, limit) > SMALL)
-        J0[long] = BeamSeries(beam.take(long), limit)(np.array([limit])).J0[:, 0]
+        long = np.flatnonzero(radians(beam, beyond) > SMALL)
+        J0[long] = BeamSeries(beam.take(long), beyond)(np.array([beyond])).J0[:, 0]
         coarse = np.unique(element[J0[cut.kind] > 0])
         if not len(coarse):
-            return Cut(beam, np.repeat(cut.kind, each[cut.kind]), cut.counts * pieces)
+            return cut._replace(beam=beam, kind=np.repeat(cut.kind, each[cut.kind]), counts=cut.counts * pieces)
         pieces[coarse] *= 2
         if pieces.max() > FINEST:
             raise SolverError("members have too many modes of their own below the frequencies asked for")

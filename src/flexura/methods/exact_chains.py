@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import DynamicBeam, Joint, UniformBeam, at_pole, dynamic_beam, join, rigid_arm, turned
+from flexura.beam import DynamicBeam, Joint, UniformBeam, at_pole, dynamic_beam, join, rigid_arm, rooted, turned
 from flexura.reduction import ChainGroup, kinematics
 from flexura.structure import Cut, Geometry, Part
 
@@ -24,7 +24,9 @@ class ExactChains:
     them each is, and `reverse` (c, s) marks those walked from end to start. `X` (c, s, 6, 6) takes twists at the
     chain's pole, its first node, to those at the start of the piece in its own axes. `B` (c, 12, 12) takes the
     displacements of the two end nodes to [t, e], and `nodes` (c, e + 1), with `arms` (c, e + 1, 3) from the pole, are
-    the nodes passed, after `passed` (e + 1,) pieces.
+    the nodes passed, after `passed` (e + 1,) pieces. `root` (c, s, 2) says which of the flexibilities
+    `roots` (k, 6, 6) are elastic roots at the ends of a piece, -1 for none, and `is_rooted` (c, s) marks all pieces of
+    elements that have any.
     """
 
     members: Index
@@ -36,16 +38,28 @@ class ExactChains:
     nodes: Index
     arms: Array
     passed: Index
+    root: Index
+    roots: Array
+    is_rooted: NDArray[np.bool_]
 
     def pieces(self, lam: float | complex) -> DynamicBeam:
         """All pieces (c, s), twists at the poles of their chains."""
         own = dynamic_beam(self.beam, lam)
-        placed = at_pole(DynamicBeam(*(field[self.kind] for field in own)), self.X)
+        placed = at_pole(self.with_roots(DynamicBeam(*(field[self.kind] for field in own))), self.X)
         if not self.reverse.any():
             return placed
         back = turned(placed)
         pick = self.reverse[..., None, None]
         return DynamicBeam(np.where(pick, back.K, placed.K), np.where(pick, back.slope, placed.slope), placed.J0)
+
+    def with_roots(self, pieces: DynamicBeam) -> DynamicBeam:
+        """Pieces (c, s), in their own axes, with the roots at their ends."""
+        if not len(self.roots):
+            return pieces
+        shape = pieces.J0.shape
+        flat = DynamicBeam(*(field.reshape(-1, *field.shape[2:]) for field in pieces))
+        found = rooted(flat, self.root.reshape(-1, 2), self.roots, self.beam.length[self.kind].ravel())
+        return DynamicBeam(*(field.reshape(*shape, *field.shape[1:]) for field in found))
 
     def joined(self, lam: float | complex) -> tuple[DynamicBeam, list[Joint]]:
         """The chains (c,), and the joints of every level, each (c, pairs), lowest first."""
@@ -115,7 +129,13 @@ def exact_chains(part: Part, group: ChainGroup, geometry: Geometry, cut: Cut) ->
         nodes = group.nodes[members]
         arms = positions[nodes] - positions[nodes[:, :1]]
         passed = np.concatenate([[0], np.cumsum(counts)])
+        own = cut.root[elements[:, e]]
+        at_ends = np.stack([place == 0, place == np.array(counts)[e] - 1], axis=-1)
+        root, is_rooted = np.where(at_ends, own, -1), np.asarray((own >= 0).any(axis=-1))
         chains.append(
-            ExactChains(np.array(members), cut.beam, kind, back[:, e], X, kin.B[members], nodes, arms, passed)
+            ExactChains(
+                *(np.array(members), cut.beam, kind, back[:, e], X, kin.B[members], nodes, arms, passed),
+                *(root, cut.roots, is_rooted),
+            )
         )
     return chains

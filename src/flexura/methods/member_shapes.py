@@ -54,7 +54,9 @@ def inside_member(model: FullOrderModel, solution: Solution, member: str, fracti
             beam = cut.beam.take(cut.kind[first[number] : first[number + 1]])
             own = np.flatnonzero(index == e)
             x = at[own] * len(placed.elements) - e
-            found[own, :, k] = _along(beam, (2 * np.pi * hz) ** 2, ends[e, :, 0], x) @ placed.to_member
+            lam = (2 * np.pi * hz) ** 2
+            inside = _inside_roots(beam, lam, ends[e, :, 0], cut.root[number], cut.roots)
+            found[own, :, k] = _along(beam, lam, inside, x) @ placed.to_member
     return found
 
 
@@ -74,6 +76,27 @@ def _find(model: FullOrderModel, member: str) -> _Placed:
         nodes = placed.offset[copy] + placed.part.connectivity[own]
         return _Placed(name, own, nodes, to_member, to_ends)
     raise OptionError(f"there is no member {member!r}; members are written NAME or INSTANCE.NAME")
+
+
+def _inside_roots(beam: UniformBeam, lam: float, ends: Array, root: NDArray[np.intp], roots: Array) -> Array:
+    """Displacements (12,) of the ends of an element of pieces of equal length from those of what they are joined to by
+    elastic roots; root (2,) says by which, -1 for none."""
+    if (root < 0).all():
+        return ends
+    s, L = len(beam.length), float(beam.length[0])
+    step = np.zeros((s, 3))
+    step[:, 0] = -L * np.arange(s)
+    whole = in_series(DynamicBeam(*(f[None] for f in at_pole(dynamic_beam(beam, lam), rigid_arm(-step)))))[0]
+    T = np.eye(12)
+    T[6:, :6], T[6:, 6:] = -np.eye(6), rigid_arm([-s * L, 0.0, 0.0])
+    K, springs = T.T @ whole.K[0] @ T, np.zeros((12, 12))
+    rooted = np.repeat(root >= 0, 6)
+    for end in np.flatnonzero(root >= 0):
+        springs[6 * end : 6 * end + 6, 6 * end : 6 * end + 6] = np.linalg.inv(roots[root[end]])
+    load = springs @ ends - np.where(rooted, K @ np.where(rooted, 0.0, ends), 0.0)
+    inside = ends.copy()
+    inside[rooted] = np.linalg.solve((K + springs)[np.ix_(rooted, rooted)], load[rooted])
+    return inside
 
 
 def _along(beam: UniformBeam, lam: float, ends: Array, x: Array) -> Array:

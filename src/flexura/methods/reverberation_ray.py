@@ -148,6 +148,7 @@ def _runs(chains: ExactChains, omega: float) -> list[tuple[int, int, bool]]:
     place = np.swapaxes(turn, -1, -2) @ chains.X[..., :3, 3:]
     at = np.stack([place[..., 1, 2], place[..., 2, 0], place[..., 0, 1]], axis=-1)
     same = (np.abs(np.diff(turn, axis=1)).max(axis=(2, 3)) <= EQUAL) & (chains.reverse[:, 1:] == chains.reverse[:, :-1])
+    same &= ~chains.is_rooted[:, 1:] & ~chains.is_rooted[:, :-1]
     length = chains.beam.length[chains.kind]
     for field in chains.beam:
         own = field[chains.kind]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import rigid_arm, transfer_at_pole, transfer_turned
+from flexura.beam import rigid_arm, transfer_at_pole, transfer_rooted, transfer_turned
 from flexura.beam import transfer_matrix as beam_transfer
 from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains
@@ -45,7 +45,10 @@ class TransferMatrices(ChainEquations):
 
 def chain_transfer(chains: ExactChains, lam: complex) -> Array:
     """Transfer matrices (c, 12, 12) of whole chains, twist and wrench at their poles."""
-    phi = transfer_at_pole(beam_transfer(chains.beam, lam)[chains.kind], chains.X)
+    own = beam_transfer(chains.beam, lam)[chains.kind]
+    length = chains.beam.length[chains.kind].ravel()
+    own = transfer_rooted(own.reshape(-1, 12, 12), chains.root.reshape(-1, 2), chains.roots, length).reshape(own.shape)
+    phi = transfer_at_pole(own, chains.X)
     if chains.reverse.any():
         phi = np.where(chains.reverse[..., None, None], transfer_turned(phi), phi)
     whole = phi[:, 0]

@@ -13,13 +13,11 @@ flexibilities and of wrenches at one pole: no interior matrix is assembled, fact
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-from flexura.beam import END_FLEXIBILITY_BASIS
 from flexura.linalg import Eigenpairs, inverse_roots, lowest
 from flexura.structure import Elements
 
@@ -71,6 +69,7 @@ class PoleFrame:
         self.beyond: Array = np.triu(np.ones((e, e - 1)))
         """Sums (e, e - 1) over the interior nodes beyond an element."""
         self._mass_bases: tuple[int, Array] | None = None
+        self._flexibility_bases: tuple[int, Array] | None = None
 
     @property
     def is_fixed(self) -> bool:
@@ -82,20 +81,21 @@ class PoleFrame:
         own = table[..., self._own, :] if isinstance(self._own, slice) else np.take(table, self._own, axis=-2)
         return own.reshape(*table.shape[:-2], *self.elements.shape, table.shape[-1])
 
-    @cached_property
-    def _flexibility_basis(self) -> Array:
-        """(c, e, 8, 36)."""
-        inverse = self.Xj_inverse[..., None, :, :]
-        found = inverse @ END_FLEXIBILITY_BASIS.reshape(-1, 6, 6) @ _t(inverse)
-        return found.reshape(*self.elements.shape, -1, 36)
+    def _flexibility_basis(self, basis: Array) -> Array:
+        """(c, e, k, 36) from that of an element in its own axes (k, 36)."""
+        if self._flexibility_bases is None or self._flexibility_bases[0] != len(basis):
+            inverse = self.Xj_inverse[..., None, :, :]
+            found = inverse @ basis.reshape(-1, 6, 6) @ _t(inverse)
+            self._flexibility_bases = len(basis), found.reshape(*self.elements.shape, -1, 36)
+        return self._flexibility_bases[1]
 
     def flexibilities(self, table: Elements) -> Array:
         """Flexibility (..., c, e, 6, 6) of every element at the pole."""
         coefficients = self.taken(table.flexibility_coefficients)
         if self.is_fixed:
-            found = _contracted(coefficients, self._flexibility_basis)
+            found = _contracted(coefficients, self._flexibility_basis(table.flexibility_basis))
             return found.reshape(*found.shape[:-1], 6, 6)
-        C = (coefficients @ END_FLEXIBILITY_BASIS).reshape(*coefficients.shape[:-1], 6, 6)
+        C = (coefficients @ table.flexibility_basis).reshape(*coefficients.shape[:-1], 6, 6)
         return np.asarray(self.Xj_inverse @ C @ _t(self.Xj_inverse))
 
     def masses(self, table: Elements) -> Array:
@@ -109,14 +109,28 @@ class PoleFrame:
             band = np.zeros((*lead, c, e + 1, 6, 18))
             band[..., 1:, :, :12] = m[..., 6:, :]
             band[..., :-1, :, 6:] += m[..., :6, :]
-            return band
+            return self._with_roots(band, table)
         if self._mass_bases is None or self._mass_bases[0] != k:
             self._mass_bases = k, self._mass_basis(table.mass_basis)
         padded = np.zeros((*lead, c, (e + 2) * k))
         padded[..., k:-k] = coefficients.reshape(*lead, c, e * k)
         pairs = as_strided(padded, (*lead, c, e + 1, 2 * k), (*padded.strides[:-1], 8 * k, 8), writeable=False)
         found = _contracted(pairs, self._mass_bases[1])
-        return found.reshape(*lead, c, e + 1, 6, 18)
+        return self._with_roots(found.reshape(*lead, c, e + 1, 6, 18), table)
+
+    def _with_roots(self, band: Array, table: Elements) -> Array:
+        """The masses with what elastic roots change of them."""
+        rooted, change = table.root_mass
+        number = np.searchsorted(rooted, self.elements)
+        number = np.where(np.append(rooted, -1)[number] == self.elements, number, -1)
+        for e in np.flatnonzero((number >= 0).any(axis=0)):
+            c = np.flatnonzero(number[:, e] >= 0)
+            m = self.Xt[..., c, e, :, :] @ change[..., number[c, e], :, :] @ self.Xd[..., c, e, :, :]
+            if m.ndim > band.ndim - 1:
+                band = np.broadcast_to(band, (*m.shape[:-3], *band.shape[-4:])).copy()
+            band[..., c, e + 1, :, :12] += m[..., 6:, :]
+            band[..., c, e, :, 6:] += m[..., :6, :]
+        return band
 
     def _mass_basis(self, basis: Array) -> Array:
         """(c, e + 1, 2 k, 108) from that of an element in its own axes (k, 144)."""

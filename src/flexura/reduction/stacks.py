@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.beam import END_FLEXIBILITY_BASIS
 from flexura.errors import ModelError, OptionError
 from flexura.structure import DiscreteElement, Elements, Plan
 
@@ -67,7 +66,7 @@ def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteEl
     and finite."""
     good = np.ones(designs, dtype=bool)
     for coefficients, basis, least in (
-        (elements.flexibility_coefficients, END_FLEXIBILITY_BASIS, np.finfo(float).tiny),
+        (elements.flexibility_coefficients, elements.flexibility_basis, np.finfo(float).tiny),
         (elements.mass_coefficients, elements.mass_basis, 0.0),
     ):
         n = round(basis.shape[1] ** 0.5)

@@ -56,8 +56,9 @@ class Torsion(NamedTuple):
 class MemberCorrections:
     """Which corrections the members of a list have, and the factors that they come to.
 
-    `active` (m, 4), in the order of CORRECTIONS, and `clamped` (m, 2), how far from free (0) to held flat (1) the ends
-    are, hold once `settle` has been called: they depend on the sizes at the default parameters.
+    `active` (m, 5), in the order of CORRECTIONS, and `clamped` (m, 2), how far from free (0) to held flat (1) the ends
+    are, hold once `settle` has been called: they depend on the sizes at the default parameters. `rooted` (m, 2) are
+    ends whose root is elastic where they are in something.
     """
 
     def __init__(
@@ -72,6 +73,8 @@ class MemberCorrections:
             possible = possible_corrections(form, member.theory or mechanism.theory)
             names = possible if chosen == "auto" else possible & set(() if chosen == "none" else chosen)
             self.wanted[row] = [name in names for name in CORRECTIONS]
+        elastic = [[root == "elastic" for root in member.root] for member in members]
+        self.rooted: Bools = self.wanted[:, -1:] & np.reshape(np.array(elastic, dtype=bool), (-1, 2))
         self.shear: Bools = self.wanted[:, CORRECTIONS.index("shear")]
         self.warping: Bools = self.wanted[:, CORRECTIONS.index("warping")]
         self.settle(np.zeros((len(members), 2)))
@@ -79,11 +82,15 @@ class MemberCorrections:
     def settle(self, clamped: Array) -> None:
         """Take in how far the ends are clamped (m, 2), from 0 to 1."""
         self.clamped = clamped
-        plate, warping, shear, notch = self.wanted.T
+        plate, warping, shear, notch, _ = self.wanted.T
         holds = (clamped > 0).any(axis=1)
-        self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch], axis=1)
-        plate, warping, _, notch = self.active.T
+        self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch, np.zeros_like(notch)], axis=1)
+        plate, warping, _, notch, _ = self.active.T
         self.any: bool = bool((plate | warping | notch).any())
+
+    def root(self, has_root: Bools) -> None:
+        """Take in which members (m,) end in something thicker."""
+        self.active[:, CORRECTIONS.index("root")] = has_root
 
     def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
         """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""
@@ -108,7 +115,7 @@ class MemberCorrections:
         factors = Factors(*np.ones((4, *lead, first[-1]), like=values))
         for group, n, is_tapered in self._groups:
             active = self.active[group.index]
-            if not np.delete(active, CORRECTIONS.index("shear"), axis=1).any():
+            if not active[:, [0, 1, 3]].any():
                 continue
             L, own_nu = length[..., group.index], nu[..., group.index]
             clamped = self.clamped[group.index]
@@ -206,7 +213,7 @@ def _notch(
     """Factors (..., m, n) of notches, relative to the section in the middle of every element or, for tapered ones, to
     the integral over it (theory eqs. F15-F18). nu, L: (..., m)."""
     per = -(-SLICES // n)
-    cut = _slices(group, values, L, n * per, active[:, 3:])
+    cut = _slices(group, values, L, n * per, active[:, 3:4])
     nu = nu[..., None]
 
     pairs = ((1, 1), (1, 0), (0, 1))  # rotation or stretch of the profiles along y and z: EA, EIy, EIz
@@ -220,7 +227,7 @@ def _notch(
         sizes = group.sizes(values, L, (np.arange(n) + 0.5) / n)
         b, t, dx = sizes[0], sizes[-1], per * cut.dx
         stepped = (dx / (b * t), 12 * dx / (b * t**3), 12 * dx / (b**3 * t))
-        beam = [np.where(active[:, 3:], s, o) for s, o in zip(stepped, own, strict=True)]
+        beam = [np.where(active[:, 3:4], s, o) for s, o in zip(stepped, own, strict=True)]
     axial, bend_y, bend_z = (base / o for base, o in zip(beam, own, strict=True))
     twist = np.ones_like(axial)
     plate, warping = active[:, :1], active[:, 1:2]

@@ -130,16 +130,29 @@ class BodyElement:
         """Mass matrix (..., 6, 6) about the centre of mass, part's axes."""
         return rigid_mass(*self.mass_and_inertia(values))
 
+    @property
+    def has_form(self) -> bool:
+        """Whether the body is described by a solid."""
+        return self._solid is not None
+
+    @property
+    def is_round(self) -> bool:
+        """Whether the body is a cylinder."""
+        return isinstance(self._solid, Cylinder)
+
+    def box(self, values: Array) -> tuple[Array, Array]:
+        """The box around a body that has a form: axes (..., 3, 3) as rows, part's axes, and half sizes (..., 3), m."""
+        turned, size = np.swapaxes(self._frame.matrix(values), -1, -2), values[..., self._size]
+        if not self.is_round:
+            return turned, size / 2
+        axis = values[..., None, self._axis]
+        return member_frame(axis, least_aligned(axis))[..., 0, :, :] @ turned, size[..., [1, 0, 0]] / 2
+
     def form(self, values: Array) -> Form | None:
         """The solid about the centre of mass, part's axes; None where only mass and inertia are known. One design."""
         if self._solid is None:
             return None
-        turned, size = self._frame.matrix(values).T, values[self._size]
-        if not isinstance(self._solid, Cylinder):
-            return Form(turned, size / 2, False)
-        axis = values[None, self._axis]
-        own = member_frame(axis, least_aligned(axis))[0]
-        return Form(own @ turned, np.array([size[1], size[0], size[0]]) / 2, True)
+        return Form(*self.box(values), self.is_round)
 
 
 class PointMassElement:

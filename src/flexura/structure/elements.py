@@ -18,6 +18,7 @@ from flexura.beam import (
     tapered,
     tapered_geometric_basis,
 )
+from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.structure.corrections import Factors, Torsion
 from flexura.structure.value_table import Index
@@ -42,11 +43,14 @@ fewer."""
 
 class Cut(NamedTuple):
     """Elements cut into pieces: the distinct beams, for every piece in order which of them it is, and the number of
-    pieces of every element."""
+    pieces of every element; `root` (e, 2), which of the flexibilities `roots` (k, 6, 6), element axes, is between its
+    first and its last piece and its ends, -1 for none."""
 
     beam: UniformBeam
     kind: Index
     counts: Index
+    root: Index
+    roots: Array
 
 
 class Elements:
@@ -54,7 +58,8 @@ class Elements:
 
     Mass follows from the sections themselves, stiffness from the effective ones that corrections make of them.
     K, M: (..., e, 12, 12); flexibility C: (..., e, 6, 6), end j loaded with end i clamped; length: (..., e), m; share:
-    (e,), that of an element in the length of its member.
+    (e,), that of an element in the length of its member. `roots`: elements (r,) with an elastic root, at which end
+    (r,), and its flexibility (..., r, 12) as of `root_flexibility`, x leading into the member; it is part of K and C.
     """
 
     def __init__(
@@ -67,6 +72,7 @@ class Elements:
         flags: tuple[Array, Array],
         torsion: Callable[[], Torsion],
         factors: Factors | None = None,
+        roots: tuple[Index, Index, Array] | None = None,
     ) -> None:
         self._E, self._G, self._rho = moduli
         self._sections, self._finer, self._torsion, self._factors = sections, finer, torsion, factors
@@ -75,6 +81,7 @@ class Elements:
         self.length = length
         self._share = share
         self._shear, self._rotary = flags
+        self._roots = roots
 
     @cached_property
     def _tapered(self) -> list[tuple[Index, Array, Array]]:
@@ -104,15 +111,60 @@ class Elements:
         K = element.stiffness(self._E, self._G, self._stiff, self.length, self._shear)
         for at, C, _ in self._tapered:
             K[..., at, :, :] = element.stiffness_from_flexibility(C, self.length[..., at])
-        return K
+        if self._roots is None:
+            return K
+        at, roots = self._root_blocks
+        soft = element.rooted_stiffness(K[..., at, :, :], roots)
+        whole = zeros((*np.broadcast_shapes(K.shape[:-3], soft.shape[:-3]), *K.shape[-3:]), K, soft)
+        whole[...] = K
+        whole[..., at, :, :] = soft
+        return whole
 
     @cached_property
-    def M(self) -> Array:
-        """Mass (..., e, 12, 12)."""
+    def _root_blocks(self) -> tuple[Index, Array]:
+        """Elements (r,) with elastic roots, and their flexibilities (..., r, 12, 12) at both ends."""
+        assert self._roots is not None
+        at, ends, own = self._roots
+        rooted = np.unique(at)
+        roots = zeros((*own.shape[:-2], len(rooted), 12, 12), own)
+        for end in (0, 1):
+            mine, six = np.flatnonzero(ends == end), slice(6 * end, 6 * end + 6)
+            turned = element.root_coefficients(own[..., mine, :], 0.0, end)
+            roots[..., np.searchsorted(rooted, at[mine]), six, six] = element.combine(
+                turned, element.COUPLED_FLEXIBILITY_BASIS, 6
+            )
+        return rooted, roots
+
+    @cached_property
+    def _own_mass(self) -> Array:
+        """Mass (..., e, 12, 12) without what elastic roots change of it."""
         M = element.mass(self._rho, self._sections, self.length, *self._phi, self._rotary)
         for at, _, own in self._tapered:
             M[..., at, :, :] = own
         return M
+
+    @cached_property
+    def M(self) -> Array:
+        """Mass (..., e, 12, 12)."""
+        if self._roots is None:
+            return self._own_mass
+        at, change = self.root_mass
+        lead = np.broadcast_shapes(self._own_mass.shape[:-3], change.shape[:-3])
+        M = zeros((*lead, *self._own_mass.shape[-3:]), self._own_mass, change)
+        M[...] = self._own_mass
+        M[..., at, :, :] += change
+        return M
+
+    @cached_property
+    def root_mass(self) -> tuple[Index, Array]:
+        """Elements (r,) with elastic roots, and what these change of their mass (..., r, 12, 12); `mass_coefficients`
+        lack it."""
+        if self._roots is None:
+            return np.empty(0, dtype=np.intp), np.empty((0, 12, 12))
+        rooted, roots = self._root_blocks
+        coefficients = self.mass_coefficients[..., rooted, :]
+        M = element.combine(coefficients, self.mass_basis, 12)
+        return rooted, element.rooted_mass(M, self.K[..., rooted, :, :], roots) - M
 
     @cached_property
     def geometric(self) -> Array:
@@ -134,18 +186,32 @@ class Elements:
 
         Raises OptionError when there are tapered elements, whose matrices are no such combination.
         """
-        if self._stations:
-            raise OptionError("elements with integration: tapered have no coefficients; use stepped ones")
+        if self._stations or self._roots is not None:
+            raise OptionError("elements with integration: tapered or with elastic roots have no coefficients")
         K = element.stiffness_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
         return K, self.mass_coefficients
 
     @cached_property
     def flexibility_coefficients(self) -> Array:
-        """Coefficients (..., e, 8) of C in `END_FLEXIBILITY_BASIS`."""
+        """Coefficients (..., e, k) of C in `flexibility_basis`."""
         found = element.flexibility_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
         for at, C, _ in self._tapered:
             found[..., at, :] = _picked(C, element.END_FLEXIBILITY_BASIS)
-        return found
+        if self._roots is None:
+            return found
+        lead = np.broadcast_shapes(found.shape[:-2], self._roots[2].shape[:-2])
+        whole = zeros((*lead, found.shape[-2], len(self.flexibility_basis)), found, self._roots[2])
+        whole[..., : found.shape[-1]] = found
+        at, ends, own = self._roots
+        for end in (0, 1):  # one element may have both
+            mine = np.flatnonzero(ends == end)
+            whole[..., at[mine], :] += element.root_coefficients(own[..., mine, :], self.length[..., at[mine]], end)
+        return whole
+
+    @property
+    def flexibility_basis(self) -> Array:
+        """The basis (k, 36) of the flexibility: `COUPLED_FLEXIBILITY_BASIS` where there are elastic roots."""
+        return element.END_FLEXIBILITY_BASIS if self._roots is None else element.COUPLED_FLEXIBILITY_BASIS
 
     @property
     def mass_basis(self) -> Array:
@@ -156,7 +222,7 @@ class Elements:
     def mass_coefficients(self) -> Array:
         """Coefficients (..., e, k) of M in `mass_basis`."""
         if self._stations:
-            return _picked(self.M, element.MASS_ENTRIES)
+            return _picked(self._own_mass, element.MASS_ENTRIES)
         return element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
 
     @cached_property
@@ -187,7 +253,19 @@ class Elements:
                     first += count
         beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
         counts = np.array([len(k) for k in kinds], dtype=np.intp)
-        return Cut(beam, np.concatenate(kinds), counts)
+        return Cut(beam, np.concatenate(kinds), counts, *self._roots_of(own))
+
+    def _roots_of(self, own: slice) -> tuple[Index, Array]:
+        """Elastic roots of a run of elements, as of `Cut`; one design."""
+        which = np.full((own.stop - own.start, 2), -1, dtype=np.intp)
+        if self._roots is None:
+            return which, np.empty((0, 6, 6))
+        at, ends, flexibility = self._roots
+        mine = np.flatnonzero((at >= own.start) & (at < own.stop))
+        which[at[mine] - own.start, ends[mine]] = np.arange(len(mine))
+        turned = [element.root_coefficients(flexibility[k], 0.0, int(ends[k])) for k in mine]
+        C = np.reshape(turned, (-1, len(element.COUPLED_FLEXIBILITY_BASIS)))
+        return which, element.combine(C, element.COUPLED_FLEXIBILITY_BASIS, 6)
 
     def _steps(self, most: int) -> list[Index]:
         """Numbers of steps (e',) of the tapered elements of every group, at most so many; one design.
@@ -224,6 +302,8 @@ class Elements:
     @cached_property
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
+        if self._roots is not None:
+            return element.combine(self.flexibility_coefficients, self.flexibility_basis, 6)
         C = element.flexibility(self._E, self._G, self._stiff, self.length, self._shear)
         for at, own, _ in self._tapered:
             C[..., at, :, :] = own

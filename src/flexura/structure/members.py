@@ -18,6 +18,9 @@ from flexura.structure.value_table import Index, ValueTable
 
 Array = NDArray[np.float64]
 
+SQUARE = (3 * np.pi / 16) ** 0.25
+"""Side of the square that bends like a rod, over the diameter."""
+
 
 class Members:
     """Entries and groups of a list of members; elements are numbered member by member."""
@@ -111,8 +114,20 @@ class Members:
                 stations.append((at.ravel(), at_stations))
         return stations
 
-    def elements(self, values: Array, length: Array) -> Elements:
-        """Elements for values (..., s) and member lengths (..., m), m."""
+    def end_sizes(self, values: Array, length: Array) -> tuple[Array, Array]:
+        """Width and thickness (..., m, 2), m, at both ends of the members; of rods those of a square of equal bending
+        stiffness, and 1 m where a section has no sizes."""
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        found = np.ones((2, *lead, len(self.counts), 2), like=values)
+        for group, _, _ in self.groups:
+            if group.family in ("rectangle", "circle"):
+                sizes = group.sizes(values, length[..., group.index], np.array([0.0, 1.0]))
+                for out, own in zip(found, (sizes[0], sizes[-1]), strict=True):
+                    out[..., group.index, :] = own * (SQUARE if group.family == "circle" else 1.0)
+        return found[0], found[1]
+
+    def elements(self, values: Array, length: Array, roots: tuple[Index, Index, Array] | None = None) -> Elements:
+        """Elements for values (..., s) and member lengths (..., m), m, with `roots` as `Elements` takes them."""
         E, rho, nu, G = self.moduli(values)
         sections = self.section_properties(values, nu, length)
         m = self.element_member
@@ -121,7 +136,15 @@ class Members:
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
         torsion = partial(self._torsion, values, nu, length, moduli[0], sections)
         return Elements(
-            moduli, sections, finer, (length / self.counts)[..., m], 1 / self.counts[m], self._flags, torsion, factors
+            moduli,
+            sections,
+            finer,
+            (length / self.counts)[..., m],
+            1 / self.counts[m],
+            self._flags,
+            torsion,
+            factors,
+            roots,
         )
 
     def _torsion(self, values: Array, nu: Array, length: Array, E: Array, sections: SectionProperties) -> Torsion:

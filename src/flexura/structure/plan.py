@@ -40,6 +40,7 @@ from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry
 from flexura.structure.pose import DescribedMotion, DescribedPose
+from flexura.structure.roots import Roots
 from flexura.structure.stacking import common, joined_along, picked
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index, ValueTable
@@ -173,6 +174,7 @@ class Plan(Record, Displayed):
         self.prepared: Kept = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
         self._geometry_entries = self._find_geometry_entries()
+        self.roots: Roots = Roots(self.parts, self.topology, self.members)
         self._settle_corrections()
 
     @property
@@ -232,6 +234,12 @@ class Plan(Record, Displayed):
         for part, found in zip(self.parts.values(), settled, strict=True):
             part.table.corrections.settle(found)
         self.members.corrections.settle(np.concatenate(settled))
+        self.roots.settle(values, geometry)
+        has_root = np.isin(np.arange(len(self.members.counts)), self.roots.members)
+        first = np.cumsum([len(part.members) for part in self.parts.values()])[:-1]
+        self.members.corrections.root(has_root)
+        for part, own in zip(self.parts.values(), np.split(has_root, first), strict=True):
+            part.table.corrections.root(own)
 
     def _find_geometry_entries(self) -> Index:
         """Entries with expressions on which positions, lengths and orientations depend."""

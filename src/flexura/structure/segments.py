@@ -62,11 +62,14 @@ class Segments:
         return block_diagonal(self.X)
 
 
-def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPERED_PIECES) -> Segments:
+def segments(
+    model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPERED_PIECES, roots: bool = True
+) -> Segments:
     """Cut every element of a full-order model into `pieces` uniform segments of equal length.
 
     Elements that are integrated as tapered become at most `tapered_pieces` times as many, as many as their section
-    changes (`Elements.cut`). Raises OptionError for numbers below one.
+    changes (`Elements.cut`). Elastic roots are springs of K between nodes and ends of segments that have DOFs of their
+    own, or left out. Raises OptionError for numbers below one.
     """
     if pieces < 1 or tapered_pieces < 1:
         raise OptionError("an element is cut into at least one piece")
@@ -74,6 +77,7 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
     plan.refuse_loads("beams as exact solutions of their own", model.values)
     beams: list[UniformBeam] = []
     kinds, dofs, ends, members = [], [], [], []
+    springs: list[tuple[Index, Array, Array]] = []
     first_kind, first_segment, n = 0, 0, model.order
     for name, matrices in model.matrices.items():
         part, placed = plan.parts[name], plan.topology.copies[name]
@@ -100,6 +104,12 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
                 six, at = slice(6 * end, 6 * end + 6), nodes[here, end]
                 X[here, end] = T[e[here], six, six] @ G[copy, at]
                 dof[here, end] = plan.topology.dof[plan.topology.root[offset + at]]
+                for k in np.flatnonzero(here & (own.root[e, end] >= 0)) if roots else ():
+                    inside = n + np.arange(6)
+                    both = np.concatenate([dof[k, end], inside])
+                    springs.append((both, X[k, end].copy(), own.roots[own.root[e[k], end]]))
+                    dof[k, end], X[k, end] = inside, np.eye(6)
+                    n += 6
             kinds.append(first_kind + own.kind)
             dofs.append(dof)
             ends.append(X)
@@ -110,12 +120,23 @@ def segments(model: FullOrderModel, pieces: int = 1, tapered_pieces: int = TAPER
             first_segment += len(e)
         first_kind += len(own.beam.length)
     K, M = (_enlarged(A, n) for A in full_order(plan).discrete_matrices(model.design))
+    K = _with_springs(K, springs)
     if not beams:
         empty = UniformBeam(*(np.empty(0) for _ in UniformBeam._fields))
         return Segments(model, empty, np.empty(0, int), np.empty((0, 2, 6), int), np.empty((0, 2, 6, 6)), (), n, K, M)
     beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
     kind, dof, X = (np.concatenate(parts) for parts in (kinds, dofs, ends))
     return Segments(model, beam, kind, dof, X, tuple(members), n, K, M)
+
+
+def _with_springs(K: sp.csc_matrix, springs: list[tuple[Index, Array, Array]]) -> sp.csc_matrix:
+    """K with elastic roots: DOFs (12,) of the node and of the segment's end, what takes the former to the latter's axes
+    (6, 6), and the flexibility (6, 6) of each."""
+    if not springs:
+        return K
+    T = [np.hstack([-X, np.eye(6)]) for _, X, _ in springs]
+    own = [t.T @ np.linalg.solve(C, t) for t, (_, _, C) in zip(T, springs, strict=True)]
+    return sp.csc_matrix(K + Scatter([np.stack([dof for dof, _, _ in springs])], K.shape[0]).sparse([np.stack(own)]))
 
 
 def _enlarged(A: sp.csc_matrix, n: int) -> sp.csc_matrix:

@@ -117,6 +117,7 @@ def _corrections(survey: Survey, path: Path, member: Link | Flexure) -> None:
 _MEANINGLESS = {
     "plate": ("only a strip can be wide: a rectangle, a leaf or a one-axis notch", "leave it out"),
     "warping": ("warping is known for a rectangle, a leaf or a one-axis notch", "leave it out"),
+    "root": ("roots are known of rectangles, leaves, notches and rods", "leave it out"),
     "notch": ("only a flexure with a contour has a notch", "leave it out"),
     "shear": ("the theory euler_bernoulli is without shear", "theory: rayleigh or timoshenko"),
 }

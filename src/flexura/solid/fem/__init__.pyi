@@ -10,6 +10,7 @@ from flexura.solid.fem.modes import SolidModes as SolidModes
 from flexura.solid.fem.modes import beam_mass as beam_mass
 from flexura.solid.fem.modes import solid_modes as solid_modes
 from flexura.solid.fem.parts import as_beams as as_beams
+from flexura.solid.fem.parts import with_rigid_faces as with_rigid_faces
 from flexura.solid.fem.parts import with_solid_parts as with_solid_parts
 from flexura.solid.fem.reduced import MOST_MODES as MOST_MODES
 from flexura.solid.fem.reduced import balanced as balanced

@@ -18,7 +18,7 @@ from flexura.beam import block_rotation, rigid_arm
 from flexura.errors import OptionError
 from flexura.mechanism import Faces
 from flexura.solid.fem.reduced import EndTie, Piece, ReducedPiece, Section
-from flexura.solid.geometry import ENDS, MemberSolid, joints, normalised, solids
+from flexura.solid.geometry import ENDS, MemberSolid, closed, joints, normalised, solids
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -99,6 +99,7 @@ def components(model: FullOrderModel) -> list[Component]:
     """All members as components; equal ones once. Raises OptionError for members without a solid."""
     members = solids(model)
     found = joints(model, members)
+    members = closed(members, found)
     where = _prototypes(model)
     equal: dict[tuple[str, tuple[str, ...], tuple[tuple[bool, ...], ...]], list[Sequence[int]]] = {}
     for group in found.groups:
@@ -123,6 +124,7 @@ def own_components(
     names = {".".join((*prefix, name)) for name in chosen}
     members = solids(model, names)
     found = joints(model, members)
+    members = closed(members, found)
     numbers = {offset + number for node, number in placed.part.node_number.items() if node in needed}
     tied = found.tied | np.array([[node in numbers for node in m.nodes] for m in members])
     where = _prototypes(model)

@@ -32,6 +32,7 @@ from flexura.mechanism import (
     problems,
     scalars,
     solid_members,
+    with_rigid_roots,
 )
 from flexura.solid.fem.components import Component, own_components, turned
 from flexura.solid.fem.mesh_error import stiffness_error
@@ -120,6 +121,12 @@ def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None =
     inner = {name: part.replaced(beams(part)) for name, part in mechanism.substructures.items()}
     named = {} if corrections is None else {"corrections": corrections}
     return mechanism.replaced({**beams(mechanism), "substructures": inner, **named})
+
+
+def with_rigid_faces(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with rigid roots where anything else than members is: there solids end in rigid faces."""
+
+    return with_rigid_roots(mechanism, lambda part: _needed(mechanism, part))
 
 
 def _prototype(mechanism: Mechanism, name: str) -> Substructure:

@@ -10,6 +10,7 @@ from flexura.solid.geometry.figures import swept as swept
 from flexura.solid.geometry.members import ENDS as ENDS
 from flexura.solid.geometry.members import MemberSolid as MemberSolid
 from flexura.solid.geometry.members import SolidMaterial as SolidMaterial
+from flexura.solid.geometry.members import closed as closed
 from flexura.solid.geometry.members import joints as joints
 from flexura.solid.geometry.members import normalised as normalised
 from flexura.solid.geometry.members import solids as solids

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -240,6 +241,39 @@ def joints(model: FullOrderModel, members: Sequence[MemberSolid]) -> Joints:
                 tied[k, end] = True
     groups = tuple(tuple(np.flatnonzero(group == g).tolist()) for g in dict.fromkeys(group.tolist()))
     return Joints(groups, tied, fused)
+
+
+def closed(members: Sequence[MemberSolid], found: Joints) -> tuple[MemberSolid, ...]:
+    """The members, those of one section reaching so far into what they are fused with that their whole end face is in
+    it: across an oblique end face there would be a gap beside the line in which both meet.
+    """
+    result = list(members)
+    for group in found.groups:
+        for k, other in permutations(group, 2):
+            for end in np.flatnonzero(found.fused[k] & ~found.tied[k]).tolist():
+                if members[k].shape.is_straight and members[k].roots[end] in members[other].roots:
+                    result[k] = _reaching(result[k], end, members[other])
+    return tuple(result)
+
+
+def _reaching(member: MemberSolid, end: int, other: MemberSolid) -> MemberSolid:
+    """The member with an end moved on until its face is in the other one, if it is so within half its thickness."""
+    thin = 2 * float(min(member.outline.y[-end], member.outline.z[-end]))
+    for by in np.linspace(0.0, thin / 2, 26):
+        points = member.end_samples(end, -float(by))
+        if other.outline.holds(other.local(points), 1e-5 * thin).all():
+            return _longer(member, end, float(by)) if by else member
+    return member
+
+
+def _longer(member: MemberSolid, end: int, by: float) -> MemberSolid:
+    length = member.length + by
+    sizes = tuple(
+        (name, tuple(float(f"{x * member.length / length:.{DIGITS - 1}e}") for x in own))
+        for name, own in member.shape.sizes
+    )
+    start = member.start if end else member.start - by * member.axes[0]
+    return replace(member, shape=replace(member.shape, sizes=sizes), length=length, start=start)
 
 
 def _meet(a: MemberSolid, end_a: int, b: MemberSolid, end_b: int) -> bool:

@@ -15,7 +15,7 @@ from flexura.linalg import Eigenpairs
 from flexura.mechanism import Mechanism, has_solid_members
 from flexura.methods import Solution, dynamic_stiffness
 from flexura.reduction import full_order_modes, low_order_modes, reduce
-from flexura.solid.fem import as_beams, with_solid_parts
+from flexura.solid.fem import as_beams, with_rigid_faces, with_solid_parts
 from flexura.structure import FullOrderModel, assemble
 
 Solve = Callable[[FullOrderModel, int], Solution]
@@ -54,7 +54,7 @@ def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[
     Rows of their own are there for descriptions that correct some members only, or have solid ones. Raises ModelError
     and OptionError.
     """
-    plain, full = (assemble(as_beams(mechanism, own), parameters) for own in ("none", "auto"))
+    plain, full = (assemble(with_rigid_faces(as_beams(mechanism, own)), parameters) for own in ("none", "auto"))
     models = [
         BeamModel("plain, low order", plain, low_order),
         BeamModel("plain, full order", plain, full_order),
@@ -63,7 +63,7 @@ def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[
         BeamModel("corrected, exact", full, dynamic_stiffness),
     ]
     if not has_solid_members(mechanism):
-        own = corrected(assemble(mechanism, parameters))[0]
+        own = corrected(assemble(with_rigid_faces(mechanism), parameters))[0]
         if own == corrected(full)[0]:
             return models, "corrected"
         if own == corrected(plain)[0]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError
-from flexura.mechanism import Mechanism, PublishedValue, evaluated
+from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_roots
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.questions import Formula, Questions, formula
@@ -103,20 +103,30 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         )
     at = one_design(parameters)
     pairs = [_pair(plan, own, k) for k, own in enumerate(listed)]
-    asked = tuple(dict.fromkeys(one for pair in pairs for side in pair for one in side.quantities))
-    questions = Questions(plan, asked)
-    answers = questions.values(at)
-    known = {one.text: answers.value[0, k] for k, one in enumerate(asked)}
-    here, given = (np.array([float(pair[side].evaluate(known)) for pair in pairs]) for side in (0, 1))
+    here, given = np.empty((2, len(listed)))
+    reasons, notes = [""] * len(listed), []
+    for root in dict.fromkeys(own.root for own in listed):
+        own_plan = plan if root == "elastic" else plan_of(with_rigid_roots(plan.mechanism), parameters)
+        mine = [k for k, own in enumerate(listed) if own.root == root]
+        asked = tuple(dict.fromkeys(one for k in mine for side in pairs[k] for one in side.quantities))
+        questions = Questions(own_plan, asked)
+        answers = questions.values(at)
+        known = {one.text: answers.value[0, k] for k, one in enumerate(asked)}
+        for k in mine:
+            here[k], given[k] = (float(side.evaluate(known)) for side in pairs[k])
+            reasons[k] = str(answers.reason[0])
+        notes += questions.notes
     values = {name: float(own) for name, own in plan.parameter_values(at).items()}
     within = np.array([evaluated(own, values).within for own in listed], dtype=float)
     for k, number in enumerate(given.tolist()):
         if not number:
             raise OptionError(f"published[{k}] {listed[k].value!r}: a number that is zero has no relative difference")
     texts, sources = tuple(own.ask for own in listed), tuple(own.source for own in listed)
-    missed = _missed(texts, here / given - 1, within, sources, str(answers.reason[0]))
+    missed = _missed(texts, here / given - 1, within, sources, reasons)
     units = tuple(left.unit for left, _ in pairs)
-    return Published(plan.mechanism.name, texts, units, here, given, within, sources, tuple(missed), questions.notes)
+    return Published(
+        plan.mechanism.name, texts, units, here, given, within, sources, tuple(missed), tuple(dict.fromkeys(notes))
+    )
 
 
 def _pair(plan: Plan, own: PublishedValue, number: int) -> tuple[Formula, Formula]:
@@ -133,11 +143,11 @@ def _pair(plan: Plan, own: PublishedValue, number: int) -> tuple[Formula, Formul
 
 
 def _missed(
-    texts: Sequence[str], differences: Array, within: Array, sources: Sequence[str], reason: str
+    texts: Sequence[str], differences: Array, within: Array, sources: Sequence[str], reasons: Sequence[str]
 ) -> Iterator[Exceeded]:
     """What differs by more than it may, and what has no number."""
-    rows = zip(texts, differences.tolist(), within.tolist(), sources, strict=True)
-    for text, difference, most, source in rows:
+    rows = zip(texts, differences.tolist(), within.tolist(), sources, reasons, strict=True)
+    for text, difference, most, source, reason in rows:
         if not np.isfinite(difference):
             yield Exceeded("misfit", text, difference, most, "1", reason or f"{text} has no number")
         elif abs(difference) > most:
