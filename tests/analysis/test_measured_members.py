@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import csv
+from importlib.resources import files
+
 import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.measured_members import LEAVES, NOTCHES, expected_errors, interpolated
+from flexura.analysis.measured_members import BEAMS, ERRORS, KINDS_OF_MEMBERS, MemberErrors, stiffness_errors
 
 CLAMPED = fx.describe.Support(fixed=fx.describe.DOF_NAMES)
 
@@ -32,10 +35,53 @@ def notch(radius: float, web: float, width: float) -> fx.describe.Notch:
     return fx.describe.Notch(width=width, contour=fx.describe.CircularContour(radius=radius, web=web))
 
 
-@pytest.mark.parametrize("table", [LEAVES, NOTCHES])
-def test_the_tables_are_met_at_their_own_ratios(table) -> None:
-    for ratios, errors in table.items():
-        np.testing.assert_allclose(interpolated(table, *ratios), errors)
+def leaf(width: float, thickness: float) -> fx.describe.Leaf:
+    return fx.describe.Leaf(width=width, thickness=thickness)
+
+
+def errors(profile: fx.describe.Leaf | fx.describe.Notch, length: float, beam: str = "auto", nu=0.3) -> MemberErrors:
+    member = fx.describe.Flexure(nodes=("a", "b"), material="m", profile=profile)
+    return stiffness_errors(member, length, beam == "auto", shears=beam == "shear", nu=nu)
+
+
+def rows(kind: str, beam: str, nu: str = "0.3") -> list[dict[str, str]]:
+    with files("flexura.analysis").joinpath("member_errors.csv").open() as file:
+        found = csv.DictReader(line for line in file if not line.startswith("#"))
+        return [row for row in found if (row["kind"], row["beam"], row["nu"]) == (kind, beam, nu)]
+
+
+def of_row(row: dict[str, str]) -> tuple[fx.describe.Leaf | fx.describe.Notch, float]:
+    """A member with the ratios of a row, and its length, m."""
+    first, second = float(row["first"]), float(row["second"])
+    if row["kind"] == "leaf":
+        return leaf(5e-3, 5e-3 / first), 5e-3 * second
+    return notch(2e-3, 2e-3 / first, 4e-3 * second), 4e-3
+
+
+@pytest.mark.parametrize("kind", KINDS_OF_MEMBERS)
+@pytest.mark.parametrize("beam", BEAMS)
+def test_rows_are_met_at_their_own_ratios(kind: str, beam: str) -> None:
+    for row in rows(kind, beam):
+        found = errors(*of_row(row), beam)
+        e, mesh = np.array([float(row[name]) for name in ERRORS]), float(row["mesh"])
+        pairs = [e[[0, 0]], e[[1, 1]], e[2:4], e[4:6]]
+        np.testing.assert_allclose(found.low, [(1 + min(p)) * np.exp(-mesh) - 1 for p in pairs], atol=1e-6)
+        np.testing.assert_allclose(found.high, [(1 + max(p)) * np.exp(mesh) - 1 for p in pairs], atol=1e-6)
+        assert found.reason == ""
+
+
+def test_other_ratios_of_poisson_make_them_more_uncertain() -> None:
+    on, off = (errors(leaf(5e-3, 1e-3), 5e-3, nu=nu) for nu in (0.3, 0.4))
+    assert np.all(off.high - off.low > on.high - on.low) and off.reason == ""
+    assert "Poisson's ratio 0.48, measured to 0.45" in errors(leaf(5e-3, 1e-3), 5e-3, nu=0.48).reason
+
+
+def test_outside_of_what_was_measured_the_nearest_row_counts_and_it_is_said() -> None:
+    edge, beyond = errors(leaf(60e-3, 1e-3), 60e-3), errors(leaf(90e-3, 1e-3), 90e-3)
+    np.testing.assert_allclose(beyond.low, edge.low, atol=1e-9)
+    assert beyond.reason == "leaf of larger side over smaller side 90, measured to 60"
+    reason = errors(notch(3e-3, 0.5e-3, 0.3e-3), 6e-3).reason
+    assert reason == "right-circular notch of width over length 0.05, measured from 0.1"
 
 
 def test_a_thick_notch_is_a_doubt_by_direction() -> None:
@@ -50,19 +96,18 @@ def test_a_long_leaf_and_an_uncorrected_notch_are_no_doubt() -> None:
 
 
 def test_what_was_not_measured_has_no_number() -> None:
-    contour = fx.describe.EllipticalContour(depth=1e-3, web=1e-3)
-    flexure = fx.describe.Flexure(
-        nodes=("a", "b"), material="m", profile=fx.describe.Notch(width=1e-2, contour=contour)
+    profile = fx.describe.TwoAxisNotch(
+        y_contour=fx.describe.StraightContour(web=1e-3), z_contour=fx.describe.StraightContour(web=1e-3)
     )
-    assert expected_errors(flexure, 6e-3) is None
+    found = errors(profile, 6e-3)
+    assert not found.is_known and found.reason == "no two-axis notch was measured"
 
 
-def test_a_leaf_described_on_its_side_has_the_same_errors() -> None:
-    def of(width: float, thickness: float) -> np.ndarray:
-        profile = fx.describe.Leaf(width=width, thickness=thickness)
-        return expected_errors(fx.describe.Flexure(nodes=("a", "b"), material="m", profile=profile), 6e-3)
-
-    np.testing.assert_allclose(of(1e-2, 1e-3), of(1e-3, 1e-2)[[0, 1, 4, 5, 2, 3]])
+@pytest.mark.parametrize("beam", BEAMS)
+def test_a_leaf_described_on_its_side_has_the_same_errors(beam: str) -> None:
+    flat, standing = errors(leaf(1e-2, 1e-3), 6e-3, beam), errors(leaf(1e-3, 1e-2), 6e-3, beam)
+    np.testing.assert_allclose(flat.low, standing.low[[0, 1, 3, 2]])
+    np.testing.assert_allclose(flat.high, standing.high[[0, 1, 3, 2]])
 
 
 def uncovered(mechanism: fx.Mechanism) -> list[str]:
@@ -74,7 +119,7 @@ FILLETED = fx.describe.Notch(width=10e-3, contour=fx.describe.CornerFilletedCont
 
 def test_contours_that_were_not_measured_are_named() -> None:
     (text,) = uncovered(on_member(FILLETED, 10e-3))
-    assert "no evidence covers" in text and "no corner-filleted notch was measured" in text
+    assert "no evidence covers" in text and "corner-filleted" in text
     assert uncovered(on_member(FILLETED, 10e-3, corrections="none")) == []
     (text,) = uncovered(on_member(notch(4e-3, 0.5e-3, 6e-3), 6e-3))
     assert "not right-circular" in text
@@ -85,7 +130,7 @@ def test_what_was_measured_nearby_is_not_named() -> None:
     assert uncovered(on_member(fx.describe.Leaf(width=10e-3, thickness=0.5e-3), 50e-3)) == []
     assert uncovered(on_member(fx.describe.Leaf(width=50e-3, thickness=0.5e-3), 5e-3)) != []
     (text,) = uncovered(on_member(notch(3e-3, 0.5e-3, 40e-3), 6e-3))
-    assert "so wide" in text
+    assert "width over length 6.67, measured to 5" in text
 
 
 def test_members_of_one_sort_are_one_doubt_by_what_they_hold_together() -> None:

@@ -1,11 +1,18 @@
-"""How far corrected beams were measured to be off: stiffness of single members against solids, and doubts from that.
+"""How far beams were measured to be off: stiffness of single members against solids, and doubts from that.
 
-The tables are those that benchmarks/member_errors.py prints: steel-like members, nu = 0.3, with rigid end faces.
+`member_errors.csv` has the errors, which benchmarks/member_errors.py measures and adds to: members of constant or
+notched form between rigid faces, by ratios of their sizes, Poisson's ratio 0.3 and at some of them others.
 """
 
 from __future__ import annotations
 
+import csv
+from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,38 +20,188 @@ from numpy.typing import NDArray
 from flexura.analysis.doubts import Doubt, place_of
 from flexura.analysis.energy import KINDS, energies
 from flexura.linalg import lowest
-from flexura.mechanism import CircularContour, Flexure, Leaf, Notch, evaluated
+from flexura.mechanism import CircularContour, Flexure, Leaf, Link, Notch, Rectangle, StraightContour, evaluated
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
-Table = Mapping[tuple[float, float], tuple[float, ...]]
 
-LEAVES: Table = {  # (b/t, L/b): stretch, twist, about y by moments and between parallel ends, about z likewise, %
-    (5, 0.3): (-9.9, -8.0, -0.1, -10.8, -1.8, -9.1),
-    (5, 0.6): (-5.9, -3.3, 1.4, -5.3, -0.8, -5.0),
-    (5, 1): (-3.6, -1.7, 1.7, -2.3, -0.5, -2.9),
-    (5, 2): (-1.8, -1.6, 1.0, -0.5, -0.3, -1.3),
-    (5, 5): (-0.7, -1.7, 0.4, 0.2, -0.1, -0.5),
-    (15, 0.3): (-7.7, -2.7, 0.5, -3.5, -3.1, -8.4),
-    (15, 0.6): (-4.8, -0.5, 1.2, -1.0, -1.6, -4.7),
-    (15, 1): (-2.9, -0.3, 1.1, -0.4, -1.0, -2.8),
-    (15, 2): (-1.4, -0.7, 0.5, -0.4, -0.5, -1.4),
-    (15, 5): (-0.6, -0.9, 0.2, -0.0, -0.2, -0.6),
+ERRORS = ("stretch", "twist", "y moment", "y parallel", "z moment", "z parallel")
+"""Stiffnesses that are measured: those of bending about local y and z by moments and between parallel ends."""
+
+DIRECTIONS = ("stretch", "twist", "thickness bending", "width bending")
+"""Kinds of deformation that have errors, in their order."""
+
+KINDS_OF_MEMBERS: dict[str, tuple[str, ...]] = {
+    "leaf": ("larger side over smaller side", "length over larger side"),
+    "right-circular notch": ("radius over web", "width over length"),
 }
-NOTCHES: Table = {  # right-circular, (R/t, b/2R): the same
-    (2, 0.2): (-21.6, -5.3, -4.1, -24.3, -22.5, -40.5),
-    (2, 1): (-23.7, 3.3, -3.5, -25.2, -22.2, -10.3),
-    (2, 3): (-27.4, -8.6, -5.0, -26.1, -24.7, -3.6),
-    (5, 0.2): (-14.0, 3.5, 0.7, -14.5, -14.7, -32.4),
-    (5, 1): (-16.3, 1.9, 0.5, -15.3, -14.6, -6.4),
-    (5, 3): (-20.1, -4.3, -0.6, -16.5, -17.3, -4.1),
-    (15, 0.2): (-8.1, 7.9, 0.9, -5.4, -8.5, -26.3),
-    (15, 1): (-11.0, 1.8, 0.7, -6.3, -8.9, -4.7),
-    (15, 3): (-14.7, -1.1, -0.2, -7.4, -12.1, -6.1),
-    (50, 0.2): (-4.6, 5.0, -0.5, -1.7, -4.6, -21.4),
-    (50, 1): (-8.5, -0.0, -1.0, -3.1, -6.0, -5.4),
-    (50, 3): (-11.6, -1.5, -1.4, -3.7, -9.3, -8.5),
+"""Ratios of the sizes of every kind of member, in the order of the columns of the table."""
+
+BEAMS: dict[str, dict[str, Any]] = {
+    "auto": {"corrections": "auto"},
+    "shear": {"corrections": "none", "theory": "timoshenko"},
+    "none": {"corrections": "none"},
 }
+"""What a mechanism says of the beams that are measured."""
+
+
+@dataclass(frozen=True)
+class MemberErrors:
+    """How far the stiffness of a member is off: the part's is the model's over 1 + e, with e between `low` and `high`.
+
+    Both are (4,), in the order of DIRECTIONS; bending takes in bending by moments and between parallel ends. `reason`
+    says why the evidence does not cover the member: then the errors are those of the nearest one that was measured, or
+    NaN where none is of its kind. It is empty where the member is covered.
+    """
+
+    low: Array
+    high: Array
+    reason: str = ""
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there are errors at all, of this member or of one near it."""
+        return not bool(np.isnan(self.low).any())
+
+
+class _Grid(NamedTuple):
+    """Logarithms of the stiffness over the solid's (..., 6) and their uncertainty for the mesh (..., 1), over the
+    logarithms of ratios, and by how much they change with Poisson's ratio at most (6,)."""
+
+    axes: tuple[Array, ...]
+    stiffness: Array
+    mesh: Array
+    by_nu: Array
+
+    def at(self, ratios: tuple[float, ...], nu: float) -> tuple[Array, Array]:
+        """Logarithms (6,) and their uncertainty (6,): linear between rows, as uncertain as the curvature of the rows
+        around makes that."""
+        weights = [
+            np.array([np.interp(np.log(x), axis, own) for own in np.eye(len(axis))])
+            for x, axis in zip(ratios, self.axes, strict=True)
+        ]
+        uncertain = _mean(self.mesh, weights) + self.by_nu * abs(nu - NU)
+        for k, (axis, own) in enumerate(zip(self.axes, weights, strict=True)):
+            chosen = np.flatnonzero(own)
+            if len(chosen) == 2:
+                bound = _curvature(axis, np.moveaxis(self.stiffness, k, 0))[chosen].max(axis=0)
+                left = bound * own[chosen].prod() * np.diff(axis[chosen]) ** 2 / 2
+                uncertain = uncertain + _mean(left, weights[:k] + weights[k + 1 :])
+        return _mean(self.stiffness, weights), uncertain
+
+
+def _mean(values: Array, weights: list[Array]) -> Array:
+    """Values over a grid, averaged by the weights of its axes, the first ones of the array."""
+    for own in weights:
+        values = np.tensordot(own, values, axes=1)
+    return values
+
+
+def _curvature(axis: Array, values: Array) -> Array:
+    """Size of the second derivative along the first axis at its points, of two by all of their difference."""
+    steps = np.diff(axis).reshape(-1, *[1] * (values.ndim - 1))
+    slopes = np.diff(values, axis=0) / steps
+    if len(axis) == 2:
+        return np.repeat(2 * np.abs(slopes) / steps, 2, axis=0)
+    inner = 2 * np.abs(np.diff(slopes, axis=0)) / (steps[1:] + steps[:-1])
+    return np.concatenate([inner[:1], inner, inner[-1:]])
+
+
+NU = 0.3
+"""Poisson's ratio of most rows."""
+
+NUS = (0.1, 0.45)
+"""Least and largest Poisson's ratio that is covered."""
+
+
+@cache
+def _measured() -> dict[tuple[str, str], _Grid]:
+    """The table, by kind and beam."""
+    rows: dict[tuple[str, str], dict[float, dict[tuple[float, ...], Array]]] = defaultdict(lambda: defaultdict(dict))
+    with files("flexura.analysis").joinpath("member_errors.csv").open() as file:
+        for row in csv.DictReader(line for line in file if not line.startswith("#")):
+            ratios = tuple(float(row[name]) for name in ("first", "second", "third") if row[name])
+            values = np.array([*(np.log1p(float(row[name])) for name in ERRORS), float(row["mesh"])])
+            rows[row["kind"], row["beam"]][float(row["nu"])][ratios] = values
+    found = {}
+    for key, by_nu in rows.items():
+        own = by_nu.pop(NU)
+        axes = [sorted({ratios[k] for ratios in own}) for k in range(len(next(iter(own))))]
+        shape = tuple(map(len, axes))
+        table = np.full((*shape, 7), np.nan)
+        for at in np.ndindex(shape):
+            table[at] = own[tuple(axis[k] for axis, k in zip(axes, at, strict=True))]
+        slopes = [np.abs(by_nu[nu][at] - own[at])[:6] / abs(nu - NU) for nu in by_nu for at in by_nu[nu]]
+        found[key] = _Grid(tuple(map(np.log, axes)), table[..., :6], table[..., 6:], np.max(slopes, axis=0))
+    return found
+
+
+def ratios_of(form: Any, length: float) -> tuple[str, tuple[float, ...]]:
+    """The kind of a section or profile, a key of KINDS_OF_MEMBERS, or what else it is, in words, without ratios."""
+    if sides := _sides(form):
+        return "leaf", (max(sides) / min(sides), length / max(sides))
+    match form:
+        case Notch(width=float(b), contour=CircularContour(radius=float(R), web=float(t))):
+            if abs(2 * R - length) < 1e-6 * R:
+                return "right-circular notch", (R / t, b / (2 * R))
+            return "circular notch that is not right-circular", ()
+        case Notch(contour=contour):
+            return f"{contour.shape.replace('_', '-')} notch", ()
+    words = {"two_axis": "two-axis notch", "round": "round notch", "constants": "section given by constants"}
+    name = getattr(form, "type", getattr(form, "shape", ""))
+    return words.get(name, f"{name} section"), ()
+
+
+def _sides(form: Any) -> tuple[float, float] | None:
+    """Width and thickness where a member is as a leaf all along."""
+    match form:
+        case Leaf(width=float(b), thickness=float(t)) | Rectangle(width=float(b), thickness=float(t)):
+            return b, t
+        case Notch(width=float(b), contour=StraightContour(web=float(t))):
+            return b, t
+    return None
+
+
+def stiffness_errors(
+    member: Link | Flexure, length: float, is_corrected: bool, *, shears: bool | None = None, nu: float = NU
+) -> MemberErrors:
+    """How far the stiffness of a beam between rigid faces is off, interpolated between solids that were measured.
+
+    member: with its sizes as numbers and, if it is a link, its own section; length: m; is_corrected: by all of
+    `corrections: auto`, or by none; shears: whether an uncorrected one is a Timoshenko beam. Nothing is extrapolated:
+    outside of what was measured the errors are those of the nearest ratios, and the reason says so.
+    """
+    form = member.section if isinstance(member, Link) else member.profile
+    name = "auto" if is_corrected else "shear" if shears else "none"
+    kind, ratios = ratios_of(form, length)
+    grid = _measured().get((kind, name))
+    if not ratios or grid is None:
+        return MemberErrors(np.full(4, np.nan), np.full(4, np.nan), f"no {kind} was measured")
+    stiffness, uncertain = grid.at(ratios, nu)
+    if (sides := _sides(form)) and sides[0] < sides[1]:
+        stiffness, uncertain = (own[[0, 1, 4, 5, 2, 3]] for own in (stiffness, uncertain))
+    low = np.expm1(_hull(stiffness - uncertain).min(axis=1))
+    high = np.expm1(_hull(stiffness + uncertain).max(axis=1))
+    return MemberErrors(low, high, _outside(kind, ratios, grid, nu))
+
+
+def _hull(values: Array) -> Array:
+    """Two values (4, 2) of each direction, of those of six stiffnesses (6,)."""
+    return values[[[0, 0], [1, 1], [2, 3], [4, 5]]]
+
+
+def _outside(kind: str, ratios: tuple[float, ...], grid: _Grid, nu: float) -> str:
+    """What of a member lies outside of what was measured, in words; empty where nothing does."""
+    names = (*KINDS_OF_MEMBERS[kind], "Poisson's ratio")
+    ends = [*((np.exp(axis[0]), np.exp(axis[-1])) for axis in grid.axes), NUS]
+    said = []
+    for name, x, (least, largest) in zip(names, (*ratios, nu), ends, strict=True):
+        if x < least * (1 - 1e-9):
+            said.append(f"{name} {x:.3g}, measured from {least:.3g}")
+        elif x > largest * (1 + 1e-9):
+            said.append(f"{name} {x:.3g}, measured to {largest:.3g}")
+    return f"{kind} of {' and of '.join(said)}" if said else ""
+
 
 OFF = 5.0
 """Error, %, of a stiffness from which it is a doubt."""
@@ -54,72 +211,24 @@ SHARE = 0.1
 
 MODES = 6
 
-NEAR = 1.5
-"""Ratios of sizes so many times beyond those that were measured are not covered by them."""
-
 MOST_NAMED = 3
 """Members that are named beside the first of a sort."""
-
-
-def interpolated(table: Table, first: float, second: float) -> Array:
-    """Errors (6,), %, of the nearest measured ratios, linear in their logarithms between these."""
-    own, other = (np.unique([key[k] for key in table]) for k in (0, 1))
-    grid = np.array([[table[a, b] for b in other] for a in own])
-    along = np.array([[np.interp(np.log(second), np.log(other), g[:, k]) for k in range(6)] for g in grid])
-    return np.array([np.interp(np.log(first), np.log(own), along[:, k]) for k in range(6)])
-
-
-def expected_errors(member: Flexure, length: float) -> Array | None:
-    """Errors (6,), %, of the stiffness of a corrected member of that length, m; None where nothing was measured."""
-    match member.profile:
-        case Leaf(width=float(b), thickness=float(t)):
-            small, large = sorted((b, t))
-            errors = interpolated(LEAVES, large / small, length / large)
-            return errors if t <= b else errors[[0, 1, 4, 5, 2, 3]]
-        case Notch(width=float(b), contour=CircularContour(radius=float(R), web=float(t))) if (
-            abs(2 * R - length) < 1e-6 * R
-        ):
-            return interpolated(NOTCHES, R / t, b / (2 * R))
-    return None
-
-
-def not_measured(member: Flexure, length: float) -> str:
-    """What a corrected member of that length, m, is, in words, where no measured one comes near it; empty where one
-    does."""
-    match member.profile:
-        case Leaf(width=float(b), thickness=float(t)):
-            beyond = length / max(b, t) < min(key[1] for key in LEAVES) / NEAR
-            return "leaf so short for its width" if beyond else ""
-        case Notch(width=float(b), contour=CircularContour(radius=float(R), web=float(t))) if (
-            abs(2 * R - length) < 1e-6 * R
-        ):
-            steep, wide = (sorted({key[k] for key in NOTCHES}) for k in (0, 1))
-            if R / t < steep[0] / NEAR:
-                return "right-circular notch so steep"
-            if not wide[0] / NEAR <= b / (2 * R) <= wide[-1] * NEAR:
-                return f"right-circular notch so {'narrow' if b < R else 'wide'}"
-            return ""
-        case Notch(contour=contour):
-            shape = contour.shape.replace("_", "-")
-            return f"{'circular notch that is not right-circular' if shape == 'circular' else f'{shape} notch'}"
-        case profile:
-            return f"{profile.type.replace('_', '-')} notch"
 
 
 def measured_doubts(full: FullOrderModel, values: Mapping[str, float]) -> list[Doubt]:
     """Corrected members that were measured to be off by 5 % or more in a direction that carries a tenth or more of the
     energy of one of the first modes, bending with the lesser of its two errors, and those of a sort that carries as
     much and was not measured; for parameter values in SI."""
-    expected: dict[tuple[str, str], Array] = {}
+    expected: dict[tuple[str, str], MemberErrors] = {}
     unknown: dict[tuple[str, str], str] = {}
     for name, part in full.plan.parts.items():
         for k, (key, member) in enumerate(part.members.items()):
             if isinstance(member, Flexure) and part.table.corrections.active[k].any():
-                own, length = evaluated(member, values), float(full.geometry.parts[name].length[k])
-                if words := not_measured(own, length):
-                    unknown[name, key] = words
-                errors = expected_errors(own, length)
-                if errors is not None and abs(errors).max() >= OFF:
+                length = float(full.geometry.parts[name].length[k])
+                errors = stiffness_errors(evaluated(member, values), length, True)
+                if errors.reason:
+                    unknown[name, key] = errors.reason
+                if errors.is_known:
                     expected[name, key] = errors
     if not (expected or unknown) or not full.order:
         return []
@@ -144,12 +253,11 @@ def measured_doubts(full: FullOrderModel, values: Mapping[str, float]) -> list[D
     return [*(doubt for doubt in off if doubt is not None), *bare]
 
 
-def _off(name: str, key: str, errors: Array, share: Array) -> Doubt | None:
-    """A doubt about a member with measured errors (6,), %, that holds parts (kinds, k) of the energy of modes."""
-    bending = [min(pair, key=abs) for pair in (errors[2:4], errors[4:6])]
-    by_kind = {"stretch": errors[0], "twist": errors[1], "thickness bending": bending[0], "width bending": bending[1]}
+def _off(name: str, key: str, errors: MemberErrors, share: Array) -> Doubt | None:
+    """A doubt about a member with measured errors that holds parts (kinds, k) of the energy of modes."""
     said = []
-    for kind, error in by_kind.items():
+    for kind, low, high in zip(DIRECTIONS, errors.low, errors.high, strict=True):
+        error = 100 * max(low, min(high, 0.0))
         most = int(share[KINDS.index(kind)].argmax())
         part_of = float(share[KINDS.index(kind), most])
         if abs(error) >= OFF and part_of >= SHARE:
@@ -165,6 +273,5 @@ def _uncovered(words: str, places: list[str]) -> Doubt:
     others = places[1 : 1 + MOST_NAMED]
     more = len(places) - 1 - len(others)
     also = f" (so of {', '.join(others)}{f' and {more} more' if more else ''})" if others else ""
-    text = f"no evidence covers its corrected stiffness in every direction{also}"
-    text += f": no {words} was measured against solids so"
+    text = f"no evidence covers its corrected stiffness in every direction{also}: {words}"
     return Doubt("evidence", places[0], f"{text}; verify shows how far it is off, fidelity: solid does without it")
