@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from math import isfinite
 from typing import Any
 
@@ -11,6 +13,9 @@ Path = tuple[str | int, ...]
 
 LONGEST_SHOWN = 200
 """Characters of a value, or of a key, in a message."""
+
+MOST_ALIKE = 3
+"""Places at which one problem is told of each."""
 
 
 class FlexuraError(Exception):
@@ -22,7 +27,8 @@ class Problem:
     """One thing wrong with a description.
 
     `path` names the place inside the description (keys and list positions), `value` is what stands there,
-    `rule` what was expected and `hint` how to mend it. `where` is `file:line` when a file was read.
+    `rule` what was expected and `hint` how to mend it. `where` is `file:line` when a file was read. `more` counts
+    others that differ from it in numbers alone, as of the copies of a pattern.
     """
 
     path: Path
@@ -30,6 +36,7 @@ class Problem:
     rule: str
     hint: str = ""
     where: str = ""
+    more: int = 0
 
     def at(self, where: str) -> Problem:
         """Return the same problem located at `where` (file:line)."""
@@ -43,6 +50,7 @@ class Problem:
     def __str__(self) -> str:
         head = f"{self.where}: {self.place}" if self.where else self.place
         text = f"{head}: {self.rule}" + (f" (found {_shortened(self.value)})" if self.value else "")
+        text += f", and {self.more} more like it" if self.more else ""
         return text + (f"\n    hint: {self.hint}" if self.hint else "")
 
 
@@ -51,13 +59,33 @@ def _shortened(text: str) -> str:
 
 
 class ModelError(FlexuraError):
-    """A description that cannot be used; `problems` lists everything that was found, not only the first."""
+    """A description that cannot be used; `problems` lists everything that was found, not only the first, and what is
+    found at many places alike once, with the first of them."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
-        self.problems: tuple[Problem, ...] = tuple(problems)
+        self.problems: tuple[Problem, ...] = _alike_once(problems)
         count = len(self.problems)
         lines = "\n".join(str(problem) for problem in self.problems)
         super().__init__(f"{count} problem{'s' if count != 1 else ''} in the description\n{lines}")
+
+
+def _alike_once(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    """Problems that differ in numbers alone as the first of them: all at one place, and elsewhere more than a few."""
+    kinds: dict[tuple[str, ...], dict[Path, list[Problem]]] = {}
+    listed = list(problems)
+    for problem in listed:
+        kind = tuple(map(_numberless, (problem.place, problem.rule, problem.hint)))
+        kinds.setdefault(kind, {}).setdefault(problem.path, []).append(problem)
+    more: dict[int, int] = {}
+    for places in kinds.values():
+        groups = [list(chain(*places.values()))] if len(places) > MOST_ALIKE else places.values()
+        more |= {id(group[0]): len(group) - 1 + sum(own.more for own in group) for group in groups}
+    return tuple(replace(own, more=more[id(own)]) for own in listed if id(own) in more)
+
+
+def _numberless(text: str) -> str:
+    """A text with one sign in the place of every number."""
+    return re.sub(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?", "#", text)
 
 
 class ExpressionError(FlexuraError):

@@ -404,6 +404,62 @@ def test_what_was_refused_is_not_missed_elsewhere():
     ]
 
 
+def test_an_error_inside_a_substructure_that_an_instance_gives_sizes_of_its_own():
+    text = AMPLIFIER.replace("axis: z}, rotate", "axis: z}, with: {t: 0.4 mm}, rotate")
+    assert only_problem_in(text.replace("b: [L, 0, 0]", "b: [L, 0]")).place == "substructures.amp.nodes.b"
+    text = text.replace("nodes: [b, c], material: mine", "nodes: [b, d], material: mine")
+    assert [p.place for p in problems_in(text)] == ["substructures.amp.links.bar.nodes.1"]
+
+
+LEGS = """\
+substructures:
+  leg:
+    nodes: {foot: [20 mm, 0, 0], head: [20 mm, 0, 10 mm]}
+    links: {rod: {nodes: [foot, head], material: 17-4PH, section: {shape: circle, diameter: d}, elements: 1}}
+    interface: [foot, head]
+instances: {leg: {of: leg, pattern: {type: circular, count: 82}}}
+bodies: {top: {centre: [0, 0, 12 mm], mass: 1 kg, inertia: [1 g*m^2, 1 g*m^2, 1 g*m^2], carries: ["leg*.head"]}}
+ground: {"leg*.foot": clamped}
+parameters: {d: 1 mm}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "rule", "more"),
+    [
+        ('"leg*.foot": clamped', '"leg*.foot": clamped, "*": clamped', "ground.*", "leg1.foot is already held", 81),
+        ('["leg*.head"]', '["leg*.head", "*.head"]', "bodies.top.carries.1", "leg1.head is already carried", 81),
+        (
+            "parameters:",
+            'loads: {"leg*.head": {force: [1 N, 0, 0]}, "*.head": {force: [1 N, 0, 0]}}\nparameters:',
+            "loads.*.head",
+            "leg1.head is already",
+            81,
+        ),
+        (
+            "count: 82}",
+            f"count: 82}}, copies: {{{', '.join(f'leg{k}: {{d: {k} kg}}' for k in range(1, 83))}}}",
+            *("instances.leg.copies.leg1.d", "in m; this is in kg", 81),
+        ),
+        (
+            "parameters:",
+            f"joints: [{', '.join(f'[leg{k}.head, leg{k}.foot]' for k in range(1, 83))}]\nparameters:",
+            *("joints.0", "these are 10 mm apart", 81),
+        ),
+        ("{foot:", f"{{{', '.join(f'n{k}: [{k}, 0, 0]' for k in range(1, 83))}, foot:", "n1.0", "carries a unit", 81),
+    ],
+)
+def test_one_mistake_in_a_pattern_is_one_problem_with_its_count_and_first_place(old, new, place, rule, more):
+    problem = only_problem_in(LEGS.replace(old, new))
+    assert problem.place.endswith(place) and rule in problem.rule and problem.more == more
+    assert f", and {more} more like it" in str(problem)
+
+
+def test_a_few_places_with_the_same_problem_are_all_named():
+    text = BEAM.replace("  b: [100 mm", "  c1: [1, 0, 0]\n  c2: [2, 0, 0]\n  c3: [3, 0, 0]\n  b: [100 mm")
+    assert [p.place for p in problems_in(text)] == ["nodes.c1.0", "nodes.c2.0", "nodes.c3.0"]
+
+
 def test_a_whole_section_that_is_refused_is_not_missed_elsewhere():
     assert only_problem_in(BEAM.replace("nodes:\n  a: [0, 0, 0]\n  b: [100 mm, 0, 0]", "nodes: 7")).place == "nodes"
 

@@ -16,6 +16,7 @@ from flexura.mechanism.layout import TOP, is_pattern, matching
 from flexura.mechanism.material import CATALOGUE
 from flexura.mechanism.motion import Moved
 from flexura.mechanism.pose import COMMANDS, DISPLACEMENTS, Prescribed, command_of
+from flexura.mechanism.specialised import origin_of
 from flexura.mechanism.substructure import Substructure
 
 
@@ -42,6 +43,7 @@ class _Nodes:
         self.survey, self.prototype = survey, prototype
         self.exposed = dict.fromkeys(survey.layout.exposed(prototype))
         self.children = {child.name: child.prototype for child in survey.layout.children[prototype]}
+        self.lost = survey.lost[origin_of(prototype)]
 
     def find(self, path: Path, text: str, wild: bool = False) -> list[str]:
         """Nodes that a reference stands for; none when there are none, or none that can be known."""
@@ -49,7 +51,7 @@ class _Nodes:
             return [text]
         if wild and is_pattern(text):
             found = self.matches(text)
-            if not found and not self.survey.partial and not self.survey.lost[self.prototype]:
+            if not found and not self.survey.partial and not self.lost:
                 self.survey.report(path, text, "no node matches this pattern", self._hint(text))
             return found
         if not self._excused(text):
@@ -66,7 +68,7 @@ class _Nodes:
     def _excused(self, text: str) -> bool:
         """True when the node is missing because of something that was reported before."""
         head, _, rest = text.partition(".")
-        lost, ignored = self.survey.lost[self.prototype], self.survey.ignored
+        lost, ignored = self.lost, self.survey.ignored
         heads = {head, head.rstrip("0123456789")}
         below = {rest, *rest.split(".")} if rest else set()
         return bool(heads & lost or text in ignored or any(name in ignored for name in heads | below))
