@@ -266,7 +266,7 @@ class Roots:
         x, y, z = axes[..., 0, :] * sense, axes[..., 1, :], axes[..., 2, :]
         start = where - t[..., None] * x
         found: Array = np.full((*shape, len(SIDES)), -np.inf)
-        if self._host.shape[-1]:
+        if (self._host >= 0).any():
             centre, turn, half, is_round = self._boxes(values, geometry)
             for k in range(self._host.shape[-1]):
                 host, known = self._host[..., k], self._host[..., k] >= 0
