@@ -40,9 +40,9 @@ CASES = {
         with_parameter(nodes={"b": (0.1, parameter("tt") * 0, 0)}),
         *("nodes.b.1", "parameter 'tt' is not defined", "did you mean t?"),
     ),
-    "unit of several without brackets": (
+    "unit that stands alone": (
         with_parameter(nodes={"b": (0.1, t / parameter("m"), 0)}),
-        *("nodes.b.1", "parameter 'm' is not defined", "stands in brackets, e.g. 2700 [kg/m^3]"),
+        *("nodes.b.1", "parameter 'm' is not defined", "right behind its number, e.g. 2700 kg/m^3"),
     ),
     "undefined parameter in an unused substructure": (
         inside(Substructure(nodes={"x": (t, 0, 0)})),

@@ -208,6 +208,26 @@ def test_a_power_behind_a_unit_is_the_units(text, value):
     assert expression.evaluate({"L": 2e-3}) == pytest.approx(value, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("200 mm/s", 0.2),
+        ("2 mm*mm/s*L", 2e-6 * 2e-3),
+        ("2 mm^2/s^-1", 2e-6),
+        ("2 mm*L/s", 4e-6 / 3),  # behind a name that is no unit, s is a name as well
+        ("2 [mm]/s", 2e-3 / 3),
+        ("2 mm/2/s", 1e-3 / 3),
+    ],
+)
+def test_units_of_several(text, value):
+    def read(number, unit):
+        powers = {"mm/s": 1e-3, "mm*mm/s": 1e-6, "mm^2/s^-1": 1e-6, "mm": 1e-3}
+        return float(number) * powers[unit], NUMBER
+
+    expression = Expression.parse(text, read, lambda name: name in ("mm", "s"))
+    assert expression.evaluate({"L": 2e-3, "s": 3.0}) == pytest.approx(value, rel=1e-12)
+
+
 @pytest.mark.parametrize("text", ["2 mm^L", "2 mm^2.5", "2 mm^2^2", "2 mm^2 mm", "2 [N/mm]^2", "2 mm^(2)", "2 mm^"])
 def test_powers_of_units_that_cannot_be_told(text):
     with pytest.raises(ExpressionError, match=r"\(9 "):

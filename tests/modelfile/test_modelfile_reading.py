@@ -57,6 +57,13 @@ def test_lengths(text, value):
     assert read.nodes["b"][1] == pytest.approx(value, rel=1e-15)
 
 
+def test_units_of_several_in_expressions():
+    read = loads(BEAM.replace("t: 1 mm", "t: 1 mm, k: 2*t*3 N/mm, own: t*2 mm^2*2700 kg/m^3, w: 8 kg/m*t"))
+    values = {"k": 6.0, "own": 1e-3 * 2e-6 * 2700, "w": 8e-3}
+    for name, value in values.items():
+        assert read.parameters[name].value.evaluate({"t": 1e-3}) == pytest.approx(value, rel=1e-14)
+
+
 def test_decimal_units_are_exact():
     for number in range(1, 300):
         read = loads(BEAM.replace("100 mm", f"{number / 100} mm"))

@@ -49,6 +49,12 @@ def test_formulas_follow_from_what_is_asked(text, unit, expected):
         ("20 Hz <= f1", 20, lambda: asked("f1") / 20 - 1),
         ("mass <= 50 g", 0.05, lambda: 1 - asked("mass") / 0.05),
         ("f1 >= 0", 1, lambda: asked("f1")),
+        ("mass <= 50000 kg*mm/m", 50, lambda: 1 - asked("mass") / 50),
+        ("mass/thickness <= 1 kg/m", 1, lambda: 1 - asked("mass") / DESIGNS["thickness"]),
+        ("mass <= 1 kg/m*thickness", 5e-4, lambda: DESIGNS["thickness"] / 5e-4 - asked("mass") / 5e-4),
+        ("mass*1000 mm^2/s^2 >= 2e-6 N*m", 2e-6, lambda: asked("mass") * 500 - 1),
+        ("stiffness(carriage.y) >= 200 N/mm", 2e5, lambda: asked("stiffness(carriage.y)") / 2e5 - 1),
+        ("stiffness(carriage.y) >= 200 [N/mm]", 2e5, lambda: asked("stiffness(carriage.y)") / 2e5 - 1),
         ("length ≥ 100*thickness", 0.05, lambda: 0.06 / 0.05 - 100 * DESIGNS["thickness"] / 0.05),
     ],
 )

@@ -1,14 +1,15 @@
 """Expressions over named parameters: read from text without `eval`, evaluated over a design axis.
 
-Grammar (a number may be followed by a unit name, or by a unit in square brackets):
+Grammar (a number may be followed by a unit, in square brackets or not):
 
     sum     = product {("+" | "-") product}
     product = sign {("*" | "/") sign}
     sign    = ["+" | "-"] power
     power   = atom [("^" | "**") sign]
-    atom    = number [unit | "[" unit "]"] | name | function "(" sum {"," sum} ")" | "(" sum ")"
+    atom    = number [unit {("*" | "/") unit} | "[" unit "]"] | name | function "(" sum {"," sum} ")" | "(" sum ")"
 
-A power right behind a unit is the unit's: `9 mm^2` are nine square millimetres, the square of 9 mm is `(9 mm)^2`.
+A power right behind a unit is the unit's: `9 mm^2` are nine square millimetres, the square of 9 mm is `(9 mm)^2`. A
+name that follows a unit, as in `200 N/mm`, belongs to it where it is a unit and nothing else.
 """
 
 from __future__ import annotations
@@ -150,14 +151,17 @@ class Expression(_Node):
             )
 
     @staticmethod
-    def parse(text: str, unit: UnitReader | None = None) -> Expression:
-        """Read an expression; `unit` reads the units of its literals (None: units are refused, numbers are SI).
+    def parse(
+        text: str, unit: UnitReader | None = None, is_unit: Callable[[str], bool] = lambda _: False
+    ) -> Expression:
+        """Read an expression; `unit` reads the units of its literals (None: units are refused, numbers are SI), and
+        `is_unit` says of a name whether it is a unit and nothing else.
 
         Raises ExpressionError with the rule that was broken.
         """
         if len(text) > MAX_LENGTH:
             raise ExpressionError(f"an expression has at most {MAX_LENGTH} characters")
-        return Expression(checked(_Parser(text, unit).parse()))
+        return Expression(checked(_Parser(text, unit, is_unit).parse()))
 
     @property
     def names(self) -> frozenset[str]:
@@ -410,11 +414,11 @@ _TOKEN = re.compile(
 class _Parser:
     """Recursive descent over the tokens of one expression."""
 
-    def __init__(self, text: str, unit: UnitReader | None) -> None:
+    def __init__(self, text: str, unit: UnitReader | None, is_unit: Callable[[str], bool]) -> None:
         self.tokens = _tokens(text)
         self.at = 0
         self.depth = 0
-        self.unit = unit
+        self.unit, self.is_unit = unit, is_unit
 
     def parse(self) -> Tree:
         tree = self.sum()
@@ -506,7 +510,19 @@ class _Parser:
         if self.unit is None:
             raise ExpressionError("numbers are in SI here and carry no unit", "units belong in a model file")
         self.at += 1
-        return Number(*self.unit(number, self.powered(token.strip("[]"))))
+        text = self.powered(token.strip("[]"))
+        while kind == "name" and self.is_unit_next():
+            (_, operator), (_, name) = self.tokens[self.at : self.at + 2]
+            self.at += 2
+            text += operator + self.powered(name)
+        return Number(*self.unit(number, text))
+
+    def is_unit_next(self) -> bool:
+        """Whether * or / and a name follow that belong to the unit before them."""
+        operator, *name = self.tokens[self.at : self.at + 3]
+        if operator not in (("op", "*"), ("op", "/")) or len(name) < 2 or name[1] == ("op", "("):
+            return False
+        return name[0][0] == "name" and self.is_unit(name[0][1])
 
     def powered(self, unit: str) -> str:
         """The unit with the power that follows it."""

@@ -11,7 +11,7 @@ from typing import Any
 from flexura.errors import ExpressionError
 from flexura.expressions import CONSTANTS, FREQUENCY, FUNCTIONS, NUMBER, Dimension, Expression
 from flexura.mechanism import Quantity, Scalar, suggestion
-from flexura.units import FAMILIAR, customary_unit, parse_quantity, parse_unit
+from flexura.units import FAMILIAR, customary_unit, is_unit, parse_quantity
 
 _LITERAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 _FACTOR = r"[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*(?:-?\d+|\(-?\d+(?:/\d+)?\)))?"
@@ -81,19 +81,31 @@ class QuantityReader:
         if unit and not _BRACKETED.fullmatch(unit):
             first, *others = _IDENTIFIER.findall(unit) or [unit]
             meaningful = [name for name in others if self.is_declared(name)]
-            if not _PRODUCT.fullmatch(unit) or (meaningful and len(meaningful) == len(others)):
+            if not _PRODUCT.fullmatch(unit) or (meaningful and self.is_expression(raw, meaningful == others)):
                 return None
             self.explain(first)
-            if meaningful and not _is_unit(unit):
+            if meaningful and not is_unit(unit):
                 return None
             self.known(others)
         value, exponents = parse_quantity(raw)
         return value, Dimension(*exponents)
 
+    def is_expression(self, raw: str, otherwise: bool) -> bool:
+        """Whether parameters are all that is named in a text beside units; `otherwise` where it cannot be read."""
+        try:
+            names = Expression.parse(raw, lambda *_: (0.0, NUMBER), self.is_unit).names
+        except ExpressionError:
+            return otherwise
+        return all(map(self.is_declared, names))
+
+    def is_unit(self, name: str) -> bool:
+        """Whether a name is a unit and nothing else."""
+        return not self.is_declared(name) and is_unit(name)
+
     def known(self, names: list[str]) -> None:
         """Refuse what might be a unit or a parameter, but is neither."""
         for name in names:
-            if not _is_unit(name):
+            if not is_unit(name):
                 hint = suggestion(name, [*self.dimensions, *FAMILIAR], "known")
                 raise ExpressionError(f"{name} is neither a unit nor a parameter", hint)
 
@@ -105,7 +117,7 @@ class QuantityReader:
         """Say more about a parameter or a constant that stands where a unit should."""
         if name in CONSTANTS:
             raise ExpressionError(f"{name} is a number, not a unit", f"join it with an operator, e.g. 2*{name}")
-        if name in self.dimensions and not _is_unit(name):
+        if name in self.dimensions and not is_unit(name):
             rule = f"{name} is a parameter, not a unit"
             raise ExpressionError(rule, f"join it with an operator, e.g. 2*{name}")
 
@@ -119,7 +131,7 @@ class QuantityReader:
             value, exponents = parse_quantity(f"{number} [{text}]")
             return value, Dimension(*exponents)
 
-        expression = Expression.parse(raw, unit)
+        expression = Expression.parse(raw, unit, self.is_unit)
         literal = self.as_literal(raw, expression, quantity)
         if literal is not None:
             return literal
@@ -149,14 +161,6 @@ class QuantityReader:
             if expression.dimension(self.dimensions) in (None, quantity.dimension):
                 return None
         return value
-
-
-def _is_unit(text: str) -> bool:
-    try:
-        parse_unit(text)
-    except ExpressionError:
-        return False
-    return True
 
 
 def _is_bare(raw: str) -> bool:

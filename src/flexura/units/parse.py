@@ -58,6 +58,15 @@ def parse_unit(text: str) -> tuple[Fraction, Exponents]:
     return factor, exponents
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit that `parse_unit` reads."""
+    try:
+        parse_unit(text)
+    except ExpressionError:
+        return False
+    return True
+
+
 def parse_quantity(text: str) -> tuple[float, Exponents]:
     """Read a number followed by a unit, such as `0.3 mm`: value in SI, rounded once, and dimension.
 

@@ -14,8 +14,8 @@ from flexura.mechanism.quantity import Quantity
 from flexura.mechanism.substructure import Mechanism
 
 SYMBOLS = frozenset(("m", "mm", "um", "s", "kg", "g", "N", "rad", "deg", "V"))
-"""Symbols of units that stand alone in expressions where a unit of several is not in brackets."""
-COMPOUND = "inside an expression a unit of several stands in brackets, e.g. 2700 [kg/m^3]"
+"""Symbols of units that stand in expressions where no number with a unit is before them."""
+COMPOUND = "a unit stands right behind its number, e.g. 2700 kg/m^3"
 
 Dimensions = Mapping[str, Dimension | None]
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from flexura.errors import FlexuraError
 from flexura.expressions import Dimension
 from flexura.expressions import dimension as dimensions
 from flexura.mechanism import suggestion
-from flexura.units import parse_unit
+from flexura.units import is_unit, parse_unit
 
 Argument = Literal["dof", "body", "member", "actuator", "output", "input", "hertz", "parameter"]
 """What an argument names or is."""
@@ -128,14 +127,6 @@ def unknown_name(name: str, parameters: list[str]) -> str:
     """What to say of a name that may not be asked of a mechanism with these parameters."""
     close = suggestion(name, [*KINDS, "f1", *parameters], "")
     near = close if close.startswith("did you mean") else ""
-    if _is_unit(name):
-        near = f"a unit that is made of several stands in square brackets, as in 3 [kg/m];{' ' if near else ''}{near}"
+    if is_unit(name):
+        near = f"a unit stands behind its number, as in 3 kg/m;{' ' if near else ''}{near}"
     return f"{name!r} is nothing that can be asked; {near}{' ' if near else ''}known: {', '.join(askable())}"
-
-
-def _is_unit(name: str) -> bool:
-    try:
-        parse_unit(name)
-    except FlexuraError:
-        return False
-    return True

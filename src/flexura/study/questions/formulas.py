@@ -200,17 +200,17 @@ def relation(model: Mechanism | Plan, text: str) -> Relation:
 def _formula(plan: Plan, text: str, shown: str, places: Sequence[Place]) -> Formula:
     """The formula of a text without the pose that it ends with."""
     reader, found, written, last = Reader(plan), list[Quantity](), "", 0
-    for span in names_in(text):
+    for span in names_in(text, reader.is_unit):
         quantity = reader.quantity(span.asked, places)
         if quantity not in found:
             found.append(quantity)
         written += f"{text[last : span.start]} {_placeholder(found.index(quantity))} "
         last = span.stop
     try:
-        expression = Expression.parse(written + text[last:], _unit)
+        expression = Expression.parse(written + text[last:], _unit, reader.is_unit)
         dimension = expression.dimension(_dimensions(found))
     except ExpressionError as error:
-        raise OptionError(f"{shown!r}: {_explained(written + text[last:], found, error)}") from None
+        raise OptionError(f"{shown!r}: {_explained(written + text[last:], reader, found, error)}") from None
     return Formula(shown, Questions(plan, tuple(found)), expression, NUMBER if dimension is None else dimension)
 
 
@@ -227,10 +227,10 @@ def _unit(number: str, text: str) -> tuple[float, Dimension]:
     return value, Dimension(*exponents)
 
 
-def _explained(text: str, quantities: Sequence[Quantity], error: ExpressionError) -> str:
+def _explained(text: str, reader: Reader, quantities: Sequence[Quantity], error: ExpressionError) -> str:
     """What is wrong with a formula: of clashing dimensions, those of which terms."""
     try:
-        clash = _clash(Expression.parse(text, _unit).tree, quantities)
+        clash = _clash(Expression.parse(text, _unit, reader.is_unit).tree, quantities)
     except ExpressionError:
         clash = ""
     return clash or str(error)

@@ -4,12 +4,13 @@
     pose     = place {"," place}
     place    = (NODE.DOF | "stroke") ["="] number [unit]
 
-Units are single names, or any unit in square brackets.
+Units are single names, or any unit in square brackets; in formulas they may be products of names, as `N/mm`.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,6 +30,8 @@ _UNIT = r"(?:\[[^\[\]]*\]|(?!at\b)[A-Za-zµμ°%]+(?![\w(]))"
 _TOKEN = re.compile(
     rf"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*{_UNIT}?)|(?P<name>[^\W\d]\w*)|(?P<other>\S))", re.DOTALL
 )
+_FURTHER = re.compile(r"(?:\s*(?:\^|\*\*)\s*-?\d+)?\s*[*/]\s*(?P<unit>[A-Za-zµμ°%]+)(?!\w|\s*\()")
+"""What a unit goes on with after its first name: a power of that, and the next."""
 _ARGUMENTS = re.compile(r"\s*\(([^()]*)\)")
 _OPERATOR = re.compile(r"\s*[-+*/^<>=≤≥(\d.]")
 _AT = re.compile(r"\s*\bat\b(?=\s|\[|$)")
@@ -77,8 +80,9 @@ def separate(text: str) -> list[Asked]:
         position = text.index(",", position) + 1
 
 
-def names_in(text: str) -> list[Span]:
+def names_in(text: str, is_unit: Callable[[str], bool] = lambda _: False) -> list[Span]:
     """The asked names in a formula, in order; functions, constants, numbers with units and operators are passed over.
+    `is_unit` says of a name whether it is a unit and nothing that may be asked.
 
     Raises OptionError for poses that cannot be read.
     """
@@ -88,6 +92,8 @@ def names_in(text: str) -> list[Span]:
         position, name, start = match.end(), match["name"], match.start("name")
         if name is None:
             is_number = match["number"] is not None
+            if is_number and not text[position - 1].isdigit() and text[position - 1] not in "].":
+                position = _end_of_unit(text, position, is_unit)
             continue
         if is_number:
             raise OptionError(f"{text[:position].strip()!r}: a number is joined with what follows by an operator: *")
@@ -96,6 +102,13 @@ def names_in(text: str) -> list[Span]:
         asked, position = _asked_at(text, start)
         found.append(Span(asked, start, position))
     return found
+
+
+def _end_of_unit(text: str, position: int, is_unit: Callable[[str], bool]) -> int:
+    """Where a unit ends whose first name ends at a position."""
+    while (more := _FURTHER.match(text, position)) is not None and is_unit(more["unit"]):
+        position = more.end()
+    return position
 
 
 def trailing_pose(text: str) -> tuple[str, tuple[Place, ...]]:

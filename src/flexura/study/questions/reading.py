@@ -17,7 +17,7 @@ from flexura.structure import Design, Plan
 from flexura.study.questions.catalogue import FREQUENCY, KINDS, SIGNS, Argument, Kind, Quantity, unit_of, unknown_name
 from flexura.study.questions.grammar import STROKE, Asked, Place
 from flexura.systems import Channel, InputPort, OutputPort, Ports, actuator_names, unit_of_response
-from flexura.units import format_quantity, parse_quantity, split_quantity
+from flexura.units import format_quantity, is_unit, parse_quantity, split_quantity
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 """Axes of displacements as they are shown; those of DOFs are read as well."""
@@ -99,6 +99,11 @@ class Reader:
     def ports(self) -> Ports:
         """What drives the default design, and what is read of it."""
         return Ports(Design.of(self.plan.at_rest()))
+
+    def is_unit(self, name: str) -> bool:
+        """Whether a name is a unit and nothing that may be asked."""
+        is_asked = name in KINDS or _NUMBERED.fullmatch(name) or name in self.plan.mechanism.parameters
+        return not is_asked and is_unit(name)
 
     def quantity(self, asked: Asked, places: Sequence[Place] = ()) -> Quantity:
         """What an asked name stands for, at the pose of `places` where it has none of its own."""
