@@ -20,6 +20,7 @@ from flexura.linalg.inertia import Bracket as Bracket
 from flexura.linalg.inertia import bracket as bracket
 from flexura.linalg.inertia import count_below as count_below
 from flexura.linalg.large import Progress as Progress
+from flexura.linalg.large import available_memory as available_memory
 from flexura.linalg.large import factorise_large as factorise_large
 from flexura.linalg.pencil import Pencil as Pencil
 from flexura.linalg.ranking import leading as leading

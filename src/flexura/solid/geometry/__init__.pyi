@@ -15,3 +15,4 @@ from flexura.solid.geometry.members import joints as joints
 from flexura.solid.geometry.members import normalised as normalised
 from flexura.solid.geometry.members import solids as solids
 from flexura.solid.geometry.occ import MILLIMETRE as MILLIMETRE
+from flexura.solid.geometry.occ import runs as runs

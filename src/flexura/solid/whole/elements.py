@@ -1,0 +1,281 @@
+"""Curved tetrahedra of the glued part by NGSolve: mesh, stiffness and mass, and mean motions of patches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.errors import OptionError, SolverError
+from flexura.extras import need
+from flexura.linalg import available_memory
+from flexura.solid.geometry import MILLIMETRE, MemberSolid
+from flexura.solid.whole.pieces import Block, Piece, beyond, thickness
+from flexura.solid.whole.shapes import Part
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+SAME = 1e-4
+"""Distance over the thickness up to which an edge lies in an end face."""
+GRADING = 0.4
+"""How fast tetrahedra grow away from fine places (netgen's own measure)."""
+LEAF, ROD, NOTCH, BLOCK = 4.0, 1.5, 2.0, 1.0
+"""Length of tetrahedra of size 1 over the thickness of what they are in."""
+STATIONS = 81
+"""Places along a contour at which its thickness bounds the length of tetrahedra."""
+DOFS_OF_CELL = {2: 5.5, 3: 18.0, 4: 40.0, 5: 74.0}
+"""DOFs over tetrahedra, of thin parts, by order."""
+MEMORY = 300.0
+"""Bytes of matrices and factors over DOFs^(4/3), measured with Pardiso from 50 000 to 370 000 DOFs."""
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A bump about `centre` (3,), m, that reaches `radii` (3,), m, along `axes` (3, 3) as rows."""
+
+    centre: Array
+    axes: Array
+    radii: Array
+
+
+class Elements:
+    """The mesh of a part, and its matrices of some order.
+
+    `K`, N/m, and `M`, kg, are those of the free DOFs; `dofs` their number.
+    """
+
+    def __init__(
+        self, ngsolve: ModuleType, part: Part, order: int, size: float, announce: Callable[[str], None]
+    ) -> None:
+        self._ng, self.part = ngsolve, part
+        self.mesh = _mesh(ngsolve, part, order, size, announce)
+        self.order = order
+        self._space: Any = ngsolve.VectorH1(self.mesh, order=order, dirichlet="held")
+        self._free: Index = np.flatnonzero(np.array(self._space.FreeDofs()))
+        self.dofs: int = len(self._free)
+        self.memory: float = memory_of(self.dofs)
+        announce(
+            f"{self.mesh.ne} tetrahedra of order {order}, {self.dofs} DOFs, about {self.memory / 1e9:.2g} GB of "
+            f"{available_memory() / 1e9:.3g} GB that are free"
+        )
+        _refuse(self.memory, self.dofs, order)
+        self.K, self.M = self._matrices()
+
+    def _matrices(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        ng, pieces = self._ng, self.part.pieces.all
+        own = {str(k): piece.material for k, piece in enumerate(pieces)}
+        mu = self.mesh.MaterialCF({k: m.E / (2 * (1 + m.nu)) for k, m in own.items()})
+        lame = self.mesh.MaterialCF({k: m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for k, m in own.items()})
+        rho = self.mesh.MaterialCF({k: m.rho for k, m in own.items()})
+        u, v = self._space.TnT()
+        strain, other = ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v))
+        K = ng.BilinearForm((2 * mu * ng.InnerProduct(strain, other) + lame * ng.div(u) * ng.div(v)) * ng.dx)
+        M = ng.BilinearForm(rho * u * v * ng.dx)
+        return self._sparse(K) * MILLIMETRE, self._sparse(M) * MILLIMETRE**3
+
+    def _sparse(self, form: Any) -> sp.csr_matrix:
+        form.Assemble()
+        row, column, value = form.mat.COO()
+        n = self._space.ndof
+        full = sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(n, n))
+        return full[self._free][:, self._free]
+
+    def motion(self, patch: Patch) -> tuple[Array, sp.csr_matrix]:
+        """The weighted centre (3,), m, of a patch, and B (6, n): mean displacement and rotation of it by the DOFs."""
+        ng, mesh = self._ng, self.mesh
+        x, y, z = ng.x * MILLIMETRE, ng.y * MILLIMETRE, ng.z * MILLIMETRE
+        at = [x - patch.centre[0], y - patch.centre[1], z - patch.centre[2]]
+        weight: Any = 1.0
+        for axis, radius in zip(patch.axes, patch.radii, strict=True):
+            s = (axis[0] * at[0] + axis[1] * at[1] + axis[2] * at[2]) / radius
+            bump = 1 - s * s
+            weight = weight * ng.IfPos(bump, bump, 0.0)
+        near = self._cells_near(patch)
+        region = ng.dx(definedonelements=near, bonus_intorder=6)
+        total = ng.Integrate(weight * region, mesh)
+        if not total > 0:
+            raise SolverError(f"nothing of the mesh lies within {patch.radii.max():.3g} m of {patch.centre}")
+        first = [ng.Integrate(weight * a * region, mesh) / total for a in at]
+        centre = patch.centre + np.array(first)
+        r = [a - b for a, b in zip(at, first, strict=True)]
+        second = np.array([[ng.Integrate(weight * a * b * region, mesh) for b in r] for a in r])
+        inertia = np.trace(second) * np.eye(3) - second
+        v = self._space.TestFunction()
+        forms = [weight * v[i] * region for i in range(3)]
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            forms.append(weight * (r[j] * v[k] - r[k] * v[j]) * region)
+        rows = np.empty((6, self.dofs))
+        for i, form in enumerate(forms):
+            load = ng.LinearForm(self._space)
+            load += form
+            load.Assemble()
+            rows[i] = load.vec.FV().NumPy()[self._free]
+        rows[:3] /= total
+        rows[3:] = np.linalg.solve(inertia, rows[3:])
+        return centre, sp.csr_matrix(rows)
+
+    def _cells_near(self, patch: Patch) -> Any:
+        """Which tetrahedra may reach into a patch."""
+        centre, own = self._places
+        local = np.abs((centre - patch.centre) @ patch.axes.T)
+        near: NDArray[np.bool_] = np.asarray((local <= patch.radii + 1.5 * own[:, None]).all(axis=1))
+        marked = self._ng.BitArray(len(near))
+        marked.Clear()
+        for k in np.flatnonzero(near).tolist():
+            marked.Set(k)
+        return marked
+
+    @cached_property
+    def _places(self) -> tuple[Array, Array]:
+        """Centres (cells, 3) and radii (cells,) of the cells, m."""
+        points = np.array([v.point for v in self.mesh.vertices]) * MILLIMETRE
+        corners = [points[[v.nr for v in cell.vertices]] for cell in self.mesh.Elements(self._ng.VOL)]
+        centre = np.array([own.mean(axis=0) for own in corners])
+        return centre, np.array(
+            [np.linalg.norm(own - at, axis=1).max() for own, at in zip(corners, centre, strict=True)]
+        )
+
+    @property
+    def mass(self) -> float:
+        """Mass of the solids, kg."""
+        rho = self.mesh.MaterialCF({str(k): own.material.rho for k, own in enumerate(self.part.pieces.all)})
+        return float(self._ng.Integrate(rho, self.mesh)) * MILLIMETRE**3
+
+    def motions_at(self, points: Array, vectors: Array) -> Array:
+        """Displacements and rotations (half the curl), (p, 6, k), at points (p, 3), m, NaN outside, for vectors (n, k)
+        of DOFs."""
+        ng = self._ng
+        found = np.full((len(points), 6, vectors.shape[1]), np.nan)
+        if not len(points):
+            return found
+        at = self.mesh(*(np.ascontiguousarray(c) for c in points.T / MILLIMETRE))
+        inside = at["nr"] >= 0
+        field = ng.GridFunction(self._space)
+        gradient = ng.Grad(field)
+        for k in range(vectors.shape[1]):
+            field.vec[:] = 0.0
+            field.vec.FV().NumPy()[self._free] = vectors[:, k]
+            found[inside, :3, k] = field(at[inside])
+            G = np.asarray(gradient(at[inside])).reshape(-1, 3, 3) / MILLIMETRE
+            found[inside, 3:, k] = (
+                np.stack([G[:, 2, 1] - G[:, 1, 2], G[:, 0, 2] - G[:, 2, 0], G[:, 1, 0] - G[:, 0, 1]], axis=-1) / 2
+            )
+        return found
+
+
+def memory_of(dofs: float) -> float:
+    """Bytes that matrices and factors of so many DOFs take, by experience."""
+    return MEMORY * dofs ** (4 / 3)
+
+
+def _refuse(memory: float, dofs: float, order: int) -> None:
+    free = available_memory()
+    if memory > free:
+        raise OptionError(
+            f"the whole part would have about {dofs:.2g} DOFs, which take some {memory / 1e9:.2g} GB, and "
+            f"{free / 1e9:.2g} GB are free: a larger size makes fewer" + (", order 2 too" if order > 2 else "")
+        )
+
+
+def length_of_cells(piece: Piece, size: float) -> float:
+    """Largest length of tetrahedra in a piece, m."""
+    if isinstance(piece, Block):
+        return size * BLOCK * piece.thin
+    outline = piece.outline
+    if not outline.is_straight:
+        return size * BLOCK * 2 * float(min(outline.y.max(), outline.z.max()))
+    if outline.is_round:
+        return size * ROD * (2 * float(outline.y[0]) if outline.inner == 0 else 3 * thickness(piece))
+    return size * min(LEAF * thickness(piece), piece.length / 2)
+
+
+def _fine_points(piece: MemberSolid, size: float) -> tuple[Array, Array]:
+    """Points (p, 3), m, along the thin places of a contour and the lengths of tetrahedra (p,), m, there."""
+    outline = piece.outline
+    points, lengths = [], []
+    coarse, last = length_of_cells(piece, size), -np.inf
+    for x in np.linspace(0.0, piece.length, STATIONS):
+        half_y, half_z = (float(h[0]) for h in outline.half(np.array([x])))
+        h = size * NOTCH * 2 * min(half_y, half_z)
+        if h >= coarse or x - last < h / 2:
+            continue
+        last = x
+        wide = max(half_y, half_z) if not outline.is_round else 0.0
+        across = np.linspace(-wide, wide, max(2, math.ceil(2 * wide / h)) + 1) if wide else np.zeros(1)
+        none = 0 * across
+        local = [none + x, across, none] if half_y >= half_z else [none + x, none, across]
+        points.append(piece.placed(np.stack(local, axis=-1)))
+        lengths.append(none + h)
+    if not points:
+        return np.empty((0, 3)), np.empty(0)
+    return np.concatenate(points), np.concatenate(lengths)
+
+
+def _mesh(ng: ModuleType, part: Part, order: int, size: float, announce: Callable[[str], None]) -> Any:
+    meshing, occ = need("netgen.meshing", "solid"), need("netgen.occ", "solid")
+    pieces = part.pieces.all
+    coarsest = max(length_of_cells(piece, size) for piece in pieces) / MILLIMETRE
+    for solid in part.shape.solids:
+        solid.maxh = length_of_cells(pieces[int(solid.name)], size) / MILLIMETRE
+    graded = _mark_corners(part)
+    parameters = meshing.MeshingParameters(maxh=coarsest, grading=GRADING)
+    for piece in part.pieces.members:
+        if not piece.outline.is_straight:
+            for p, h in zip(*_fine_points(piece, size), strict=True):
+                x, y, z = p / MILLIMETRE
+                parameters.RestrictH(x=x, y=y, z=z, h=h / MILLIMETRE)
+    announce("mesh of the whole part")
+    try:
+        mesh = ng.Mesh(occ.OCCGeometry(part.shape).GenerateMesh(parameters))
+    except Exception as error:
+        raise SolverError(f"netgen could not mesh the part: {error}; another size may do") from None
+    if graded:
+        mesh.RefineHP(1)
+    mesh.Curve(order)
+    return mesh
+
+
+def _mark_corners(part: Part) -> bool:
+    """Mark the edges at which members of one section come out of something wider: stresses there are infinite, and
+    cells next to them are cut (hp refinement), so that the root gives what it does."""
+    pieces, found = part.pieces, False
+    touching: dict[int, set[int]] = {}
+    for a, b in part.touching:
+        touching.setdefault(a, set()).add(b)
+        touching.setdefault(b, set()).add(a)
+    for solid in part.shape.solids:
+        k = int(solid.name)
+        own = pieces.all[k]
+        if isinstance(own, Block) or not own.outline.is_straight:
+            continue
+        thin = thickness(own)
+        hosts = [pieces.all[j] for j in touching.get(k, ())]
+        for edge in solid.edges:
+            middle = edge.center
+            at = own.local(np.array([middle.x, middle.y, middle.z]) * MILLIMETRE)
+            end = at[0] > own.length / 2
+            if abs(at[0] - own.length * end) > SAME * thin:
+                continue
+            out = at.copy()
+            half = np.array([float(own.outline.y[0]), float(own.outline.z[0])])
+            if own.outline.is_round:
+                out[1:] = at[1:] * (1.2 if np.hypot(*at[1:]) > 0 else 1.0)
+                if np.hypot(*at[1:]) == 0:
+                    out[1] = half[0] * 1.2
+            else:
+                on = np.abs(np.abs(at[1:]) - half) < SAME * thin
+                out[1:] += np.where(on, np.sign(at[1:]) * 0.1 * thin, 0.0)
+            out[0] += (1 if end else -1) * 0.1 * thin
+            if any(float(beyond(host, own.placed(out)[None])[0]) < 0 for host in hosts):
+                edge.hpref = 1
+                found = True
+    return found

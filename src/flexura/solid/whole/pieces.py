@@ -1,0 +1,359 @@
+"""What a part consists of: members, bodies and blocks of ground with places, sizes and materials; numbers only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import ModelError, Problem
+from flexura.mechanism import RigidBody, evaluated, matching
+from flexura.solid.geometry import MemberSolid, SolidMaterial, solids
+from flexura.structure import FullOrderModel, solids_of
+
+Array = NDArray[np.float64]
+
+DEPTHS = (6.0, 3.0, 1.5)
+"""Depths of a block of ground, and how far it reaches beyond the faces of its member, in thicknesses of this: the first
+that touches nothing else."""
+ON_FACE = 1e-6
+"""Distance of a node from a face that it lies on, over the size of the body."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A box, or a cylinder about its first axis: centre (3,), axes (3, 3) as rows, half sizes (3,), m.
+
+    `root` is the node that it moves with as a rigid body; `node` its own, -1 for ground.
+    """
+
+    name: str
+    root: int
+    node: int
+    centre: Array
+    axes: Array
+    half: Array
+    is_round: bool
+    material: SolidMaterial
+    is_ground: bool = False
+
+    def local(self, points: Array) -> Array:
+        """Coordinates (..., 3) of global points in its own axes from its centre."""
+        return (points - self.centre) @ self.axes.T
+
+    def beyond(self, points: Array) -> Array:
+        """How far (...) points (..., 3) lie outside, m; negative inside, the distance of the nearest face."""
+        away = np.abs(self.local(points)) - self.half
+        if self.is_round:
+            radius = np.linalg.norm(self.local(points)[..., 1:], axis=-1) - self.half[1]
+            return np.maximum(away[..., 0], radius)
+        return away.max(axis=-1)
+
+    def nearest(self, point: Array) -> Array:
+        """The point (3,) of the block that is nearest to one."""
+        local = self.local(point)
+        if self.is_round:
+            r = float(np.linalg.norm(local[1:]))
+            local[1:] *= min(1.0, self.half[1] / r) if r > 0 else 1.0
+        return np.clip(local, -self.half, self.half) @ self.axes + self.centre
+
+    @property
+    def thin(self) -> float:
+        """Its least size, m."""
+        return 2 * float(self.half.min())
+
+    @property
+    def box(self) -> Array:
+        """Lower and upper corner (2, 3) of its bounding box, m."""
+        reach = np.abs(self.axes).T @ self.half
+        return np.stack([self.centre - reach, self.centre + reach])
+
+
+Piece = Block | MemberSolid
+
+
+@dataclass(frozen=True)
+class Held:
+    """What is held: a face of a block or of a member's end, all of it, by its number among the pieces.
+
+    `axis` and `side` (-1 or 1) name the face of a block in its axes, axis 3 the mantle of a cylinder; of a member axis
+    0 is meant and `side` -1 its start.
+    """
+
+    piece: int
+    axis: int
+    side: int
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """The pieces of a part in the order in which they take up space: bodies, ground, members, thick ones first.
+
+    `ends` are (piece, end, root) of all members' ends; `held` faces; `partly` nodes that are held in single directions,
+    by root; `notes` what a reader should know of it.
+    """
+
+    blocks: tuple[Block, ...]
+    members: tuple[MemberSolid, ...]
+    held: tuple[Held, ...]
+    partly: tuple[int, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def all(self) -> tuple[Piece, ...]:
+        """Blocks first, then members."""
+        return (*self.blocks, *self.members)
+
+    def number(self, member: int) -> int:
+        """The number of a member among all pieces."""
+        return len(self.blocks) + member
+
+    def at_root(self, root: int) -> list[int]:
+        """Pieces that move with a root, or end there."""
+        blocks = [k for k, block in enumerate(self.blocks) if block.root == root]
+        return blocks + [self.number(k) for k, m in enumerate(self.members) if root in m.roots]
+
+
+def pieces_of(model: FullOrderModel) -> Pieces:
+    """The pieces of a mechanism, and what of them is held. Raises OptionError for sections that have no form and
+    ModelError for bodies that hold much together and have no form."""
+    members = sorted(solids(model), key=lambda m: -thickness(m))
+    bodies = _bodies(model)
+    topology = model.plan.topology
+    clamped: NDArray[np.bool_] = np.asarray(topology.held.all(axis=1))
+    notes: list[str] = []
+    held: list[Held] = []
+    drawn = {block.root for block in bodies}
+    _refuse_unknown(model, members, drawn)
+    for root in dict.fromkeys(block.root for block in bodies if clamped[block.root]):
+        held += _held_faces(model, bodies, members, root, notes)
+    ends = [
+        (k, end) for k, m in enumerate(members) for end in (0, 1) if clamped[m.roots[end]] and m.roots[end] not in drawn
+    ]
+    rigid = _rigid_ends(model)
+    grounds: list[Block] = []
+    at_ends: list[tuple[int, int]] = []
+    for k, end in ends:
+        member = members[k]
+        block = None if (member.name, end) in rigid else _ground(member, end, bodies, members, k)
+        if block is None:
+            at_ends.append((k, end))
+            why = "its root is rigid" if (member.name, end) in rigid else "a block of ground there would touch the part"
+            notes.append(f"{member.name}: its {('first', 'last')[end]} end face is held, {why}")
+        else:
+            grounds.append(block)
+    if grounds:
+        notes.append(
+            f"{len(grounds)} ends of members are in blocks of ground as wide as the member, 6 thicknesses deep and "
+            f"as far beyond its faces, less where there is no room; held behind and at the far sides"
+        )
+    blocks = (*bodies, *grounds)
+    for k, block in enumerate(blocks):
+        if block.is_ground:
+            held += [Held(k, 0, -1), Held(k, 2, -1), Held(k, 2, 1)]
+    held += [Held(len(blocks) + k, 0, 2 * end - 1) for k, end in at_ends]
+    partly = np.flatnonzero(topology.held.any(axis=1) & ~clamped)
+    return Pieces(blocks, tuple(members), tuple(held), tuple(partly.tolist()), tuple(notes))
+
+
+def thickness(piece: Piece) -> float:
+    """Least thickness of a piece, m."""
+    if isinstance(piece, Block):
+        return piece.thin
+    return float(piece.outline.web(piece.outline.x).min())
+
+
+def beyond(piece: Piece, points: Array) -> Array:
+    """How far (n,) points (n, 3) lie outside of a piece, m, negative inside."""
+    if isinstance(piece, Block):
+        return piece.beyond(points)
+    x, y, z = piece.local(points).T
+    half_y, half_z = piece.outline.half(x)
+    along = np.maximum(-x, x - piece.length)
+    if piece.outline.is_round:
+        radius = np.hypot(y, z)
+        return np.maximum(along, np.maximum(radius - half_y, piece.outline.inner - radius))
+    return np.maximum(along, np.maximum(np.abs(y) - half_y, np.abs(z) - half_z))
+
+
+def _bodies(model: FullOrderModel) -> list[Block]:
+    plan = model.plan
+    _, found = solids_of(model)
+    scoped = plan.scoped_values(model.parameters)
+    described: dict[str, RigidBody] = {
+        ".".join((*path, key)): body
+        for name, placed in plan.topology.copies.items()
+        for key, body in plan.layout.prototypes[name].bodies.items()
+        for path in placed.paths
+    }
+    blocks = []
+    for k, name in enumerate(found.names):
+        solid = described[name].solid
+        assert solid is not None
+        own = evaluated(plan.layout.mechanism.material(solid.material), scoped)
+        E, rho = float(own.E), float(own.rho)  # pyright: ignore[reportArgumentType]
+        nu = float(own.nu) if own.nu is not None else E / (2 * float(own.G)) - 1  # pyright: ignore[reportArgumentType]
+        material = SolidMaterial(solid.material, E, nu, rho)
+        node = int(found.nodes[k])
+        root = int(plan.topology.root[node])
+        axes = found.axes[k] * np.array([[1.0], [1.0], [np.linalg.det(found.axes[k])]])
+        blocks.append(Block(name, root, node, found.origin[k], axes, found.half[k], bool(found.is_round[k]), material))
+    return sorted(blocks, key=lambda b: -b.thin)
+
+
+def _refuse_unknown(model: FullOrderModel, members: list[MemberSolid], drawn: set[int]) -> None:
+    """Raise ModelError for bodies of which only mass and inertia are known, where several members end in them."""
+    names = model.plan.topology.node_names
+    _, found = solids_of(model)
+    problems = []
+    for root in found.unknown - drawn:
+        ends = [m.name for m in members if root in m.roots]
+        if len(ends) > 1:
+            rule = f"what holds {', '.join(ends[:4])} together has a form in a whole solid"
+            hint = "give the body `solid` in place of mass and inertia"
+            problems.append(Problem(("bodies", names[root]), "mass and inertia alone", rule, hint))
+    if problems:
+        raise ModelError(problems)
+
+
+def clamped_nodes(model: FullOrderModel) -> dict[int, tuple[bool, ...]]:
+    """Nodes that are held, by the description, with what of them is."""
+    plan = model.plan
+    exposed = plan.layout.exposed("")
+    return {
+        plan.topology.node((), name): support.held
+        for text, support in plan.mechanism.ground.items()
+        for name in matching(text, exposed)
+    }
+
+
+def _held_faces(
+    model: FullOrderModel, bodies: list[Block], members: list[MemberSolid], root: int, notes: list[str]
+) -> Iterator[Held]:
+    """Faces of the bodies of a clamped root: those that clamped nodes lie on, else that farthest from the members."""
+    own = [k for k, block in enumerate(bodies) if block.root == root]
+    topology, found = model.plan.topology, False
+    inside: list[int] = []
+    for node, mask in clamped_nodes(model).items():
+        if topology.root[node] != root or not all(mask):
+            continue
+        point = model.positions[node]
+        for k in own:
+            face = _face_at(bodies[k], point)
+            if face is not None:
+                found = True
+                yield Held(k, *face)
+                notes.append(f"{bodies[k].name}: held on the face that {topology.node_names[node]} lies on")
+                break
+        else:
+            inside += [k for k in own if bodies[k].beyond(point) < 0]
+    if found:
+        return
+    k = inside[0] if inside else own[0]
+    ends = [m.placed(np.array([m.length * e, 0.0, 0.0])) for m in members for e in (0, 1) if m.roots[e] == root]
+    towards = bodies[k].local(np.mean(ends, axis=0) if ends else bodies[k].centre)
+    options = [(axis, side) for axis in ((0,) if bodies[k].is_round else (0, 1, 2)) for side in (-1, 1)]
+    axis, side = min(
+        options, key=lambda o: (round(float(o[1] * towards[o[0]] / bodies[k].half[o[0]]), 3), -bodies[k].half[o[0]])
+    )
+    yield Held(k, axis, side)
+    sense = side * bodies[k].axes[axis]
+    names = ("x", "y", "z")
+    which = int(np.argmax(np.abs(sense)))
+    along = ("-" if sense[which] < 0 else "+") + names[which]
+    rule = "held on its face towards" if abs(sense[which]) > 0.999 else "held on its face that looks most towards"
+    notes.append(
+        f"{bodies[k].name}: {rule} {along}, farthest from its members; a clamped node on a face chooses another"
+    )
+
+
+def _face_at(block: Block, point: Array) -> tuple[int, int] | None:
+    """The face of a block that a point lies on."""
+    if abs(float(block.beyond(point))) > ON_FACE * 2 * float(block.half.max()):
+        return None
+    local = block.local(point)
+    if block.is_round:
+        across = block.half[1] - float(np.linalg.norm(local[1:]))
+        return (0, int(np.sign(local[0]))) if block.half[0] - abs(local[0]) <= across else (3, 1)
+    axis = int(np.argmin(block.half - np.abs(local)))
+    return axis, int(np.sign(local[axis]))
+
+
+def _rigid_ends(model: FullOrderModel) -> set[tuple[str, int]]:
+    """Members' ends, as placed, whose roots are rigid by the description."""
+    return {
+        (".".join((*path, key)), end)
+        for placed in model.plan.topology.copies.values()
+        for path in placed.paths
+        for key, member in placed.part.members.items()
+        for end, kind in enumerate(member.root)
+        if kind == "rigid"
+    }
+
+
+def _ground(member: MemberSolid, end: int, bodies: list[Block], members: list[MemberSolid], own: int) -> Block | None:
+    """The block of ground at an end of a member, the largest that touches nothing else."""
+    shape = member.outline
+    y, z = float(shape.y[-end]), float(shape.z[-end])
+    t = 2 * min(y, z)
+    sense = member.axes[0] * (1 if end else -1)
+    at = member.placed(np.array([member.length * end, 0.0, 0.0]))
+    across = member.axes[1] if z <= y else member.axes[2]
+    for depth in DEPTHS:
+        half = np.array([depth * t / 2, max(y, z), t / 2 + depth * t])
+        if shape.is_round:
+            half[1] = half[2]
+        # first axis towards the member, so that its negative side is the back
+        axes = np.stack([-sense, across, np.cross(-sense, across)])
+        centre = at + sense * half[0]
+        name = f"ground of {member.name}"
+        block = Block(name, member.roots[end], -1, centre, axes, half, False, member.material, is_ground=True)
+        others: Iterable[Piece] = [*bodies, *(m for k, m in enumerate(members) if k != own)]
+        if not any(_touches(block, other) for other in others):
+            return block
+    return None
+
+
+def _touches(block: Block, other: Piece) -> bool:
+    """Whether points of a piece lie in a block or at most a little beside it."""
+    low, high = block.box
+    their_low, their_high = other.box
+    near = 1e-3 * block.thin
+    if (their_low > high + near).any() or (their_high < low - near).any():
+        return False
+    return bool((block.beyond(_points(other)) < near).any())
+
+
+def _points(piece: Piece, count: int = 25) -> Array:
+    """Points (n, 3) spread over a piece and its surface."""
+    grid = np.linspace(-1, 1, count)
+    x, v, w = (a.ravel() for a in np.meshgrid(grid, grid[::3], grid[::3], indexing="ij"))
+    if isinstance(piece, Block):
+        if piece.is_round:
+            v, w = v * np.sqrt(1 - w**2 / 2), w * np.sqrt(1 - v**2 / 2)
+        return np.stack([x, v, w], axis=-1) * piece.half @ piece.axes + piece.centre
+    x = (x + 1) / 2 * piece.length
+    y, z = piece.outline.half(x)
+    if piece.outline.is_round:
+        v, w = v * np.sqrt(1 - w**2 / 2), w * np.sqrt(1 - v**2 / 2)
+    return piece.placed(np.stack([x, v * y, w * z], axis=-1))
+
+
+def extended(member: MemberSolid, end: int, hosts: list[Piece]) -> float:
+    """How far an end is to reach on, m, for its whole face to be in one of the hosts; zero where it is or cannot be."""
+    thin = 2 * float(min(member.outline.y[-end], member.outline.z[-end]))
+    for by in np.concatenate([[0.0], np.linspace(0.02, 1.0, 50)]) * thin:
+        points = member.end_samples(end, -float(by))
+        inside = np.min([beyond(host, points) for host in hosts], axis=0)
+        if (inside <= 1e-6 * thin).all():
+            return float(by)
+        if by == 0 and not (inside <= 1e-6 * thin).any():
+            return 0.0
+    return 0.0
+
+
+def with_material(piece: Block, **changes: float) -> Block:
+    """The block of another stiffness."""
+    return replace(piece, material=replace(piece.material, **changes))
