@@ -84,8 +84,9 @@ def tabulated(xi: ArrayLike, positions: ArrayLike, thicknesses: ArrayLike) -> Fl
     """
     xi, x, h = (real(v) for v in (xi, positions, thicknesses))
     left = x[..., :-1]
-    fraction = np.clip((xi[..., None] - left) / (x[..., 1:] - left), 0.0, 1.0)
-    return h[..., 0] + (fraction * (h[..., 1:] - h[..., :-1])).sum(axis=-1)
+    width = x[..., 1:] - left
+    ahead = np.clip(xi[..., None] - left, 0.0, width)  # lengths, whose slopes are beyond their round-off
+    return h[..., 0] + (ahead / width * (h[..., 1:] - h[..., :-1])).sum(axis=-1)
 
 
 def _arc_rise(x: Real, radius: Real) -> FloatArray:

@@ -75,11 +75,11 @@ def _print(result: Sensitivity) -> None:
 
 
 def _cell(result: Sensitivity, k: int, p: int) -> str:
-    """Per cent per per cent; the slope with its unit where one of the two is zero."""
+    """Per cent per per cent; the slope with its unit where one of the two is zero; `none` where a warning says why."""
     value, at = float(result.value[k]), float(result.nominal[p])
     low, high = float(result.lowest[k, p]), float(result.highest[k, p])
     if not math.isfinite(low):
-        return ""
+        return "none"
     if not (value and at):
         return f"{_range(low, high, 0.0)} {result.units[k]} per {result.parameter_units[p]}"
     low, high = sorted((low * at / value, high * at / value))

@@ -33,6 +33,8 @@ from flexura.structure.prestress import Pushes as Pushes
 from flexura.structure.prestress import geometric_forces as geometric_forces
 from flexura.structure.prestress import prestress as prestress
 from flexura.structure.prestress import solve_definite as solve_definite
+from flexura.structure.representable import kinks as kinks
+from flexura.structure.representable import tables_left as tables_left
 from flexura.structure.scatter import Scatter as Scatter
 from flexura.structure.scatter import block_diagonal as block_diagonal
 from flexura.structure.scatter import node_dofs as node_dofs

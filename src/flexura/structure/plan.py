@@ -315,10 +315,17 @@ class Plan(Record, Displayed):
         return np.intersect1d(self._geometry_entries, self.value_table.depending(self._parameters(parameters)[1]))
 
     def turned(self, values: Array) -> Index:
-        """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero."""
+        """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero, or with a contour
+        that does not fit its member."""
         sizes = np.setdiff1d(self.value_table.varying(), self._geometry_entries)
         default = self.values()[sizes]
-        return np.flatnonzero(((values[:, sizes] <= 0) & (default > 0)).any(axis=1))
+        bad = ((values[:, sizes] <= 0) & (default > 0)).any(axis=1)
+        geometry = self.geometry(values)
+        for name, part in self.parts.items():
+            for group, _, _ in part.table.groups:
+                length = geometry.parts[name].length
+                bad |= ~group.fits(values, length[..., group.index]).all(axis=-1)
+        return np.flatnonzero(bad)
 
     def geometry(self, values: Array) -> Geometry:
         """Geometry for values; remembered while the numbers that it depends on stay the same.

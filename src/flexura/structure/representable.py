@@ -1,16 +1,21 @@
-"""What double precision cannot hold is refused, by name, before any solver meets it."""
+"""What double precision cannot hold is refused by name before any solver meets it; what has no slopes is named."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
+from flexura.duals import Dual, slope_of
 from flexura.errors import ModelError, Path, Problem
-from flexura.mechanism import TOP
+from flexura.mechanism import TOP, origin_of
 from flexura.structure.design import Design
 from flexura.structure.part import PartMatrices
 from flexura.structure.plan import Plan
+
+ALIKE = 1e-7
+"""Relative difference of slopes that is round-off."""
 
 RULE = "stiffness or mass is not finite: sizes here lie further apart than double precision can hold"
 
@@ -28,19 +33,59 @@ def refuse_unrepresentable(design: Design) -> None:
 
 
 def _problems(plan: Plan, name: str, own: PartMatrices) -> Iterator[Problem]:
-    part, prototype = plan.parts[name], plan.layout.prototypes[name]
-    above: Path = () if name == TOP else ("substructures", name)
+    prototype = plan.layout.prototypes[name]
+    above: Path = () if name == TOP else ("substructures", origin_of(name))
+    for key in _lost(plan, name, own, lambda A: A):
+        kind = next(kind for kind in KINDS if key in getattr(prototype, kind))
+        yield Problem((*above, kind, key), "", RULE, "check its sizes and their units")
+
+
+def _lost(plan: Plan, name: str, own: PartMatrices, read: Callable[[Any], Any]) -> Iterator[str]:
+    """Members and discrete elements of a prototype with matrices of which `read` finds what is not finite."""
+    part = plan.parts[name]
     if len(part.connectivity):
-        lost = np.unique(np.nonzero(~np.isfinite(own.elements.K + own.elements.M))[0])
+        bad = ~np.isfinite(read(own.elements.K + own.elements.M)) | ~np.isfinite(read(own.T))
+        lost = np.unique(np.nonzero(bad)[0])
         for k, member in enumerate(part.members):
             if ((lost >= part.first[k]) & (lost < part.first[k + 1])).any():
-                kind = "flexures" if member in prototype.flexures else "links"
-                yield Problem((*above, kind, member), "", RULE, "check its sizes and their units")
+                yield member
     for discrete in own.discrete_elements:
-        if not all(A is None or np.isfinite(A).all() for A in (discrete.K, discrete.M)):
-            kind = next(kind for kind in KINDS if discrete.name in getattr(prototype, kind))
-            yield Problem((*above, kind, discrete.name), "", RULE, "check its sizes and their units")
+        if not all(A is None or np.isfinite(read(A)).all() for A in (discrete.K, discrete.M)):
+            yield discrete.name
 
 
-KINDS = ("bodies", "masses", "springs", "superelements", "actuators", "sensors")
-"""Where a discrete element may be described."""
+def kinks(design: Design, number: int) -> list[str]:
+    """Members and other parts, as described, whose matrices have no slope by the parameter with a number.
+
+    The design is one made `with_slopes`.
+    """
+
+    def read(A: Any) -> Any:
+        return slope_of(A)[number] if isinstance(A, Dual) else A
+
+    with np.errstate(all="ignore"):
+        return [
+            _said(name, key) for name, own in design.matrices.items() for key in _lost(design.plan, name, own, read)
+        ]
+
+
+def tables_left(design: Design, number: int) -> list[str]:
+    """Notches by a table, as described, whose last position does not move with the end of the member by the parameter
+    with a number: they fit at this design alone, which is one made `with_slopes`."""
+    found = []
+    for name, part in design.plan.parts.items():
+        for group, _, _ in part.table.groups:
+            for last in group.table_ends(design.values):
+                length = design.geometry.parts[name].length[group.index]
+                one, other = (slope_of(x)[number] if isinstance(x, Dual) else 0 * x for x in (last, length))
+                away = np.abs(one - other) > ALIKE * np.maximum(np.abs(one), np.abs(other))
+                found += [_said(name, list(part.members)[k]) for k in group.index[away]]
+    return found
+
+
+def _said(prototype: str, key: str) -> str:
+    return ".".join(filter(None, (origin_of(prototype), key)))
+
+
+KINDS = ("flexures", "links", "bodies", "masses", "springs", "superelements", "actuators", "sensors")
+"""Where what has matrices may be described."""

@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
 
+ROUND_OFF = 1e-9
+"""Relative difference of lengths that are the same, as descriptions are checked."""
+
 _CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
     "circular": lambda x, _, s: contour.circular(x, s["radius"], s["web"]),
     "elliptical": lambda x, a, s: contour.elliptical(x, a, s["depth"], s["web"]),
@@ -122,9 +125,47 @@ class SectionGroup:
             return np.empty((len(self.index), 0))
         return np.clip(values[self._entry_arrays["positions"]][:, 0] / length[:, None], 0.0, 1.0)
 
+    def table_ends(self, values: Array) -> list[Array]:
+        """The last positions (..., members) of tables, m; none of what has none."""
+        tables = [own for name, own in self._entry_arrays.items() if name.endswith("positions")]
+        return [values[..., entries[:, 0, -1]] for entries in tables]
+
+    def fits(self, values: Array, length: Array) -> Array:
+        """Whether contours fit their members (..., members), as it is checked of a description, for `values` of all
+        entries and `length` (..., members) of this group's members."""
+        own = {name: values[..., entries] for name, entries in self._entry_arrays.items()}
+        L = length[..., None]
+        match self.kind:
+            case ("notch" | "round", shape):
+                found = _fits(shape, L / 2, own)
+            case ("two_axis", *shapes):
+                half = (L - np.abs(own["shift"])) / 2
+                found = half > 0
+                for shape, prefix in zip(shapes, ("y_", "z_"), strict=True):
+                    sizes = {name[2:]: size for name, size in own.items() if name[:2] == prefix}
+                    found = found & _fits(shape, half, sizes)
+            case _:
+                found = np.ones(1, dtype=bool)
+        return np.broadcast_to(found, (*np.broadcast_shapes(found.shape[:-1], L.shape[:-1]), 1))[..., 0]
+
     def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
         """Section properties (..., members, stations); arguments as in `sizes`, `nu` (..., members)."""
         return family_properties(self.family, self.sizes(values, length, fractions), nu[..., None])
+
+
+def _fits(shape: str, half: Array, sizes: Sizes) -> Any:
+    """Whether a contour fits between the ends of a notch (..., 1)."""
+    match shape:
+        case "circular":
+            return sizes["radius"] >= half * (1 - ROUND_OFF)
+        case "corner_filleted":
+            return sizes["fillet_radius"] <= half * (1 + ROUND_OFF)
+        case "v_shaped":
+            return sizes["angle"] < np.pi / 2
+        case "table":
+            ends = sizes["positions"][..., 0], sizes["positions"][..., -1] - 2 * half
+            return (np.abs(ends[0]) <= ROUND_OFF * 2 * half) & (np.abs(ends[1]) <= ROUND_OFF * 2 * half)
+    return np.ones(1, dtype=bool)
 
 
 def _notch_ratio(shape: str, half: Array, sizes: Sizes) -> Array:

@@ -132,11 +132,15 @@ def _held(mechanism: Mechanism) -> Iterator[str]:
 
 
 def _missing(texts: tuple[str, ...], found: Slopes) -> Iterator[Exceeded]:
-    """What has no value, or slopes that are missing."""
+    """What has no value, or slopes that are missing; what lacks them for one reason is one warning."""
+    reasons = dict[str, dict[str, int]]()
     for text, value, slope, why in zip(texts, found.value, found.slope, found.reason, strict=True):
         missing = int(np.count_nonzero(~np.isfinite(slope)))
-        if why and (missing or not np.isfinite(value)):
-            yield Exceeded("study", text, missing, 0.0, "1", why if why.startswith(text) else f"{text}: {why}")
+        if missing or not np.isfinite(value):
+            reasons.setdefault(why.removeprefix(f"{text}: ") or "it is not finite", {})[text] = missing
+    for why, own in reasons.items():
+        place = ", ".join(own)
+        yield Exceeded("study", place, max(own.values()), 0.0, "1", f"{place}: {why}")
 
 
 def _ranges(found: Slopes) -> tuple[Array, Array, Array]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.duals import Dual
+from flexura.errors import SolverError
 from flexura.structure import Plan
 from flexura.study.optimum.rows import NEIGHBOURS, VERSIONS, Frequency, Point, Row, Worst
 from flexura.study.questions import Formula, Quantity, Questions, by_members, questions
@@ -97,6 +98,12 @@ class AskedDesigns:
         for k in whole:  # of a group the slopes along one parameter each are of other shapes for each
             slope[list(found.repeated[k])] = np.einsum("iip->ip", found.directional[k])
         repeated, spaces = tuple(found.repeated[k] for k in whole), tuple(found.directional[k] for k in whole)
+        lost = dict[str, list[str]]()
+        for k in np.flatnonzero(~(np.isfinite(value) & np.isfinite(slope).all(axis=1))):
+            text = own.quantities[k].text
+            lost.setdefault(found.reason[k].removeprefix(f"{text}: ") or "it is not finite", []).append(text)
+        if lost:
+            raise SolverError("; ".join(f"{', '.join(texts)}: {why}" for why, texts in lost.items()))
         differenced = np.flatnonzero(~found.is_exact[: len(self.questions.quantities)])
         return Point(value, slope, repeated, spaces, tuple(differenced.tolist()))
 

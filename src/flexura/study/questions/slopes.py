@@ -17,7 +17,7 @@ from flexura.motion import Repeated
 from flexura.records import Record
 from flexura.reduction import flexibility
 from flexura.sensitivity import Reading, displacement_rows, family_of, frequency_slopes
-from flexura.structure import Design, Plan, assemble
+from flexura.structure import Design, Plan, assemble, kinks, tables_left
 from flexura.study.questions.catalogue import FREQUENCY, Quantity
 from flexura.study.questions.designs import FAILURES, reason_of
 from flexura.study.questions.followed import MODES
@@ -100,6 +100,7 @@ class Exact:
 
         elsewhere = [k for k, own in enumerate(asked) if own.kind in ("compliance", "coupling", "amplification")]
         self._try([k for k in elsewhere if np.isfinite(self.value[k])], self._clear)
+        self._try([k for k in range(len(asked)) if self.is_exact[k] and not self.reason[k]], self._explain)
 
     def _clear(self, places: list[int]) -> None:
         """Make zero what is round-off of motions by forces elsewhere, and of their slopes over a whole parameter."""
@@ -110,6 +111,19 @@ class Exact:
             if abs(self.value[k]) < least:
                 self.value[k] = 0.0
                 self.slope[k][abs(self.slope[k]) * sizes < least] = 0.0
+
+    def _explain(self, places: list[int]) -> None:
+        """Say why derivatives are missing, where nothing did; by what makes every other design impossible there are
+        none."""
+        left = [tables_left(self._design, p) for p in range(len(self.names))]
+        moved = [p for p, own in enumerate(left) if own]
+        for k in places:
+            if self.asked[k].kind != "parameter":
+                self.slope[k, moved] = np.nan
+            missing = np.flatnonzero(~np.isfinite(self.slope[k])).tolist()
+            if missing:
+                said = [f"by {self.names[p]}, {_why(left[p], kinks(self._design, p))}" for p in missing]
+                self.reason[k] = f"{self.asked[k].text}: it has no derivative {'; '.join(said)}"
 
     @cached_property
     def _design(self) -> Design:
@@ -251,6 +265,15 @@ class Exact:
             if isinstance(self.asked[k].arguments[0], Freedom):
                 self.slope[k] = np.nan
                 self.reason[k] = f"{self.asked[k].text}: it coincides with others, and has no derivative by itself"
+
+
+def _why(tables: Sequence[str], kinked: Sequence[str]) -> str:
+    """Why there is no derivative, with the parts that it is for."""
+    own = list(tables or kinked)
+    named = f"{', '.join(own[:4])}{' ...' if len(own) > 4 else ''}"
+    if tables:
+        return f"with which tables of {named} no longer end where the member does"
+    return f"by which {named or 'it'} is at a kink"
 
 
 def is_sloped(asked: Quantity) -> bool:
