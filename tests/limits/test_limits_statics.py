@@ -108,6 +108,23 @@ def test_limit_of_a_force_on_both_sides():
         assert ("command" in warned(fx.statics(driven, actuators={"coil": command}))) is beyond
 
 
+@pytest.mark.parametrize("beyond", [2e-5, 1e-3])
+def test_a_command_at_its_limit_but_for_the_digits_of_a_data_sheet(beyond):
+    """A free stroke of 30 um, and a coil of 2 N; 120 V at 0.16667 um/V are 20 um but for 2e-5."""
+    coil = {"coil": fx.describe.ForceActuator(nodes=("b",), direction="y", limit=2.0)}
+    amplifier = fx.load(EXAMPLES / "amplifier" / "amplifier.yaml")
+    told = [
+        str(w)
+        for model, command in ((amplifier, {"piezo": 30e-6}), (cantilever(actuators=coil), {"coil": -2.0}))
+        for w in fx.statics(model, actuators={key: own * (1 + beyond) for key, own in command.items()}).warnings
+        if w.kind == "command"
+    ]
+    if beyond < 1e-4:
+        assert not told
+        return
+    assert "1.001 times what gives its free stroke" in told[0] and "1.001 times its limit" in told[1]
+
+
 def test_warnings_as_errors():
     guide = fx.load(EXAMPLES / "guide" / "guide.yaml")
     small = fx.statics(guide, loads={"carriage": (1, 0, 0, 0, 0, 0)})

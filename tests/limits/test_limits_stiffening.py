@@ -1,5 +1,6 @@
 """Large displacements that are others than linear ones: beams whose ends are held, against closed forms."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,23 @@ def test_a_beam_between_clamps_stiffens_as_in_closed_form(linear):
     assert found.place == "m"
     assert found.value == pytest.approx(real(linear) / linear, rel=1e-2)
     assert "in place of" in str(found)
+
+
+def test_all_nodes_and_the_one_that_differs_most_are_told_apart():
+    """A strip held at both ends moves less far than linearly, and so does the node that differs most; one that hardly
+    moves may move further, and is told with its own share."""
+    result = fx.statics(held_beam(), loads={"m": (0, STIFFNESS * 2 * THICKNESS, 0, 0, 0, 0)})
+    text, linear = str(warned(result)["stiffness"]), result.displacement("m")[1]
+    all_nodes, alone, there, here = (
+        float(own)
+        for own in re.search(
+            r"all nodes together move ([\d.]+) times as far; m, which differs most, moves ([\d.]+) times as far, "
+            r"([\d.]+) mm in place of ([\d.]+) mm",
+            text,
+        ).groups()
+    )
+    assert here == pytest.approx(1e3 * linear, rel=1e-3) and alone == pytest.approx(there / here, rel=2e-2)
+    assert all_nodes == pytest.approx(real(2.0) / 2, rel=1e-2)
 
 
 def test_small_motions_and_free_ends_say_nothing():
@@ -101,4 +119,4 @@ def test_commands_are_told_as_far_as_strokes_go():
     for found in (linear, fx.kinetostatics(amplifier, platform="output")):
         (own,) = (w for w in found.warnings if w.kind == "stiffness")
         assert own.value == pytest.approx(large / abs(linear.displacement("output")[2]), rel=2e-3)
-        assert f"output by {1e6 * large:.4g} um" in str(own)
+        assert f"output, which differs most, moves 1.03 times as far, {1e6 * large:.4g} um in" in str(own)

@@ -30,6 +30,9 @@ HINT = "the theory is linear, and motions are small in it"
 EXACT = 1e-9
 """Relative distance beyond a limit that is round-off."""
 
+AT_LIMIT = 1e-4
+"""Relative distance beyond the range of a command that the digits of a data sheet leave: it is at its limit."""
+
 ROWS = 64
 """Rows that are evaluated at a time, those of the largest bounds first."""
 
@@ -232,7 +235,7 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
         return (Exceeded("stress", "", float(rest), 0.0, "1", text),) if left else ()
     name = names[worst.row]
     others = f", and {beyond - 1} other member{'s' if beyond > 2 else ''} beyond it" if beyond > 1 else ""
-    text = f"{name} is stressed to {least:.3g} times its yield stress{states.when(worst.state)}{others}"
+    text = f"{name} is stressed to {times(least)} times its yield stress{states.when(worst.state)}{others}"
     text += f"; {left}" if left else ""
     return (Exceeded("stress", name, least, 1.0, "1", text),)
 
@@ -304,15 +307,15 @@ def command_limits(
         low, high = own.limits
         for state, limit in ((int(u.argmax()), high), (int(u.argmin()), low)):
             value = float(u[state])
-            side, margin = np.sign(limit) or -1.0, EXACT * (high - low)
+            side, margin = np.sign(limit) or -1.0, AT_LIMIT * (high - low)
             if not (np.isfinite(limit) and side * (value - limit) > margin):
                 continue
             name, unit = own.channel.name, own.channel.unit
             head = f"{name} is driven with {said(value, unit)}{when(state)}"
             if own.stiffness is None:
-                text = f"{head}, {abs(value / limit):.3g} times its limit of {said(high, unit)}"
+                text = f"{head}, {times(value / limit)} times its limit of {said(high, unit)}"
             elif value > high:
-                text = f"{head}, {value / high:.3g} times what gives its free stroke, {said(high, unit)}"
+                text = f"{head}, {times(value / high)} times what gives its free stroke, {said(high, unit)}"
             else:
                 text = f"{head}, below its range from 0 to {said(high, unit)}: a stack is driven to one side"
             found.append(Exceeded("command", name, value, limit, unit, text))
@@ -330,15 +333,20 @@ def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tu
         force = free - own.stiffness * states.of(own.row)
         state = int(np.abs(force).argmax())
         value = float(force[state])
-        if abs(value) > most * (1 + EXACT):
+        if abs(value) > most * (1 + AT_LIMIT):
             pushes = "pushes" if value > 0 else "is pulled"
             name = own.channel.name
             text = (
-                f"{name} {pushes} with {said(abs(value), 'N')}{states.when(state)}, {abs(value) / most:.3g} times its"
+                f"{name} {pushes} with {said(abs(value), 'N')}{states.when(state)}, {times(value / most)} times its"
                 f" blocked force of {said(most, 'N')}"
             )
             found.append(Exceeded("force", name, value, most if value > 0 else -most, "N", text))
     return tuple(found)
+
+
+def times(ratio: float) -> str:
+    """How many times something is its limit, in as many digits as tell it from one."""
+    return next(text for k in (3, 5, 10) if (text := f"{abs(ratio):.{k}g}") != "1" or k == 10)
 
 
 def said(value: float, unit: str) -> str:

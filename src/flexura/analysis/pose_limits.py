@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexura.analysis.limits import command_limits
+from flexura.analysis.limits import EXACT, command_limits, times
 from flexura.analysis.stress import yield_ratios
 from flexura.analysis.stroke_clashes import solids_that_meet
 from flexura.analysis.stroke_pose import coarse, mesh_errors_of
@@ -44,8 +44,8 @@ def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
         if (found := coarse(model, name, error, "at the pose")) is not None:
             yield found
     yields = yield_ratios(model, np.zeros((model.order, 1)))
-    if yields.names and float(yields.ratio.max()) > 1:
+    if yields.names and float(yields.ratio.max()) > 1 + EXACT:
         worst = int(leading(yields.ratio[:, 0]))
         name, ratio = yields.names[worst], float(yields.ratio[worst, 0])
-        text = f"{name} is stressed beyond its yield stress at the pose, {ratio:.3g} times"
+        text = f"{name} is stressed beyond its yield stress at the pose, {times(ratio)} times"
         yield Exceeded("stress", name, ratio, 1.0, "1", text)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.limits import States, largest, member_rows, said
+from flexura.analysis.limits import States, largest, member_rows, said, times
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
 from flexura.structure import FullOrderModel
@@ -100,8 +100,9 @@ def stiffening_limits(
 
 
 def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple[Exceeded, ...]:
-    """The warning, if large displacements (n_nodes, 3) are of another size than the linear ones. What turns about an
-    axis through all nodes, beside the size of the mechanism, m, moves none of them."""
+    """The warning, if large displacements (n_nodes, 3) are of another size than the linear ones: by the multiple of
+    these that is nearest to them, and at the node that differs most. What turns about an axis through all nodes,
+    beside the size of the mechanism, m, moves none of them."""
     topology, moved = model.plan.topology, model.node_displacements(bent.u[:, None])[..., 0]
     linear = np.where(topology.has_position[:, None], moved[:, :3], 0.0)
     if np.abs(linear).max() <= STILL * size * np.abs(moved[:, 3:]).max():
@@ -113,9 +114,10 @@ def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple
     node = int(np.abs(far - own).argmax())
     name = topology.node_names[node].partition("[")[0]
     there, here = said(float(far[node]), "m"), said(float(own[node]), "m")
+    alone = f"{times(far[node] / own[node])} times as far, " if own[node] > 0 else ""
     text = (
-        f"with large displacements it moves {share:.3g} times as far{bent.when}, {name} by {there} in place of {here}:"
-        " flexura stroke follows them"
+        f"with large displacements all nodes together move {times(share)} times as far{bent.when}; {name}, which"
+        f" differs most, moves {alone}{there} in place of {here}: flexura stroke follows them"
     )
     return (Exceeded("stiffness", name, share, 1.0, "1", text),)
 
