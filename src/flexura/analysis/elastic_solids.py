@@ -1,10 +1,11 @@
-"""A free elastic box or cylinder by the Rayleigh-Ritz method: its frequencies, and how it yields to wrenches."""
+"""An elastic box or cylinder, free or held at a face, by the Rayleigh-Ritz method: its frequencies, and how it yields
+to wrenches."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import scipy.linalg as la
@@ -18,6 +19,10 @@ ORDER = 8
 
 PATCH_POINTS = 3
 """Gauss points along each side of the patch that a member holds."""
+
+
+KEPT = 32
+"""Solids whose modes are remembered."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,8 @@ class ElasticSolid:
 
     Displacements are products of Legendre polynomials (W. M. Visscher, A. Migliori, T. M. Bell, R. A. Reinert, J.
     Acoust. Soc. Am. 90 (1991) 2154), so that frequencies are upper and deflections lower bounds. They do
-    not show how a patch that is small beside the solid presses into it.
+    not show how a patch that is small beside the solid presses into it. `held` is the axis and the side, -1 or 1, of
+    the face that does not move; the functions are then multiplied by the distance from it.
     """
 
     size: tuple[float, float, float]
@@ -42,6 +48,7 @@ class ElasticSolid:
     nu: float
     rho: float
     is_cylinder: bool = False
+    held: tuple[int, int] | None = None
 
     @cached_property
     def _orders(self) -> NDArray[np.intp]:
@@ -56,16 +63,23 @@ class ElasticSolid:
         grown = [legendre.legvander(x[:, i], ORDER - 1) @ slopes for i in range(3)]
         of = [2 / self.size[i] * grown[i][:, self._orders[:, i]] for i in range(3)]
         gradients = np.stack([of[0] * own[1] * own[2], own[0] * of[1] * own[2], own[0] * own[1] * of[2]])
-        return own[0] * own[1] * own[2], gradients
+        functions = own[0] * own[1] * own[2]
+        if self.held is None:
+            return functions, gradients
+        axis, side = self.held
+        distance = (1 - side * x[:, axis])[:, None]
+        gradients = gradients * distance
+        gradients[axis] -= 2 * side / self.size[axis] * functions
+        return functions * distance, gradients
 
     def _quadrature(self) -> tuple[Array, Array]:
         """Points (q, 3), m, and weights (q,), m^3, that integrate products of two functions exactly."""
-        t, w = legendre.leggauss(ORDER + 1)
+        t, w = legendre.leggauss(ORDER + 2)
         if self.is_cylinder:
-            angle = np.arange(2 * ORDER + 2) * np.pi / (ORDER + 1)
+            angle = np.arange(2 * ORDER + 4) * np.pi / (ORDER + 2)
             r, wr = (t + 1) / 2, w / 2
             plane = (r[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)).reshape(-1, 2)
-            area = np.repeat(wr * r, len(angle)) * np.pi / (ORDER + 1)
+            area = np.repeat(wr * r, len(angle)) * np.pi / (ORDER + 2)
         else:
             plane = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
             area = np.outer(w, w).ravel()
@@ -76,6 +90,9 @@ class ElasticSolid:
     @cached_property
     def modes(self) -> tuple[Array, Array]:
         """Squared angular frequencies (k,), 1/s^2, and shapes (3, n, k) of the elastic modes, of unit modal mass."""
+        return _modes(self)
+
+    def _solved(self) -> tuple[Array, Array]:
         points, weights = self._quadrature()
         N, G = self._values(points)
         lame, mu = self.E * self.nu / ((1 + self.nu) * (1 - 2 * min(self.nu, 0.4999))), self.E / (2 * (1 + self.nu))
@@ -88,7 +105,8 @@ class ElasticSolid:
             K[a, :, a] += mu * (S[0, 0] + S[1, 1] + S[2, 2])
         mass = self.rho * (N.T * weights) @ N
         squared, shapes = la.eigh(K.reshape(3 * n, 3 * n), la.block_diag(mass, mass, mass))
-        return squared[6:], shapes[:, 6:].reshape(3, n, -1)
+        rigid = 6 if self.held is None else 0
+        return squared[rigid:], shapes[:, rigid:].reshape(3, n, -1)
 
     @property
     def first_hz(self) -> float:
@@ -120,3 +138,8 @@ class ElasticSolid:
         inertia = np.einsum("pji,pjk->ik", cross, cross)
         turned = np.linalg.pinv(inertia, rcond=1e-9) @ np.einsum("pji,pjk->ik", cross, moved - moved.mean(axis=0))
         return np.concatenate([moved.mean(axis=0), turned])
+
+
+@lru_cache(KEPT)
+def _modes(solid: ElasticSolid) -> tuple[Array, Array]:
+    return solid._solved()

@@ -41,6 +41,14 @@ def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None)
     return at_start, at_end
 
 
+def force_changes(model: FullOrderModel, states: Array) -> dict[str, tuple[Array, Array]]:
+    """What small displacements (n, k) from where the model is change of `end_forces`, by prototype with members."""
+    if (posed := model.design.posed) is not None:
+        return posed.end_force_changes(states)
+    names = [name for name in model.matrices if model.plan.parts[name].members]
+    return {name: end_forces(model, name, states, None) for name in names}
+
+
 def element_motions(model: FullOrderModel, name: str, states: Array, at: Index | slice = slice(None)) -> Array:
     """Motions (i, e, 12, k) of both ends of elements `at` of all copies of a prototype, element axes."""
     part, placed = model.plan.parts[name], model.plan.topology.copies[name]

@@ -58,7 +58,8 @@ class MemberCorrections:
 
     `active` (m, 5), in the order of CORRECTIONS, and `clamped` (m, 2), how far from free (0) to held flat (1) the ends
     are, hold once `settle` has been called: they depend on the sizes at the default parameters. `rooted` (m, 2) are
-    ends whose root is elastic where they are in something.
+    ends whose root is elastic where they are in something, `unrooted` (m, 2) those whose root corrections leave out,
+    though nothing says that it is rigid.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class MemberCorrections:
     ) -> None:
         self._groups = groups
         self.wanted: Bools = np.zeros((len(members), len(CORRECTIONS)), dtype=bool)
+        gives: Bools = np.zeros((len(members), 2), dtype=bool)
         for row, member in enumerate(members):
             chosen = mechanism.corrections if member.corrections is None else member.corrections
             form = member.section if isinstance(member, Link) else member.profile
@@ -73,8 +75,9 @@ class MemberCorrections:
             possible = possible_corrections(form, member.theory or mechanism.theory)
             names = possible if chosen == "auto" else possible & set(() if chosen == "none" else chosen)
             self.wanted[row] = [name in names for name in CORRECTIONS]
-        elastic = [[root == "elastic" for root in member.root] for member in members]
-        self.rooted: Bools = self.wanted[:, -1:] & np.reshape(np.array(elastic, dtype=bool), (-1, 2))
+            gives[row] = ["root" in possible and root == "elastic" for root in member.root]
+        self.rooted: Bools = self.wanted[:, -1:] & gives
+        self.unrooted: Bools = gives & ~self.rooted
         self.shear: Bools = self.wanted[:, CORRECTIONS.index("shear")]
         self.warping: Bools = self.wanted[:, CORRECTIONS.index("warping")]
         self.settle(np.zeros((len(members), 2)))

@@ -304,6 +304,11 @@ class Elements:
         """Flexibility (..., e, 6, 6)."""
         if self._roots is not None:
             return element.combine(self.flexibility_coefficients, self.flexibility_basis, 6)
+        return self.member_C
+
+    @cached_property
+    def member_C(self) -> Array:
+        """Flexibility (..., e, 6, 6) without elastic roots."""
         C = element.flexibility(self._E, self._G, self._stiff, self.length, self._shear)
         for at, own, _ in self._tapered:
             C[..., at, :, :] = own
@@ -330,6 +335,11 @@ class ElementSlice:
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
         return self._whole.C[..., self._own, :, :]
+
+    @property
+    def member_C(self) -> Array:
+        """Flexibility (..., e, 6, 6) without elastic roots."""
+        return self._whole.member_C[..., self._own, :, :]
 
     @property
     def geometric(self) -> Array:

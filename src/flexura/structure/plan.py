@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -174,7 +174,8 @@ class Plan(Record, Displayed):
         self.prepared: Kept = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
         self._geometry_entries = self._find_geometry_entries()
-        self.roots: Roots = Roots(self.parts, self.topology, self.members)
+        rooted = {name: part.table.corrections.rooted for name, part in self.parts.items()}
+        self.roots: Roots = Roots(self.parts, self.topology, self.members, rooted)
         self._settle_corrections()
 
     @property
@@ -223,6 +224,15 @@ class Plan(Record, Displayed):
         """Raise OptionError where `what` knows the mechanism at rest alone, and a pose away from it is described."""
         if self.is_posed:
             raise OptionError(f"{what}: at rest alone, not at the pose that is described; take `at` out for it")
+
+    @cached_property
+    def roots_left_out(self) -> Roots:
+        """The roots that corrections leave out of the model, though nothing says that they are rigid."""
+        unrooted = {name: part.table.corrections.unrooted for name, part in self.parts.items()}
+        found = Roots(self.parts, self.topology, self.members, unrooted)
+        values = self.values()
+        found.settle(values, self.geometry(values))
+        return found
 
     def _settle_corrections(self) -> None:
         """Work out how far ends are clamped at the default parameters, where a correction asks for it."""

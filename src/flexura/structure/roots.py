@@ -64,10 +64,13 @@ class Roots:
     """The ends (r,) of members of all prototypes that are rooted in something thicker.
 
     members: (r,), their place among all members; ends: (r,), 0 or 1; elements: (r,), the elements that hold the roots.
-    Copies of a substructure's member that end in different blocks have the mean of their roots.
+    Copies of a substructure's member that end in different blocks have the mean of their roots. `which`: the ends
+    (m, 2) of the members of every part that are looked at.
     """
 
-    def __init__(self, parts: dict[str, Part], topology: Topology, members: Members) -> None:
+    def __init__(
+        self, parts: dict[str, Part], topology: Topology, members: Members, which: dict[str, Bools]
+    ) -> None:
         self._parts, self._topology, self._table = parts, topology, members
         first = np.cumsum([0, *(len(part.members) for part in parts.values())])
         self._first = dict(zip(parts, first.tolist(), strict=False))
@@ -76,7 +79,7 @@ class Roots:
         wanted = [
             (self._first[name] + m, end)
             for name, part in parts.items()
-            for m, end in np.argwhere(part.table.corrections.rooted).tolist()
+            for m, end in np.argwhere(which[name]).tolist()
         ]
         copies = self._copies(wanted) if wanted else {}
         rows = [key for key in wanted if copies[key]]
@@ -86,6 +89,11 @@ class Roots:
 
     def __len__(self) -> int:
         return len(self.members)
+
+    @property
+    def is_known(self) -> Bools:
+        """Whether it is drawn (r,) what the ends of all copies are in."""
+        return np.asarray(~(self._unknown & (self._weight > 0)).any(axis=1), dtype=bool)
 
     def _copies(self, wanted: list[tuple[int, int]]) -> dict[tuple[int, int], list[_Copy]]:
         """Ends of members, as placed, by member and end; those of one substructure with values of its own at several

@@ -130,6 +130,8 @@ class Topology:
                     depths[offset + body] = len(path)
                     together += [(offset + body, offset + node) for node in carried]
         cluster = _clusters(self.n_nodes, together)
+        self.is_clamped: Bools = np.zeros(self.n_nodes, dtype=bool)
+        """Nodes that are described as clamped, each by itself."""
         held = self._held(cluster)
         representative = np.arange(self.n_nodes)
         bodies = sorted(depths, key=depths.__getitem__)  # those of the mechanism itself before those of its instances
@@ -155,6 +157,7 @@ class Topology:
         for text, support in ground.items():
             for name in matching(text, exposed):
                 node = self.node((), name)
+                self.is_clamped[node] |= all(support.held)
                 before = found.get(cluster[node])
                 if before is None or all(support.held):
                     found[cluster[node]] = (node, support.held)
