@@ -3,7 +3,6 @@ from flexura.analysis.at_pose import AtPose as AtPose
 from flexura.analysis.at_pose import Way as Way
 from flexura.analysis.at_pose import at_pose as at_pose
 from flexura.analysis.at_rest import AtRest as AtRest
-from flexura.analysis.body_doubts import lowered_by_bodies as lowered_by_bodies
 from flexura.analysis.check import CheckReport as CheckReport
 from flexura.analysis.check import Doubt as Doubt
 from flexura.analysis.check import check as check

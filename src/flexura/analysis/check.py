@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 
 from flexura.analysis.angle_doubts import angle_doubts
-from flexura.analysis.body_doubts import body_doubts
 from flexura.analysis.clashes import Clash, clash_doubts, clashes, ends_in_the_air
-from flexura.analysis.doubts import Doubt, corrected, member_doubts
+from flexura.analysis.doubts import Doubt, as_one, assumed, corrected, member_doubts, outside_doubts
 from flexura.analysis.evidence import MassProperties, mass_evidence, rigid_mass_of
 from flexura.analysis.free_motions import free_motions
 from flexura.analysis.material_doubts import material_doubts
-from flexura.analysis.measured_members import measured_doubts
 from flexura.analysis.mesh_errors import PartMesh, frequency_errors, mesh_warning, part_meshes
+from flexura.analysis.model_error import model_errors_of_modes
 from flexura.analysis.references import reference_doubts
 from flexura.analysis.sizes import size_doubts
 from flexura.arguments import verb
 from flexura.deadline import stage
+from flexura.errors import SolverError
 from flexura.linalg import lowest
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.reduction import low_order
@@ -43,6 +43,9 @@ class SubstructureSummary:
     interface: tuple[str, ...]
     mass: float
 
+
+MODES = 6
+"""Lowest modes that what is taken for granted must move to be a doubt."""
 
 MOST_NAMED = 4
 """Of each kind, in a notebook."""
@@ -87,6 +90,10 @@ class CheckReport(Result):
     """An interval that is proven to hold the lowest frequency that is not one of a rigid motion; None where there is
     none, or none is proven."""
     doubts: tuple[Doubt, ...]
+    """What may not be meant, and what is taken for granted that moves one of the six lowest frequencies by 1 % or
+    more, worst first."""
+    minor: tuple[Doubt, ...]
+    """What is taken for granted that moves them by less."""
     studies: dict[str, str]
     """Studies of many designs by name, in words."""
     clashes: tuple[Clash, ...] = ()
@@ -151,6 +158,8 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
     corrections, ends = corrected(full)
     stage("proving what moves freely")
     free, dead = free_motions(full), plan.loads
+    stage("working out how far the part may be")
+    worth, minor = _assumed(full)
     stage("looking at shapes and sizes")
     bars, solid_bodies = solids_of(full)
     found, unseen = clashes(full, bars, solid_bodies)
@@ -174,20 +183,34 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
         is_preloaded=plan.is_loaded,
         rigid_body_modes=free.rigid_body_modes,
         lowest_hz=free.lowest_hz,
-        doubts=(
-            *material_doubts(plan.layout, used),
-            *angle_doubts(plan.mechanism, used),
-            *free.doubts,
-            *member_doubts(full),
-            *body_doubts(full, used, ends_in_the_air(found, bars)),
-            *measured_doubts(full, used),
-            *_overlapping(full),
-            *_coarse_meshes(full),
-            *drawn,
+        doubts=as_one(
+            (
+                *worth,
+                *material_doubts(plan.layout, used),
+                *angle_doubts(plan.mechanism, used),
+                *free.doubts,
+                *member_doubts(full),
+                *outside_doubts(full, used, ends_in_the_air(found, bars)),
+                *_overlapping(full),
+                *_coarse_meshes(full),
+                *drawn,
+            )
         ),
+        minor=tuple(minor),
         studies={key: study.words for key, study in plan.mechanism.studies.items()},
         clashes=tuple(found),
     )
+
+
+def _assumed(full: FullOrderModel) -> tuple[list[Doubt], list[Doubt]]:
+    """What is taken for granted, by whether it moves one of the six lowest frequencies by 1 % or not."""
+    if not full.order:
+        return [], []
+    try:
+        errors, hz = model_errors_of_modes(full, min(MODES, full.order))
+    except SolverError as error:
+        return [Doubt("proof", "mechanism", f"how far the part may be from the model is not known: {error}")], []
+    return assumed(errors, hz)
 
 
 def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:

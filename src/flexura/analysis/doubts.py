@@ -1,39 +1,32 @@
-"""Corrections in use, and doubts about members that no theory in use covers."""
+"""Corrections in use, and doubts: what the description takes for granted, by how much it moves a frequency."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flexura.beam import phi
-from flexura.mechanism import CORRECTIONS, TOP, Flexure
-from flexura.structure import FullOrderModel, Part, PartGeometry
+from flexura.analysis.elastic_bodies import drawn_solids, node_of, place_of
+from flexura.analysis.model_error import ModelError, interval_text
+from flexura.mechanism import CORRECTIONS, Link
+from flexura.structure import FullOrderModel
 
-SHEAR = 0.03
-"""Share of shear in the deflection between parallel ends from which leaving it out is doubtful."""
-
-SOLID = 2.0
-"""Length over depth below which a member is a solid rather than a beam, whatever the theory."""
+Array = NDArray[np.float64]
 
 SLENDER = 500.0
 """Length over depth above which a member buckles or vibrates by itself long before it guides anything."""
 
-WIDE = 5.0
-"""Width over thickness above which a leaf bends as a plate."""
+OUTSIDE = 0.25
+"""Distance of a carried node from the solid, relative to the size of the solid, from which it is a doubt."""
 
-STEEP = 0.08
-"""Web over length from which a right-circular notch is softer by more than 6 % than the beam integral says:
-plane-stress elements give 6.5 % at 0.083, 7.7 % at 0.1 and 18 % at 0.25."""
+WORTH = 0.01
+"""Relative change of a frequency from which what makes it is a doubt."""
 
-STEEPEST = 0.5
-"""Web over length from which even wedge theory is off: 5 % in rotation and 10 % in stretch against plane-stress
-elements for a right-circular notch."""
-
-SHORT = 0.4
-"""Length over width below which a wide member held flat is so stiff in torsion that what holds it is not rigid: notches
-on blocks of their own full height are twice as soft at 0.2 and 3 to 7 % softer at 1 in solid elements."""
+MOST_MODES, MOST_NAMED = 3, 4
+"""Modes and places that a doubt names."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +35,19 @@ class Doubt:
 
     kind: str
     place: str
+    """Where, in words: the first few of `places`, where it is about several."""
     text: str
+    places: tuple[str, ...] = ()
+
+    @staticmethod
+    def about(kind: str, places: tuple[str, ...], text: str) -> Doubt:
+        """One about several places."""
+        more = f" and {len(places) - MOST_NAMED} more" if len(places) > MOST_NAMED else ""
+        return Doubt(kind, ", ".join(places[:MOST_NAMED]) + more, text, places)
+
+    def is_about(self, *names: str) -> bool:
+        """Whether it is about what has one of these names."""
+        return not {*names}.isdisjoint(self.places or (self.place,))
 
     def __str__(self) -> str:
         return f"{self.place}: {self.text}"
@@ -69,76 +74,72 @@ def _held(share: float) -> str:
     return {0: "free", 100: "clamped"}.get(percent, f"{percent} % clamped")
 
 
-def place_of(name: str, key: str) -> str:
-    """How a member of a prototype is called."""
-    return f"{name}.{key}" if name != TOP else key
-
-
 def _names(flags: Any) -> set[str]:
     return {name for name, flag in zip(CORRECTIONS, flags, strict=True) if flag}
 
 
 def member_doubts(full: FullOrderModel) -> list[Doubt]:
-    """Every doubt about a member's theory."""
+    """Members so slender that they buckle or vibrate by themselves."""
     doubts = []
     for name, part in full.plan.parts.items():
-        if part.members:
-            doubts += _part_doubts(full, name, part, full.geometry.parts[name])
+        geometry = full.geometry.parts[name]
+        _, _, nu, _ = part.table.moduli(full.values)
+        sections = part.table.section_properties(full.values, nu, geometry.length)
+        # the larger side of the rectangle with the same area and second moments
+        most = np.sqrt(12 * np.maximum(sections.Iy, sections.Iz) / sections.A)
+        for k, (key, member) in enumerate(part.members.items()):
+            own = most[part.first[k] : part.first[k + 1]].mean()
+            if (isinstance(member, Link) or member.profile.type == "leaf") and geometry.length[k] > SLENDER * own:
+                text = f"slender: {geometry.length[k] / own:.0f} times as long as wide"
+                doubts.append(Doubt("slender", place_of(name, key), text))
     return doubts
 
 
-def _part_doubts(full: FullOrderModel, name: str, part: Part, geometry: PartGeometry) -> list[Doubt]:
-    E, _, nu, G = part.table.moduli(full.values)
-    sections = part.table.section_properties(full.values, nu, geometry.length)
-    # the sizes of the rectangle with the same area and second moments
-    thickness, width = np.sqrt(12 * sections.Iy / sections.A), np.sqrt(12 * sections.Iz / sections.A)
-    m = part.table.element_member
-    shear = np.minimum(*phi(E[m], G[m], sections, geometry.length[m], 1.0))
-    doubts = []
-    for k, ((key, member), n) in enumerate(zip(part.members.items(), part.counts, strict=True)):
-        own = slice(part.first[k], part.first[k] + n)
-        place, applied = place_of(name, key), _names(part.table.corrections.active[k])
-        length, is_notch = float(geometry.length[k]), isinstance(member, Flexure) and member.profile.type != "leaf"
-        if is_notch:
-            web = min(float(thickness[own].min()), float(width[own].min()))
-            doubts += _steepness(place, length, web, "notch" in applied)
-        else:
-            doubts += _slenderness(place, length, thickness[own].mean(), width[own].mean())
-            doubts += [] if part.table.shear[k] else _shear(place, float(shear[own].mean()))
-        small, large = sorted((float(thickness[own].min()), float(width[own].min())))
-        if large > WIDE * small and "warping" in applied and length < SHORT * large:
-            text = f"{length / large:.2g} times as long as wide: its torsion depends on how the parts next to it warp"
-            doubts.append(Doubt("short", place, text))
-        if large > WIDE * small and not {"plate", "warping"} <= _names(part.table.corrections.wanted[k]):
-            ratio = f"{large / small:.0f} times as wide as thick"
-            text = f"{ratio}: a plate rather than a beam; bending is stiffer by up to 1/(1 - nu^2), torsion by more"
-            doubts.append(Doubt("wide", place, text))
+def assumed(errors: ModelError, hz: Array) -> tuple[list[Doubt], list[Doubt]]:
+    """What the description takes for granted that moves one of the frequencies (n,), Hz, by 1 % or more, or that no
+    evidence covers, worst first, and what moves them by less."""
+    doubts: tuple[list[Doubt], list[Doubt]] = [], []
+    for own in errors.effects:
+        most = np.nan_to_num(np.maximum(np.abs(own.low), np.abs(own.high)))
+        order = [k for k in np.argsort(-most, kind="stable")[:MOST_MODES] if most[k] >= WORTH] or [int(most.argmax())]
+        moved = [f"mode {k + 1} ({hz[k]:.4g} Hz) by {interval_text((own.low[k], own.high[k]))}" for k in order]
+        doubt = Doubt.about(own.kind, own.places, f"{own.text}; moves {', '.join(moved)}")
+        doubts[int(most.max() < WORTH)].append(doubt)
+    for own in errors.unknown:
+        most = int(own.share.argmax())
+        held = f"{own.share[most]:.0%} of the energy of mode {most + 1} ({hz[most]:.4g} Hz)"
+        text = f"no evidence of how far beams are off: {own.reason}; holds {held}"
+        doubts[int(own.share[most] < WORTH)].append(Doubt.about("evidence", own.places, text))
     return doubts
 
 
-def _steepness(place: str, length: float, web: float, is_corrected: bool) -> list[Doubt]:
-    """A doubt about a notch whose web is thick for its length: the flanks are too steep for the theory in use."""
-    share = f"steep notch: web {web / length:.2g} of the length"
-    if is_corrected and web >= STEEPEST * length:
-        return [Doubt("steep", place, f"{share}; wedge theory is too soft by 5 % or more")]
-    if not is_corrected and web >= STEEP * length:
-        return [Doubt("steep", place, f"{share}; the beam integral is too stiff by 6 % or more")]
-    return []
+def as_one(doubts: Sequence[Doubt]) -> tuple[Doubt, ...]:
+    """Doubts that say the same of several places as one."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for own in doubts:
+        places.setdefault((own.kind, own.text), []).extend(own.places or (own.place,))
+    return tuple(Doubt.about(kind, tuple(own), text) for (kind, text), own in places.items())
 
 
-def _slenderness(place: str, length: float, thickness: float, width: float) -> list[Doubt]:
-    """Doubts about a member's length over its depth."""
-    least, most = min(thickness, width), max(thickness, width)
-    if length < SOLID * least:
-        return [Doubt("stubby", place, f"{length / least:.1f} times as long as thick: a solid rather than a beam")]
-    if length > SLENDER * most:
-        return [Doubt("slender", place, f"slender: {length / most:.0f} times as long as wide")]
-    return []
-
-
-def _shear(place: str, phi: float) -> list[Doubt]:
-    """A doubt about a member without shear, by its shear parameter across the smaller depth."""
-    if phi < SHEAR:
-        return []
-    text = f"shear, left out, would add {phi:.0%} to its deflection between parallel ends; consider theory: timoshenko"
-    return [Doubt("shear", place, text)]
+def outside_doubts(full: FullOrderModel, values: Mapping[str, Any], told: Collection[int] = ()) -> list[Doubt]:
+    """Bodies that carry nodes well outside their solids, for parameter values in SI; nodes `told` are in doubt already
+    for where they are."""
+    doubts: dict[str, Doubt] = {}
+    names, root = full.plan.topology.node_names, full.plan.topology.root
+    bodies = drawn_solids(full, values)
+    clusters = [int(root[node_of(full, body.name)]) for body in bodies]
+    for body, own in zip(bodies, clusters, strict=True):
+        if clusters.count(own) > 1:
+            continue
+        nodes = [int(n) for n in np.flatnonzero((root == own) & full.plan.topology.has_position) if int(n) not in told]
+        if not nodes:
+            continue
+        far = max(nodes, key=lambda n: body.distance(full.geometry.positions[n]))
+        reach, size = body.distance(full.geometry.positions[far]), max(body.solid.size)
+        if reach > OUTSIDE * size:
+            text = (
+                f"{names[far]} lies {1e3 * reach:.3g} mm outside the solid of {1e3 * size:.3g} mm: "
+                "what leads there is taken as rigid and without mass; add links or bodies for it"
+            )
+            doubts.setdefault(body.kind, Doubt("reach", body.kind, text))
+    return list(doubts.values())

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.doubts import place_of
 from flexura.analysis.elastic_solids import ElasticSolid, Patch
-from flexura.mechanism import Box, Cylinder, Mechanism, Plate, RigidBody, evaluated, rotation_matrix
+from flexura.mechanism import TOP, Box, Cylinder, Mechanism, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -31,6 +30,11 @@ ALIKE = 0.999
 
 CORNERS = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
 """Of a section, in half sides."""
+
+
+def place_of(name: str, key: str) -> str:
+    """How a member or body of a prototype is called."""
+    return f"{name}.{key}" if name != TOP else key
 
 
 class MemberEnd(NamedTuple):
@@ -56,7 +60,19 @@ class LoadedSolid:
     centre: Array
     axes: Array
     is_sure: bool = True
+    is_drawn: bool = True
     ends: list[MemberEnd] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """What the description takes for granted of it."""
+        size = " x ".join(f"{1e3 * own:.3g}" for own in self.solid.size)
+        if not self.is_drawn:
+            return f"ground that is not drawn, rigid here; a block of {size} mm, held behind, would give"
+        if self.solid.held is None:
+            return "body, rigid here; its solid would give"
+        face = "clamped face" if self.is_sure else "face farthest from its members"
+        return f"ground, rigid here; its solid, held at the {face}, would give"
 
     def distance(self, point: Array) -> float:
         """Distance of a point from the solid, m."""
@@ -213,7 +229,7 @@ def _blocks(full: FullOrderModel, ends: list[MemberEnd], values: Mapping[str, An
             held=(0, -1),
         )
         place = place_of(name, key)
-        yield LoadedSolid(place, place, solid, axes @ middle, axes, is_sure=False, ends=group)
+        yield LoadedSolid(place, place, solid, axes @ middle, axes, False, False, group)
 
 
 def _ends(full: FullOrderModel, wrenches: Wrenches, is_wanted: Callable[[int], bool]) -> Iterator[MemberEnd]:

@@ -1,4 +1,4 @@
-"""How far beams were measured to be off: stiffness of single members against solids, and doubts from that.
+"""How far beams were measured to be off: stiffness of single members against solids.
 
 `member_errors.csv` has the errors, which benchmarks/member_errors.py measures and adds to: members of constant or
 notched form between rigid faces, by ratios of their sizes, Poisson's ratio 0.3 and at some of them others.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 from collections import defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -17,11 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.doubts import Doubt, place_of
-from flexura.analysis.energy import KINDS, energies
-from flexura.linalg import lowest
-from flexura.mechanism import CircularContour, Flexure, Leaf, Link, Notch, Rectangle, StraightContour, evaluated
-from flexura.structure import FullOrderModel
+from flexura.mechanism import CircularContour, Flexure, Leaf, Link, Notch, Rectangle, StraightContour
 
 Array = NDArray[np.float64]
 
@@ -201,77 +196,3 @@ def _outside(kind: str, ratios: tuple[float, ...], grid: _Grid, nu: float) -> st
         elif x > largest * (1 + 1e-9):
             said.append(f"{name} {x:.3g}, measured to {largest:.3g}")
     return f"{kind} of {' and of '.join(said)}" if said else ""
-
-
-OFF = 5.0
-"""Error, %, of a stiffness from which it is a doubt."""
-
-SHARE = 0.1
-"""Part of the strain energy of a mode from which a direction of a member counts."""
-
-MODES = 6
-
-MOST_NAMED = 3
-"""Members that are named beside the first of a sort."""
-
-
-def measured_doubts(full: FullOrderModel, values: Mapping[str, float]) -> list[Doubt]:
-    """Corrected members that were measured to be off by 5 % or more in a direction that carries a tenth or more of the
-    energy of one of the first modes, bending with the lesser of its two errors, and those of a sort that carries as
-    much and was not measured; for parameter values in SI."""
-    expected: dict[tuple[str, str], MemberErrors] = {}
-    unknown: dict[tuple[str, str], str] = {}
-    for name, part in full.plan.parts.items():
-        for k, (key, member) in enumerate(part.members.items()):
-            if isinstance(member, Flexure) and part.table.corrections.active[k].any():
-                length = float(full.geometry.parts[name].length[k])
-                errors = stiffness_errors(evaluated(member, values), length, True)
-                if errors.reason:
-                    unknown[name, key] = errors.reason
-                if errors.is_known:
-                    expected[name, key] = errors
-    if not (expected or unknown) or not full.order:
-        return []
-    pairs = lowest(full.K, full.M, min(MODES, full.order))
-    parts = energies(full, full.node_displacements(pairs.vectors))
-    total = sum(s.sum(axis=0) for part in parts for s in part.strain.values())
-
-    def share(name: str, key: str) -> Array:
-        """Parts (kinds, k) of the energy of each mode that all copies of a member hold."""
-        own = sum(part.strain[key] for part in parts if part.prototype == name)
-        return np.asarray(own / np.maximum(total, 1e-300))
-
-    off = [_off(name, key, errors, share(name, key)) for (name, key), errors in expected.items()]
-    of_sort: dict[str, list[tuple[str, str]]] = {}
-    for member, words in unknown.items():
-        of_sort.setdefault(words, []).append(member)
-    bare = [
-        _uncovered(words, [place_of(*member) for member in members])
-        for words, members in of_sort.items()
-        if np.sum([share(*member).sum(axis=0) for member in members], axis=0).max() >= SHARE
-    ]
-    return [*(doubt for doubt in off if doubt is not None), *bare]
-
-
-def _off(name: str, key: str, errors: MemberErrors, share: Array) -> Doubt | None:
-    """A doubt about a member with measured errors that holds parts (kinds, k) of the energy of modes."""
-    said = []
-    for kind, low, high in zip(DIRECTIONS, errors.low, errors.high, strict=True):
-        error = 100 * max(low, min(high, 0.0))
-        most = int(share[KINDS.index(kind)].argmax())
-        part_of = float(share[KINDS.index(kind), most])
-        if abs(error) >= OFF and part_of >= SHARE:
-            said.append(f"{error:+.0f} % in {kind} ({part_of:.0%} of the energy of mode {most + 1})")
-    if not said:
-        return None
-    text = f"its corrected stiffness is off by about {', '.join(said)}, as measured against solids; "
-    return Doubt("measured", place_of(name, key), text + "fidelity: solid does without the error, verify shows it")
-
-
-def _uncovered(words: str, places: list[str]) -> Doubt:
-    """One doubt about all members of a sort of which none was measured."""
-    others = places[1 : 1 + MOST_NAMED]
-    more = len(places) - 1 - len(others)
-    also = f" (so of {', '.join(others)}{f' and {more} more' if more else ''})" if others else ""
-    text = f"no evidence covers its corrected stiffness in every direction{also}: {words}"
-    return Doubt("evidence", places[0], f"{text}; verify shows how far it is off, fidelity: solid does without it")

@@ -9,19 +9,19 @@ s f'E f (theory eq. M1), so that each assumption is weighted by the energy that 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from flexura.analysis.doubts import place_of
-from flexura.analysis.elastic_bodies import Wrenches, loaded_solids
+from flexura.analysis.elastic_bodies import Wrenches, loaded_solids, place_of
 from flexura.analysis.internal_forces import force_changes
-from flexura.analysis.measured_members import stiffness_errors
+from flexura.analysis.measured_members import DIRECTIONS, MemberErrors, ratios_of, stiffness_errors
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
-from flexura.mechanism import evaluated
+from flexura.mechanism import Flexure, Link, evaluated
+from flexura.reduction import chained, lowest_pairs
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -36,31 +36,37 @@ ROOT_NOT_DRAWN = (-1.0, 0.5)
 ROOT_LEFT_OUT = (0.0, 1.2)
 """Share of a root's flexibility that a model without it lacks."""
 
-BODY = (0.65, 1.35)
+BODY = (0.7, 2.2)
 """Share of the estimated flexibility of a body that it has."""
 
-GROUND = (0.0, 1.35)
+GROUND = (0.0, 2.2)
 """Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
 
 UNCOVERED = 0.1
 """Part of the energy of a number in members without evidence from which its model error is not known."""
 
-COMPONENTS = {"stretch": (0,), "twist": (3,), "thickness bending": (2, 4), "width bending": (1, 5)}
-"""Components of an element's deformation, by what they are called."""
+MORE = 8
+"""Modes that are taken beside those that are asked for, to show how these change."""
+
+MOST = 30_000
+"""Coordinates up to which model errors of modes are worked out."""
+
+COMPONENTS = ((0,), (3,), (2, 4), (1, 5))
+"""Components of an element's deformation in each of DIRECTIONS."""
 
 
 @dataclass(frozen=True)
 class Assumption:
     """What the description takes for granted, and how wrong that may be.
 
-    `kind`: beam, root, body or ground; `place`: what it is about; `direction`: of which deformation, empty for all.
-    `flexibility` (k, k), J, is that of the forces of k motions; `share`: the least and the most of it that is to be
-    added, None where there is no evidence, for a `reason`. Assumptions of one `group` are wrong alike.
+    `kind`: beam, root, body or ground; `place`: what it is about; `text`: what is assumed. `flexibility` (k, k), J, is
+    that of the forces of k motions; `share`: the least and the most of it that is to be added, None where there is no
+    evidence, for a `reason`. Assumptions of one `group` are wrong alike.
     """
 
     kind: str
     place: str
-    direction: str
+    text: str
     group: str
     flexibility: Array
     share: Interval | None
@@ -69,30 +75,79 @@ class Assumption:
 
 @dataclass(frozen=True)
 class Effect:
-    """Where one assumption alone puts the part's values: between 1 + `low` and 1 + `high` (n,) times the printed ones."""
+    """Where one assumption, the same of all `places`, alone puts the part's values: between 1 + `low` and 1 + `high`
+    (n,) times the printed ones."""
 
     kind: str
-    place: str
-    direction: str
+    places: tuple[str, ...]
+    text: str
     low: Array
     high: Array
 
 
 @dataclass(frozen=True)
+class Unknown:
+    """Members without evidence: why, and the part (n,) of the energy of each number that they hold."""
+
+    places: tuple[str, ...]
+    reason: str
+    share: Array
+
+
+@dataclass(frozen=True)
 class ModelError:
     """Where the part's values lie: between 1 + `low` and 1 + `high` (n,) times the printed ones, NaN where evidence is
-    missing, for a `reason` (n,). `effects` are those of every assumption by itself."""
+    missing, for a `reason` (n,). `effects` are those of every assumption by itself, the largest first; `unknown` are
+    members without evidence."""
 
     low: Array
     high: Array
     reason: tuple[str, ...]
     effects: tuple[Effect, ...]
+    unknown: tuple[Unknown, ...] = ()
 
     @property
     def intervals(self) -> tuple[Interval | None, ...]:
         """Least and largest relative difference of each number; None where evidence is missing."""
         both = zip(self.low.tolist(), self.high.tolist(), strict=True)
         return tuple((low, high) if np.isfinite(low) and np.isfinite(high) else None for low, high in both)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The intervals in words, such as `-6.2 to +1.1 %`."""
+        return tuple(interval_text(own) for own in self.intervals)
+
+
+def interval_text(interval: Interval | None) -> str:
+    """A model error in words."""
+    if interval is None:
+        return "no evidence"
+    low, high = (100 * own for own in interval)
+    digits = 1 if max(abs(low), abs(high)) < 9.95 else 0
+    return f"{low:+.{digits}f} to {high:+.{digits}f} %"
+
+
+def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Array]:
+    """Model errors of the first `n` frequencies, and these, Hz. Errors of rigid motions, and all beyond MOST
+    coordinates, are NaN."""
+    nothing = np.full(n, np.nan)
+    if full.order > MOST:
+        return ModelError(nothing, nothing, (f"not worked out beyond {MOST} coordinates",) * n, ()), nothing
+    apart = chained(full)
+    pairs = lowest_pairs(apart, min(n + MORE, full.order))
+    at = np.flatnonzero(pairs.values > 0)
+    vectors = apart.recover(pairs.vectors[:, at])
+    vectors = vectors / np.sqrt(np.einsum("ik,ik->k", vectors, full.M @ vectors))
+    rigid = min(n, len(pairs.values) - len(at))
+    found = frequency_errors(full, pairs.values[at], vectors, min(n - rigid, len(at)))
+    still = nothing[:rigid]
+    return ModelError(
+        np.append(still, found.low),
+        np.append(still, found.high),
+        ("a rigid motion, whose frequency is zero",) * rigid + found.reason,
+        tuple(replace(e, low=np.append(still, e.low), high=np.append(still, e.high)) for e in found.effects),
+        tuple(replace(own, share=np.append(0 * still, own.share)) for own in found.unknown),
+    ), np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi)
 
 
 def frequency_errors(full: FullOrderModel, squared: Array, states: Array, n: int) -> ModelError:
@@ -128,27 +183,36 @@ def _combined(
     found: Sequence[Assumption], added: Callable[[Assumption, float], Array], value: Callable[[Array], Array]
 ) -> ModelError:
     """All assumptions together, by what each adds (n,) with a share: those of one group add, groups their squares."""
-    covered = [(own, own.share) for own in found if own.share is not None]
-    both = [(added(own, share[0]), added(own, share[1])) for own, share in covered]
-    n = len(both[0][0]) if both else len(added(found[0], 0.0)) if found else 0
-    middle, spread = np.zeros(n), {own.group: np.zeros(n) for own, _ in covered}
-    for (own, _), (low, high) in zip(covered, both, strict=True):
+    known = [(own, added(own, own.share[0]), added(own, own.share[1])) for own in found if own.share is not None]
+    bare = [(own, np.abs(added(own, 1.0))) for own in found if own.share is None]
+    n = len(known[0][1]) if known else len(bare[0][1]) if bare else 0
+    middle, spread = np.zeros(n), {own.group: np.zeros(n) for own, *_ in known}
+    alike: dict[tuple[str, str, str], list[tuple[str, Array, Array]]] = {}
+    for own, low, high in known:
         middle += (low + high) / 2
         spread[own.group] += (high - low) / 2
+        by_itself = own.place if own.kind in ("body", "ground") else ""
+        alike.setdefault((own.kind, own.text, by_itself), []).append((own.place, low, high))
     half = np.sqrt(sum((own**2 for own in spread.values()), np.zeros(n)))
     ends = np.sort([value(middle - half), value(middle + half)], axis=0)
-    without, reasons = np.zeros(n), [""] * n
-    for own in (own for own in found if own.share is None):
-        without += np.abs(added(own, 1.0))
-        for k in np.flatnonzero(without >= UNCOVERED):
-            reasons[k] = reasons[k] or f"{own.place}: {own.reason}"
-    ends[:, without >= UNCOVERED] = np.nan
     effects = [
-        Effect(own.kind, own.place, own.direction, *np.sort([value(low), value(high)], axis=0))
-        for (own, _), (low, high) in zip(covered, both, strict=True)
+        Effect(kind, _once(own), text, *np.sort([value(sum(o[1] for o in own)), value(sum(o[2] for o in own))], axis=0))
+        for (kind, text, _), own in alike.items()
     ]
     effects.sort(key=lambda own: -float(np.abs([own.low, own.high]).max(initial=0.0)))
-    return ModelError(ends[0], ends[1], tuple(reasons), tuple(effects))
+    of: dict[str, list[tuple[str, Array]]] = {}
+    for own, share in bare:
+        of.setdefault(own.reason, []).append((own.place, share))
+    unknown = [Unknown(_once(own), reason, sum(share for _, share in own)) for reason, own in of.items()]
+    without = sum((own.share for own in unknown), np.zeros(n))
+    ends[:, without >= UNCOVERED] = np.nan
+    most = [max(unknown, key=lambda own: own.share[k], default=None) for k in range(n)]
+    reasons = tuple(own.reason if own and bad else "" for own, bad in zip(most, without >= UNCOVERED, strict=True))
+    return ModelError(ends[0], ends[1], reasons, tuple(effects), tuple(unknown))
+
+
+def _once(own: Sequence[tuple[str, Any]]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(place for place, *_ in own))
 
 
 def assumptions(full: FullOrderModel, states: Array) -> list[Assumption]:
@@ -163,16 +227,35 @@ def _beams(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str, Any]) 
     for name, (_, force) in wrenches.items():
         part = full.plan.parts[name]
         moved = full.matrices[name].elements.member_C @ force
+        _, _, nu, _ = part.table.moduli(full.values)
         for m, (key, member) in enumerate(part.members.items()):
             own = slice(part.first[m], part.first[m + 1])
             work = np.einsum("iecj,ieck->cjk", force[:, own], moved[:, own])
-            corrected = bool(part.table.corrections.active[m, :-1].any())
-            errors = stiffness_errors(evaluated(member, values), float(full.geometry.parts[name].length[m]), corrected)
-            for k, (direction, components) in enumerate(COMPONENTS.items()):
+            length = float(full.geometry.parts[name].length[m])
+            errors, kind, beam = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
+            for k, (direction, components) in enumerate(zip(DIRECTIONS, COMPONENTS, strict=True)):
                 E = work[list(components)].sum(axis=0)
                 share = None if errors.reason else (float(errors.low[k]), float(errors.high[k]))
-                group = f"{errors.kind} {direction}"
-                yield Assumption("beam", place_of(name, key), direction, group, (E + E.T) / 2, share, errors.reason)
+                text = f"{direction} of a {kind}, taken as a {beam}"
+                group, place = f"{kind} {direction}", place_of(name, key)
+                yield Assumption("beam", place, text, group, (E + E.T) / 2, share, errors.reason)
+
+
+def _errors(
+    full: FullOrderModel, name: str, m: int, member: Link | Flexure, length: float, nu: float
+) -> tuple[MemberErrors, str, str]:
+    """Measured errors of a member with its sizes as numbers, of what kind it is, and what it is taken as."""
+    table = full.plan.parts[name].table
+    if isinstance(member, Link) and isinstance(member.section, str):
+        section = full.plan.layout.mechanism.sections[member.section]
+        member = member.model_copy(update={"section": evaluated(section, full.plan.scoped_values(full.parameters))})
+    corrected = bool(table.corrections.active[m, :-1].any())
+    form = member.section if isinstance(member, Link) else member.profile
+    errors = stiffness_errors(member, length, corrected, shears=bool(table.shear[m]), nu=nu)
+    return errors, ratios_of(form, length)[0], "corrected beam" if corrected else "plain beam"
+
+
+_ROOTS = ("joint with a block that is not drawn, taken as a large one", "joint with a block")
 
 
 def _roots(full: FullOrderModel, wrenches: Wrenches) -> Iterator[Assumption]:
@@ -191,13 +274,14 @@ def _roots(full: FullOrderModel, wrenches: Wrenches) -> Iterator[Assumption]:
             C = combine(root_coefficients(flexibility[k], 0.0, int(ends[k])), COUPLED_FLEXIBILITY_BASIS, 6)
             E = np.einsum("icj,cd,idk->jk", force, C, force)
             drawn = bool(roots.is_known[k])
-            share = (ROOT_DRAWN if drawn else ROOT_NOT_DRAWN) if is_in else ROOT_LEFT_OUT
-            yield Assumption("root", place_of(name, key), "", "root" if drawn else "root not drawn", E, share)
+            share, text = (ROOT_DRAWN if drawn else ROOT_NOT_DRAWN), _ROOTS[drawn]
+            if not is_in:
+                share, text = ROOT_LEFT_OUT, "rigid joint, without the correction for roots"
+            yield Assumption("root", place_of(name, key), text, "root" if drawn else "root not drawn", E, share)
 
 
 def _solids(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str, Any]) -> Iterator[Assumption]:
     """Bodies, and blocks of the ground."""
     for body in loaded_solids(full, wrenches, values):
         kind = "ground" if body.solid.held else "body"
-        share = BODY if body.is_sure else GROUND
-        yield Assumption(kind, body.kind, "", kind, body.flexibility(), share)
+        yield Assumption(kind, body.kind, body.text, kind, body.flexibility(), BODY if body.is_sure else GROUND)

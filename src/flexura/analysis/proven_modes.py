@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,12 @@ from numpy.typing import NDArray
 
 from flexura.analysis.evidence import Evidence
 from flexura.analysis.mesh_errors import LIMIT, frequency_errors, mesh_warning
+from flexura.analysis.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.motion import Motion
 from flexura.errors import Exceeded
 from flexura.records import Record
 from flexura.reduction import HERTZ, RESOLVED, TOLERANCE, Certificate, proven_text
-from flexura.results import Tabular
+from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, quantity
 
@@ -111,6 +113,17 @@ class Modes(Tabular):
     warnings: tuple[Exceeded, ...] = ()
     """What is missing, not proven, or beyond the tolerance."""
 
+    @cached_property
+    def model_errors(self) -> ModelError:
+        """How far the part that is drawn may be from the description, mode by mode, with what makes it so."""
+        return model_errors_of_modes(self.model, len(self.modes))[0]
+
+    @property
+    def model_error(self) -> tuple[tuple[float, float] | None, ...]:
+        """Of each mode, where the frequency of the part lies: between 1 + low and 1 + high times the one given; None
+        where there is no evidence."""
+        return self.model_errors.intervals
+
     def __repr__(self) -> str:
         hz = ", ".join(f"{mode.frequency_hz:.5g}" for mode in self.modes)
         missing = "" if self.evidence.complete else ", modes missing"
@@ -144,7 +157,10 @@ class Modes(Tabular):
             "full_order": self.full_order,
             "parameters": self.parameters,
             "tolerance": self.tolerance,
-            "modes": self.modes,
+            "modes": [
+                {**plain(mode), "model_error": own, "model_error_reason": reason}
+                for mode, own, reason in zip(self.modes, self.model_error, self.model_errors.reason, strict=True)
+            ],
             "certificate": self.certificate,
             "evidence": {**asdict(self.evidence), "complete": self.evidence.complete},
         }
@@ -157,6 +173,8 @@ class Modes(Tabular):
             "relative error": [m.relative_error for m in self.modes],
             "lower [Hz]": [m.interval_hz[0] for m in self.modes],
             "upper [Hz]": [m.interval_hz[1] for m in self.modes],
+            "model error, lower": self.model_errors.low,
+            "model error, upper": self.model_errors.high,
             "mac": [m.mac for m in self.modes],
             "what moves": [m.motion.summary for m in self.modes],
         }
@@ -170,6 +188,7 @@ class Modes(Tabular):
             "mode": [m.number for m in self.modes],
             "frequency [Hz]": [m.frequency_text for m in self.modes],
             "proven": [m.proven_text for m in self.modes],
+            "model error": self.model_errors.texts,
             "what moves": [m.motion.summary for m in self.modes],
         }
         if any(flags := [m.flag for m in self.modes]):

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from flexura.cli.options import At, Dpi, File, Json, Names, Settings, print_json, print_result, read
 from flexura.cli.tables import console_of_width
+from flexura.tables import counted
 
 if TYPE_CHECKING:
     from flexura.analysis import CheckReport
@@ -20,10 +21,13 @@ if TYPE_CHECKING:
 def check_command(
     file: File,
     set: Settings = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Print what moves the six lowest frequencies by less than 1 %, too.")
+    ] = False,
     as_json: Json = False,
-    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the doubts here.")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the warnings here.")] = None,
 ) -> None:
-    """What was understood of a mechanism file, and every doubt about it."""
+    """Summary of a mechanism file, and warnings: what may not be meant, and what moves a frequency by 1 % or more."""
     from flexura.analysis import check
 
     mechanism, parameters = read(file, set)
@@ -37,7 +41,7 @@ def check_command(
     if as_json:
         print_result(report.to_dict(), pictures)
     else:
-        print_check(report, pictures)
+        print_check(report, pictures, every)
 
 
 def schema_command() -> None:
@@ -80,8 +84,11 @@ def view_command(
         typer.echo(str(path))
 
 
-def print_check(report: CheckReport, pictures: Sequence[Path] = ()) -> None:
-    """Print what was understood of a mechanism, and the doubts."""
+_COLOURS = ("yellow", "green")
+
+
+def print_check(report: CheckReport, pictures: Sequence[Path] = (), every: bool = False) -> None:
+    """Print the summary of a mechanism, and warnings, every one or those that matter."""
     console = console_of_width()
     console.print(report.name, style="bold", markup=False)
     console.print(f"full order {report.full_order}, low order {report.low_order}", markup=False)
@@ -109,11 +116,10 @@ def print_check(report: CheckReport, pictures: Sequence[Path] = ()) -> None:
     _print_named(console, "study", report.studies)
     _print_loads(console, report)
     _print_free_motions(console, report)
-    if report.doubts:
-        console.print(f"{len(report.doubts)} doubt{'s' if len(report.doubts) > 1 else ''}", style="yellow")
-    else:
-        console.print("no doubts", style="green")
-    for doubt in report.doubts:
+    shown = (*report.doubts, *(report.minor if every else ()))
+    hidden = "" if every or not report.minor else f"; {len(report.minor)} smaller with --all"
+    console.print(f"{counted(len(shown), 'warning') if shown else 'no warnings'}{hidden}", style=_COLOURS[not shown])
+    for doubt in shown:
         console.print(f"  {doubt}", markup=False)
     for path in pictures:
         console.print(f"wrote {path}", markup=False, highlight=False)

@@ -161,16 +161,17 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
         table.add_column("full Hz", justify="right")
         table.add_column("difference", justify="right")
     table.add_column("proven", justify="right")
+    table.add_column("model error", justify="right")
     meshed = any(mode.mesh_error is not None for mode in result.modes)
     if meshed:
         table.add_column("meshes", justify="right")
     table.add_column("what moves", overflow="fold")
-    for mode in result.modes:
+    for mode, error in zip(result.modes, result.model_errors.texts, strict=True):
         row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}"]
         if beside:
             row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
             row += [mode.difference_text]
-        row += [mode.proven_text]
+        row += [mode.proven_text, error]
         if meshed:
             row += ["" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %"]
         table.add_row(*row, mode.motion.summary)

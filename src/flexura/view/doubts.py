@@ -27,7 +27,7 @@ from flexura.view.solids import solids
 MOST_LABELS = 6
 """Doubts that are written into a picture."""
 
-_WORDS = {"reference": "reference?", "thick": "thicker than long", "unit": "unit?", "stubby": "stubby"}
+_WORDS = {"reference": "reference?", "thick": "thicker than long", "unit": "unit?"}
 """What is written beside a part in doubt."""
 
 
@@ -85,10 +85,10 @@ def _marked(report: CheckReport, bars: Bars, bodies: Bodies) -> tuple[set[str], 
     places = [*zip(bars.names, bars.labels, middles, strict=True)]
     places += zip(bodies.names, bodies.labels, bodies.origin, strict=True)
     for doubt in report.doubts:
-        own = [at for name, label, at in places if doubt.place in (name, label)] if doubt.kind in _WORDS else []
+        own = [(name, at) for name, label, at in places if doubt.kind in _WORDS and doubt.is_about(name, label)]
         if own:
-            names.add(doubt.place)
-            labels.append(_Label(_WORDS[doubt.kind], own[0]))
+            names |= {name for name, _ in own}
+            labels.append(_Label(_WORDS[doubt.kind], own[0][1]))
     shown = {*_WORDS, "clash", "deep", "touch", "gap"}
     told = [str(doubt) for doubt in report.doubts if doubt.kind in shown]
     return names, labels[:MOST_LABELS], told

@@ -33,7 +33,7 @@ def doubted_parts(report: CheckReport, model: FullOrderModel) -> set[str]:
     own = {name for clash in report.clashes for name in clash.parts}
     bars, bodies = solids_of(model)
     known = {*bars.names, *bars.labels, *bodies.names, *bodies.labels}
-    return own | {doubt.place for doubt in report.doubts if doubt.place in known}
+    return own | {name for doubt in report.doubts for name in doubt.places or (doubt.place,) if name in known}
 
 
 def doubts_of(drawing: Drawing, report: CheckReport) -> Doubts:
@@ -54,7 +54,7 @@ def doubts_of(drawing: Drawing, report: CheckReport) -> Doubts:
     for doubt in report.doubts:
         if doubt.kind in CLASHES and report.clashes:
             continue
-        own = [(name, at) for name, label, at in places if doubt.place in (name, label)]
+        own = [(name, at) for name, label, at in places if doubt.is_about(name, label)]
         if own:
             name, at = own[0]
             found.marks.append(PlacedMark(triple(np.asarray(at)), str(doubt), _label(str(doubt)), "doubt", name))
