@@ -102,7 +102,9 @@ def assumed(errors: ModelError, hz: Array) -> tuple[list[Doubt], list[Doubt]]:
     for own in errors.effects:
         most = np.nan_to_num(np.maximum(np.abs(own.low), np.abs(own.high)))
         order = [k for k in np.argsort(-most, kind="stable")[:MOST_MODES] if most[k] >= WORTH] or [int(most.argmax())]
-        moved = [f"mode {k + 1} ({hz[k]:.4g} Hz) by {interval_text((own.low[k], own.high[k]))}" for k in order]
+        moved = [
+            f"mode {k + 1} ({hz[k]:.4g} Hz) by {interval_text((float(own.low[k]), float(own.high[k])))}" for k in order
+        ]
         doubt = Doubt.about(own.kind, own.places, f"{own.text}; moves {', '.join(moved)}")
         doubts[int(most.max() < WORTH)].append(doubt)
     for own in errors.unknown:

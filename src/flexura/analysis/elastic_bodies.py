@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -51,8 +51,8 @@ class MemberEnd(NamedTuple):
 
 @dataclass
 class LoadedSolid:
-    """A placed solid: its names, its place, its axes (3, 3) as columns, and what pulls at it, global; `is_sure` where the
-    description says what it is and where it is held."""
+    """A placed solid: its names, its place, its axes (3, 3) as columns, and what pulls at it, global; `is_sure` where
+    the description says what it is and where it is held."""
 
     name: str
     kind: str
@@ -112,18 +112,18 @@ def loaded_solids(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str,
     of: dict[int, list[LoadedSolid]] = {}
     for body in bodies:
         of.setdefault(int(root[node_of(full, body.name)]), []).append(body)
-    held = full.plan.topology.held.all(axis=1)
+    held = set(np.flatnonzero(full.plan.topology.held.all(axis=1)).tolist())
     bare: list[MemberEnd] = []
-    for end in _ends(full, wrenches, lambda node: int(root[node]) in of or bool(held[root[node]])):
+    for end in _ends(full, wrenches, {*of, *held}):
         own = of.get(int(root[end.node]), [])
         if own:
             min(own, key=lambda b: b.distance(end.point)).ends.append(end)
         else:
             bare.append(end)
     for body in bodies:
-        cluster = root[node_of(full, body.name)]
-        if held[cluster] and body.ends:
-            body.solid, body.is_sure = _held(full, body, int(cluster))
+        cluster = int(root[node_of(full, body.name)])
+        if cluster in held and body.ends:
+            body.solid, body.is_sure = _held(full, body, cluster)
     return [body for body in (*bodies, *_blocks(full, bare, values)) if body.ends]
 
 
@@ -232,8 +232,9 @@ def _blocks(full: FullOrderModel, ends: list[MemberEnd], values: Mapping[str, An
         yield LoadedSolid(place, place, solid, axes @ middle, axes, False, False, group)
 
 
-def _ends(full: FullOrderModel, wrenches: Wrenches, is_wanted: Callable[[int], bool]) -> Iterator[MemberEnd]:
-    """Ends of members at nodes that are wanted."""
+def _ends(full: FullOrderModel, wrenches: Wrenches, clusters: set[int]) -> Iterator[MemberEnd]:
+    """Ends of members at nodes of some rigid clusters, by their roots."""
+    root = full.plan.topology.root
     for name, (at_start, at_end) in wrenches.items():
         part, placed = full.plan.parts[name], full.plan.topology.copies[name]
         geometry = full.geometry.parts[name]
@@ -248,7 +249,7 @@ def _ends(full: FullOrderModel, wrenches: Wrenches, is_wanted: Callable[[int], b
                 own = slice(part.first[m], part.first[m + 1])
                 for end, inner in enumerate(both):
                     node = offset + inner
-                    if not is_wanted(node):
+                    if int(root[node]) not in clusters:
                         continue
                     element = own.start if end == 0 else own.stop - 1
                     on = at_start[copy, element] if end == 0 else -at_end[copy, element]

@@ -133,8 +133,8 @@ class ElasticSolid:
         moved = np.einsum("pn,ank->pak", self._values(points)[0], shapes)
         r = points - points.mean(axis=0)
         cross = np.zeros((len(r), 3, 3))
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            cross[:, i, k], cross[:, k, i] = r[:, j], -r[:, j]
+        for k, j, i in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            cross[:, i, k], cross[:, k, i] = r[:, j], -r[:, j]  # what a rotation about each axis moves: theta x r
         inertia = np.einsum("pji,pjk->ik", cross, cross)
         turned = np.linalg.pinv(inertia, rcond=1e-9) @ np.einsum("pji,pjk->ik", cross, moved - moved.mean(axis=0))
         return np.concatenate([moved.mean(axis=0), turned])

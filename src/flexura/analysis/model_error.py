@@ -20,7 +20,7 @@ from flexura.analysis.elastic_bodies import Wrenches, loaded_solids, place_of
 from flexura.analysis.internal_forces import force_changes
 from flexura.analysis.measured_members import DIRECTIONS, MemberErrors, ratios_of, stiffness_errors
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
-from flexura.mechanism import Flexure, Link, evaluated
+from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
 from flexura.reduction import chained, lowest_pairs
 from flexura.structure import FullOrderModel
 
@@ -36,10 +36,10 @@ ROOT_NOT_DRAWN = (-1.0, 0.5)
 ROOT_LEFT_OUT = (0.0, 1.2)
 """Share of a root's flexibility that a model without it lacks."""
 
-BODY = (0.7, 2.2)
+BODY = (0.5, 1.2)
 """Share of the estimated flexibility of a body that it has."""
 
-GROUND = (0.0, 2.2)
+GROUND = (0.0, 1.2)
 """Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
 
 UNCOVERED = 0.1
@@ -53,6 +53,13 @@ MOST = 30_000
 
 COMPONENTS = ((0,), (3,), (2, 4), (1, 5))
 """Components of an element's deformation in each of DIRECTIONS."""
+
+
+WARPING = CORRECTIONS.index("warping")
+
+CLAMPED, CLAMPED_SLOPE = 500.564, 12.303
+"""Of the first mode of a beam clamped at both ends, length 1: integrals of the second and of the first derivative
+squared over that of the mode squared (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979)."""
 
 
 @dataclass(frozen=True)
@@ -152,67 +159,64 @@ def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Arr
 
 def frequency_errors(full: FullOrderModel, squared: Array, states: Array, n: int) -> ModelError:
     """Model errors of the first `n` frequencies, from squared angular frequencies (k,) and M-orthonormal vectors
-    (order, k) of the lowest elastic modes; the more there are, the better they show what bodies do (theory eq. M2, after
-    S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279)."""
+    (order, k) of the lowest elastic modes; the more there are, the better they show what bodies do (theory eq. M2,
+    after S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279)."""
     scale = 1 / np.outer(squared, squared)
 
-    def added(own: Assumption, share: float) -> Array:
+    def added(flexibility: Array) -> Array:
         """Relative increase (n,) of 1/omega^2."""
-        found, shapes = np.linalg.eigh(np.diag(1 / squared) + share * scale * own.flexibility)
+        found, shapes = np.linalg.eigh(np.diag(1 / squared) + scale * flexibility)
         mode, number = linear_sum_assignment(-(shapes**2))
         order = np.empty(len(squared), dtype=np.intp)
         order[mode] = number
         return (found[order] * squared - 1)[:n]
 
-    return _combined(assumptions(full, states), added, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1)
+    return _combined(assumptions(full, states), n, added, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1)
 
 
-def compliance_errors(full: FullOrderModel, states: Array, pairs: Sequence[tuple[int, int]], values: Array) -> ModelError:
+def compliance_errors(
+    full: FullOrderModel, states: Array, pairs: Sequence[tuple[int, int]], values: Array
+) -> ModelError:
     """Model errors of compliances (n,) between two of k load vectors each, from the displacements (order, k) under
     these loads (theory eq. M1)."""
     i, j = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
     size = np.where(values == 0, np.inf, values)
 
-    def added(own: Assumption, share: float) -> Array:
-        return share * own.flexibility[i, j] / size
+    def added(flexibility: Array) -> Array:
+        return flexibility[i, j] / size
 
-    return _combined(assumptions(full, states), added, lambda x: x)
+    return _combined(assumptions(full, states), len(size), added, lambda x: x)
 
 
 def _combined(
-    found: Sequence[Assumption], added: Callable[[Assumption, float], Array], value: Callable[[Array], Array]
+    found: Sequence[Assumption], n: int, added: Callable[[Array], Array], value: Callable[[Array], Array]
 ) -> ModelError:
-    """All assumptions together, by what each adds (n,) with a share: those of one group add, groups their squares."""
-    known = [(own, added(own, own.share[0]), added(own, own.share[1])) for own in found if own.share is not None]
-    bare = [(own, np.abs(added(own, 1.0))) for own in found if own.share is None]
-    n = len(known[0][1]) if known else len(bare[0][1]) if bare else 0
-    middle, spread = np.zeros(n), {own.group: np.zeros(n) for own, *_ in known}
-    alike: dict[tuple[str, str, str], list[tuple[str, Array, Array]]] = {}
-    for own, low, high in known:
-        middle += (low + high) / 2
-        spread[own.group] += (high - low) / 2
+    """All assumptions together, by what a flexibility adds to n numbers, relative: those of one group add, groups their
+    squares. Equal ones are taken at once, so that modes of equal frequencies are not told apart by them."""
+    alike: dict[tuple[str, str, str], list[Assumption]] = {}
+    for own in found:
         by_itself = own.place if own.kind in ("body", "ground") else ""
-        alike.setdefault((own.kind, own.text, by_itself), []).append((own.place, low, high))
+        alike.setdefault((own.kind, own.reason or own.text, by_itself), []).append(own)
+    middle, spread = np.zeros(n), {own.group: np.zeros(n) for own in found}
+    effects, unknown = [], []
+    for (kind, text, _), same in alike.items():
+        places = tuple(dict.fromkeys(own.place for own in same))
+        if same[0].share is None:
+            unknown.append(Unknown(places, text, np.abs(added(np.sum([own.flexibility for own in same], axis=0)))))
+            continue
+        pairs = [(own.share or (0.0, 0.0), own.flexibility) for own in same]
+        low, high = (added(np.sum([share[k] * E for share, E in pairs], axis=0)) for k in (0, 1))
+        middle += (low + high) / 2
+        spread[same[0].group] += (high - low) / 2
+        effects.append(Effect(kind, places, text, *np.sort([value(low), value(high)], axis=0)))
     half = np.sqrt(sum((own**2 for own in spread.values()), np.zeros(n)))
     ends = np.sort([value(middle - half), value(middle + half)], axis=0)
-    effects = [
-        Effect(kind, _once(own), text, *np.sort([value(sum(o[1] for o in own)), value(sum(o[2] for o in own))], axis=0))
-        for (kind, text, _), own in alike.items()
-    ]
-    effects.sort(key=lambda own: -float(np.abs([own.low, own.high]).max(initial=0.0)))
-    of: dict[str, list[tuple[str, Array]]] = {}
-    for own, share in bare:
-        of.setdefault(own.reason, []).append((own.place, share))
-    unknown = [Unknown(_once(own), reason, sum(share for _, share in own)) for reason, own in of.items()]
     without = sum((own.share for own in unknown), np.zeros(n))
     ends[:, without >= UNCOVERED] = np.nan
     most = [max(unknown, key=lambda own: own.share[k], default=None) for k in range(n)]
     reasons = tuple(own.reason if own and bad else "" for own, bad in zip(most, without >= UNCOVERED, strict=True))
+    effects.sort(key=lambda own: -float(np.abs([own.low, own.high]).max(initial=0.0)))
     return ModelError(ends[0], ends[1], reasons, tuple(effects), tuple(unknown))
-
-
-def _once(own: Sequence[tuple[str, Any]]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(place for place, *_ in own))
 
 
 def assumptions(full: FullOrderModel, states: Array) -> list[Assumption]:
@@ -227,18 +231,43 @@ def _beams(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str, Any]) 
     for name, (_, force) in wrenches.items():
         part = full.plan.parts[name]
         moved = full.matrices[name].elements.member_C @ force
-        _, _, nu, _ = part.table.moduli(full.values)
+        _, _, nu, G = part.table.moduli(full.values)
+        b, t = (own[:, 0].tolist() for own in part.table.end_sizes(full.values, full.geometry.parts[name].length))
         for m, (key, member) in enumerate(part.members.items()):
             own = slice(part.first[m], part.first[m + 1])
-            work = np.einsum("iecj,ieck->cjk", force[:, own], moved[:, own])
             length = float(full.geometry.parts[name].length[m])
             errors, kind, beam = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
-            for k, (direction, components) in enumerate(zip(DIRECTIONS, COMPONENTS, strict=True)):
-                E = work[list(components)].sum(axis=0)
-                share = None if errors.reason else (float(errors.low[k]), float(errors.high[k]))
+            E = np.einsum("iecj,ieck->cjk", force[:, own], moved[:, own])
+            parts: list[tuple[str, Array]] = list(
+                zip(DIRECTIONS, (E[list(c)].sum(axis=0) for c in COMPONENTS), strict=True)
+            )
+            shares = [
+                None if errors.reason else (float(x), float(y)) for x, y in zip(errors.low, errors.high, strict=True)
+            ]
+            if part.table.corrections.active[m, WARPING] and kind == "leaf":
+                C, torque = full.matrices[name].elements.member_C[own, 3, 3], force[:, own, 3]
+                uneven = torque - np.einsum("e,iej->ij", C / C.sum(), torque)[:, None]
+                E = np.einsum("e,iej,iek->jk", C, uneven, uneven)
+                parts[1] = (parts[1][0], parts[1][1] - E)
+                parts.append(("uneven twist", E))
+                shares.append((1 / _quicker(b[m], t[m], length, float(nu[m]), length / (C.sum() * G[m])) - 1, 0.0))
+            for (direction, flexibility), share in zip(parts, shares, strict=True):
                 text = f"{direction} of a {kind}, taken as a {beam}"
-                group, place = f"{kind} {direction}", place_of(name, key)
-                yield Assumption("beam", place, text, group, (E + E.T) / 2, share, errors.reason)
+                group, E = f"{kind} {direction}", (flexibility + flexibility.T) / 2
+                yield Assumption("beam", place_of(name, key), text, group, E, share, errors.reason if not share else "")
+
+
+def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
+    """Squared frequency of the first twisting vibration of a strip that is held flat at both ends over that with a
+    torsion constant J, m^4, that is meant for a torque of one size (V. Z. Vlasov, Thin-walled elastic beams, 1961;
+    theory eq. M3)."""
+    large, small = max(b, t), min(b, t)
+    own = large * small**3 / 3 * (1 - 0.63 * small / large)
+    decay = np.sqrt(24 * (1 - nu)) * length / large
+    whole = CLAMPED_SLOPE + CLAMPED / decay**2
+    if decay > 4:
+        whole = min(whole, (np.pi / (1 - 2 / decay)) ** 2)
+    return max(1.0, float(whole * own / (np.pi**2 * J)))
 
 
 def _errors(

@@ -188,7 +188,7 @@ class Modes(Tabular):
             "mode": [m.number for m in self.modes],
             "frequency [Hz]": [m.frequency_text for m in self.modes],
             "proven": [m.proven_text for m in self.modes],
-            "model error": self.model_errors.texts,
+            "model error": list(self.model_errors.texts),
             "what moves": [m.motion.summary for m in self.modes],
         }
         if any(flags := [m.flag for m in self.modes]):

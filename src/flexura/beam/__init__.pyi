@@ -3,6 +3,7 @@ from flexura.beam import element as element
 from flexura.beam import section as section
 from flexura.beam import strip as strip
 from flexura.beam import wedge as wedge
+from flexura.beam._columns import combine as combine
 from flexura.beam.dynamic import DynamicBeam as DynamicBeam
 from flexura.beam.dynamic import Joint as Joint
 from flexura.beam.dynamic import at_pole as at_pole
@@ -23,7 +24,6 @@ from flexura.beam.element import END_FLEXIBILITY_BASIS as END_FLEXIBILITY_BASIS
 from flexura.beam.element import MASS_BASIS as MASS_BASIS
 from flexura.beam.element import MASS_ENTRIES as MASS_ENTRIES
 from flexura.beam.element import STIFFNESS_BASIS as STIFFNESS_BASIS
-from flexura.beam._columns import combine as combine
 from flexura.beam.element import flexibility as flexibility
 from flexura.beam.element import flexibility_coefficients as flexibility_coefficients
 from flexura.beam.element import interpolation as interpolation

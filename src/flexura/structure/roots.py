@@ -68,18 +68,14 @@ class Roots:
     (m, 2) of the members of every part that are looked at.
     """
 
-    def __init__(
-        self, parts: dict[str, Part], topology: Topology, members: Members, which: dict[str, Bools]
-    ) -> None:
+    def __init__(self, parts: dict[str, Part], topology: Topology, members: Members, which: dict[str, Bools]) -> None:
         self._parts, self._topology, self._table = parts, topology, members
         first = np.cumsum([0, *(len(part.members) for part in parts.values())])
         self._first = dict(zip(parts, first.tolist(), strict=False))
         self._bodies: list[tuple[int, int, BodyElement]] = []
         self._ends: list[tuple[int, int, int, int]] = []
         wanted = [
-            (self._first[name] + m, end)
-            for name, part in parts.items()
-            for m, end in np.argwhere(which[name]).tolist()
+            (self._first[name] + m, end) for name, part in parts.items() for m, end in np.argwhere(which[name]).tolist()
         ]
         copies = self._copies(wanted) if wanted else {}
         rows = [key for key in wanted if copies[key]]
