@@ -8,7 +8,7 @@ s f'E f (theory eq. M1), so that each assumption is weighted by the energy that 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,6 +38,9 @@ ROOT_LEFT_OUT = (0.0, 1.2)
 
 BODY = (0.5, 1.2)
 """Share of the estimated flexibility of a body that it has."""
+
+AT_NOTCH = 3.5
+"""The most of it where notches end in the body, whose flanks lead their load into little of it."""
 
 GROUND = (0.0, 1.2)
 """Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
@@ -163,36 +166,35 @@ def frequency_errors(full: FullOrderModel, squared: Array, states: Array, n: int
     after S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279)."""
     scale = 1 / np.outer(squared, squared)
 
-    def added(flexibility: Array) -> Array:
-        """Relative increase (n,) of 1/omega^2."""
+    def periods(flexibility: Array) -> Array:
+        """1/omega^2 (n,) with a flexibility, in the order of shapes without it."""
         found, shapes = np.linalg.eigh(np.diag(1 / squared) + scale * flexibility)
         mode, number = linear_sum_assignment(-(shapes**2))
         order = np.empty(len(squared), dtype=np.intp)
         order[mode] = number
-        return (found[order] * squared - 1)[:n]
+        return found[order][:n]
 
-    return _combined(assumptions(full, states), n, added, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1)
+    return errors_of(full, states, periods, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1)
 
 
-def compliance_errors(
-    full: FullOrderModel, states: Array, pairs: Sequence[tuple[int, int]], values: Array
+def errors_of(
+    full: FullOrderModel,
+    states: Array,
+    numbers: Callable[[Array], Array],
+    value: Callable[[Array], Array] = lambda x: x,
 ) -> ModelError:
-    """Model errors of compliances (n,) between two of k load vectors each, from the displacements (order, k) under
-    these loads (theory eq. M1)."""
-    i, j = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-    size = np.where(values == 0, np.inf, values)
+    """Model errors of n numbers that follow from the compliances between k load vectors (theory eq. M1).
+
+    states: displacements (order, k) under these loads; numbers: the n numbers when a flexibility (k, k) is added to
+    these compliances; value: what relative changes of them are of the numbers asked for. Assumptions of one group add,
+    groups their squares; equal ones are taken at once, so that modes of equal frequencies are not told apart by them.
+    """
+    found, base = assumptions(full, states), numbers(np.zeros((states.shape[1],) * 2))
+    n, size = len(base), np.where(base == 0, np.inf, base)
 
     def added(flexibility: Array) -> Array:
-        return flexibility[i, j] / size
+        return (numbers(flexibility) - base) / size
 
-    return _combined(assumptions(full, states), len(size), added, lambda x: x)
-
-
-def _combined(
-    found: Sequence[Assumption], n: int, added: Callable[[Array], Array], value: Callable[[Array], Array]
-) -> ModelError:
-    """All assumptions together, by what a flexibility adds to n numbers, relative: those of one group add, groups their
-    squares. Equal ones are taken at once, so that modes of equal frequencies are not told apart by them."""
     alike: dict[tuple[str, str, str], list[Assumption]] = {}
     for own in found:
         by_itself = own.place if own.kind in ("body", "ground") else ""
@@ -313,4 +315,8 @@ def _solids(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str, Any])
     """Bodies, and blocks of the ground."""
     for body in loaded_solids(full, wrenches, values):
         kind = "ground" if body.solid.held else "body"
-        yield Assumption(kind, body.kind, body.text, kind, body.flexibility(), BODY if body.is_sure else GROUND)
+        least, most = BODY if body.is_sure else GROUND
+        ends = [full.plan.parts[name].members[key] for name, key in (end.member for end in body.ends)]
+        if any(isinstance(member, Flexure) and member.profile.type == "notch" for member in ends):
+            most = AT_NOTCH
+        yield Assumption(kind, body.kind, body.text, kind, body.flexibility(), (least, most))
