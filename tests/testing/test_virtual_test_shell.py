@@ -78,6 +78,20 @@ def test_parameters_reach_the_test():
     assert heavy < light
 
 
+def test_a_record_that_is_too_short_is_told_first_of_every_hammer(tmp_path):
+    file = tmp_path / "stage.yaml"
+    file.write_text((STAGE + TEST).replace("duration: 5 s", "duration: 0.5 s"), encoding="utf-8")
+    done = run("virtual-test", file)
+    assert done.exit_code == 0, done.output
+    hammers = fx.load(file).test.hammer
+    assert len(hammers) > 1 and "missed" not in done.stdout
+    lines = done.stdout.splitlines()
+    head = next(k for k, line in enumerate(lines) if line.startswith("mode"))
+    assert lines[1].startswith("no frequency responses: none of the")
+    for name in hammers:
+        assert any(f"records with {name} can be used" in line for line in lines[:head])
+
+
 @pytest.mark.parametrize(
     ("old", "new", "place", "rule"),
     [
@@ -87,9 +101,9 @@ def test_parameters_reach_the_test():
         ("mass: 5 g", "mass: -5 g", "test.accelerometers.ax.mass", "a mass must be non-negative"),
         ("az: {node: stage, direction: z, at: [30 mm, 30 mm, 5 mm], mass: 8 g}", "az: pickup", "test.accelerometers.az",
          "this is the name of none of the sensors"),
-        ("duration: 5 s", "duration: 0.1 s", "test", "a record has at least 64 samples"),
-        ("pulse: 12 ms", "pulse: 2 s", "test", "the pulse takes at most a quarter of the record"),
-        ("pulse: 12 ms", "pulse: 1 ms", "test", "at least four samples fall into the pulse"),
+        ("duration: 5 s", "duration: 0.1 s", "test", "of 100 ms at 400 Hz has 40 samples; at least 64 are needed"),
+        ("pulse: 12 ms", "pulse: 2 s", "test", "a pulse of 2 s in a record of 5 s: it takes at most a quarter of it"),
+        ("pulse: 12 ms", "pulse: 1 ms", "test", "a pulse of 1 ms at 400 Hz has 0.4 samples; at least 4 are needed"),
         ("[bz, cz]", "[bz, bz]", "test", "placement second holds an accelerometer twice"),
         ("sample_rate: 400 Hz", "hits: 0", "test.sample_rate", "required, but missing"),
         ("duration: 5 s", "duration: 5 s\n  band: [30 Hz, 10 Hz]", "test", "a band is from a lower to"),

@@ -75,6 +75,9 @@ def print_virtual_test(result: VirtualTest, written: list[Path], measured: Measu
     hits = len(result.measurement.recordings)
     title = f"{result.name}: {hits} hits, {len(placements)} placement{'s' * (len(placements) != 1)}"
     console.print(f"{title}, {result.band[0]:.4g} to {result.band[1]:.4g} Hz", style="bold", markup=False)
+    nothing = result.identified is None
+    for note in dict.fromkeys(result.notes) if nothing else ():
+        console.print(note, markup=False)
     table = _table("mode", "no sensors Hz", "sensors on Hz", "mass effect", "identified Hz", "rad/s", "off")
     for heading in ("damping %", "off", "MAC", "confidence", *(["measured rad/s"] if measured is not None else [])):
         table.add_column(heading, justify="right")
@@ -85,13 +88,13 @@ def print_virtual_test(result: VirtualTest, written: list[Path], measured: Measu
             f"{mode.mass_loaded_hz:.5g}",
             f"{100 * mode.mass_effect:+.2f} %",
         ]
-        row += _identified(mode)
+        row += ["", "", "", f"({100 * mode.damping_ratio:.3g})", "", "", ""] if nothing else _identified(mode)
         if measured is not None:
             own = measured.by_number.get(k + 1)
             row.append("" if own is None else f"{2 * math.pi * own:.5g}")
         table.add_row(*row)
     console.print(table)
-    if len(placements) > 1:
+    if len(placements) > 1 and not nothing:
         table = _table("mode", *(f"{p} Hz" for p in placements), *(f"{p} off" for p in placements))
         for mode in result.modes:
             pairs = [mode.placement_hz[p] for p in placements]
@@ -101,7 +104,7 @@ def print_virtual_test(result: VirtualTest, written: list[Path], measured: Measu
     if result.false_hz:
         listed = ", ".join(f"{f:.5g}" for f in result.false_hz)
         console.print(f"identified where there is no mode, Hz: {listed}", markup=False)
-    for note in dict.fromkeys(result.notes):
+    for note in () if nothing else dict.fromkeys(result.notes):
         console.print(note, markup=False)
     for path in written:
         console.print(f"wrote {path}", markup=False)

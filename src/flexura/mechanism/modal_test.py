@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -17,9 +18,19 @@ from flexura.mechanism.quantity import (
     PositiveNumber,
     PositiveTime,
 )
+from flexura.tables import quantity
 
 LEAST_SAMPLES = 64
 """Samples in a record at least."""
+
+LEAST_IN_PULSE = 4
+"""Samples in a pulse at least."""
+
+
+def _in_units(duration: float, rate: float) -> str:
+    """A time at a sample rate, and how many samples it has."""
+    count = f"{math.floor(1e3 * duration * rate * (1 + 1e-9)) / 1e3:.5g}"
+    return f"{quantity(duration, 's')} at {quantity(rate, 'Hz')} has {count}"
 
 
 class HammerPoint(Part):
@@ -79,11 +90,14 @@ class ModalTest(Part):
     def _consistent(self) -> Self:
         rate, duration, pulse = self.sample_rate, self.duration, self.pulse
         if isinstance(rate, float) and isinstance(duration, float) and rate * duration < LEAST_SAMPLES:
-            raise refuse(f"a record has at least {LEAST_SAMPLES} samples", "record longer or faster")
-        if isinstance(rate, float) and isinstance(pulse, float) and rate * pulse < 4:
-            raise refuse("at least four samples fall into the pulse", "sample faster, or give a longer pulse")
+            text = f"a record of {_in_units(duration, rate)} samples; at least {LEAST_SAMPLES} are needed"
+            raise refuse(text, "record longer or faster")
+        if isinstance(rate, float) and isinstance(pulse, float) and rate * pulse < LEAST_IN_PULSE:
+            text = f"a pulse of {_in_units(pulse, rate)} samples; at least {LEAST_IN_PULSE} are needed"
+            raise refuse(text, "sample faster, or give a longer pulse")
         if isinstance(duration, float) and isinstance(pulse, float) and pulse > duration / 4:
-            raise refuse("the pulse takes at most a quarter of the record")
+            share = f"a pulse of {quantity(pulse, 's')} in a record of {quantity(duration, 's')}"
+            raise refuse(f"{share}: it takes at most a quarter of it", "record longer, or give a shorter pulse")
         if isinstance(self.exponential, float) and self.exponential > 1:
             raise refuse("the exponential window ends between 0 and 1", "e.g. exponential: 0.01")
         low, high = self.band or (0.0, 1.0)

@@ -102,6 +102,7 @@ def estimate_frf(
             raise OptionError(f"there is no channel {name!r}; known: {', '.join(sorted(known))}")
     cut = [r if duration is None else _cut(r, duration) for r in recordings]
     found: list[MeasuredFRF] = []
+    unusable: list[str] = []
     for setup in dict.fromkeys(r.setup for r in cut):
         own = [r for r in cut if r.setup == setup]
         _refuse_uneven(own)
@@ -112,8 +113,13 @@ def estimate_frf(
             together.setdefault(outs, {}).setdefault(ins, []).append(r)
         _refuse_missing(setup, together)
         for outs, by_input in together.items():
-            groups = [_group(records, ins, outs, how) for ins, records in by_input.items()]
-            found.append(_combined(setup, groups, how, band))
+            made = [_group(records, ins, outs, how) for ins, records in by_input.items()]
+            unusable += [own for own in made if isinstance(own, str)]
+            groups = [own for own in made if not isinstance(own, str)]
+            if not unusable:
+                found.append(_combined(setup, groups, how, band))
+    if unusable:
+        raise OptionError("\n".join(unusable))
     return tuple(found)
 
 
@@ -184,8 +190,8 @@ def _refuse_missing(setup: str, together: Mapping[tuple[MeasuredChannel, ...], M
 
 def _group(
     records: list[Recording], inputs: tuple[MeasuredChannel, ...], outputs: tuple[MeasuredChannel, ...], how: _How
-) -> _Group:
-    """Spectra of the records that can be used."""
+) -> _Group | str:
+    """Spectra of the records that can be used; why none can, where none can."""
     kept: list[tuple[Complex, Complex]] = []
     left_out: list[str] = []
     notes: list[str] = []
@@ -211,7 +217,8 @@ def _group(
     at = ", ".join(c.name for c in inputs)
     if not kept:
         listed = "\n  ".join(left_out[:8])
-        raise OptionError(f"none of the {len(records)} records with {at} can be used:\n  {listed}")
+        more = f"\n  and {len(left_out) - 8} more" if len(left_out) > 8 else ""
+        return f"none of the {len(records)} records with {at} can be used:\n  {listed}{more}"
     if left_out:
         notes.append(f"{at}: left out {len(left_out)} of {len(records)} records: {' | '.join(left_out)}")
     if left > NOTICEABLE:
