@@ -35,6 +35,18 @@ def test_nodes_that_are_asked_for_are_printed():
     assert moved[2] == pytest.approx(-0.6 * 16 / 60, rel=0.01)
 
 
+def test_nodes_that_the_motion_names_are_printed(tmp_path):
+    """As by `--node`, where the motion of the file is followed; another motion has nodes of its own."""
+    file = tmp_path / "guide.yaml"
+    file.write_text(
+        f"extends: {GUIDE}\nmotion: {{move: {{carriage: {{x: [0, 4 mm]}}}}, steps: 2, modes: 1, nodes: [leaf1.head]}}\n"
+    )
+    printed = flexura("stroke", file).stdout
+    assert "leaf1.head.z" in printed
+    assert printed == flexura("stroke", file, "--node", "leaf1.head").stdout
+    assert "leaf1.head" not in flexura("stroke", file, "--move", "carriage.x=0:4mm", "--steps", 2, "-n", 1).stdout
+
+
 def test_what_no_node_is_asked_of_has_no_stiffness():
     told = flexura("stroke", GUIDE, "--load", "carriage=0,0,0:0,0,-1 N", "--steps", "2", "-n", "1").stdout
     assert "f1 Hz" in told and "kx" not in told and "driven" not in told

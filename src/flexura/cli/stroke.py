@@ -128,7 +128,9 @@ def stroke_command(
     if as_json:
         print_result(result.to_dict(), written)
     else:
-        print_stroke(result, node or [], written)
+        known = result.poses[0].displacement if result.poses else {}
+        described = () if mechanism.motion is None else mechanism.motion.nodes
+        print_stroke(result, node or [name for name in described if name in known], written)
     if result.interrupted:
         sys.stderr.write("flexura: interrupted; what was done is shown\n")
         raise SystemExit(130)
