@@ -12,10 +12,11 @@ from rich.table import Table
 
 from flexura.cli.options import File, Json, Settings, print_result, say, settings_of
 from flexura.cli.tables import console_of_width
+from flexura.errors import OptionError
 
 if TYPE_CHECKING:
     from flexura.mechanism import Mechanism
-    from flexura.solid.verification import SolidRow, Verification, VerificationRow
+    from flexura.solid.verification import SolidRow, Verification, VerificationRow, WholeVerification
 
 GAP = 2
 """Spaces between columns."""
@@ -49,6 +50,12 @@ def verify_command(
     solver: Annotated[
         SolidSolver, typer.Option(help="Finite elements of the solid: flexura's own, or CalculiX.")
     ] = SolidSolver.flexura,
+    whole: Annotated[
+        bool,
+        typer.Option(
+            "--whole", help="The part itself as one solid, nothing rigid but what is held; what each assumption makes."
+        ),
+    ] = False,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the solids here, as .step.")] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write pictures of beams and solid side by side here.")
@@ -58,11 +65,20 @@ def verify_command(
 ) -> None:
     """Beam models, plain and corrected, against solid finite elements of the same mechanism, mode by mode."""
     from flexura.modelfile import load
-    from flexura.solid.verification import progressively
+    from flexura.solid.verification import progressively, verify
 
     mechanism = load(file)
     parameters = settings_of(mechanism, set)
     written = [] if out is None else [_write_step(mechanism, parameters, out)]
+    if whole:
+        if plot is not None:
+            raise OptionError("--whole has a table, and no pictures; leave --plot out")
+        result = verify(mechanism, parameters, n=n, size=size, solver=solver.value, whole=True, progress=say)
+        if as_json:
+            print_result(result.to_dict(), written)
+        else:
+            print_whole(result, written)
+        return
     done, interrupted = None, False
     try:
         for so_far in progressively(
@@ -119,6 +135,22 @@ def print_verification(result: Verification, written: list[Path]) -> None:
         console.print(text, markup=False)
     for path in written:
         console.print(f"wrote {path}", markup=False)
+
+
+def print_whole(result: WholeVerification, written: list[Path]) -> None:
+    """Print a row for every mode of the whole part, then what is held how and lumped, and the mesh."""
+    console = console_of_width()
+    console.print(f"{result.name}: the part as one solid beside the described model", style="bold", markup=False)
+    columns = [[name, *cells] for name, cells in result.columns().items()]
+    console.print(_table(columns, bold=False))
+    said = [
+        "difference: described over whole; beams: beam theory; roots, bodies, ground: what elastic roots lower, and",
+        "what rigid bodies and a rigid ground would raise",
+        *result.notes,
+        f"{result.cells} curved cells of order {result.order}, {result.dofs} DOFs, {_seconds(result.seconds)}",
+    ]
+    for text in (*said, *(f"wrote {path}" for path in written)):
+        console.print(text, markup=False)
 
 
 def _table(columns: list[list[str]], bold: bool) -> Table:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,8 @@ from flexura.solid.fem import MOST_MODES, SURE, SolidModes, beam_mass, elastic_m
 from flexura.solid.interchange import calculix_matrices, need_program
 from flexura.solid.mesh import SolidMesh
 from flexura.solid.verification.beam_models import BeamModel, Described, beam_models
+from flexura.solid.verification.whole import WholeVerification
+from flexura.solid.verification.whole import whole as whole_part
 from flexura.structure import FullOrderModel, one_design
 from flexura.tables import Facts, Table, percent, quantity
 
@@ -178,6 +180,28 @@ class Verification(Tabular):
         return f"Verification({self.name!r}, worst errors: {worst})"
 
 
+@overload
+def verify(
+    model: Mechanism,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    n: int = 6,
+    size: float | None = None,
+    solver: Solver = "flexura",
+    whole: Literal[False] = False,
+    progress: Listener | None = None,
+) -> Verification: ...
+@overload
+def verify(
+    model: Mechanism,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    n: int = 6,
+    size: float | None = None,
+    solver: Solver = "flexura",
+    whole: Literal[True],
+    progress: Listener | None = None,
+) -> WholeVerification: ...
 @verb
 def verify(
     model: Mechanism,
@@ -186,15 +210,21 @@ def verify(
     n: int = 6,
     size: float | None = None,
     solver: Solver = "flexura",
+    whole: bool = False,
     progress: Listener | None = None,
-) -> Verification:
+) -> Verification | WholeVerification:
     """The `n` lowest modes of the solid beside those of the beam models, plain and corrected, paired by shape.
 
     `size` of the fine mesh is relative to the meshers' own choice; two more are coarser. `solver` makes the solid's
-    matrices: this package's elements, or CalculiX, which has tetrahedra alone. `progress` is told of every model and
-    mesh. Raises ModelError, OptionError and
-    SolverError.
+    matrices: this package's elements, or CalculiX, which has tetrahedra alone. With `whole` the part itself is one
+    solid, nothing rigid but what is held, beside the model as `modes` describes it; NGSolve solves it. `progress` is
+    told of every model and mesh. Raises ModelError, OptionError and SolverError.
     """
+    if whole:
+        _check(model, n)
+        if solver != "flexura":
+            raise OptionError(f"the whole part is solved by NGSolve, not by {solver}")
+        return whole_part(model, parameters, int(n), 1.0 if size is None else float(size), told(progress))
     *_, last = progressively(model, parameters, n=n, size=size, solver=solver, progress=progress)
     return last
 
@@ -209,12 +239,7 @@ def progressively(
     progress: Listener | None = None,
 ) -> Iterator[Verification]:
     """`verify` after every row and mesh; `progress` is told each before it starts."""
-    if not isinstance(n, int | np.integer) or n < 1:
-        raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
-    if not isinstance(model, Mechanism):
-        raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
-    if model.at:
-        raise OptionError("verification: at rest alone, not at the pose that is described; take `at` out for it")
+    _check(model, n)
     fine = FINE if size is None else float(size)
     least, most = SIZES
     if not least <= fine <= most:
@@ -288,6 +313,16 @@ def _against(done: Verification, solved: list[BeamModel], found: list[tuple[Soli
         solid_mass=finest.mass,
         shapes=_pairs(pictured, finest, n),
     )
+
+
+def _check(model: object, n: object) -> None:
+    """Raise OptionError for what cannot be verified."""
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
+    if not isinstance(model, Mechanism):
+        raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
+    if model.at:
+        raise OptionError("verification: at rest alone, not at the pose that is described; take `at` out for it")
 
 
 def _limit(model: FullOrderModel, meshes: list[SolidModes], n: int) -> tuple[Array, Array | None, list[Array]]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.extras import need
 from flexura.linalg import available_memory
@@ -27,8 +27,10 @@ SAME = 1e-4
 """Distance over the thickness up to which an edge lies in an end face."""
 GRADING = 0.4
 """How fast tetrahedra grow away from fine places (netgen's own measure)."""
-LEAF, ROD, NOTCH, BLOCK = 4.0, 1.5, 2.0, 1.0
+LEAF, ROD, NOTCH, BLOCK = 5.0, 1.5, 1.5, 1.0
 """Length of tetrahedra of size 1 over the thickness of what they are in."""
+BUMP_ORDER = 14
+"""Order of integration of bumps beyond that of the elements: a patch may be smaller than a cell."""
 STATIONS = 81
 """Places along a contour at which its thickness bounds the length of tetrahedra."""
 DOFS_OF_CELL = {2: 5.5, 3: 18.0, 4: 40.0, 5: 74.0}
@@ -47,31 +49,31 @@ class Patch:
 
 
 class Elements:
-    """The mesh of a part, and its matrices of some order.
+    """The matrices of a meshed part with elements of some order, some pieces so many times as stiff.
 
-    `K`, N/m, and `M`, kg, are those of the free DOFs; `dofs` their number.
+    `K`, N/m, and `M`, kg, are those of the free DOFs; `dofs` their number. Raises OptionError, before they are made,
+    where they and their factors would not fit into memory.
     """
 
     def __init__(
-        self, ngsolve: ModuleType, part: Part, order: int, size: float, announce: Callable[[str], None]
+        self, part: Part, mesh: Any, order: int, announce: Callable[[str], None], stiffer: Mapping[int, float]
     ) -> None:
-        self._ng, self.part = ngsolve, part
-        self.mesh = _mesh(ngsolve, part, order, size, announce)
-        self.order = order
-        self._space: Any = ngsolve.VectorH1(self.mesh, order=order, dirichlet="held")
+        self._ng, self.part, self.mesh = need("ngsolve", "solid"), part, mesh
+        mesh.Curve(order)
+        self._space: Any = self._ng.VectorH1(mesh, order=order, dirichlet="held")
         self._free: Index = np.flatnonzero(np.array(self._space.FreeDofs()))
         self.dofs: int = len(self._free)
-        self.memory: float = memory_of(self.dofs)
-        announce(
-            f"{self.mesh.ne} tetrahedra of order {order}, {self.dofs} DOFs, about {self.memory / 1e9:.2g} GB of "
-            f"{available_memory() / 1e9:.3g} GB that are free"
-        )
-        _refuse(self.memory, self.dofs, order)
-        self.K, self.M = self._matrices()
+        _refuse(self.dofs, order)
+        memory = f"about {memory_of(self.dofs) / 1e9:.2g} GB of {available_memory() / 1e9:.3g} GB that are free"
+        announce(f"{mesh.ne} cells of order {order}, {self.dofs} DOFs, {memory}")
+        self.K, self.M = self._matrices(stiffer)
 
-    def _matrices(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        ng, pieces = self._ng, self.part.pieces.all
-        own = {str(k): piece.material for k, piece in enumerate(pieces)}
+    def _matrices(self, stiffer: Mapping[int, float]) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        ng = self._ng
+        own = {
+            str(k): replace(piece.material, E=piece.material.E * stiffer.get(k, 1.0))
+            for k, piece in enumerate(self.part.pieces.all)
+        }
         mu = self.mesh.MaterialCF({k: m.E / (2 * (1 + m.nu)) for k, m in own.items()})
         lame = self.mesh.MaterialCF({k: m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for k, m in own.items()})
         rho = self.mesh.MaterialCF({k: m.rho for k, m in own.items()})
@@ -88,40 +90,42 @@ class Elements:
         full = sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(n, n))
         return full[self._free][:, self._free]
 
-    def motion(self, patch: Patch) -> tuple[Array, sp.csr_matrix]:
-        """The weighted centre (3,), m, of a patch, and B (6, n): mean displacement and rotation of it by the DOFs."""
-        ng, mesh = self._ng, self.mesh
-        x, y, z = ng.x * MILLIMETRE, ng.y * MILLIMETRE, ng.z * MILLIMETRE
-        at = [x - patch.centre[0], y - patch.centre[1], z - patch.centre[2]]
+    def motion(self, patch: Patch) -> sp.csr_matrix:
+        """B (6, n): displacement of the centre and rotation of the rigid motion that fits a patch best, weighted by its
+        bump, by the DOFs."""
+        ng = self._ng
+        at = [own * MILLIMETRE - c for own, c in zip((ng.x, ng.y, ng.z), patch.centre, strict=True)]
         weight: Any = 1.0
         for axis, radius in zip(patch.axes, patch.radii, strict=True):
             s = (axis[0] * at[0] + axis[1] * at[1] + axis[2] * at[2]) / radius
-            bump = 1 - s * s
-            weight = weight * ng.IfPos(bump, bump, 0.0)
-        near = self._cells_near(patch)
-        region = ng.dx(definedonelements=near, bonus_intorder=6)
-        total = ng.Integrate(weight * region, mesh)
-        if not total > 0:
-            raise SolverError(f"nothing of the mesh lies within {patch.radii.max():.3g} m of {patch.centre}")
-        first = [ng.Integrate(weight * a * region, mesh) / total for a in at]
-        centre = patch.centre + np.array(first)
-        r = [a - b for a, b in zip(at, first, strict=True)]
-        second = np.array([[ng.Integrate(weight * a * b * region, mesh) for b in r] for a in r])
-        inertia = np.trace(second) * np.eye(3) - second
+            weight = weight * ng.IfPos(1 - s * s, 1 - s * s, 0.0)
+        region = ng.dx(definedonelements=self._cells_near(patch), bonus_intorder=BUMP_ORDER)
         v = self._space.TestFunction()
+        width = float(patch.radii.max())
         forms = [weight * v[i] * region for i in range(3)]
-        for i in range(3):
-            j, k = (i + 1) % 3, (i + 2) % 3
-            forms.append(weight * (r[j] * v[k] - r[k] * v[j]) * region)
-        rows = np.empty((6, self.dofs))
-        for i, form in enumerate(forms):
-            load = ng.LinearForm(self._space)
-            load += form
+        forms += [weight * (at[j] * v[k] - at[k] * v[j]) / width * region for j, k in ((1, 2), (2, 0), (0, 1))]
+        rows = np.empty((6, self._space.ndof))
+        for row, form in zip(rows, forms, strict=True):
+            load = ng.LinearForm(form)
             load.Assemble()
-            rows[i] = load.vec.FV().NumPy()[self._free]
-        rows[:3] /= total
-        rows[3:] = np.linalg.solve(inertia, rows[3:])
-        return centre, sp.csr_matrix(rows)
+            row[:] = load.vec.FV().NumPy()
+        moved = rows @ (self._rigid_motions @ rigid_arm(-patch.centre))
+        if not np.linalg.cond(moved * np.append(np.ones(3), np.full(3, 1 / width))) < 1e12:
+            raise SolverError(f"too little of the mesh lies within {width:.3g} m of {patch.centre}")
+        return sp.csr_matrix(np.linalg.solve(moved, rows[:, self._free]))
+
+    @cached_property
+    def _rigid_motions(self) -> Array:
+        """Coefficients (all, 6) of three translations and of three rotations about the global origin."""
+        ng = self._ng
+        x, y, z = (own * MILLIMETRE for own in (ng.x, ng.y, ng.z))
+        fields = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -z, y), (z, 0, -x), (-y, x, 0)]
+        field = ng.GridFunction(self._space)
+        found = np.empty((self._space.ndof, 6))
+        for k, own in enumerate(fields):
+            field.Set(ng.CoefficientFunction(own))
+            found[:, k] = field.vec.FV().NumPy()
+        return found
 
     def _cells_near(self, patch: Patch) -> Any:
         """Which tetrahedra may reach into a patch."""
@@ -177,8 +181,8 @@ def memory_of(dofs: float) -> float:
     return MEMORY * dofs ** (4 / 3)
 
 
-def _refuse(memory: float, dofs: float, order: int) -> None:
-    free = available_memory()
+def _refuse(dofs: float, order: int) -> None:
+    memory, free = memory_of(dofs), available_memory()
     if memory > free:
         raise OptionError(
             f"the whole part would have about {dofs:.2g} DOFs, which take some {memory / 1e9:.2g} GB, and "
@@ -220,8 +224,12 @@ def _fine_points(piece: MemberSolid, size: float) -> tuple[Array, Array]:
     return np.concatenate(points), np.concatenate(lengths)
 
 
-def _mesh(ng: ModuleType, part: Part, order: int, size: float, announce: Callable[[str], None]) -> Any:
+def meshed(part: Part, order: int, size: float, announce: Callable[[str], None]) -> Any:
+    """The mesh of a part for elements up to some order. Raises OptionError where these would not fit into memory, and
+    SolverError where netgen fails."""
+    ng = need("ngsolve", "solid")
     meshing, occ = need("netgen.meshing", "solid"), need("netgen.occ", "solid")
+    _refuse(sum(_least_cells(piece, size) for piece in part.pieces.all) * DOFS_OF_CELL[order], order)
     pieces = part.pieces.all
     coarsest = max(length_of_cells(piece, size) for piece in pieces) / MILLIMETRE
     for solid in part.shape.solids:
@@ -240,8 +248,16 @@ def _mesh(ng: ModuleType, part: Part, order: int, size: float, announce: Callabl
         raise SolverError(f"netgen could not mesh the part: {error}; another size may do") from None
     if graded:
         mesh.RefineHP(1)
-    mesh.Curve(order)
     return mesh
+
+
+def _least_cells(piece: Piece, size: float) -> float:
+    """Tetrahedra that a piece has at least, about."""
+    if isinstance(piece, Block):
+        sizes = 2 * piece.half
+    else:
+        sizes = np.array([piece.length, 2 * float(piece.outline.y.max()), 2 * float(piece.outline.z.max())])
+    return 5 * float(np.prod(np.maximum(sizes / length_of_cells(piece, size), 1.0)))
 
 
 def _mark_corners(part: Part) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 DEPTHS = (6.0, 3.0, 1.5)
 """Depths of a block of ground, and how far it reaches beyond the faces of its member, in thicknesses of this: the first
 that touches nothing else."""
+NEAR = 1e-6
+"""Distance over the thickness up to which a point lies on a surface."""
 ON_FACE = 1e-6
 """Distance of a node from a face that it lies on, over the size of the body."""
 
@@ -156,6 +158,11 @@ def pieces_of(model: FullOrderModel) -> Pieces:
     held += [Held(len(blocks) + k, 0, 2 * end - 1) for k, end in at_ends]
     partly = np.flatnonzero(topology.held.any(axis=1) & ~clamped)
     return Pieces(blocks, tuple(members), tuple(held), tuple(partly.tolist()), tuple(notes))
+
+
+def is_ground(piece: Piece) -> bool:
+    """Whether a piece is a block of ground."""
+    return isinstance(piece, Block) and piece.is_ground
 
 
 def thickness(piece: Piece) -> float:
@@ -344,16 +351,12 @@ def _points(piece: Piece, count: int = 25) -> Array:
 def extended(member: MemberSolid, end: int, hosts: list[Piece]) -> float:
     """How far an end is to reach on, m, for its whole face to be in one of the hosts; zero where it is or cannot be."""
     thin = 2 * float(min(member.outline.y[-end], member.outline.z[-end]))
+    middle = member.placed(np.array([[member.length * end, 0.0, 0.0]]))
     for by in np.concatenate([[0.0], np.linspace(0.02, 1.0, 50)]) * thin:
-        points = member.end_samples(end, -float(by))
-        inside = np.min([beyond(host, points) for host in hosts], axis=0)
-        if (inside <= 1e-6 * thin).all():
+        points = np.concatenate([member.end_samples(end, -float(by)), middle])
+        inside = np.min([beyond(host, points) for host in hosts], axis=0) <= NEAR * thin
+        if inside.all():
             return float(by)
-        if by == 0 and not (inside <= 1e-6 * thin).any():
+        if not inside.any():
             return 0.0
     return 0.0
-
-
-def with_material(piece: Block, **changes: float) -> Block:
-    """The block of another stiffness."""
-    return replace(piece, material=replace(piece.material, **changes))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from types import ModuleType
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import SolverError
+from flexura.extras import need
 from flexura.solid.geometry import MILLIMETRE, MemberSolid, runs
 from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended, thickness
 
@@ -38,9 +39,9 @@ class Part:
     touching: frozenset[tuple[int, int]]
 
 
-def part_of(occ: ModuleType, pieces: Pieces, announce: Callable[[str], None]) -> Part:
-    """Cut, join and glue all pieces. Raises SolverError where OpenCASCADE fails."""
-    announce("geometry of the whole part")
+def part_of(pieces: Pieces) -> Part:
+    """Cut, join and glue all pieces. Raises OptionError without netgen and SolverError where OpenCASCADE fails."""
+    occ = need("netgen.occ", "solid")
     made = [_block(occ, own) if isinstance(own, Block) else _member(occ, own) for own in pieces.all]
     _hand_tips_over(occ, pieces, made)
     everything = pieces.all
