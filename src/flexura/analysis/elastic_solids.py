@@ -12,10 +12,15 @@ import scipy.linalg as la
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from flexura.errors import SolverError
+
 Array = NDArray[np.float64]
 
 ORDER = 8
 """Largest order of the products of Legendre polynomials: 165 functions for each displacement."""
+
+ROUND_OFF = 1e-15
+"""Squared frequency over the largest one that is round-off: of rods from some 1500 times as long as thick on."""
 
 PATCH_POINTS = 3
 """Gauss points along each side of the patch that a member holds."""
@@ -89,7 +94,10 @@ class ElasticSolid:
 
     @cached_property
     def modes(self) -> tuple[Array, Array]:
-        """Squared angular frequencies (k,), 1/s^2, and shapes (3, n, k) of the elastic modes, of unit modal mass."""
+        """Squared angular frequencies (k,), 1/s^2, and shapes (3, n, k) of the elastic modes, of unit modal mass.
+
+        Raises SolverError where round-off hides the lowest.
+        """
         return _modes(self)
 
     def _solved(self) -> tuple[Array, Array]:
@@ -106,6 +114,9 @@ class ElasticSolid:
         mass = self.rho * (N.T * weights) @ N
         squared, shapes = la.eigh(K.reshape(3 * n, 3 * n), la.block_diag(mass, mass, mass))
         rigid = 6 if self.held is None else 0
+        if not squared[rigid] > ROUND_OFF * squared[-1]:
+            sides = " x ".join(f"{1e3 * own:.3g}" for own in self.size)
+            raise SolverError(f"a solid of {sides} mm is too slender for an estimate of how it gives")
         return squared[rigid:], shapes[:, rigid:].reshape(3, n, -1)
 
     @property

@@ -20,6 +20,7 @@ from flexura.analysis.elastic_bodies import Wrenches, loaded_solids, place_of
 from flexura.analysis.internal_forces import force_changes
 from flexura.analysis.measured_members import DIRECTIONS, MemberErrors, ratios_of, stiffness_errors
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
+from flexura.errors import SolverError
 from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
 from flexura.reduction import chained, lowest_pairs
 from flexura.structure import FullOrderModel
@@ -44,6 +45,9 @@ AT_NOTCH = 3.5
 
 GROUND = (0.0, 1.2)
 """Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
+
+EVERYTHING = 1e30
+"""Flexibility, J, of what is not known at all: beside it nothing else counts."""
 
 UNCOVERED = 0.1
 """Part of the energy of a number in members without evidence from which its model error is not known."""
@@ -204,7 +208,8 @@ def errors_of(
     for (kind, text, _), same in alike.items():
         places = tuple(dict.fromkeys(own.place for own in same))
         if same[0].share is None:
-            unknown.append(Unknown(places, text, np.abs(added(np.sum([own.flexibility for own in same], axis=0)))))
+            part = np.abs(added(np.sum([own.flexibility for own in same], axis=0)))
+            unknown.append(Unknown(places, text, np.minimum(part, 1.0)))
             continue
         pairs = [(own.share or (0.0, 0.0), own.flexibility) for own in same]
         low, high = (added(np.sum([share[k] * E for share, E in pairs], axis=0)) for k in (0, 1))
@@ -319,4 +324,8 @@ def _solids(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str, Any])
         ends = [full.plan.parts[name].members[key] for name, key in (end.member for end in body.ends)]
         if any(isinstance(member, Flexure) and member.profile.type == "notch" for member in ends):
             most = AT_NOTCH
-        yield Assumption(kind, body.kind, body.text, kind, body.flexibility(), (least, most))
+        try:
+            yield Assumption(kind, body.kind, body.text, kind, body.flexibility(), (least, most))
+        except SolverError as error:
+            all_of_it = EVERYTHING * np.eye(body.ends[0].wrench.shape[-1])
+            yield Assumption(kind, body.kind, body.text, kind, all_of_it, None, str(error))
