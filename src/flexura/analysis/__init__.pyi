@@ -26,6 +26,11 @@ from flexura.analysis.kinetostatics import kinetostatics as kinetostatics
 from flexura.analysis.left_out import LeftOut as LeftOut
 from flexura.analysis.limits import States as States
 from flexura.analysis.limits import motion_limits as motion_limits
+from flexura.analysis.model_error import Effect as Effect
+from flexura.analysis.model_error import ModelError as ModelError
+from flexura.analysis.model_error import errors_of as errors_of
+from flexura.analysis.model_error import interval_text as interval_text
+from flexura.analysis.model_error import model_errors_of_modes as model_errors_of_modes
 from flexura.analysis.modes import Mode as Mode
 from flexura.analysis.modes import Modes as Modes
 from flexura.analysis.modes import modes as modes

@@ -23,6 +23,7 @@ from flexura.analysis.freedoms import (
 )
 from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.mesh_errors import motion_meshes
+from flexura.analysis.model_error import NO_ERRORS, ModelError, errors_of, interval_text
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import Statics, response_to
 from flexura.analysis.stiffening import not_looked_at
@@ -79,6 +80,17 @@ class Kinetostatics(Result):
     is_clear: bool
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[Exceeded, ...] = ()
+    model_errors: ModelError = NO_ERRORS
+    """How far the part may be from the model: of `compliance` along the six coordinates, of `input_stiffness`, and of
+    `coupling`, row by row."""
+
+    @property
+    def model_error(self) -> dict[str, Any]:
+        """Where the part's `stiffness` (6,), `input_stiffness` (a,) and `coupling` (6, a) lie: between 1 + low and
+        1 + high times those given; None where there is no evidence, or nothing moves."""
+        own, a = self.model_errors.intervals, len(self.inputs)
+        rows = [list(own[k : k + a]) for k in range(6 + a, 6 + 7 * a, max(a, 1))]
+        return {"stiffness": list(own[:6]), "input_stiffness": list(own[6 : 6 + a]), "coupling": rows}
 
     @property
     def kind(self) -> str:
@@ -144,6 +156,7 @@ class Kinetostatics(Result):
         stiffness = {
             "coordinate": DOF_NAMES,
             "stiffness": [quantity(float(k), unit) for k, unit in zip(self.stiffness, turning, strict=True)],
+            "model error": [interval_text(own) for own in self.model_errors.intervals[:6]],
         }
         if self.inputs:
             spans = [
@@ -173,6 +186,7 @@ class Kinetostatics(Result):
             },
             "spectrum": self.spectrum,
             "freedoms": self.freedoms,
+            "model_error": self.model_error,
         }
 
 
@@ -246,7 +260,17 @@ def kinetostatics(
         bool(a) or spectrum.is_clear,
         (*said, *notes, *loaded, *(not_looked_at(model) if a else ())),
         (*workspace_limits(model, moved[:, q] * gain, inputs), *motion_meshes(model, moved, driven)),
+        errors_of(model, moved, lambda E: _numbers(S + E, k)),
     )
+
+
+def _numbers(S: Array, k: Array) -> Array:
+    """Stiffness (6,), input stiffness (a,) and coupling (6 a,), per force, of compliances S (6 + a, 6 + a) with springs
+    k (a,) in the actuators; zero where nothing moves."""
+    own = np.diagonal(S)
+    stiff = np.divide(1.0, own, out=np.zeros(len(own)), where=own != 0)
+    stiff[6:] -= k
+    return np.append(stiff, S[:6, 6:])
 
 
 def _platform(model: FullOrderModel, platform: str | None) -> str:

@@ -8,46 +8,23 @@ s f'E f (theory eq. M1), so that each assumption is weighted by the energy that 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from flexura.analysis.elastic_bodies import Wrenches, loaded_solids, place_of
+from flexura.analysis.assumptions import Assumption, Assumptions, Interval
+from flexura.analysis.elastic_bodies import Wrenches
 from flexura.analysis.internal_forces import force_changes
-from flexura.analysis.measured_members import DIRECTIONS, MemberErrors, ratios_of, stiffness_errors
-from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
-from flexura.errors import SolverError
-from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
 from flexura.reduction import chained, lowest_pairs
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
-Interval = tuple[float, float]
 
-ROOT_DRAWN = (-0.2, 0.2)
-"""How far off, relative, the flexibility of a root is whose block is drawn."""
-
-ROOT_NOT_DRAWN = (-1.0, 0.5)
-"""The same of a block that is not: from a rigid one to an edge of it."""
-
-ROOT_LEFT_OUT = (0.0, 1.2)
-"""Share of a root's flexibility that a model without it lacks."""
-
-BODY = (0.5, 1.2)
-"""Share of the estimated flexibility of a body that it has."""
-
-AT_NOTCH = 3.5
-"""The most of it where notches end in the body, whose flanks lead their load into little of it."""
-
-GROUND = (0.0, 1.2)
-"""Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
-
-EVERYTHING = 1e30
-"""Flexibility, J, of what is not known at all: beside it nothing else counts."""
+LEAST = 5e-4
+"""Model errors below which their size is not told."""
 
 UNCOVERED = 0.1
 """Part of the energy of a number in members without evidence from which its model error is not known."""
@@ -57,34 +34,6 @@ MORE = 8
 
 MOST = 30_000
 """Coordinates up to which model errors of modes are worked out."""
-
-COMPONENTS = ((0,), (3,), (2, 4), (1, 5))
-"""Components of an element's deformation in each of DIRECTIONS."""
-
-
-WARPING = CORRECTIONS.index("warping")
-
-CLAMPED, CLAMPED_SLOPE = 500.564, 12.303
-"""Of the first mode of a beam clamped at both ends, length 1: integrals of the second and of the first derivative
-squared over that of the mode squared (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979)."""
-
-
-@dataclass(frozen=True)
-class Assumption:
-    """What the description takes for granted, and how wrong that may be.
-
-    `kind`: beam, root, body or ground; `place`: what it is about; `text`: what is assumed. `flexibility` (k, k), J, is
-    that of the forces of k motions; `share`: the least and the most of it that is to be added, None where there is no
-    evidence, for a `reason`. Assumptions of one `group` are wrong alike.
-    """
-
-    kind: str
-    place: str
-    text: str
-    group: str
-    flexibility: Array
-    share: Interval | None
-    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -132,10 +81,15 @@ class ModelError:
         return tuple(interval_text(own) for own in self.intervals)
 
 
+NO_ERRORS = ModelError(np.empty(0), np.empty(0), (), ())
+
+
 def interval_text(interval: Interval | None) -> str:
     """A model error in words."""
     if interval is None:
         return "no evidence"
+    if max(map(abs, interval)) < LEAST:
+        return f"below {100 * LEAST:g} %"
     low, high = (100 * own for own in interval)
     digits = 1 if max(abs(low), abs(high)) < 9.95 else 0
     return f"{low:+.{digits}f} to {high:+.{digits}f} %"
@@ -164,7 +118,14 @@ def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Arr
     ), np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi)
 
 
-def frequency_errors(full: FullOrderModel, squared: Array, states: Array, n: int) -> ModelError:
+def frequency_errors(
+    full: FullOrderModel,
+    squared: Array,
+    states: Array,
+    n: int,
+    known: Assumptions | None = None,
+    wrenches: Wrenches | None = None,
+) -> ModelError:
     """Model errors of the first `n` frequencies, from squared angular frequencies (k,) and M-orthonormal vectors
     (order, k) of the lowest elastic modes; the more there are, the better they show what bodies do (theory eq. M2,
     after S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279)."""
@@ -178,7 +139,7 @@ def frequency_errors(full: FullOrderModel, squared: Array, states: Array, n: int
         order[mode] = number
         return found[order][:n]
 
-    return errors_of(full, states, periods, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1)
+    return errors_of(full, states, periods, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1, known, wrenches)
 
 
 def errors_of(
@@ -186,14 +147,18 @@ def errors_of(
     states: Array,
     numbers: Callable[[Array], Array],
     value: Callable[[Array], Array] = lambda x: x,
+    known: Assumptions | None = None,
+    wrenches: Wrenches | None = None,
 ) -> ModelError:
     """Model errors of n numbers that follow from the compliances between k load vectors (theory eq. M1).
 
     states: displacements (order, k) under these loads; numbers: the n numbers when a flexibility (k, k) is added to
     these compliances; value: what relative changes of them are of the numbers asked for. Assumptions of one group add,
     groups their squares; equal ones are taken at once, so that modes of equal frequencies are not told apart by them.
+    `known` and `wrenches`, those of the states, are taken where they are worked out already.
     """
-    found, base = assumptions(full, states), numbers(np.zeros((states.shape[1],) * 2))
+    wrenches = force_changes(full, states) if wrenches is None else wrenches
+    found, base = (known or Assumptions(full)).of(wrenches), numbers(np.zeros((states.shape[1],) * 2))
     n, size = len(base), np.where(base == 0, np.inf, base)
 
     def added(flexibility: Array) -> Array:
@@ -224,108 +189,3 @@ def errors_of(
     reasons = tuple(own.reason if own and bad else "" for own, bad in zip(most, without >= UNCOVERED, strict=True))
     effects.sort(key=lambda own: -float(np.abs([own.low, own.high]).max(initial=0.0)))
     return ModelError(ends[0], ends[1], reasons, tuple(effects), tuple(unknown))
-
-
-def assumptions(full: FullOrderModel, states: Array) -> list[Assumption]:
-    """What may be wrong of a model for its displacements (order, k) in k motions."""
-    wrenches = force_changes(full, states)
-    values = full.plan.scoped_values(full.parameters)
-    return [*_beams(full, wrenches, values), *_roots(full, wrenches), *_solids(full, wrenches, values)]
-
-
-def _beams(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str, Any]) -> Iterator[Assumption]:
-    """Every member in every direction, with how far its stiffness was measured to be off."""
-    for name, (_, force) in wrenches.items():
-        part = full.plan.parts[name]
-        moved = full.matrices[name].elements.member_C @ force
-        _, _, nu, G = part.table.moduli(full.values)
-        b, t = (own[:, 0].tolist() for own in part.table.end_sizes(full.values, full.geometry.parts[name].length))
-        for m, (key, member) in enumerate(part.members.items()):
-            own = slice(part.first[m], part.first[m + 1])
-            length = float(full.geometry.parts[name].length[m])
-            errors, kind, beam = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
-            E = np.einsum("iecj,ieck->cjk", force[:, own], moved[:, own])
-            parts: list[tuple[str, Array]] = list(
-                zip(DIRECTIONS, (E[list(c)].sum(axis=0) for c in COMPONENTS), strict=True)
-            )
-            shares = [
-                None if errors.reason else (float(x), float(y)) for x, y in zip(errors.low, errors.high, strict=True)
-            ]
-            if part.table.corrections.active[m, WARPING] and kind == "leaf":
-                C, torque = full.matrices[name].elements.member_C[own, 3, 3], force[:, own, 3]
-                uneven = torque - np.einsum("e,iej->ij", C / C.sum(), torque)[:, None]
-                E = np.einsum("e,iej,iek->jk", C, uneven, uneven)
-                parts[1] = (parts[1][0], parts[1][1] - E)
-                parts.append(("uneven twist", E))
-                shares.append((1 / _quicker(b[m], t[m], length, float(nu[m]), length / (C.sum() * G[m])) - 1, 0.0))
-            for (direction, flexibility), share in zip(parts, shares, strict=True):
-                text = f"{direction} of a {kind}, taken as a {beam}"
-                group, E = f"{kind} {direction}", (flexibility + flexibility.T) / 2
-                yield Assumption("beam", place_of(name, key), text, group, E, share, errors.reason if not share else "")
-
-
-def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
-    """Squared frequency of the first twisting vibration of a strip that is held flat at both ends over that with a
-    torsion constant J, m^4, that is meant for a torque of one size (V. Z. Vlasov, Thin-walled elastic beams, 1961;
-    theory eq. M3)."""
-    large, small = max(b, t), min(b, t)
-    own = large * small**3 / 3 * (1 - 0.63 * small / large)
-    decay = np.sqrt(24 * (1 - nu)) * length / large
-    whole = CLAMPED_SLOPE + CLAMPED / decay**2
-    if decay > 4:
-        whole = min(whole, (np.pi / (1 - 2 / decay)) ** 2)
-    return max(1.0, float(whole * own / (np.pi**2 * J)))
-
-
-def _errors(
-    full: FullOrderModel, name: str, m: int, member: Link | Flexure, length: float, nu: float
-) -> tuple[MemberErrors, str, str]:
-    """Measured errors of a member with its sizes as numbers, of what kind it is, and what it is taken as."""
-    table = full.plan.parts[name].table
-    if isinstance(member, Link) and isinstance(member.section, str):
-        section = full.plan.layout.mechanism.sections[member.section]
-        member = member.model_copy(update={"section": evaluated(section, full.plan.scoped_values(full.parameters))})
-    corrected = bool(table.corrections.active[m, :-1].any())
-    form = member.section if isinstance(member, Link) else member.profile
-    errors = stiffness_errors(member, length, corrected, shears=bool(table.shear[m]), nu=nu)
-    return errors, ratios_of(form, length)[0], "corrected beam" if corrected else "plain beam"
-
-
-_ROOTS = ("joint with a block that is not drawn, taken as a large one", "joint with a block")
-
-
-def _roots(full: FullOrderModel, wrenches: Wrenches) -> Iterator[Assumption]:
-    """Every elastic root, and those that are left out."""
-    plan, first = full.plan, 0
-    where: list[tuple[str, str, int]] = []
-    for name, part in plan.parts.items():
-        where += [(name, key, first) for key in part.members]
-        first += len(part.connectivity)
-    for roots, is_in in ((plan.roots, True), (plan.roots_left_out, False)):
-        found = roots.of(full.values, full.geometry)
-        for k in range(len(roots) if found else 0):
-            elements, ends, flexibility = found  # type: ignore[misc]
-            name, key, first = where[roots.members[k]]
-            force = wrenches[name][ends[k]][:, elements[k] - first]
-            C = combine(root_coefficients(flexibility[k], 0.0, int(ends[k])), COUPLED_FLEXIBILITY_BASIS, 6)
-            E = np.einsum("icj,cd,idk->jk", force, C, force)
-            drawn = bool(roots.is_known[k])
-            share, text = (ROOT_DRAWN if drawn else ROOT_NOT_DRAWN), _ROOTS[drawn]
-            if not is_in:
-                share, text = ROOT_LEFT_OUT, "rigid joint, without the correction for roots"
-            yield Assumption("root", place_of(name, key), text, "root" if drawn else "root not drawn", E, share)
-
-
-def _solids(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str, Any]) -> Iterator[Assumption]:
-    """Bodies, and blocks of the ground."""
-    for body in loaded_solids(full, wrenches, values):
-        kind = "ground" if body.solid.held else "body"
-        least, most = BODY if body.is_sure else GROUND
-        ends = [full.plan.parts[name].members[key] for name, key in (end.member for end in body.ends)]
-        if any(isinstance(member, Flexure) and member.profile.type == "notch" for member in ends):
-            most = AT_NOTCH
-        try:
-            yield Assumption(kind, body.kind, body.text, kind, body.flexibility(), (least, most))
-        except SolverError as error:
-            all_of_it = EVERYTHING * np.eye(body.ends[0].wrench.shape[-1])
-            yield Assumption(kind, body.kind, body.text, kind, all_of_it, None, str(error))

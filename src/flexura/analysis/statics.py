@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.energy import KINDS, energies
 from flexura.analysis.internal_forces import end_forces
 from flexura.analysis.limits import States, command_limits, force_limits, motion_limits, stress_limits
 from flexura.analysis.mesh_errors import motion_meshes
+from flexura.analysis.model_error import Interval, ModelError, errors_of, interval_text
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.pose_limits import pose_limits
 from flexura.analysis.preload import preload
@@ -29,6 +31,9 @@ from flexura.tables import ROUND_OFF, Facts, Table, quantity
 
 Array = NDArray[np.float64]
 
+
+NOTCH_FACTOR = 0.05
+"""How far off, relative, the stress factors of notches may be."""
 
 MOST_NODES = 6
 """Nodes that a notebook shows: those that carry loads and bodies first, then those that move most."""
@@ -115,6 +120,43 @@ class Statics(Tabular):
         return (*state_of(self.model.design), *self._buckling[1], *not_looked_at(self.model))
 
     @cached_property
+    def model_errors(self) -> ModelError:
+        """How far the part may be from the model: in the energy of its members, in all `readings` of displacements, and
+        in the motion of the nodes that carry `loads`, along the way that each moves."""
+        plan, u = self.model.plan, self.displacement_vector
+        rows = list(_displacement_rows(self.model, self.readings).values())
+        for node in self.loads:
+            at = self.model.design.node_rows(plan.topology.numbers([node])).toarray()[:3]
+            moved = at @ u
+            rows.append(moved @ at / (np.linalg.norm(moved) or 1.0))
+        own = np.reshape(rows, (-1, self.model.order))
+        states = np.column_stack([u, flexibility(self.model).held(np.ascontiguousarray(own.T))])
+        spring = KINDS.index("spring")
+        strained = [
+            2 * float(np.delete(kinds[:, 0], spring).sum())
+            for part in energies(self.model, self.model.node_displacements(u[:, None]))
+            for kinds in part.strain.values()
+        ]
+        base = np.array([sum(strained), *(own @ u)])
+        return errors_of(self.model, states, lambda E: base + E[:, 0])
+
+    @property
+    def model_error(self) -> dict[str, Interval | None]:
+        """By sensor of a displacement and by loaded node, where the part's displacement lies: between 1 + low and
+        1 + high times the one given; None where there is no evidence."""
+        names = (*_displacement_rows(self.model, self.readings), *self.loads)
+        return dict(zip(names, self.model_errors.intervals[1:], strict=True))
+
+    @property
+    def stress_error(self) -> Interval | None:
+        """Where the part's stresses lie, relative to those given; None where there is no evidence. They change by no
+        more than the stiffness of what is bent, and factors of notches (Neuber 1958) are off by 5 % at most. A sharp
+        corner where a member ends has no finite stress, which is not in it."""
+        own = self.model_errors.intervals[0]
+        most = None if own is None else max(map(abs, own)) + NOTCH_FACTOR
+        return None if most is None else (-most, most)
+
+    @cached_property
     def _buckling(self) -> tuple[tuple[Exceeded, ...], tuple[str, ...]]:
         """Whether the loads are beyond buckling, and why that is not known where it is not."""
         if self.model.plan.is_posed:
@@ -136,6 +178,8 @@ class Statics(Tabular):
     def _data(self) -> dict[str, Any]:
         stresses = self.stresses()
         return {
+            "model_error": self.model_error,
+            "stress_error": self.stress_error,
             "readings": self.readings,
             "actuators": self.actuators,
             "stress": [
@@ -163,7 +207,9 @@ class Statics(Tabular):
             quantity(value if abs(value) > ROUND_OFF * largest[units[name]] else 0.0, units[name])
             for name, value in self.readings.items()
         ]
-        yield Table({"sensor": list(self.readings), "reading": readings}, "sensors")
+        errors = {name: interval_text(own) for name, own in self.model_error.items()}
+        told = [errors.get(name, "") for name in self.readings]
+        yield Table({"sensor": list(self.readings), "reading": readings, "model error": told}, "sensors")
         turns = [a.unit == "N*m" for a in self.actuators]
         columns = {
             "actuator": [a.name for a in self.actuators],
@@ -183,6 +229,16 @@ class Statics(Tabular):
         u = self.model.node_displacements(self.displacement_vector[:, None])[placed, :, 0]
         moves = {f"{dof} [{'m' if dof[0] == 't' else 'rad'}]": u[:, k] for k, dof in enumerate(DOF_NAMES)}
         return {"node": [topology.node_names[k] for k in placed], **moves}
+
+
+def _displacement_rows(model: FullOrderModel, readings: Mapping[str, float]) -> dict[str, Array]:
+    """Rows (n,) of the sensors that read displacements and rotations alone."""
+    outputs = Ports(model.design).outputs(list(readings))
+    return {
+        out.channel.name: np.asarray(out.row)
+        for out in outputs
+        if out.channel.quantity in ("displacement", "rotation") and not out.feed
+    }
 
 
 @verb

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import groupby
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.assumptions import Assumptions
 from flexura.analysis.doubts import corrected
 from flexura.analysis.low_order_motion import LowOrderMotion, low_order_motion
+from flexura.analysis.model_error import ModelError, frequency_errors
 from flexura.analysis.stress import (
     EndForces,
     Stresses,
@@ -38,9 +40,10 @@ from flexura.motion import (
     Frames,
     MovingModel,
     beyond,
+    end_force_changes,
     end_forces,
 )
-from flexura.results import Tabular
+from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
 from flexura.tables import Facts, Table, counted, quantity
@@ -68,6 +71,15 @@ MOST_SHOWN = 2
 """Displacements, loads and frequencies of each pose that a notebook shows."""
 
 
+class Spectrum(NamedTuple):
+    """Small motions about a pose: eigenvalues (k,) and M-orthonormal vectors (n, k) of what moves, at its state."""
+
+    moving: MovingModel
+    state: Equilibrium
+    values: Array
+    vectors: Array
+
+
 @dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
     """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
@@ -77,11 +89,10 @@ class Stroke(Tabular):
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
     members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
-    `low_order` is what stands for the full order, where that was asked for.
+    `low_order` is what stands for the full order, where that was asked for, `spectra` what `model_errors` need.
     """
 
     _shown = ("name", "poses")
-    _told = ("poses",)
 
     model: FullOrderModel
     poses: tuple[StrokePose, ...]
@@ -94,6 +105,31 @@ class Stroke(Tabular):
     units: dict[str, str]
     low_order: LowOrderMotion | None = None
     has_follower_loads: bool = False
+    spectra: tuple[Spectrum, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def model_errors(self) -> tuple[ModelError, ...]:
+        """How far the part may be from the model, in `frequency_hz` of every pose; none at low order."""
+        if not self.spectra:
+            return ()
+        known = Assumptions(self.model)
+        found = []
+        for moving, state, values, vectors in self.spectra:
+            at, none = np.flatnonzero(values > 0), np.full(len(values), np.nan)
+            padded = np.concatenate([vectors[:, at], np.zeros((1, len(at)))])
+            wrenches = end_force_changes(moving, state, padded[moving.dof])
+            own = frequency_errors(self.model, values[at], vectors[:, at], len(at), known, wrenches)
+            low, high, reason = none.copy(), none.copy(), ["not stable"] * len(values)
+            low[at], high[at] = own.low, own.high
+            for k, text in zip(at.tolist(), own.reason, strict=True):
+                reason[k] = text
+            found.append(replace(own, low=low, high=high, reason=tuple(reason)))
+        return tuple(found)
+
+    def _data(self) -> dict[str, Any]:
+        errors = [own.intervals for own in self.model_errors] or [None] * len(self.poses)
+        poses = zip(self.poses, errors, strict=True)
+        return {"poses": [{**plain(pose), "model_error": own} for pose, own in poses]}
 
     @property
     def name(self) -> str:
@@ -237,7 +273,7 @@ class Stroke(Tabular):
         yield Table(rows, "poses")
 
     def _columns(self) -> dict[str, Any]:
-        return stroke_columns(self.poses, self.units)
+        return stroke_columns(self.poses, self.units, self.model_errors)
 
 
 @verb
@@ -331,7 +367,13 @@ def stroke(
     ended, critical = tuple(followed.stopped), tuple(followed.critical)
     doubts = (*beyond(moving, frames), *planned.overdriven)
     turning = any(state.loads.follower for state in shown)
-    return Stroke(full, tuple(poses), ended, critical, doubts, yields, forces, frames, planned.units, low, turning)
+    spectra = ()
+    if low is None:
+        spectra = tuple(
+            Spectrum(moving, own.state, own.measured.values, own.measured.vectors) for own in followed.found
+        )
+    units = planned.units
+    return Stroke(full, tuple(poses), ended, critical, doubts, yields, forces, frames, units, low, turning, spectra)
 
 
 def _at_low_order(

@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from flexura.analysis.model_error import ModelError
 from flexura.analysis.stroke_pose import StrokePose
 from flexura.analysis.stroke_ways import FORCES
 from flexura.mechanism import DOF_NAMES
 
 
-def stroke_columns(poses: Sequence[StrokePose], units: Mapping[str, str]) -> dict[str, Any]:
-    """What each pose is, by heading; `units` are those of what is prescribed."""
+def stroke_columns(
+    poses: Sequence[StrokePose], units: Mapping[str, str], errors: Sequence[ModelError]
+) -> dict[str, Any]:
+    """What each pose is, by heading; `units` are those of what is prescribed, `errors` how far the part may be from the
+    model at each pose, none where that is not known."""
     if not poses:
         return {}
     return {
         **{f"{name} [{units[name]}]": [p.varied[name] for p in poses] for name in poses[0].varied},
         **_drive_columns(poses),
-        **_frequency_columns(poses),
+        **_frequency_columns(poses, errors),
         **{
             f"support {dof} [{'N/m' if k < 3 else 'N m/rad'}]": [p.support_stiffness[k] for p in poses]
             for k, dof in enumerate(DOF_NAMES)
@@ -43,13 +47,16 @@ def _drive_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
     return columns
 
 
-def _frequency_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
-    """Frequencies, between which proven bounds they are, and those with the drives held."""
+def _frequency_columns(poses: Sequence[StrokePose], errors: Sequence[ModelError]) -> dict[str, Any]:
+    """Frequencies, between which proven bounds they are, how far the part may be, and those with the drives held."""
     columns: dict[str, Any] = {}
     for k in range(min(len(p.frequency_hz) for p in poses)):
         columns[f"f{k + 1} [Hz]"] = [p.frequency_hz[k] for p in poses]
         for end, name in enumerate(("lower", "upper")):
             columns[f"f{k + 1} {name} [Hz]"] = [p.frequency_interval_hz[k][end] for p in poses]
+        if errors:
+            for name in ("low", "high"):
+                columns[f"f{k + 1} model error, {name}"] = [float(getattr(own, name)[k]) for own in errors]
     columns["proven"] = [p.proven for p in poses]
     for k in range(min(len(p.frequency_hz_held) for p in poses)):
         columns[f"f{k + 1} held [Hz]"] = [p.frequency_hz_held[k] for p in poses]

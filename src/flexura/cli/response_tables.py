@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from flexura.analysis import interval_text
 from flexura.cli.tables import console_of_width, print_warnings, write_table
 from flexura.errors import Exceeded
 from flexura.mechanism import DOF_NAMES
@@ -46,6 +47,8 @@ def print_statics(result: Statics, nodes: list[str], pictures: list[Path]) -> No
         console.print(table)
     for name, value in result.readings.items():
         console.print(f"sensor {name}: {value:.6g}", markup=False)
+    for name, error in result.model_error.items():
+        console.print(f"model error of {name}: {interval_text(error)}", markup=False)
     if result.actuators:
         table = _table("actuator", "command", "elongation", "force")
         for a in result.actuators:
@@ -61,6 +64,7 @@ def print_statics(result: Statics, nodes: list[str], pictures: list[Path]) -> No
         console.print(table)
         if len(loaded) > MOST_ROWS:
             console.print(f"and {counted(len(loaded) - MOST_ROWS, 'member')} with less")
+        console.print(f"model error of stresses: {interval_text(result.stress_error)}", markup=False)
     factor = stresses.factor_to_yield
     if factor is not None and np.isfinite(factor):
         if result.model.plan.is_posed:
@@ -106,14 +110,15 @@ def print_kinetostatics(name: str, result: Kinetostatics, pictures: list[Path]) 
             table.add_row(f"{dof} {'m' if k < 3 else 'rad'}", *(f"{x:.4g}" for x in result.coupling[k]))
         table.add_row("input stiffness N/m", *(f"{x:.4g}" for x in result.input_stiffness))
         console.print(table)
-    table = _table("coordinate", "stiffness", "actuators free", "actuators locked", "workspace")
+    table = _table("coordinate", "stiffness", "model error", "actuators free", "actuators locked", "workspace")
     for k, dof in enumerate(DOF_NAMES):
         unit = "N/m" if k < 3 else "N m/rad"
         free, locked = float(result.compliance_free[k, k]), float(result.compliance_locked[k, k])
         own = stiffness(float(result.compliance[k, k]))
         low, high = result.workspace[k]
         span = f"{low:.4g} to {high:.4g} {'m' if k < 3 else 'rad'}" if np.isfinite([low, high]).all() else "no limits"
-        row = (own if own == "held" else f"{own} {unit}", stiffness(free), stiffness(locked, free))
+        error = "" if own == "held" else result.model_errors.texts[k]
+        row = (own if own == "held" else f"{own} {unit}", error, stiffness(free), stiffness(locked, free))
         table.add_row(dof, *row, span if result.inputs else "")
     console.print(table)
     if result.inputs:

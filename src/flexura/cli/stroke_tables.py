@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,6 +38,8 @@ def print_stroke(result: Stroke, nodes: Sequence[str], written: Sequence[Path]) 
         support = " k: support stiffness, drives held;" if is_supported else ""
         factors = "to yield, to buckle: factors on what is there"
         console.print(f"f: drives free under the forces that hold the pose;{support} {factors}")
+        if result.model_errors:
+            console.print(f"model error over all poses: {', '.join(_model_errors(result))}", markup=False)
         for node in nodes:
             console.print(_moved(result, poses, node))
     for note in result.notes:
@@ -45,6 +47,17 @@ def print_stroke(result: Stroke, nodes: Sequence[str], written: Sequence[Path]) 
     print_warnings(console, foremost(result.warnings, MOST_WARNINGS))
     for path in written:
         console.print(f"wrote {path}", markup=False)
+
+
+def _model_errors(result: Stroke) -> Iterator[str]:
+    """How far the part may be from the model, of each frequency at any of the poses."""
+    from flexura.analysis import interval_text
+
+    for k in range(min([MOST_FREQUENCIES, *(len(own.low) for own in result.model_errors)])):
+        ends = [own.intervals[k] for own in result.model_errors]
+        known = [own for own in ends if own is not None]
+        whole = None if len(known) < len(ends) else (min(low for low, _ in known), max(high for _, high in known))
+        yield f"f{k + 1} {interval_text(whole)}"
 
 
 def _poses(result: Stroke, poses: Sequence[StrokePose], is_supported: bool) -> Table:

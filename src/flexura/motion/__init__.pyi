@@ -15,6 +15,7 @@ from flexura.motion.equilibrium import Equilibrium as Equilibrium
 from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
 from flexura.motion.integration import MotionState as MotionState
+from flexura.motion.internal_forces import end_force_changes as end_force_changes
 from flexura.motion.internal_forces import end_forces as end_forces
 from flexura.motion.limits import beyond as beyond
 from flexura.motion.loads import NO_LOADS as NO_LOADS

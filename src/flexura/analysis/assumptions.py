@@ -1,0 +1,220 @@
+"""What a description takes for granted of the part: beams, joints, bodies and the ground, and how wrong each may be.
+
+Every assumption is a flexibility E that is left out or uncertain, of which a share, from measured errors, is to be
+added to that of the model: of a member's own, of a root, of a body's solid. What it is for the forces f of motions is
+f'E f, so that each is weighted by the energy that it holds of the very number that is asked for (theory eq. M1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.elastic_bodies import Wrenches, loaded_solids, place_of
+from flexura.analysis.measured_members import DIRECTIONS, MemberErrors, ratios_of, stiffness_errors
+from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
+from flexura.errors import SolverError
+from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
+from flexura.structure import FullOrderModel
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float]
+
+ROOT_DRAWN = (-0.2, 0.2)
+"""How far off, relative, the flexibility of a root is whose block is drawn."""
+
+ROOT_NOT_DRAWN = (-1.0, 0.5)
+"""The same of a block that is not: from a rigid one to an edge of it."""
+
+ROOT_LEFT_OUT = (0.0, 1.2)
+"""Share of a root's flexibility that a model without it lacks."""
+
+BODY = (0.5, 1.2)
+"""Share of the estimated flexibility of a body that it has."""
+
+AT_NOTCH = 3.5
+"""The most of it where notches end in the body, whose flanks lead their load into little of it."""
+
+GROUND = (0.0, 1.2)
+"""Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
+
+EVERYTHING = 1e30
+"""Flexibility, J, of what is not known at all: beside it nothing else counts."""
+
+COMPONENTS = ((0,), (3,), (2, 4), (1, 5))
+"""Components of an element's deformation in each of DIRECTIONS."""
+
+
+WARPING = CORRECTIONS.index("warping")
+
+CLAMPED, CLAMPED_SLOPE = 500.564, 12.303
+"""Of the first mode of a beam clamped at both ends, length 1: integrals of the second and of the first derivative
+squared over that of the mode squared (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979)."""
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """What the description takes for granted, and how wrong that may be.
+
+    `kind`: beam, root, body or ground; `place`: what it is about; `text`: what is assumed. `flexibility` (k, k), J, is
+    that of the forces of k motions; `share`: the least and the most of it that is to be added, None where there is no
+    evidence, for a `reason`. Assumptions of one `group` are wrong alike.
+    """
+
+    kind: str
+    place: str
+    text: str
+    group: str
+    flexibility: Array
+    share: Interval | None
+    reason: str = ""
+
+
+class _Beam(NamedTuple):
+    """A member: prototype, its elements there, what it is called and of what kind it is, the shares in each of
+    DIRECTIONS and of uneven twist, None where there are none, and why there are none in DIRECTIONS."""
+
+    name: str
+    elements: slice
+    place: str
+    kind: str
+    taken_as: str
+    shares: Sequence[Interval | None]
+    uneven: Interval | None
+    reason: str
+
+
+class _Root(NamedTuple):
+    """A root: prototype, element and end there, its flexibility (6, 6), element axes, and what is assumed of it."""
+
+    name: str
+    element: int
+    end: int
+    flexibility: Array
+    place: str
+    text: str
+    group: str
+    share: Interval
+
+
+class Assumptions:
+    """What a model assumes, worked out once for the forces of many motions."""
+
+    def __init__(self, full: FullOrderModel) -> None:
+        self._full = full
+        self._values = full.plan.scoped_values(full.parameters)
+        self._beams = [own for name in full.matrices for own in _beams(full, name, self._values)]
+        self._roots = list(_roots(full))
+
+    def of(self, wrenches: Wrenches) -> list[Assumption]:
+        """All of them, with their flexibility in the forces of k motions."""
+        moved = {name: self._full.matrices[name].elements.member_C @ end for name, (_, end) in wrenches.items()}
+        found = [own for beam in self._beams for own in self._of_beam(beam, wrenches[beam.name][1], moved[beam.name])]
+        for own in self._roots:
+            force = wrenches[own.name][own.end][:, own.element]
+            E = np.einsum("icj,cd,idk->jk", force, own.flexibility, force)
+            found.append(Assumption("root", own.place, own.text, own.group, E, own.share))
+        for body in loaded_solids(self._full, wrenches, self._values):
+            kind = "ground" if body.solid.held else "body"
+            least, most = BODY if body.is_sure else GROUND
+            members = [self._full.plan.parts[name].members[key] for name, key in (end.member for end in body.ends)]
+            if any(isinstance(member, Flexure) and member.profile.type == "notch" for member in members):
+                most = AT_NOTCH
+            try:
+                found.append(Assumption(kind, body.kind, body.text, kind, body.flexibility(), (least, most)))
+            except SolverError as error:
+                all_of_it = EVERYTHING * np.eye(body.ends[0].wrench.shape[-1])
+                found.append(Assumption(kind, body.kind, body.text, kind, all_of_it, None, str(error)))
+        return found
+
+    def _of_beam(self, beam: _Beam, force: Array, moved: Array) -> Iterator[Assumption]:
+        """A member in every direction; force and moved: (i, e, 6, k) at and of the second ends of the elements."""
+        own = beam.elements
+        E = np.einsum("iecj,ieck->cjk", force[:, own], moved[:, own])
+        parts = [E[list(components)].sum(axis=0) for components in COMPONENTS]
+        named = list(zip(DIRECTIONS, parts, beam.shares, strict=True))
+        if beam.uneven is not None:
+            C, torque = self._full.matrices[beam.name].elements.member_C[own, 3, 3], force[:, own, 3]
+            uneven = torque - np.einsum("e,iej->ij", C / C.sum(), torque)[:, None]
+            E = np.einsum("e,iej,iek->jk", C, uneven, uneven)
+            named[1] = (named[1][0], parts[1] - E, named[1][2])
+            named.append(("uneven twist", E, beam.uneven))  # type: ignore[arg-type]
+        for direction, flexibility, share in named:
+            text = f"{direction} of a {beam.kind}, taken as a {beam.taken_as}"
+            E = (flexibility + flexibility.T) / 2
+            reason = "" if share else beam.reason
+            yield Assumption("beam", beam.place, text, f"{beam.kind} {direction}", E, share, reason)
+
+
+def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterator[_Beam]:
+    """The members of a prototype, with how far their stiffness was measured to be off."""
+    part, lengths, elements = full.plan.parts[name], full.geometry.parts[name].length, full.matrices[name].elements
+    if not part.members:
+        return
+    _, _, nu, G = part.table.moduli(full.values)
+    b, t = (own[:, 0].tolist() for own in part.table.end_sizes(full.values, lengths))
+    for m, (key, member) in enumerate(part.members.items()):
+        own, length = slice(part.first[m], part.first[m + 1]), float(lengths[m])
+        errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
+        pairs = zip(errors.low.tolist(), errors.high.tolist(), strict=True)
+        uneven = None
+        if part.table.corrections.active[m, WARPING] and kind == "leaf":
+            J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
+            uneven = 1 / _quicker(b[m], t[m], length, float(nu[m]), J) - 1, 0.0
+        shares = [None if errors.reason else pair for pair in pairs]
+        yield _Beam(name, own, place_of(name, key), kind, taken_as, shares, uneven, errors.reason)
+
+
+def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
+    """Squared frequency of the first twisting vibration of a strip that is held flat at both ends over that with a
+    torsion constant J, m^4, that is meant for a torque of one size (V. Z. Vlasov, Thin-walled elastic beams, 1961;
+    theory eq. M3)."""
+    large, small = max(b, t), min(b, t)
+    own = large * small**3 / 3 * (1 - 0.63 * small / large)
+    decay = np.sqrt(24 * (1 - nu)) * length / large
+    whole = CLAMPED_SLOPE + CLAMPED / decay**2
+    if decay > 4:
+        whole = min(whole, (np.pi / (1 - 2 / decay)) ** 2)
+    return max(1.0, float(whole * own / (np.pi**2 * J)))
+
+
+def _errors(
+    full: FullOrderModel, name: str, m: int, member: Link | Flexure, length: float, nu: float
+) -> tuple[MemberErrors, str, str]:
+    """Measured errors of a member with its sizes as numbers, of what kind it is, and what it is taken as."""
+    table = full.plan.parts[name].table
+    if isinstance(member, Link) and isinstance(member.section, str):
+        section = full.plan.layout.mechanism.sections[member.section]
+        member = member.model_copy(update={"section": evaluated(section, full.plan.scoped_values(full.parameters))})
+    corrected = bool(table.corrections.active[m, :-1].any())
+    form = member.section if isinstance(member, Link) else member.profile
+    errors = stiffness_errors(member, length, corrected, shears=bool(table.shear[m]), nu=nu)
+    return errors, ratios_of(form, length)[0], "corrected beam" if corrected else "plain beam"
+
+
+_ROOTS = ("joint with a block that is not drawn, taken as a large one", "joint with a block")
+
+
+def _roots(full: FullOrderModel) -> Iterator[_Root]:
+    """Every elastic root, and those that are left out."""
+    plan, first = full.plan, 0
+    where: list[tuple[str, str, int]] = []
+    for name, part in plan.parts.items():
+        where += [(name, key, first) for key in part.members]
+        first += len(part.connectivity)
+    for roots, is_in in ((plan.roots, True), (plan.roots_left_out, False)):
+        found = roots.of(full.values, full.geometry)
+        for k in range(len(roots) if found else 0):
+            elements, ends, flexibility = found  # type: ignore[misc]
+            name, key, first = where[roots.members[k]]
+            end, drawn = int(ends[k]), bool(roots.is_known[k])
+            C = combine(root_coefficients(flexibility[k], 0.0, end), COUPLED_FLEXIBILITY_BASIS, 6)
+            share, text = (ROOT_DRAWN if drawn else ROOT_NOT_DRAWN), _ROOTS[drawn]
+            if not is_in:
+                share, text = ROOT_LEFT_OUT, "rigid joint, without the correction for roots"
+            group = "root" if drawn else "root not drawn"
+            yield _Root(name, int(elements[k]) - first, end, C, place_of(name, key), text, group, share)
