@@ -1,8 +1,9 @@
 """Elastic roots by solid finite elements: what a leaf and the block it ends in give together beyond each alone.
 
 Writes src/flexura/beam/roots.csv, a row for each pair of distances from the leaf's faces to the block's, each width and
-each Poisson's ratio; rows that are there already are kept, so that it goes on where it was interrupted. With --check
-prints roots that lie between those rows beside what is interpolated, and what finer meshes and longer parts change.
+each Poisson's ratio; rows that are there already are kept, so that it goes on where it was interrupted. With --wide
+prints what blocks give that reach beyond the sides of the leaf too, over those as wide as it. With --check prints roots
+that lie between those rows beside what is interpolated, and what finer meshes and longer parts change.
 
 The solid is meshed with 27-node bricks on a grid that is graded to the corners of the joint. Its flexibility under a
 rigid face at the end of the leaf, less that of the same leaf on a rigid block, less that of the same block under a
@@ -37,6 +38,8 @@ WIDTHS = (0.7, 3.0, 12.0, 40.0)
 """Width over thickness."""
 NAMES = ("u_u", "rx_rx", "v_v", "v_rz", "rz_rz", "w_w", "w_ry", "ry_ry", "u_w", "u_ry", "v_rx", "rx_rz")
 PLACES = ((0, 0), (3, 3), (1, 1), (1, 5), (5, 5), (2, 2), (2, 4), (4, 4), (0, 2), (0, 4), (1, 3), (3, 5))
+DIAGONAL = (0, 1, 2, 4, 5, 7)
+WIDE = (0.7, 1.0, 2.0, 3.0, 10.0)
 GAUSS = np.polynomial.legendre.leggauss(3)
 
 
@@ -185,7 +188,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="roots between the rows, finer meshes, longer parts")
     parser.add_argument("--nu", type=float, help="rows of one Poisson's ratio alone, into a table of their own")
+    parser.add_argument("--wide", action="store_true", help="blocks that are wider than the leaf, over those as wide")
     chosen = parser.parse_args()
+    if chosen.wide:
+        print("width", " ".join(f"{NAMES[k]:>6}" for k in DIAGONAL))
+        for width in WIDE:
+            wide, own = (root(Joint(2.0, 2.0, width, 0.3, wider)) for wider in (2.0, 0.0))
+            print(f"{width:5g}", " ".join(f"{wide[k] / own[k]:6.3f}" for k in DIAGONAL), flush=True)
+        return
     if chosen.check:
         from flexura.beam import root_flexibility
 
@@ -195,7 +205,7 @@ def main() -> None:
         ):  # fmt: skip
             fit = root_flexibility(1.0, joint.nu, joint.width, 1.0, joint.leaf, joint.up, joint.down)
             rows = {"fit": fit, "solid": root(joint), "finer": root(Joint(**{**vars(joint), "fine": 2}))}
-            rows["longer"] = root(Joint(**{**vars(joint), "leaf": 12.0}))
+            rows["longer"] = root(Joint(**{**vars(joint), "longer": 2.0}))
             print(joint)
             for name, row in rows.items():
                 print(f"  {name:7}", " ".join(f"{label} {value:9.3g}" for label, value in zip(NAMES, row, strict=True)))

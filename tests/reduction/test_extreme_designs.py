@@ -50,7 +50,7 @@ def table(knees: bool, **defaults: float) -> fx.Mechanism:
         nodes={name: at for name, at in nodes.items() if knees or name != "knee"},
         links={
             name: fx.describe.Link(
-                nodes=both, material="wire", section=fx.describe.Circle(diameter=own(name)), elements=3
+                nodes=both, material="wire", section=fx.describe.Circle(diameter=own(name)), elements=3, root="rigid"
             )
             for name, both in ends.items()
         },

@@ -21,6 +21,10 @@ def flexure(a="a", b="b", profile=LEAF, **more):
     return fx.describe.Flexure(nodes=(a, b), material="Al-7075-T6", reference="z", profile=profile, **more)
 
 
+WITHOUT_ROOT = ("plate", "warping", "shear", "notch")
+"""Corrections under which ends are held by what is bulkier (theory eq. F20); roots have them flat, and give instead."""
+
+
 def chain(flexures, ground=("a",), **more):
     """Describe nodes a, b, c, d 10 mm apart along x, and e across b."""
     nodes = {name: (10e-3 * k, 0, 0) for k, name in enumerate("abcd")} | {"e": (10e-3, 10e-3, 0)}
@@ -79,14 +83,22 @@ def test_bulkier_members_in_line_hold_the_end(thickness):
     """As bars that warp alike at the joint, their bimoments in balance: (r - 1)/(r + 1)."""
     other = flexure("b", "c", fx.describe.Leaf(width=10e-3, thickness=thickness))
     r = bulk(thickness)
-    assert_allclose(held(chain({"leaf": flexure(), "other": other})), max(0.0, (r - 1) / (r + 1)), rtol=1e-12)
+    assert_allclose(
+        held(chain({"leaf": flexure(), "other": other}, corrections=WITHOUT_ROOT)),
+        max(0.0, (r - 1) / (r + 1)),
+        rtol=1e-12,
+    )
 
 
 @pytest.mark.parametrize("thickness", [0.1e-3, 0.2e-3, 0.5e-3, 3e-3])
 def test_members_across_hold_the_end_unless_slim(thickness):
     across = flexure("b", "e", fx.describe.Leaf(width=10e-3, thickness=thickness))
     r = bulk(thickness)
-    assert_allclose(held(chain({"leaf": flexure(), "across": across})), min(1.0, 2 * r / (1 + r)), rtol=1e-12)
+    assert_allclose(
+        held(chain({"leaf": flexure(), "across": across}, corrections=WITHOUT_ROOT)),
+        min(1.0, 2 * r / (1 + r)),
+        rtol=1e-12,
+    )
 
 
 def test_arms_hold_the_end_by_their_length():
@@ -97,7 +109,10 @@ def test_arms_hold_the_end_by_their_length():
 
 def test_an_end_held_partly_is_said():
     other = flexure("b", "c", fx.describe.Leaf(width=10e-3, thickness=0.8e-3))
-    assert fx.check(chain({"leaf": flexure(), "other": other})).ends["leaf"] == ("clamped", "60 % clamped")
+    assert fx.check(chain({"leaf": flexure(), "other": other}, corrections=WITHOUT_ROOT)).ends["leaf"] == (
+        "clamped",
+        "60 % clamped",
+    )
 
 
 def twist(width, thickness, length, **more):

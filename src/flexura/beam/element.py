@@ -121,6 +121,11 @@ COUPLED_FLEXIBILITY_BASIS = np.concatenate(
 )
 """That of `END_FLEXIBILITY_BASIS`, and what couples it where the xz plane alone is one of symmetry: tx with tz and ry,
 rx with ty and rz."""
+_PLANES = np.array([[0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9, 11]])
+_IN_PLANES = np.broadcast_arrays(_PLANES[:, :, None], _PLANES[:, None, :])
+PLANE_BASIS = np.zeros((72, 144))
+"""What takes matrices `in_planes` to (12, 12)."""
+PLANE_BASIS[np.arange(72), np.ravel(np.moveaxis(12 * _IN_PLANES[0] + _IN_PLANES[1], 0, -1))] = 1.0
 _FOUR = [symmetric({(i, j): 1}) for i in range(4) for j in range(i, 4)]
 MASS_ENTRIES = basis_of(
     12,
@@ -205,29 +210,62 @@ def root_coefficients(root: FloatArray, length: Real, end: int) -> FloatArray:
     return columns(uu, tt, *plane_xy, *plane_xz, uw - L * uq, uq, tv + L * tr, tr)
 
 
-def rooted_stiffness(K: FloatArray, roots: FloatArray) -> FloatArray:
-    """Return the stiffness of elements between nodes that their ends are joined to by elastic roots (theory eq. F22).
+def in_planes(A: FloatArray) -> FloatArray:
+    """Matrices (..., 6, 6) or (..., 12, 12) in the planes that the xz plane as one of symmetry keeps apart, first that
+    of tx, tz, ry, then that of ty, rx, rz, of end i and of end j: (k, k, 2, n), k 3 or 6, leading axes in one."""
+    k = A.shape[-1] // 2
+    rows, columns = (index[:, :k, :k].transpose(1, 2, 0) for index in _IN_PLANES)
+    return np.moveaxis(A[..., rows, columns].reshape(-1, k, k, 2), 0, -1)
 
-    (I + K R)^-1 K, which has the rigid motions of K to the last digit.
 
-    K: (..., 12, 12), stiffness of the elements themselves; roots R: (..., 12, 12), flexibility of the roots at both
-    ends, element axes. Returns (..., 12, 12).
+def rooted_matrices(C: FloatArray, M: FloatArray, L: Real, roots: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the stiffness of elements between nodes that their ends are joined to by elastic roots, and what these
+    change of their mass (theory eqs. F22, F23).
+
+    With C of element and roots in series the stiffness is K = B^T C^-1 B, B = [-D, I], which has the rigid motions of
+    any element. The ends are T u = u - R K u of the nodes' displacements u, so that the mass is T^T M T; rigid motions
+    keep theirs.
+
+    All `in_planes`: C (3, 3, 2, n), flexibility with the roots, as of `flexibility`; M (6, 6, 2, n), mass of the
+    element itself; L: (n,) m; roots: (2, 3, 3, 2, n), flexibility of those at ends i and j, element axes. Returns K and
+    the change of M (6, 6, 2, n), which `PLANE_BASIS` takes to (12, 12).
     """
-    found = np.linalg.solve(np.eye(12) + K @ roots, K)
-    return (found + np.swapaxes(found, -1, -2)) / 2
+    W = _inverse_of_three(C)
+    Z = np.concatenate([-_product(roots[0], _turned(_moved(W, L))), _product(roots[1], W)])
+    Y = _product(M, Z)
+    P = np.einsum("kign,kjgn->ijgn", Z, Y) / 2
+    Y = Y + np.concatenate([_turned(_moved(P, L)), -P])
+    change = _spread(Y, L)
+    return _spread(_turned(_spread(W, L)), L), -(change + _turned(change))
 
 
-def rooted_mass(M: FloatArray, K: FloatArray, roots: FloatArray) -> FloatArray:
-    """Return the mass of elements whose ends move against their nodes by elastic roots (theory eq. F23).
+def _product(A: FloatArray, B: FloatArray) -> FloatArray:
+    return np.einsum("ikgn,kjgn->ijgn", A, B)
 
-    The ends are T u = u - R K u of the nodes' displacements u, so that the mass is T^T M T; rigid motions keep theirs.
 
-    M, K: (..., 12, 12), mass of the element itself and stiffness with its roots; roots R: (..., 12, 12), flexibility of
-    the roots at both ends, element axes. Returns (..., 12, 12).
-    """
-    T = np.eye(12) - roots @ K
-    found = np.swapaxes(T, -1, -2) @ (M @ T)
-    return (found + np.swapaxes(found, -1, -2)) / 2
+def _moved(A: FloatArray, L: Real) -> FloatArray:
+    """A D of planes A (k, 3, 2, n), D the arm of length L (n,) from end i to end j."""
+    last = np.stack([A[:, 2, 0] - L * A[:, 1, 0], A[:, 2, 1] + L * A[:, 0, 1]], axis=1)
+    return np.stack([A[:, 0], A[:, 1], last], axis=1)
+
+
+def _spread(A: FloatArray, L: Real) -> FloatArray:
+    """A B (k, 6, 2, n) of planes A (k, 3, 2, n)."""
+    return np.concatenate([-_moved(A, L), A], axis=1)
+
+
+def _turned(A: FloatArray) -> FloatArray:
+    return np.swapaxes(A, 0, 1)
+
+
+def _inverse_of_three(A: FloatArray) -> FloatArray:
+    """Inverses of symmetric matrices (3, 3, ...) by their cofactors; not finite where there is none."""
+    a, b, c, d, e, f = A[0, 0], A[0, 1], A[0, 2], A[1, 1], A[1, 2], A[2, 2]
+    own = (d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b)
+    with np.errstate(all="ignore"):
+        share = 1.0 / (a * own[0] + b * own[1] + c * own[2])
+        p, q, r, s, t, u = (share * x for x in own)
+    return np.stack([np.stack(row) for row in ((p, q, r), (q, s, t), (r, t, u))])
 
 
 def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam._columns import FloatArray, Real, columns
+from flexura.duals import moves, plain
 
 FAR = 12.0
 """Distance from the middle of the leaf to the block's faces, over the thickness, from which it counts as far."""
@@ -32,11 +33,34 @@ _HALF = 0.7
 _GROUPS = ((7, 6, 5, 9, 8, 0), (4, 3, 2, 11, 10, 1))
 """Entries of the two planes in the order of `_factor`: ry, w, u and rz, v, rx."""
 
-_POWERS = np.array([1, 1, 1, 2, 3, 1, 1, 1, 1, 1, 1, 2])
+_POWERS = (1, 1, 1, 2, 3, 1, 1, 1, 1, 1, 1, 2)
 """Powers of width over thickness in the unit of every entry."""
 
-_LENGTHS = np.array([1, 3, 1, 2, 3, 1, 2, 3, 1, 2, 2, 3])
+_LENGTHS = (1, 3, 1, 2, 3, 1, 2, 3, 1, 2, 2, 3)
 """Powers of the thickness in the unit of every entry."""
+
+CUBE = 2.0
+"""Block beside the leaf's faces, over its thickness, that goes with `_WIDE`; more of a wide block hardly gives."""
+
+NEAR_SIDE = 0.1
+"""Block beside the leaf's sides, over its thickness, from which half of it counts as wide."""
+
+_WIDE_AT = (0.7, 1.0, 2.0, 3.0, 10.0)
+"""Width over thickness of the columns of `_WIDE`."""
+
+_WIDE = {
+    0: (0.66, 0.76, 0.93, 0.99, 1.03),
+    1: (0.25, 0.36, 0.77, 1.02, 0.96),
+    2: (0.080, 0.156, 0.47, 0.72, 0.91),
+    4: (0.44, 0.525, 0.73, 0.85, 1.0),
+    5: (1.13, 1.12, 1.31, 1.56, 1.56),
+    7: (0.66, 0.71, 0.82, 0.88, 0.98),
+}
+"""Flexibility on a block that reaches `CUBE` thicknesses beyond the leaf on all sides, over that on one as wide as the
+leaf, by its place (benchmarks/roots.py --wide)."""
+
+_COUPLED = {3: (2, 4), 6: (5, 7), 8: (0, 5), 9: (0, 7), 10: (2, 1), 11: (1, 4)}
+"""Places of couplings, by those of what they couple; those of shift along the width are lost to narrow leaves."""
 
 NONE = 1e-9
 """What keeps a root that does not give regular, without units."""
@@ -44,54 +68,128 @@ NONE = 1e-9
 LEAF = (6.0, 0.4)
 """Length of the leaves of the table: over their thickness, or over their width where that is more."""
 
+MARGIN = 1.1
+"""How far beyond a range, as a factor, it goes on: a ratio at its very edge then has derivatives."""
+
+FLUSH = -1e-9
+"""Block beside the leaf's face, over its thickness, that counts as flush but for round-off."""
+
 _MIRRORED = np.array([1.0, 1, 1, 1, 1, 1, 1, 1, -1, -1, -1, -1])
 """Signs of a joint upside down."""
 
 
 class _Fit(NamedTuple):
-    """Coefficients (terms, 12) of factors of the flexibility, and the number of powers of each of the four scales."""
+    """Coefficients (nu, width, up, down, 12) of factors of the flexibility, and numbers of powers of these scales."""
 
     coefficients: NDArray[np.float64]
     counts: tuple[int, ...]
 
 
-def root_flexibility(E: Real, nu: Real, b: Real, t: Real, L: Real, up: Real, down: Real) -> FloatArray:
+def root_flexibility(
+    E: Real, nu: Real, b: Real, t: Real, L: Real, up: Real, down: Real, wider: Real = 0.0
+) -> FloatArray:
     """Return the flexibility of the elastic root of a leaf, beyond leaf and block with rigid faces (theory eq. F21).
 
     It is interpolated between roots of solid elements as products of factors, so that no load does negative work.
-    What lies outside of them counts as at their edge: `FAR`, `WIDTHS` and `RATIOS`. The twist of a wide leaf warps its
-    root the more the longer it is, up to its width: as the warping of a strip of length L (theory eq. F24).
+    What lies farther outside of `FAR`, `WIDTHS` and `RATIOS` than `MARGIN` counts as there. The twist of a wide leaf
+    warps its root the more the longer it is, up to its width: as the warping of a strip of length L (theory eq. F24).
 
-    E: Pa; nu: -; b, t, L: width, thickness and length of the leaf, m, the block as wide; up, down: how far the block
-    reaches beyond its faces along z and against it, m; all (...). Returns (..., 12), x leading from the block into the
-    leaf: u_u, rx_rx, v_v, v_rz, rz_rz, w_w, w_ry, ry_ry, u_w, u_ry, v_rx, rx_rz in m/N, 1/N and 1/(N m). Raises
-    nothing.
+    A block that is wider than the leaf is not the plate that one as wide is beside a narrow leaf: it gives as one that
+    reaches `CUBE` thicknesses, times what solids say of that for every direction (`_WIDE`).
+
+    E: Pa; nu: -; b, t, L: width, thickness and length of the leaf, m; up, down: how far the block reaches beyond its
+    faces along z and against it, and how far at least on both sides of it, `wider`, m; all (...). Returns (..., 12),
+    x leading from the block into the leaf: u_u, rx_rx, v_v, v_rz, rz_rz, w_w, w_ry, ry_ry, u_w, u_ry, v_rx, rx_rz in
+    m/N, 1/N and 1/(N m). Raises nothing.
     """
-    fit = _fitted()
-    width = np.minimum(np.maximum(b / t, WIDTHS[0]), WIDTHS[1])
-    nu = np.minimum(np.maximum(nu, RATIOS[0]), RATIOS[1])
-    scales = (
-        nu,
-        np.log(width),
-        *(_scale(np.minimum(np.maximum(beyond / t, 0.0), FAR - 0.5)) for beyond in (up, down)),
-    )
-    terms = columns(1.0)
-    for scale, count in zip(scales, fit.counts, strict=True):
-        powers = [0.0 * scale + 1.0]
-        for _ in range(count - 1):
-            powers.append(powers[-1] * scale)
-        terms = terms[..., :, None] * columns(*powers)[..., None, :]
-        terms = terms.reshape(*terms.shape[:-2], -1)
-    factors = terms @ fit.coefficients
+    width = _between(b / t, WIDTHS[0] / MARGIN, WIDTHS[1] * MARGIN)
+    nu = _between(nu, RATIOS[0] / MARGIN, RATIOS[1] * MARGIN)
+    above, below = (_between(beyond / t, FLUSH, FAR - 0.5) for beyond in (up, down))
+    entries = _entries(nu, width, above, below)
+    if np.any(plain(wider) > 0):
+        room = np.where(plain(wider) > 0, wider, 0.0) / t
+        room = np.where(plain(room) < FAR, room, FAR)
+        share = room * (1 + NEAR_SIDE / FAR) / (room + NEAR_SIDE)
+        entries = _beside_wide(entries, share, nu, width, above, below)
+    _warp(entries, 1.0 / _twisted(entries, width, _warping(nu, b, L)))
+    along, across = (_powers(1.0 / own, 4) for own in (width, t))
+    soft = 1.0 / E
+    return columns(*(own * (soft * along[w] * across[n]) for own, w, n in zip(entries, _POWERS, _LENGTHS, strict=True)))
+
+
+def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
+    """The 12 flexibilities without units of a leaf on a block as wide, from ratios within their ranges."""
+    factors = _factors_at(nu, np.log(width), _scale(up), _scale(down))
     entries: list[Real] = [0.0] * 12
     for first, group in zip((0, 6), _GROUPS, strict=True):
-        a, c, d, e, f, g = np.moveaxis(factors[..., first : first + 6], -1, 0)
+        a, c, d, e, f, g = factors[first : first + 6]
         own = (a * a + NONE, a * c, c * c + d * d + NONE, a * e, c * e + d * f, e * e + f * f + g * g + NONE)
         for place, value in zip(group, own, strict=True):
             entries[place] = value
-    _warp(entries, 1.0 / _twisted(entries, width, _warping(nu, b, L)))
-    unit = columns(*(E * width ** int(w) * t ** int(n) for w, n in zip(_POWERS, _LENGTHS, strict=True)))
-    return columns(*entries) / unit
+    return entries
+
+
+def _beside_wide(entries: list[Real], share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
+    """Flexibilities without units of a leaf on a wider block, from those on one as wide: a share of the former."""
+    far = np.where(plain(width) > CUBE, width, CUBE)
+    up, down = (np.where(plain(beyond) > plain(far), far, beyond) for beyond in (up, down))
+    cube = ((up + down) / CUBE) ** 3
+    away = cube * 1.03125 / (cube + 0.25)  # half of it where both faces are some 0.6 thicknesses away
+    own = _entries(nu, width, up, down)
+    scale: list[Real] = [0.0] * 12
+    at, points = np.log(width), np.log(_WIDE_AT)
+    for place, ratios in _WIDE.items():
+        tent: Real = 0.0
+        for k, ratio in enumerate(ratios):
+            tent = tent + np.log(ratio) / 2 * _hat(at, points, k)
+        scale[place] = np.exp(away * tent)  # of displacements; twice that of flexibilities
+    plate = _hat(at, np.log([3.0, 8.0]), 1)
+    for place, (first, second) in _COUPLED.items():
+        scale[place] = scale[first] * scale[second] * (plate if first == 2 else 1.0)
+    for place in _WIDE:
+        scale[place] = scale[place] * scale[place]
+    return [a + share * (b * s - a) for a, b, s in zip(entries, own, scale, strict=True)]
+
+
+def _hat(x: Real, points: FloatArray, k: int) -> Real:
+    """1 at a point, 0 at its neighbours and linear between; beyond the ends as at them."""
+    x = _between(x, float(points[0]), float(points[-1]))
+    left = (x - points[k - 1]) / (points[k] - points[k - 1]) if k else 1.0 + 0.0 * x
+    right = (points[k + 1] - x) / (points[k + 1] - points[k]) if k + 1 < len(points) else 1.0 + 0.0 * x
+    least = np.where(plain(left) < plain(right), left, right)
+    return np.where(plain(least) > 0, least, 0.0)
+
+
+def _factors_at(*scales: Real) -> list[FloatArray]:
+    """The 12 factors of the flexibility (...) at places on the scales of nu, width, up and down, each (...)."""
+    coefficients, counts = _fitted()
+    shape = np.broadcast_shapes(*map(np.shape, scales))
+    terms: FloatArray | None = None
+    for scale, count in zip(scales, counts, strict=True):
+        flat = np.ravel(plain(scale))
+        if terms is None and (flat == flat[:1]).all() and not moves(scale):  # one for all: nothing to multiply
+            coefficients = np.tensordot(float(flat[0]) ** np.arange(count), coefficients, axes=1)
+            continue
+        powers = np.stack(_powers(np.broadcast_to(scale, shape).reshape(-1), count))
+        terms = powers if terms is None else (terms[:, None] * powers).reshape(-1, powers.shape[-1])
+    if terms is None:
+        return [np.asarray(own) for own in coefficients.ravel()]
+    found = coefficients.reshape(-1, 12).T @ terms
+    return [own.reshape(shape) for own in found]
+
+
+def _powers(x: Real, count: int) -> list[Real]:
+    """x^0 to x^(count - 1)."""
+    found: list[Real] = [0.0 * x + 1.0]
+    for _ in range(count - 1):
+        found.append(found[-1] * x)
+    return found
+
+
+def _between(x: Real, least: float, most: float) -> FloatArray:
+    """What lies outside of a range at its edge; there with the slopes of x."""
+    x = np.where(plain(x) < least, least, x)
+    return np.where(plain(x) > most, most, x)
 
 
 def _warping(nu: Real, b: Real, L: Real) -> Real:
@@ -129,7 +227,7 @@ def _fitted() -> _Fit:
     known = {}
     for row in rows:
         nu, width, up, down = (float(row[key]) for key in ("nu", "width", "up", "down"))
-        C = np.array([float(row[name]) for name in names]) * width**_POWERS
+        C = np.array([float(row[name]) for name in names]) * width ** np.array(_POWERS)
         L = max(LEAF[0], LEAF[1] * width)
         entries = list(C)
         _warp(entries, _twisted(entries, width, _warping(nu, width, L), back=True))
@@ -146,7 +244,7 @@ def _fitted() -> _Fit:
     for axis, points in enumerate(scales):
         inverse = np.linalg.inv(np.vander(points, increasing=True))
         table = np.moveaxis(np.tensordot(inverse, table, axes=(1, axis)), 0, axis)
-    return _Fit(table.reshape(-1, 12), table.shape[:-1])
+    return _Fit(table, table.shape[:-1])
 
 
 def _factors(C: FloatArray) -> FloatArray:

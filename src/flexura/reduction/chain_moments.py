@@ -18,6 +18,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from flexura.beam import PLANE_BASIS
 from flexura.linalg import Eigenpairs, inverse_roots, lowest
 from flexura.structure import Elements
 
@@ -70,6 +71,7 @@ class PoleFrame:
         """Sums (e, e - 1) over the interior nodes beyond an element."""
         self._mass_bases: tuple[int, Array] | None = None
         self._flexibility_bases: tuple[int, Array] | None = None
+        self._root_basis: Array | None = None
 
     @property
     def is_fixed(self) -> bool:
@@ -120,16 +122,23 @@ class PoleFrame:
 
     def _with_roots(self, band: Array, table: Elements) -> Array:
         """The masses with what elastic roots change of them."""
-        rooted, change = table.root_mass
-        number = np.searchsorted(rooted, self.elements)
-        number = np.where(np.append(rooted, -1)[number] == self.elements, number, -1)
-        for e in np.flatnonzero((number >= 0).any(axis=0)):
-            c = np.flatnonzero(number[:, e] >= 0)
-            m = self.Xt[..., c, e, :, :] @ change[..., number[c, e], :, :] @ self.Xd[..., c, e, :, :]
-            if m.ndim > band.ndim - 1:
-                band = np.broadcast_to(band, (*m.shape[:-3], *band.shape[-4:])).copy()
-            band[..., c, e + 1, :, :12] += m[..., 6:, :]
-            band[..., c, e, :, 6:] += m[..., :6, :]
+        rooted, _, change = table.rooted
+        c, e = np.nonzero(np.isin(self.elements, rooted))
+        if not len(c):
+            return band
+        own = change[..., np.searchsorted(rooted, self.elements[c, e]), :]
+        if not self.is_fixed:
+            m = (own @ PLANE_BASIS).reshape(*own.shape[:-1], 12, 12)
+            m = self.Xt[..., c, e, :, :] @ m @ self.Xd[..., c, e, :, :]
+        else:
+            if self._root_basis is None:
+                turned = self.Xt[c, e, None] @ PLANE_BASIS.reshape(-1, 12, 12) @ self.Xd[c, e, None]
+                self._root_basis = turned.reshape(len(c), 72, 144)
+            m = _contracted(own.reshape(-1, len(c), 72), self._root_basis).reshape(*own.shape[:-1], 12, 12)
+        if m.ndim > band.ndim - 1:
+            band = np.broadcast_to(band, (*m.shape[:-3], *band.shape[-4:])).copy()
+        band[..., c, e + 1, :, :12] += m[..., 6:, :]
+        band[..., c, e, :, 6:] += m[..., :6, :]
         return band
 
     def _mass_basis(self, basis: Array) -> Array:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import block_rotation, element_mass, flexibility, rigid_arm, rooted_mass, stiffness_from_flexibility
+from flexura.beam import PLANE_BASIS, block_rotation, element_mass, flexibility, in_planes, rigid_arm, rooted_matrices
 from flexura.errors import OptionError, SolverError
 from flexura.reduction.chain import ChainGroup, kinematics
 from flexura.structure import TAPERED_PIECES, Cut, ElementSlice, FullOrderModel, block_diagonal
@@ -178,17 +178,19 @@ def _chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> Se
     along[:, :, 0] = place * beam.length, (place + 1) * beam.length
     Xi, Xj = rigid_arm(along) @ X0
     C, m = flexibility(1.0, 1.0, beam.section, beam.length, 1.0), element_mass(beam)
-    roots = np.zeros((len(C), 12, 12))
+    roots = np.zeros((len(C), 2, 6, 6))
     for end, at_end in ((0, place == 0), (1, place == cut.counts[element] - 1)):
         at = np.flatnonzero(at_end & (cut.root[element, end] >= 0))
         arm = np.zeros((len(at), 3))
         arm[:, 0] = (1 - end) * beam.length[at]
         D = rigid_arm(arm)
-        root, six = cut.roots[cut.root[element[at], end]], slice(6 * end, 6 * end + 6)
+        root = cut.roots[cut.root[element[at], end]]
         C[at] += D @ root @ np.swapaxes(D, -1, -2)
-        roots[at, six, six] = root
-    at = np.flatnonzero(roots.any(axis=(1, 2)))
-    m[at] = rooted_mass(m[at], stiffness_from_flexibility(C[at], beam.length[at]), roots[at])
+        roots[at, end] = root
+    at = np.flatnonzero(roots.any(axis=(1, 2, 3)))
+    springs = np.stack([in_planes(roots[at, end]) for end in (0, 1)])
+    change = rooted_matrices(in_planes(C[at]), in_planes(m[at]), beam.length[at], springs)[1]
+    m[at] += (change.reshape(72, -1).T @ PLANE_BASIS).reshape(-1, 12, 12)
     own = (np.concatenate([Xi, Xj], axis=-2), C, m, beam.length)
     steps = np.cumsum(cut.counts[group.elements], axis=1)
     passed = np.concatenate([np.zeros((c, 1), dtype=np.intp), steps], axis=1)

@@ -97,7 +97,8 @@ class BodyElement:
             assert body.mass is not None and body.inertia is not None
             self._mass, self._inertia = table.add(body.mass), _entries(table, body.inertia)
             return
-        self._rho = table.add(mechanism.material(body.solid.material).rho)
+        material = mechanism.material(body.solid.material)
+        self._rho, self._E = table.add(material.rho), table.add(material.E)
         match body.solid:
             case Box(size=size):
                 self._size = _entries(table, size)
@@ -139,6 +140,10 @@ class BodyElement:
     def is_round(self) -> bool:
         """Whether the body is a cylinder."""
         return isinstance(self._solid, Cylinder)
+
+    def modulus(self, values: Array) -> Array:
+        """Young's modulus (...) of a body that has a form, Pa."""
+        return values[..., self._E]
 
     def box(self, values: Array) -> tuple[Array, Array]:
         """The box around a body that has a form: axes (..., 3, 3) as rows, part's axes, and half sizes (..., 3), m."""

@@ -113,27 +113,37 @@ class Elements:
             K[..., at, :, :] = element.stiffness_from_flexibility(C, self.length[..., at])
         if self._roots is None:
             return K
-        at, roots = self._root_blocks
-        soft = element.rooted_stiffness(K[..., at, :, :], roots)
-        whole = zeros((*np.broadcast_shapes(K.shape[:-3], soft.shape[:-3]), *K.shape[-3:]), K, soft)
+        at, soft, _ = self.rooted
+        whole = zeros((*np.broadcast_shapes(K.shape[:-3], soft.shape[:-2]), *K.shape[-3:]), K, soft)
         whole[...] = K
-        whole[..., at, :, :] = soft
+        whole[..., at, :, :] = element.combine(soft, element.PLANE_BASIS, 12)
         return whole
 
     @cached_property
-    def _root_blocks(self) -> tuple[Index, Array]:
-        """Elements (r,) with elastic roots, and their flexibilities (..., r, 12, 12) at both ends."""
-        assert self._roots is not None
+    def rooted(self) -> tuple[Index, Array, Array]:
+        """Elements (r,) with elastic roots, their stiffness and what the roots change of their mass, both (..., r, 72)
+        in `PLANE_BASIS`; `mass_coefficients` lack it."""
+        if self._roots is None:
+            return np.empty(0, dtype=np.intp), np.empty((0, 72)), np.empty((0, 72))
         at, ends, own = self._roots
         rooted = np.unique(at)
-        roots = zeros((*own.shape[:-2], len(rooted), 12, 12), own)
-        for end in (0, 1):
-            mine, six = np.flatnonzero(ends == end), slice(6 * end, 6 * end + 6)
-            turned = element.root_coefficients(own[..., mine, :], 0.0, end)
-            roots[..., np.searchsorted(rooted, at[mine]), six, six] = element.combine(
-                turned, element.COUPLED_FLEXIBILITY_BASIS, 6
+        C, M = (table[..., rooted, :] for table in (self.flexibility_coefficients, self.mass_coefficients))
+        lead = np.broadcast_shapes(C.shape[:-1], M.shape[:-1])
+        roots = [zeros((*lead, C.shape[-1]), own) for _ in (0, 1)]
+        for end, table in enumerate(roots):
+            mine = np.flatnonzero(ends == end)
+            table[..., np.searchsorted(rooted, at[mine]), :] = element.root_coefficients(own[..., mine, :], 0.0, end)
+        (C, M), springs = (
+            [_in_planes(np.broadcast_to(table, (*lead, table.shape[-1])), basis) for table, basis in tables]
+            for tables in (
+                ((C, self.flexibility_basis), (M, self.mass_basis)),
+                [(table, self.flexibility_basis) for table in roots],
             )
-        return rooted, roots
+        )
+        L = np.broadcast_to(self.length[..., rooted], lead).reshape(-1)
+        found = element.rooted_matrices(C, M, L, np.stack(springs))
+        K, change = (np.moveaxis(A.reshape(72, *lead), 0, -1) for A in found)
+        return rooted, K, change
 
     @cached_property
     def _own_mass(self) -> Array:
@@ -148,23 +158,12 @@ class Elements:
         """Mass (..., e, 12, 12)."""
         if self._roots is None:
             return self._own_mass
-        at, change = self.root_mass
-        lead = np.broadcast_shapes(self._own_mass.shape[:-3], change.shape[:-3])
+        at, _, change = self.rooted
+        lead = np.broadcast_shapes(self._own_mass.shape[:-3], change.shape[:-2])
         M = zeros((*lead, *self._own_mass.shape[-3:]), self._own_mass, change)
         M[...] = self._own_mass
-        M[..., at, :, :] += change
+        M[..., at, :, :] += element.combine(change, element.PLANE_BASIS, 12)
         return M
-
-    @cached_property
-    def root_mass(self) -> tuple[Index, Array]:
-        """Elements (r,) with elastic roots, and what these change of their mass (..., r, 12, 12); `mass_coefficients`
-        lack it."""
-        if self._roots is None:
-            return np.empty(0, dtype=np.intp), np.empty((0, 12, 12))
-        rooted, roots = self._root_blocks
-        coefficients = self.mass_coefficients[..., rooted, :]
-        M = element.combine(coefficients, self.mass_basis, 12)
-        return rooted, element.rooted_mass(M, self.K[..., rooted, :, :], roots) - M
 
     @cached_property
     def geometric(self) -> Array:
@@ -313,6 +312,14 @@ class Elements:
         for at, own, _ in self._tapered:
             C[..., at, :, :] = own
         return C
+
+
+def _in_planes(coefficients: Array, basis: Array) -> Array:
+    """Matrices `in_planes` of coefficients (..., k) of a basis (k, rows * columns)."""
+    n = round(basis.shape[1] ** 0.5)
+    own = element.in_planes(basis.reshape(-1, n, n))
+    found = own.reshape(-1, len(basis)) @ np.swapaxes(coefficients.reshape(-1, len(basis)), 0, 1)
+    return found.reshape(*own.shape[:-1], -1)
 
 
 class ElementSlice:

@@ -241,15 +241,17 @@ class Plan(Record, Displayed):
         values = self.values()
         geometry = self.geometry(values)
         settled = [settle_ends(self.layout, p, values, geometry.parts[name]) for name, p in self.parts.items()]
-        for part, found in zip(self.parts.values(), settled, strict=True):
-            part.table.corrections.settle(found)
-        self.members.corrections.settle(np.concatenate(settled))
         self.roots.settle(values, geometry)
+        is_said = [[own.ends is not None] for part in self.parts.values() for own in part.members.values()]
+        held = np.where(is_said, 0.0, self.roots.held)
+        clamped = np.maximum(np.concatenate(settled), held)
         has_root = np.isin(np.arange(len(self.members.counts)), self.roots.members)
         first = np.cumsum([len(part.members) for part in self.parts.values()])[:-1]
-        self.members.corrections.root(has_root)
-        for part, own in zip(self.parts.values(), np.split(has_root, first), strict=True):
-            part.table.corrections.root(own)
+        split = zip(np.split(clamped, first), np.split(has_root, first), strict=True)
+        tables = [self.members, *(part.table for part in self.parts.values())]
+        for table, (own, rooted) in zip(tables, [(clamped, has_root), *split], strict=True):
+            table.corrections.settle(own)
+            table.corrections.root(rooted)
 
     def _find_geometry_entries(self) -> Index:
         """Entries with expressions on which positions, lengths and orientations depend."""

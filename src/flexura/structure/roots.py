@@ -3,7 +3,7 @@
 A root is the flexibility that a thin member and the thicker block it ends in have together beyond what each has with a
 rigid face (`flexura.beam.root_flexibility`). It belongs to the member's end element, so that no order grows. The block
 is the box of a body that carries the node, or other members at the node. Where nothing is known of it (clamped ground,
-bodies of mass and inertia alone, bodies drawn elsewhere) it is large beside the member and as wide as it.
+bodies of mass and inertia alone, bodies drawn elsewhere) it is large beside the member on all sides.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import FAR, root_flexibility
+from flexura.duals import plain
 from flexura.mechanism import origin_of
 from flexura.structure.discrete_elements import BodyElement
 from flexura.structure.geometry import Geometry
@@ -40,6 +41,10 @@ for _one, _other, _sign in ((2, 5, 1.0), (3, 6, -1.0), (4, 7, 1.0)):
     ROD[[_one, _other], [_one, _other]] = 0.5
     ROD[[_one, _other], [_other, _one]] = 0.5 * _sign
 
+HELD = 0.15
+"""How far a block reaches beyond a member, over its thickness, from which its end counts as held flat: what
+that gives is in the root."""
+
 ALONG = 1e-9
 """Cosine below which a direction is along a face."""
 
@@ -65,7 +70,8 @@ class Roots:
 
     members: (r,), their place among all members; ends: (r,), 0 or 1; elements: (r,), the elements that hold the roots.
     Copies of a substructure's member that end in different blocks have the mean of their roots. `which`: the ends
-    (m, 2) of the members of every part that are looked at.
+    (m, 2) of the members of every part that are looked at. `held` (m, 2): how far the ends of all members are held
+    flat, from 0 to 1, as their roots take them to be.
     """
 
     def __init__(self, parts: dict[str, Part], topology: Topology, members: Members, which: dict[str, Bools]) -> None:
@@ -74,6 +80,7 @@ class Roots:
         self._first = dict(zip(parts, first.tolist(), strict=False))
         self._bodies: list[tuple[int, int, BodyElement]] = []
         self._ends: list[tuple[int, int, int, int]] = []
+        self._next: dict[tuple[int, int, int], tuple[int, int, int, int]] = {}
         wanted = [
             (self._first[name] + m, end) for name, part in parts.items() for m, end in np.argwhere(which[name]).tolist()
         ]
@@ -81,7 +88,9 @@ class Roots:
         rows = [key for key in wanted if copies[key]]
         self.members, self.ends = np.array(rows, dtype=np.intp).reshape(-1, 2).T
         self.elements: Index = members.first[self.members + self.ends] - self.ends
-        self._pad([copies[key] for key in rows])
+        self._is_rod: Bools = members.is_round[self.members]
+        self.held: Array = np.zeros((len(members.counts), 2))
+        self._list([copies[key] for key in rows])
 
     def __len__(self) -> int:
         return len(self.members)
@@ -89,7 +98,7 @@ class Roots:
     @property
     def is_known(self) -> Bools:
         """Whether it is drawn (r,) what the ends of all copies are in."""
-        return np.asarray(~(self._unknown & (self._weight > 0)).any(axis=1), dtype=bool)
+        return np.bincount(self._row[self._unknown], minlength=len(self)) == 0
 
     def _copies(self, wanted: list[tuple[int, int]]) -> dict[tuple[int, int], list[_Copy]]:
         """Ends of members, as placed, by member and end; those of one substructure with values of its own at several
@@ -115,6 +124,8 @@ class Roots:
                 continue
             own_bodies = bodies.get(root, [])
             is_block = bool(own_bodies) or bool(topology.held[root].all())
+            if len(ends) == 2 and not is_block:
+                self._next |= {own[1:]: other for own, other in (ends, ends[::-1])}
             for own in ends:
                 hosts = [self._host_of(body) for body in own_bodies if body[2].has_form]
                 if not is_block:
@@ -144,85 +155,104 @@ class Roots:
         self._ends.append(own)
         return _Host(False, len(self._ends) - 1)
 
-    def _pad(self, rows: list[list[_Copy]]) -> None:
-        """Rows as arrays: `weight`, `_node`, `_instance` and `_member` (r, copies), `_host` (r, copies, hosts), -1 for
-        none."""
-        copies = max((len(row) for row in rows), default=0)
-        hosts = max((len(own.hosts) for row in rows for own in row), default=0)
-        self._node: Index = np.zeros((len(rows), copies), dtype=np.intp)
-        self._instance: Index = self._node.copy()
-        self._member: Index = self._node.copy()
-        self._weight: Array = np.zeros((len(rows), copies))
-        self._host: Index = np.full((len(rows), copies, hosts), -1, dtype=np.intp)
-        for r, row in enumerate(rows):
-            for c in range(copies):
-                own = row[c if c < len(row) else 0]
-                self._node[r, c], self._instance[r, c], self._member[r, c] = own[:3]
-                numbers = [host.number + (0 if host.is_body else len(self._bodies)) for host in own.hosts]
-                self._host[r, c, : len(numbers)] = numbers
-            self._weight[r, : len(row)] = 1 / len(row)
+    def _list(self, rows: list[list[_Copy]]) -> None:
+        """The copies (k,) of all rows as arrays: `_row`, `_node`, `_instance`, `_member`, `_weight`, and `_host`
+        (k, hosts), -1 for none."""
+        copies = [(row, own) for row, copies in enumerate(rows) for own in copies]
+        self._row: Index = np.array([row for row, _ in copies], dtype=np.intp)
+        placed = np.array([own[:3] for _, own in copies], dtype=np.intp).reshape(-1, 3)
+        self._node, self._instance, self._member = placed.T
+        self._host: Index = np.full((len(copies), max((len(own.hosts) for _, own in copies), default=0)), -1, np.intp)
+        for k, (_, own) in enumerate(copies):
+            numbers = [host.number + (0 if host.is_body else len(self._bodies)) for host in own.hosts]
+            self._host[k, : len(numbers)] = numbers
         self._unknown: Bools = np.asarray((self._host < 0).all(axis=-1), dtype=bool)
-        self._is_rod = self._table.is_round[self.members]
+        self._weight: Array = 1 / np.bincount(self._row, minlength=len(rows))[self._row]
 
     def settle(self, values: Array, geometry: Geometry) -> None:
         """Take what lies beside its box for unknown, leave out what is no thicker than the member, and take copies that
         end in equal blocks as one; for one design."""
         if not len(self):
             return
-        t = self._sizes(values, geometry)[1][:, None]
+        sizes = self._sizes(values, geometry)
+        t = sizes[1][self._row]
         drawn = (self._host >= 0) & (self._host < len(self._bodies))
-        is_off = (self.reach(values, geometry) < -t[..., None]).any(axis=-1)
+        is_off = (self.reach(values, geometry, sizes) < -t[:, None]).any(axis=-1)
         self._unknown = np.asarray(self._unknown | (drawn.any(axis=-1) & is_off), dtype=bool)
-        up, down, _, _, behind = np.moveaxis(self.reach(values, geometry), -1, 0)
-        thicker = (np.maximum(up, t / 2) + np.maximum(down, t / 2) > (1 + SAME) * t) & (behind > 0)
-        self._take(np.flatnonzero((thicker & (self._weight > 0)).any(axis=1)))
-        if not len(self):
-            return
-        t = self._sizes(values, geometry)[1][:, None, None]
-        near = np.round(np.clip(self.reach(values, geometry) / t, -FAR, FAR) / SAME)
-        keep, weight = np.zeros_like(self._weight, dtype=bool), np.zeros_like(self._weight)
-        for r in range(len(self)):
-            n = int((self._weight[r] > 0).sum())
-            _, first, which = np.unique(near[r, :n], axis=0, return_index=True, return_inverse=True)
-            keep[r, first], weight[r, first] = True, np.bincount(np.ravel(which)) / n
-        order = np.argsort(~keep, axis=1, kind="stable")[:, : keep.sum(axis=1).max()]
-        rows = np.arange(len(self))[:, None]
-        self._node, self._instance, self._member = (
-            own[rows, order] for own in (self._node, self._instance, self._member)
-        )
-        self._weight, self._unknown, self._host = (
-            weight[rows, order],
-            self._unknown[rows, order],
-            self._host[rows, order],
-        )
+        reach = self.reach(values, geometry, sizes)
+        up, down, _, _, behind = reach.T
+        beyond = np.maximum(up, t / 2) + np.maximum(down, t / 2) - t
+        thicker = (beyond > SAME * t) & (behind > 0)
+        held = np.where(thicker, np.minimum(beyond / (HELD * t), 1.0), 0.0)
+        np.maximum.at(self.held, (self.members[self._row], self.ends[self._row]), held)
+        near = np.round(np.clip(reach / t[:, None], -FAR, FAR) / SAME)
+        kept, weight = [], []
+        for row in np.unique(self._row[thicker]).tolist():
+            own = np.flatnonzero(self._row == row)
+            blocks = np.column_stack([near[own], self._modulus(values, own, np.ones(len(own)))])
+            _, first, which = np.unique(blocks, axis=0, return_index=True, return_inverse=True)
+            kept.append(own[first])
+            weight.append(np.bincount(np.ravel(which)) / len(own))
+        copies = np.concatenate([np.empty(0, dtype=np.intp), *kept])
+        rows, self._row = np.unique(self._row[copies], return_inverse=True)
+        self._weight = np.concatenate([np.empty(0), *weight])
+        self._node, self._instance, self._member = (own[copies] for own in (self._node, self._instance, self._member))
+        self._host, self._unknown = self._host[copies], self._unknown[copies]
+        self.members, self.ends, self.elements = self.members[rows], self.ends[rows], self.elements[rows]
+        self._is_rod = self._is_rod[rows]
         self._keep_used()
+        runs = [self._run(geometry, sizes, k) for k in range(len(copies))]
+        self._runs: Array = np.zeros((len(self._table.counts), len(runs)))
+        for k, run in enumerate(runs):
+            np.add.at(self._runs[:, k], run, 1.0)
+
+    def _run(self, geometry: Geometry, sizes: tuple[Array, ...], copy: int) -> list[int]:
+        """The members that a copy goes on in, in line and of one section, itself first."""
+        instance, end = int(self._instance[copy]), int(self.ends[self._row[copy]])
+        run = [int(self._member[copy])]
+        while (instance, run[-1], 1 - end) in self._next:
+            place = self._next[instance, run[-1], 1 - end]
+            nodes, instances, members, ends = np.array([(0, instance, run[-1], 1 - end), place]).T
+            x = self._placed(geometry, nodes, instances, members, ends)[1][:, 0]
+            section = np.stack([own[members, ends] for own in sizes[2:]])
+            is_on = (1 - 2 * ends[0]) * (1 - 2 * ends[1]) * (x[0] @ x[1]) < SAME - 1
+            if not is_on or place[2] in run or (np.abs(np.diff(section)) > SAME * section[:, :1]).any():
+                break
+            _, instance, member, end = place
+            run.append(member)
+        return run
 
     def _keep_used(self) -> None:
-        """Keep only the boxes that ends are in."""
+        """Keep only the boxes that ends are in, and columns of hosts that any has."""
         self._host[self._unknown] = -1
         used, place = np.unique(self._host, return_inverse=True)
         used, first = used[used >= 0], int((used < 0).any())
         self._host = np.reshape(place, self._host.shape) - first
+        self._host = self._host[:, (self._host >= 0).any(axis=0)]
         count = len(self._bodies)
         self._ends = [self._ends[k - count] for k in used if k >= count]
         self._bodies = [self._bodies[k] for k in used if k < count]
 
-    def _take(self, rows: Index) -> None:
-        """Keep some ends."""
-        self.members, self.ends, self.elements = self.members[rows], self.ends[rows], self.elements[rows]
-        self._node, self._instance, self._weight = self._node[rows], self._instance[rows], self._weight[rows]
-        self._member, self._is_rod = self._member[rows], self._is_rod[rows]
-        self._host, self._unknown = self._host[rows], self._unknown[rows]
+    def _sizes(self, values: Array, geometry: Geometry) -> tuple[Array, Array, Array, Array]:
+        """Width and thickness (..., r), m, of the members at these ends, and of all members (..., m, 2)."""
+        b, t = self._table.end_sizes(values, joined_along([own.length for own in geometry.parts.values()], -1))
+        return b[..., self.members, self.ends], t[..., self.members, self.ends], b, t
 
-    def _sizes(self, values: Array, geometry: Geometry) -> tuple[Array, Array]:
-        """Width and thickness (..., r), m, of the members at these ends."""
-        lengths = joined_along([own.length for own in geometry.parts.values()], -1)
-        b, t = self._table.end_sizes(values, lengths)
-        return b[..., self.members, self.ends], t[..., self.members, self.ends]
+    def _modulus(self, values: Array, copies: Index | slice, own: Array) -> Array:
+        """Young's modulus (..., k) of the blocks that copies end in, Pa; `own` (..., k) where it is unknown."""
+        for column in self._host.T[:, copies]:
+            for number in np.unique(column[column >= 0]).tolist():
+                E = (
+                    self._bodies[number][2].modulus(values)
+                    if number < len(self._bodies)
+                    else self._table.moduli(values)[0][..., self._ends[number - len(self._bodies)][2]]
+                )
+                own = np.where(column == number, E[..., None], own)
+        return own
 
-    def _boxes(self, values: Array, geometry: Geometry) -> tuple[Array, Array, Array, Bools]:
+    def _boxes(self, values: Array, geometry: Geometry, b: Array, t: Array) -> tuple[Array, Array, Array, Bools]:
         """Centres (..., h, 3), axes (..., h, 3, 3) as rows, half sizes (..., h, 3), global frame, of all hosts, and
-        which of them (h,) are cylinders about their first axis."""
+        which of them (h,) are cylinders about their first axis; b, t (..., m, 2) of all members, m."""
         centres, axes, halves = [], [], []
         if self._bodies:
             nodes = np.array([node for node, _, _ in self._bodies], dtype=np.intp)
@@ -233,7 +263,6 @@ class Roots:
                 halves.append(half[..., None, :])
         if self._ends:
             node, instance, member, end = np.array(self._ends, dtype=np.intp).T
-            b, t = self._table.end_sizes(values, joined_along([g.length for g in geometry.parts.values()], -1))
             where, own, length = self._placed(geometry, node, instance, member, end)
             inward = (0.5 - end)[:, None] * length[..., None]
             centres.append(where + inward * own[..., 0, :])
@@ -255,35 +284,33 @@ class Roots:
         arm = (Q @ offset[..., None])[..., 0]
         return geometry.at(node) + arm, R @ np.swapaxes(Q, -1, -2), length
 
-    def reach(self, values: Array, geometry: Geometry) -> Array:
-        """How far blocks reach, from a thickness behind the middle of the end faces (..., r, copies, 5), m: along the
-        member's z and against it, along its y and against it, and on behind it. Below zero where the end is off."""
-        shape = self._node.shape
-        ends = np.repeat(self.ends, shape[1])
-        where, axes, _ = self._placed(geometry, self._node.ravel(), self._instance.ravel(), self._member.ravel(), ends)
-        where, axes = (
-            own.reshape(*own.shape[: own.ndim - k], *shape, *own.shape[own.ndim - k + 1 :])
-            for own, k in ((where, 2), (axes, 3))
-        )
-        b, t = (own[..., None] for own in self._sizes(values, geometry))
-        sense = (1.0 - 2.0 * self.ends)[:, None, None]  # x leads from the block into the member
-        x, y, z = axes[..., 0, :] * sense, axes[..., 1, :], axes[..., 2, :]
-        start = where - t[..., None] * x
-        found: Array = np.full((*shape, len(SIDES)), -np.inf)
-        if (self._host >= 0).any():
-            centre, turn, half, is_round = self._boxes(values, geometry)
-            for k in range(self._host.shape[-1]):
-                host, known = self._host[..., k], self._host[..., k] >= 0
-                own = turn[..., host, :, :]
-                place = (own @ (start - centre[..., host, :])[..., None])[..., 0]
-                towards = own @ np.stack([z, -z, y, -y, -x], axis=-1)
-                away = _exit(place, towards, half[..., host, :], is_round[host])
-                away = np.where(known[..., None], away, -np.inf)
-                found = away if k == 0 else np.maximum(found, away)
-        beside = np.where(self._is_rod[:, None], np.inf, b / 2 + 0 * t + np.zeros(shape))
-        far = np.full(beside.shape, np.inf)
-        large = np.stack([far, far, beside, beside, far], axis=-1)
-        return np.where(np.asarray(self._unknown)[..., None], large, found)
+    def reach(self, values: Array, geometry: Geometry, sizes: tuple[Array, Array, Array, Array] | None = None) -> Array:
+        """How far blocks reach, from a thickness behind the middle of the end faces (..., k, 5), m: along the member's
+        z and against it, along its y and against it, and on behind it, for every copy. Below zero where the end is
+        off."""
+        b, t, *of_all = self._sizes(values, geometry) if sizes is None else sizes
+        b, t = b[..., self._row], t[..., self._row]
+        far = np.full(t.shape, np.inf)
+        large = np.stack([far] * len(SIDES), axis=-1)
+        if not self._host.shape[-1]:
+            return large
+        ends = self.ends[self._row]
+        where, axes, _ = self._placed(geometry, self._node, self._instance, self._member, ends)
+        # x leads from the block into the member
+        x, y, z = axes[..., 0, :] * (1.0 - 2.0 * ends)[:, None], axes[..., 1, :], axes[..., 2, :]
+        centre, turn, half, is_round = self._boxes(values, geometry, *of_all)
+        more = max(t.ndim - 1, turn.ndim - 3, half.ndim - 2, where.ndim - 2) - (x.ndim - 2)
+        ways = np.stack([z, -z, y, -y, -x]).reshape(len(SIDES), *(1,) * more, *x.shape)
+        found: Array = np.array(-np.inf)
+        for host in self._host.T:
+            own = turn[..., host, :, :]
+            place = (own @ (where - centre[..., host, :])[..., None])[..., 0]
+            behind = (own @ x[..., None])[..., 0]
+            place = place - t[..., None] * behind
+            towards = (own @ ways[..., None])[..., 0]
+            away = _exit(place, towards, half[..., host, :], is_round[host])
+            found = -_lesser(-found, -np.where(host >= 0, away, -np.inf))
+        return np.where(self._unknown[:, None], large, np.moveaxis(found, 0, -1))
 
     def of(self, values: Array, geometry: Geometry) -> tuple[Index, Index, Array] | None:
         """Elements and ends (r,) that have roots, and their flexibilities (..., r, 12); None without any."""
@@ -295,40 +322,49 @@ class Roots:
     def flexibility(self, values: Array, geometry: Geometry, E: Array, nu: Array) -> Array:
         """Flexibilities (..., r, 12) of all roots, as `root_flexibility` gives them, x leading into the member; E, Pa,
         and nu (..., m) of the members."""
-        b, t = (own[..., None] for own in self._sizes(values, geometry))
-        reach = self.reach(values, geometry)
-        across = reach[..., :4].min(axis=-1, keepdims=True)  # rods know no width
-        reach = np.where(self._is_rod[:, None, None] & (np.arange(5) < 4), across, reach)
-        up, down, _, _, behind = np.moveaxis(reach, -1, 0)
+        sizes = self._sizes(values, geometry)
+        up, down, left, right, behind = np.moveaxis(self.reach(values, geometry, sizes), -1, 0)
+        side = _lesser(left, right)
+        is_rod = self._is_rod[self._row]
+        if is_rod.any():  # they know no width
+            across = _lesser(_lesser(up, down), side)
+            up, down, side = (np.where(is_rod, across, own) for own in (up, down, side))
+        b, t = (own[..., self._row] for own in sizes[:2])
         length = joined_along([own.length for own in geometry.parts.values()], -1)
-        own_E, own_nu, length = (own[..., self.members, None] for own in (E, nu, length))
-        C = root_flexibility(own_E, own_nu, b, t, length, up - t / 2, down - t / 2)
-        if self._is_rod.any():
-            C = np.where(self._is_rod[:, None, None], C @ ROD, C)
-        thick = np.minimum(np.maximum(behind / (2 * t), 0.0), 1.0) * self._weight
-        return (thick[..., None] * C).sum(axis=-2)
+        E, nu, length = E[..., self._member], nu[..., self._member], length @ self._runs
+        C = root_flexibility(
+            self._modulus(values, slice(None), E), nu, b, t, length, up - t / 2, down - t / 2, side - b / 2
+        )
+        if is_rod.any():
+            C = np.where(is_rod[:, None], C @ ROD, C)
+        thick = _lesser(np.where(plain(behind) > 0, behind / (2 * t), 0.0), np.array(1.0)) * self._weight
+        C = thick[..., None] * C
+        return C if len(self) == len(self._row) else (self._row == np.arange(len(self))[:, None]).astype(float) @ C
 
 
 def _exit(place: Array, towards: Array, half: Array, is_round: Bools) -> Array:
-    """How far it is (..., k), m, from points at (..., 3) in the axes of boxes, or of cylinders about their first axis,
-    of half sizes (..., 3) to where the directions towards (..., 3, k) leave them; below zero from outside."""
+    """How far it is (ways, ..., k), m, from points at (..., k, 3) in the axes of boxes, or of cylinders about their
+    first axis, of half sizes (..., k, 3) to where the ways towards (ways, ..., k, 3) leave them; below zero from
+    outside."""
     found: Array = np.array(np.inf)
     for axis in range(3):
-        slope, at = towards[..., axis, :], place[..., axis, None]
-        steep = np.abs(slope) > ALONG
-        room = half[..., axis, None]
-        beyond = np.where(np.abs(at) > room, room - np.abs(at), np.inf)  # along a face, beside it
-        away = np.where(steep, (room - np.sign(slope) * at) / np.where(steep, np.abs(slope), 1.0), beyond)
-        if axis and is_round.any():
-            away = np.where(is_round[..., None], np.inf, away)
-        found = np.minimum(found, away)
+        slope, at, room = towards[..., axis], place[..., axis], half[..., axis]
+        steep, sense = np.abs(plain(slope)) > ALONG, np.sign(plain(slope))
+        off = np.where(plain(at) > 0, at, -at) - room
+        beyond = np.where(plain(off) > 0, -off, np.inf)  # along a face, beside it
+        away = np.where(steep, (room - sense * at) / np.where(steep, sense * slope, 1.0), beyond)
+        found = _lesser(found, np.where(is_round, np.inf, away) if axis and is_round.any() else away)
     if is_round.any():
-        across, at = towards[..., 1:, :], place[..., 1:, None]
-        a, b = (across * across).sum(axis=-2), (across * at).sum(axis=-2)
-        c = half[..., 1, None] ** 2 - (at * at).sum(axis=-2)
-        steep = a > ALONG
-        inside = np.where(is_round[..., None] & (c > 0) & steep, c, 1.0)
-        unit = np.where(steep, a, 1.0)
-        away = np.where(c > 0, (np.sqrt(b * b + unit * inside) - b) / unit, c / (2 * half[..., 1, None]))
-        found = np.minimum(found, np.where(is_round[..., None] & (steep | (c <= 0)), away, np.inf))
+        across, at = towards[..., 1:], place[..., 1:]
+        a, b = (across * across).sum(axis=-1), (across * at).sum(axis=-1)
+        c = half[..., 1] ** 2 - (at * at).sum(axis=-1)
+        steep, is_in = plain(a) > ALONG, plain(c) > 0
+        inside, unit = np.where(is_round & is_in & steep, c, 1.0), np.where(steep, a, 1.0)
+        away = np.where(is_in, (np.sqrt(b * b + unit * inside) - b) / unit, c / (2 * half[..., 1]))
+        found = _lesser(found, np.where(is_round & (steep | ~is_in), away, np.inf))
     return found
+
+
+def _lesser(a: Array, b: Array) -> Array:
+    """The smaller of two, with its slopes; of equal ones the first."""
+    return np.where(plain(b) < plain(a), b, a)
