@@ -197,7 +197,7 @@ def root_coefficients(root: FloatArray, length: Real, end: int) -> FloatArray:
     """Return what an elastic root at an end adds to the flexibility of an element, in COUPLED_FLEXIBILITY_BASIS.
 
     At end j it adds itself, turned about z so that x leads along the element. At end i it moves end j on the rigid arm
-    of the element's length, D C D^T with D = rigid_arm((L, 0, 0)) (theory eq. F22).
+    of the element's length, D C D^T with D = rigid_arm((L, 0, 0)) (theory eq. F23).
 
     root: (..., 12) as of `root_flexibility`; length: (...) m; end: 0 for i, 1 for j. Returns (..., 12).
     """
@@ -220,7 +220,7 @@ def in_planes(A: FloatArray) -> FloatArray:
 
 def rooted_matrices(C: FloatArray, M: FloatArray, L: Real, roots: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the stiffness of elements between nodes that their ends are joined to by elastic roots, and what these
-    change of their mass (theory eqs. F22, F23).
+    change of their mass (theory eqs. F23, F24).
 
     With C of element and roots in series the stiffness is K = B^T C^-1 B, B = [-D, I], which has the rigid motions of
     any element. The ends are T u = u - R K u of the nodes' displacements u, so that the mass is T^T M T; rigid motions

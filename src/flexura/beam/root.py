@@ -92,7 +92,7 @@ def root_flexibility(
 
     It is interpolated between roots of solid elements as products of factors, so that no load does negative work.
     What lies farther outside of `FAR`, `WIDTHS` and `RATIOS` than `MARGIN` counts as there. The twist of a wide leaf
-    warps its root the more the longer it is, up to its width: as the warping of a strip of length L (theory eq. F24).
+    warps its root the more the longer it is, up to its width: as the warping of a strip of length L (theory eq. F22).
 
     A block that is wider than the leaf is not the plate that one as wide is beside a narrow leaf: it gives as one that
     reaches `CUBE` thicknesses, times what solids say of that for every direction (`_WIDE`).
@@ -193,7 +193,7 @@ def _between(x: Real, least: float, most: float) -> FloatArray:
 
 
 def _warping(nu: Real, b: Real, L: Real) -> Real:
-    """Share of its full effect that warping of the root has on the twist of a strip of length L (theory eq. F24)."""
+    """Share of its full effect that warping of the root has on the twist of a strip of length L (theory eq. F22)."""
     share = np.tanh(np.sqrt(24 * (1 - nu)) * L / (2 * b))
     return share * share
 
