@@ -45,6 +45,9 @@ HELD = 0.15
 """How far a block reaches beyond a member, over its thickness, from which its end counts as held flat: what
 that gives is in the root."""
 
+DEEP = 0.5
+"""How far the root reaches along its block, over the depth of this: what lies further bends as the block itself does."""
+
 ALONG = 1e-9
 """Cosine below which a direction is along a face."""
 
@@ -330,6 +333,7 @@ class Roots:
             across = _lesser(_lesser(up, down), side)
             up, down, side = (np.where(is_rod, across, own) for own in (up, down, side))
         b, t = (own[..., self._row] for own in sizes[:2])
+        up, down = (_lesser(own, t / 2 + DEEP * behind) for own in (up, down))
         length = joined_along([own.length for own in geometry.parts.values()], -1)
         E, nu, length = E[..., self._member], nu[..., self._member], length @ self._runs
         C = root_flexibility(
