@@ -40,6 +40,20 @@ def test_blocks_of_minutes_have_a_rate_too():
     assert pace.left(940.0, 56) == "0:07:40 left"
 
 
+def test_designs_that_take_long_are_announced_once_after_the_first_of_them(monkeypatch, capsys):
+    """64 of 4096 designs in 4.5 s: 14 a second, some five minutes; what takes a moment says nothing."""
+    clock = iter((0.0, 4.5, 9.0, 0.0, 0.1))
+    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
+    with module.designs_shown() as tell:
+        for done in (0, 64, 128):
+            tell(Step("designs", done, 4096))
+    assert capsys.readouterr().err == "4,096 designs at 14/s take about 5 minutes\n"
+    with module.designs_shown() as tell:
+        for done in (0, 64):
+            tell(Step("designs", done, 4096))
+    assert not capsys.readouterr().err
+
+
 def test_rounds_are_shown_on_a_terminal_alone(monkeypatch):
     stream = io.StringIO()
     monkeypatch.setattr(module, "Console", lambda **_: Console(file=stream, force_terminal=True, width=100))

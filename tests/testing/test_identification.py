@@ -364,6 +364,31 @@ def test_noise_alone_has_no_modes():
         fx.identify(replace(frf, response=alone), band=BAND)
 
 
+PEAK = [
+    *(-0.0514 - 0.2672j, -0.0384 - 0.2392j, 0.0905 - 0.328j, 1.849 - 0.187j, -0.628 + 2.465j, 0.257 + 1.888j),
+    *(-0.071 + 0.944j, 0.466 + 1.195j, 0.012 + 0.512j),
+]
+"""Nine lines about 192.5 Hz, 0.3125 Hz apart, of a beam so lightly damped that its records end before it has decayed:
+two peaks, and phases that turn the wrong way."""
+
+
+@pytest.mark.parametrize("options", [{}, {"select": [192.5]}, {"band": (150.0, 250.0)}])
+def test_a_peak_that_stands_alone_is_a_mode_with_doubtful_damping(options):
+    hz = 0.3125 * np.arange(1601)
+    frf = measured(modal([20.0], [0.01], outputs=1), hz, (0,), (0,))
+    rng = np.random.default_rng(3)
+    response = 2e-3 * rng.standard_normal((len(hz), 1, 1)) * np.exp(2j * np.pi * rng.random((len(hz), 1, 1)))
+    response[612:621, 0, 0] += PEAK
+    found = fx.identify(replace(frf, response=response), **options)
+    assert found.frequency_hz == pytest.approx([192.5], abs=0.3125)
+    (own,) = found.evidence
+    assert own.confidence < 0.1 and own.damping_spread >= 1
+    assert found.damping_ratio[0] == pytest.approx(3 * 0.3125 / 192.5 / 2, rel=0.01)
+    assert "is that of a peak alone" in found.notes[0] and "record longer" in found.notes[0]
+    with pytest.raises(fx.OptionError, match="no pole near 100 Hz"):
+        fx.identify(replace(frf, response=response), select=[100.0])
+
+
 def test_a_channel_without_coherence_is_left_out_and_named():
     frf = measured(random_modal(1), HZ, decibels=40)
     coherence = np.ones(frf.response.shape)

@@ -8,6 +8,7 @@ import pytest
 
 import flexura as fx
 from flexura.cli import main
+from flexura.cli.tables import left
 from flexura.testing.identification.complexity import collinearity, driving_points, phase, phase_deviation, real_shapes
 from flexura.testing.identification.indicators import mode_indicators
 from flexura.testing.measurement.response_matrices import response_matrices
@@ -32,6 +33,17 @@ def run(arguments, monkeypatch, capsys):
     except SystemExit as stop:
         status = int(stop.code or 0)
     return status, *capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("value", "off", "shown"),
+    [
+        *((192.4837, 0.47, "192.5"), (667.20312, 0.006, "667.203"), (192.4837, 20.0, "190"), (1209.4, 2.9, "1209")),
+        *((0.24376, 0.24376, "0.2"), (0.24376, 0.0, "0.243760"), (0.24376, 3.0, "0.2"), (0.0, 1.0, "0")),
+    ],
+)
+def test_digits_that_an_uncertainty_leaves(value, off, shown):
+    assert left(value, off) == shown
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, print_result, selected
-from flexura.cli.tables import console_of_width
+from flexura.cli.tables import console_of_width, left
 
 if TYPE_CHECKING:
     from flexura.testing.measurement import IdentifiedModes
@@ -87,10 +88,15 @@ def print_identified(result: IdentifiedModes, written: list[Path]) -> None:
     for heading in ("mode", *headings, *(["setups"] if several else [])):
         table.add_column(heading, justify="right")
     for k, (hz, zeta, e) in enumerate(zip(result.frequency_hz, result.damping_ratio, result.evidence, strict=True)):
-        spread = (hz * e.frequency_spread, e.damping_spread)
-        row = [f"{hz:.6g}", f"{abs(result.poles[k]):.6g}", f"{100 * zeta:.4g}", f"{spread[0]:.1g}"]
+        off = hz * e.frequency_spread
+        row = [
+            left(hz, off),
+            left(abs(result.poles[k]), 2 * pi * off),
+            left(100 * zeta, 100 * zeta * e.damping_spread, 4),
+        ]
         row += [
-            f"{100 * spread[1]:.2g} %",
+            f"{off:.1g}",
+            f"{100 * e.damping_spread:.2g} %" if e.damping_spread < 0.995 else "all of it",
             f"{e.confidence:.2f}",
             f"{e.modal_phase_collinearity:.3f}",
             f"{e.mean_phase_deviation_deg:.2g}",

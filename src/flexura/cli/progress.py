@@ -133,15 +133,35 @@ class _Words(ProgressColumn):
         return Text("  ".join(filter(None, told)))
 
 
+LONG = 20.0
+"""Seconds from which on it is said how long designs will take."""
+
+
+def _said_once(pace: Pace) -> Callable[[Step], None]:
+    """A function that writes one line to stderr, as soon as the first designs tell that the others take long."""
+    is_said = False
+
+    def line(step: Step) -> None:
+        nonlocal is_said
+        pace.add(time.monotonic(), step.done)
+        left = (step.of - step.done) / pace.rate if step.of and pace.rate else 0.0
+        if left > LONG and not is_said:
+            about = f"{left / 60:.0f} minutes" if left > 90 else f"{left:.0f} seconds"
+            sys.stderr.write(f"{step.of:,} designs at {pace.words} take about {about}\n")
+            is_said = True
+
+    return line
+
+
 @contextmanager
-def designs_shown() -> Iterator[Callable[[Step], None] | None]:
-    """A function that shows how many designs are done on a terminal, with their rate and the time left; None in a
-    pipe."""
+def designs_shown() -> Iterator[Callable[[Step], None]]:
+    """A function that shows how many designs are done on a terminal, with their rate and the time left; elsewhere it
+    says once, after the first designs, how long all will take where that is long."""
     console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
     pace = Pace()
+    if not console.is_terminal:
+        yield _said_once(pace)
+        return
     with Progress(
         TextColumn("{task.description}"), BarColumn(), _Words(pace), console=console, transient=True
     ) as shown:

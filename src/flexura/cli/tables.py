@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Iterable, Mapping
+from math import floor, isfinite, log10
 from pathlib import Path
 from typing import Any
 
@@ -58,3 +59,13 @@ def _write_parquet(columns: dict[str, list[Any]], file: Path) -> None:
 
 
 TABLES: dict[str, Callable[[dict[str, list[Any]], Path], None]] = {".csv": _write_csv, ".parquet": _write_parquet}
+
+
+def left(value: float, off: float, digits: int = 6) -> str:
+    """A number in the digits that an uncertainty leaves, the last of them of its size, and at most so many."""
+    if not (isfinite(value) and value):
+        return f"{value:.{digits}g}"
+    first = floor(log10(abs(value)))
+    last = floor(log10(off)) if off > 0 and isfinite(off) else first - digits
+    places = min(max(-last, -first), digits - 1 - first)
+    return f"{round(value, places):.{max(places, 0)}f}"

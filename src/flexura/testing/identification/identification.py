@@ -16,6 +16,7 @@ from flexura.mechanism import DOF_NAMES
 from flexura.systems import Channel
 from flexura.testing.identification.complexity import assembled, confidence_of
 from flexura.testing.identification.doubts import bias, close_pairs, is_carried
+from flexura.testing.identification.lone_peak import lone_peak
 from flexura.testing.identification.lscf import OrderPoles, poles_by_order
 from flexura.testing.identification.multi_setup import merged
 from flexura.testing.identification.residues import Fit, fit_modes, fit_shapes
@@ -112,6 +113,9 @@ def identify(
     matrix. Damping that an exponential window has added is not in the result. Poles with a damping ratio above
     `most_damped` are no modes. Those with less than `least_confidence` are left out and named, unless they are picked.
 
+    Where no pole is stable at all and a peak stands 30 dB above the median, it is returned, with its width as the most
+    of its damping, without confidence, and with a note.
+
     Repeated modes take as many inputs (or outputs) as there are of them. Raises OptionError for bad options, bad or
     incomplete data, and when there is no mode; SolverError when there are too few lines for the order.
     """
@@ -185,18 +189,24 @@ def _one_setup(name: str, matrix: ResponseMatrix, how: _Options) -> tuple[Identi
     stable = chosen(every, len(orders))
     wanted, lost = (None, []) if how.select is None else picked(every, how.select, orders)
     own = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
-    fit, kept = _fitted(work, own, orders, how, wanted)
-    spread = zip(kept, fit.pole_sigma, fit.poles, strict=True)
-    evidence = [
-        _mode_evidence(track, len(orders), sigma, pole, bias(work, fit, k))
-        for k, (track, sigma, pole) in enumerate(spread)
-    ]
-    asked = None
-    if wanted is not None:
-        empty = [k for k, t in enumerate(kept) if t.asked and not _is_there(work, fit, k, t.asked)]
-        lost = [*lost, *(kept[k].asked for k in empty)]
-        asked = [bool(t.asked) and k not in empty for k, t in enumerate(kept)]
-    good, said = _good(fit, evidence, asked, how.least_confidence)
+    peak = None if own else lone_peak(work)
+    away = [f for f in lost if peak is None or abs(f - peak.hz) > REACH * f]
+    if peak is not None and (wanted is None or len(away) < len(lost)):
+        fit, lost = fit_shapes(work, np.array([peak.pole]), peak.participation), away
+        evidence, good, said = [peak.evidence], np.arange(1), [peak.note]
+    else:
+        fit, kept = _fitted(work, own, orders, how, wanted)
+        spread = zip(kept, fit.pole_sigma, fit.poles, strict=True)
+        evidence = [
+            _mode_evidence(track, len(orders), sigma, pole, bias(work, fit, k))
+            for k, (track, sigma, pole) in enumerate(spread)
+        ]
+        asked = None
+        if wanted is not None:
+            empty = [k for k, t in enumerate(kept) if t.asked and not _is_there(work, fit, k, t.asked)]
+            lost = [*lost, *(kept[k].asked for k in empty)]
+            asked = [bool(t.asked) and k not in empty for k, t in enumerate(kept)]
+        good, said = _good(fit, evidence, asked, how.least_confidence)
     where = f"setup {matrix.setup!r}: " if matrix.setup else ""
     leaves = _left_over(work, fit)
     fit, evidence = _taken(fit, good), [evidence[k] for k in good]
