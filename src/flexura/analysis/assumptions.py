@@ -33,7 +33,7 @@ ROOT_NOT_DRAWN = (-1.0, 0.5)
 ROOT_LEFT_OUT = (0.0, 1.2)
 """Share of a root's flexibility that a model without it lacks."""
 
-BODY = (0.5, 1.2)
+BODY = (0.35, 1.2)
 """Share of the estimated flexibility of a body that it has."""
 
 AT_NOTCH = 3.5
@@ -51,7 +51,7 @@ COMPONENTS = ((0,), (3,), (2, 4), (1, 5))
 
 WARPING = CORRECTIONS.index("warping")
 
-UNEVEN = 1.2
+UNEVEN = 1.3
 """Allowance for what the theory of thin strips leaves out of their twisting vibrations."""
 
 CLAMPED, CLAMPED_SLOPE = 500.564, 12.303

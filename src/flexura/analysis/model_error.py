@@ -23,6 +23,9 @@ from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
+LEFT = 0.01
+"""How far off, relative, a compliance may be by what no evidence is kept of: where members meet, and their mass."""
+
 LEAST = 5e-4
 """Model errors below which their size is not told."""
 
@@ -181,7 +184,7 @@ def errors_of(
         middle += (low + high) / 2
         spread[same[0].group] += (high - low) / 2
         effects.append(Effect(kind, places, text, *np.sort([value(low), value(high)], axis=0)))
-    half = np.sqrt(sum((own**2 for own in spread.values()), np.zeros(n)))
+    half = np.sqrt(sum((own**2 for own in spread.values()), np.full(n, LEFT**2)))
     ends = np.sort([value(middle - half), value(middle + half)], axis=0)
     without = sum((own.share for own in unknown), np.zeros(n))
     ends[:, without >= UNCOVERED] = np.nan

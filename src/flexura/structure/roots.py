@@ -46,7 +46,7 @@ HELD = 0.15
 that gives is in the root."""
 
 DEEP = 0.5
-"""How far the root reaches along its block, over the depth of this: what lies further bends as the block itself does."""
+"""How far the root reaches along its block, over the depth of this: what is further off bends as the block does."""
 
 ALONG = 1e-9
 """Cosine below which a direction is along a face."""
