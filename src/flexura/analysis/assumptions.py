@@ -2,7 +2,7 @@
 
 Every assumption is a flexibility E that is left out or uncertain, of which a share, from measured errors, is to be
 added to that of the model: of a member's own, of a root, of a body's solid. What it is for the forces f of motions is
-f'E f, so that each is weighted by the energy that it holds of the very number that is asked for (theory eq. M1).
+f'E f, so that each is weighted by the energy that it holds of the very number that is asked for (theory eq. A1).
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
 def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
     """Squared frequency of the first twisting vibration of a strip that is held flat at both ends over that with a
     torsion constant J, m^4, that is meant for a torque of one size (V. Z. Vlasov, Thin-walled elastic beams, 1961;
-    theory eq. M3)."""
+    theory eq. A3)."""
     large, small = max(b, t), min(b, t)
     own = large * small**3 / 3 * (1 - 0.63 * small / large)
     decay = np.sqrt(24 * (1 - nu)) * length / large

@@ -3,7 +3,7 @@
 Proven intervals say how near a number is to that of the description; whether the part is like the description is
 physics: beams are not solids, roots and bodies give. Every assumption is a flexibility E that is left out or uncertain,
 of which a share s, from measured errors, is to be added. A number that the forces f of the model make is changed by
-s f'E f (theory eq. M1), so that each assumption is weighted by the energy that it holds of that very number.
+s f'E f (theory eq. A1), so that each assumption is weighted by the energy that it holds of that very number.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def frequency_errors(
     wrenches: Wrenches | None = None,
 ) -> ModelError:
     """Model errors of the first `n` frequencies, from squared angular frequencies (k,) and M-orthonormal vectors
-    (order, k) of the lowest elastic modes; the more there are, the better they show what bodies do (theory eq. M2,
+    (order, k) of the lowest elastic modes; the more there are, the better they show what bodies do (theory eq. A2,
     after S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279)."""
     scale = 1 / np.outer(squared, squared)
 
@@ -153,7 +153,7 @@ def errors_of(
     known: Assumptions | None = None,
     wrenches: Wrenches | None = None,
 ) -> ModelError:
-    """Model errors of n numbers that follow from the compliances between k load vectors (theory eq. M1).
+    """Model errors of n numbers that follow from the compliances between k load vectors (theory eq. A1).
 
     states: displacements (order, k) under these loads; numbers: the n numbers when a flexibility (k, k) is added to
     these compliances; value: what relative changes of them are of the numbers asked for. Assumptions of one group add,
