@@ -30,7 +30,6 @@ class Lumped:
     def __init__(self, model: FullOrderModel, part: Part, elements: Elements) -> None:
         self._model, self._part, self._elements = model, part, elements
         self._pieces: Pieces = part.pieces
-        self._anchors: dict[tuple[int, int], tuple[Array, sp.csr_matrix]] = {}
         self._own: dict[int, int] = {}
         self.notes: list[str] = []
         self._terms: list[tuple[sp.csr_matrix, Array, bool]] = []
