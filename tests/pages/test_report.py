@@ -9,6 +9,7 @@ import re
 import shlex
 from dataclasses import replace
 from functools import cache
+from html import escape
 from html.parser import HTMLParser
 from itertools import product
 from pathlib import Path
@@ -269,6 +270,34 @@ def test_a_study_that_fails_says_so_beside_those_that_do_not():
 def test_numbers_that_are_not_printed_are_seen():
     assert is_among("7.5205", np.array([7.52049])) and not is_among("7.5205", np.array([7.531, 75.205]))
     assert is_among("-270", np.array([90.0])) and not is_among("-270", np.array([95.0]))
+
+
+def section_of(html: str, name: str) -> str:
+    return html.partition(f'<section id="{name}"')[2].partition("</section>")[0]
+
+
+def test_what_is_proven_and_how_far_the_part_may_be_are_columns_of_their_own():
+    model = fx.load(ROOT / "examples" / "rpr" / "rpr.yaml")
+    found, section = fx.modes(model, n=4), section_of(fx.report(model, n=4).html, "modes")
+    assert found.model_error[2] is None and found.model_error[3] is not None
+    headings = re.findall(r'<th scope="col"[^>]*>(.*?)</th>', section)
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr data-motion.*?</tr>", section)]
+    columns = dict(zip(headings, zip(*rows, strict=True), strict=True))
+    assert list(columns["model error"]) == list(found.model_errors.texts)
+    assert list(columns["proven"]) == [mode.proven_text for mode in found.modes]
+    assert "no evidence: no two-axis notch was measured" in columns["evidence"][2]
+    assert f"{found.model_errors.texts[3]}: " in columns["evidence"][3] and "beam, -" in columns["evidence"][3]
+    assert "an estimate from measured errors, not a proof" in section
+
+
+def test_what_moves_no_frequency_by_a_percent_is_folded():
+    model = fx.load(ROOT / "examples" / "rpr" / "rpr.yaml")
+    checked, section = fx.check(model), section_of(fx.report(model, n=1).html, "understood")
+    shown, _, folded = section.partition(f"{len(checked.minor)} assumptions that move no frequency by 1 %")
+    assert len(checked.minor) > 1 and all(escape(str(own)) in folded for own in checked.minor)
+    assert not any(escape(str(own)) in shown for own in checked.minor)
+    places = [shown.index(escape(own.text)) for own in checked.doubts]
+    assert places == sorted(places) and "by" in checked.doubts[0].text
 
 
 def test_doubts_that_say_the_same_are_one_line():

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 import struct
 import zlib
 from dataclasses import replace
@@ -103,7 +104,8 @@ def test_named_nodes_move_as_the_mode_says(modes):
 def test_frequencies_are_those_of_the_result():
     modes = fx.modes(example("rpr"))
     scene = scene_of(modes)
-    for mode, motion in zip(modes.modes, scene.motions, strict=True):
+    for mode, error, motion in zip(modes.modes, modes.model_errors.texts, scene.motions, strict=True):
+        assert dict(motion.facts)["model error"] == error
         assert motion.title == f"mode {mode.number}: {mode.frequency_text} Hz" and motion.flag == mode.flag
         lower, upper = mode.interval_hz
         told = dict(motion.facts)["proven to be"]
@@ -299,7 +301,8 @@ def test_doubts_stand_at_their_places():
     told = {part.name: [value for name, value in part.facts if name == "doubt"] for part in scene.parts}
     for mark in scene.marks:
         assert mark.text.partition(": ")[2] in " ".join(told[mark.part])
-        assert len(mark.label) <= 48 and mark.label.partition(":")[0] == mark.text.partition(":")[0]
+        first, said = re.split(r", | and |: ", mark.text)[0], mark.label.partition(": ")[2].rstrip("…")
+        assert len(mark.label) <= 48 and mark.label.startswith(first) and said and said in mark.text
 
 
 def test_freedoms_turn_about_their_axes():

@@ -38,6 +38,9 @@ MORE = 8
 MOST = 30_000
 """Coordinates up to which model errors of modes are worked out."""
 
+MOST_CAUSES = 3
+"""Assumptions that are told of a number."""
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -82,6 +85,21 @@ class ModelError:
     def texts(self) -> tuple[str, ...]:
         """The intervals in words, such as `-6.2 to +1.1 %`."""
         return tuple(interval_text(own) for own in self.intervals)
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Of each number in words why there is no evidence, or else the assumptions that are worst for it, the worst
+        first."""
+        return tuple(own or self._worst(k) for k, own in enumerate(self.reason))
+
+    def _worst(self, k: int) -> str:
+        size = np.array([max(-own.low[k], own.high[k]) for own in self.effects])
+        found = [self.effects[i] for i in np.argsort(-size, kind="stable")[:MOST_CAUSES] if size[i] >= LEAST]
+        more = [f" and {len(own.places) - 1} more" * (len(own.places) > 1) for own in found]
+        return "; ".join(
+            f"{own.places[0]}{rest}: {own.text}, {interval_text((float(own.low[k]), float(own.high[k])))}"
+            for own, rest in zip(found, more, strict=True)
+        )
 
 
 NO_ERRORS = ModelError(np.empty(0), np.empty(0), (), ())

@@ -16,15 +16,17 @@ def certified_modes(subject: Subject) -> Content:
     """Frequencies with proven intervals, what moves, and which parts bend. Raises FlexuraError."""
     found = subject.modes
     meshed = any(mode.mesh_error is not None for mode in found.modes)
-    headings = ["mode", "Hz", "rad/s", "full Hz", "difference", "proven"] + ["meshes"] * meshed + ["what moves", "flag"]
+    headings = ["mode", "Hz", "rad/s", "full Hz", "difference", "proven"] + ["meshes"] * meshed
+    headings += ["model error", "what moves", "flag"]
     rows = []
-    for mode in found.modes:
+    errors = found.model_errors
+    for mode, error in zip(found.modes, errors.texts, strict=True):
         beside = "none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"
         row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}", beside, mode.difference_text]
         row.append(mode.proven_text)
         if meshed:
             row.append("" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %")
-        rows.append([*row, mode.motion.summary, mode.flag])
+        rows.append([*row, error, mode.motion.summary, mode.flag])
     command = subject.commands("modes", ["-n", str(subject.n)], f"n={subject.n}")
     lines = [("order", f"{found.order} of {found.full_order}"), ("tolerance", f"{found.tolerance:g}")]
     lines += [("reduction", step) for step in found.steps]
@@ -38,12 +40,20 @@ def certified_modes(subject: Subject) -> Content:
         range(1, 4),
         motions=[f"mode-{mode.number}" for mode in found.modes],
         evidence=Evidence(command, lines, essential=True),
-        details=[_proof(mode) for mode in found.modes],
+        details=[
+            [*_proof(mode), ("model error", ": ".join(filter(None, (error, causes))))]
+            for mode, error, causes in zip(found.modes, errors.texts, errors.causes, strict=True)
+        ],
     )
     blocks: list[Block] = [
         Paragraph(
             f"Each frequency of the low-order model, order {found.order}, lies in an interval that is proven to hold"
             f" one of the full-order model, order {found.full_order}."
+            " Proven is how near a number is to that of the description; it says nothing of the part."
+        ),
+        Paragraph(
+            "Model error is how far the frequency of the part may be from the one given, as beams, joints and bodies"
+            " are not quite what the description takes them for: an estimate from measured errors, not a proof."
         ),
         table,
     ]

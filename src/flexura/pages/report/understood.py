@@ -47,6 +47,10 @@ def understood(subject: Subject) -> Content:
         blocks += [Bullets(grouped(found.doubts), "warning"), *doubts_figure(subject, found)]
     else:
         blocks.append(Paragraph("No doubts.", "good"))
+    if found.minor:
+        heading = f"{counted(len(found.minor), 'assumption')} that move no frequency by 1 %"
+        every = Evidence(subject.commands("check", ["--all"], posed=False))
+        blocks.append(Folded(heading, [Bullets(grouped(found.minor), "soft"), every]))
     facts = [Fact("mass", f"{found.mass.mass:.6g} kg"), Fact("doubts", str(len(found.doubts)))]
     return Content(blocks, facts=facts, warnings=found.doubts)
 

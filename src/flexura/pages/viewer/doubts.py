@@ -57,7 +57,9 @@ def doubts_of(drawing: Drawing, report: CheckReport) -> Doubts:
         own = [(name, at) for name, label, at in places if doubt.is_about(name, label)]
         if own:
             name, at = own[0]
-            found.marks.append(PlacedMark(triple(np.asarray(at)), str(doubt), _label(str(doubt)), "doubt", name))
+            more = f" and {len(doubt.places) - 1} more" if len(doubt.places) > 1 else ""
+            label = _label(f"{(doubt.places or (doubt.place,))[0]}{more}: {doubt.text}")
+            found.marks.append(PlacedMark(triple(np.asarray(at)), str(doubt), label, "doubt", name))
         else:
             found.whole.append(f"doubt: {doubt}")
         for name, _ in own:

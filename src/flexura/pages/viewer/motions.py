@@ -50,7 +50,7 @@ def mode_motions(drawing: Drawing, result: Modes) -> Iterator[ShownMotion]:
             subtitle=mode.motion.summary,
             flag=mode.flag,
             colours=(DISPLACEMENT, *([coloured] if coloured else [])),
-            facts=tuple(mode_facts(mode)),
+            facts=tuple(mode_facts(mode, result.model_errors.texts[k])),
             by_part=(energy.by_part(k), by_part(drawing, "kinetic energy", HEAVY, told)),
             warnings=(*own, *common),
         )
@@ -64,13 +64,14 @@ def frequency(mode: Mode) -> str:
     return "frequency unknown" if text == "unknown" else f"{text} Hz"
 
 
-def mode_facts(mode: Mode) -> list[Fact]:
-    """What is proven of a mode, and what it is like at full order."""
+def mode_facts(mode: Mode, model_error: str) -> list[Fact]:
+    """What is proven of a mode, how far the part may be from it, and what it is like at full order."""
     lower, upper = mode.interval_hz
     found: list[Fact] = [("frequency", frequency(mode) + (f" ({mode.flag})" if mode.flag else ""))]
     if lower is not None and upper is not None and not mode.is_rigid:
         width = (upper - lower) / upper if upper > 0 else 0.0
         found.append(("proven to be", f"from {lower:.7g} to {upper:.7g} Hz, {width:.1g} of it wide"))
+    found.append(("model error", model_error))
     if mode.full_frequency_hz is not None:
         found.append(("full order", f"{mode.full_frequency_hz:.7g} Hz"))
     if mode.mac is not None:
