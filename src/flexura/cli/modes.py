@@ -95,7 +95,9 @@ def modes_command(
     below, limit = limit_of("--keep-below", keep_below), limit_of("--up-to", up_to)
     how = {"keep": keep, "keep_below": below, "tolerance": tolerance, "up_to": limit}
     if order is ModelOrder.full and (reduction is not None or any(value is not None for value in how.values())):
-        raise OptionError("--keep, --keep-below, --reduction, --tolerance and --up-to belong to --order low")
+        raise OptionError(
+            "full order is not reduced: --keep, --keep-below, --reduction, --tolerance, --up-to belong to --order low"
+        )
     method = None if reduction is None else reduction.value
     result = modes(mechanism, parameters, n=n, order=order.value, reduction=method, **how)
     if strict:

@@ -323,7 +323,7 @@ def band_of(text: str) -> tuple[float, float]:
             raise OptionError("FROM,TO with a unit is expected, e.g. '5,200 Hz' or '5 Hz,0.2 kHz'")
         low, high = found
         if not 0 <= low < high:
-            raise OptionError("a band goes from a lower frequency, at least 0, to a higher one")
+            raise OptionError("this band is empty: a band goes from a lower frequency, at least 0, to a higher one")
     return low, high
 
 
@@ -350,5 +350,5 @@ def of_pictures(plot: Path | None, **options: object) -> dict[str, Any]:
     """Those options of pictures that are given; None and False are not. Raises OptionError when there is no --plot."""
     given = {name: value for name, value in options.items() if value is not None and value is not False}
     if plot is None and given:
-        raise OptionError(f"--{next(iter(given))} belongs to --plot DIR")
+        raise OptionError(f"--{next(iter(given))} belongs to --plot DIR, which is not given")
     return given

@@ -315,7 +315,7 @@ def _signals(
     for text in sweep or []:
         name, (amplitude, first, last) = commands.amounts("--sweep", text, "NAME=AMPLITUDE,FROM,TO", band)
         if total is None:
-            raise OptionError("a sweep needs a --duration")
+            raise OptionError("a sweep has no end without --duration, e.g. --duration 2s")
         _add(found, name, s.sweep(amplitude, first, last, total))
     for text in noise or []:
         name, numbers = commands.amounts("--noise", text, "NAME=RMS[,FROM,TO]", band, optional=True)

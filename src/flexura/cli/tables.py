@@ -38,7 +38,7 @@ def write_table(columns: Mapping[str, Any], path: Path) -> Path:
     """
     kind = path.suffix.lower()
     if kind not in TABLES:
-        raise OptionError(f"{path} must be named {' or '.join(TABLES)}")
+        raise OptionError(f"{path} is no name of a table: it must be named {' or '.join(TABLES)}")
     lists = {
         name: column.tolist() if isinstance(column, np.ndarray) else list(column) for name, column in columns.items()
     }

@@ -262,7 +262,7 @@ def _axis_name(raw: Any) -> Any:
 
 def _not_null(direction: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
     if all(component == 0 for component in direction):
-        raise refuse("a direction has at least one component that is not zero")
+        raise refuse("all components are zero: a direction has at least one component that is not zero")
     return direction
 
 

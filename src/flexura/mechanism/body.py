@@ -146,7 +146,7 @@ class Spring(Part):
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
         if (self.stiffness is None) == (self.matrix is None):
-            raise refuse("a spring has either stiffness (by DOF) or matrix (6 x 6)")
+            raise refuse("both, or neither, is given: a spring has either stiffness (by DOF) or matrix (6 x 6)")
         return self
 
 
@@ -177,17 +177,17 @@ def _matrix(raw: Any) -> Matrix:
     if isinstance(raw, list | tuple) and any(isinstance(x, str) for row in raw if isinstance(row, list) for x in row):
         raise refuse("entries of a superelement matrix are plain numbers", "`units` says in which unit system")
     if isinstance(raw, np.ndarray) and np.iscomplexobj(raw):
-        raise refuse("entries of a superelement matrix are real")
+        raise refuse("complex numbers stand here: entries of a superelement matrix are real")
     try:
         matrix = Matrix(raw)
     except (TypeError, ValueError):
         raise refuse("a matrix is a list of rows of numbers, all of one length") from None
     if matrix.array.ndim != 2 or matrix.array.shape[0] != matrix.array.shape[1]:
-        raise refuse("a superelement matrix is square")
+        raise refuse("rows and columns differ in number: a superelement matrix is square")
     if found := beyond("dense_entries", matrix.array.size):
         raise refuse(*found[1:])
     if not np.isfinite(matrix.array).all():
-        raise refuse("entries of a matrix are finite")
+        raise refuse("an entry is infinite or no number: entries of a matrix are finite")
     if abs(matrix.array).max(initial=0.0) > LARGEST_ENTRY:
         raise refuse(f"entries of a matrix are at most {LARGEST_ENTRY:g} in size", "are they in the unit said?")
     return matrix
@@ -252,11 +252,15 @@ class Superelement(Part):
                 raise refuse(f"{name} is {n + a} x {n + a}: {rule}", hint)
             scaled = matrix / (abs(matrix).max() or 1.0)
             if not np.allclose(scaled, scaled.T, rtol=0, atol=1e-6):
-                raise refuse(f"{name} of a superelement is symmetric")
+                raise refuse(f"its two halves differ: {name} of a superelement is symmetric")
             try:  # Cholesky's factors exist when no eigenvalue is below the round-off that is let pass
                 np.linalg.cholesky((scaled + scaled.T) / 2 + 1e-6 * np.eye(n + a))
             except np.linalg.LinAlgError:
-                raise refuse(f"{name} of a superelement has no negative eigenvalue") from None
+                raise refuse(
+                    f"some motion would release energy: {name} of a superelement has no negative eigenvalue"
+                ) from None
         if not (self.stiffness.array.diagonal()[n:] > 0).all():
-            raise refuse("every amplitude of a superelement has stiffness", "rigid motions are those of its nodes")
+            raise refuse(
+                "one has none: every amplitude of a superelement has stiffness", "rigid motions are those of its nodes"
+            )
         return self

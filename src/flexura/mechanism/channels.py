@@ -99,7 +99,9 @@ class PiezoStack(Part):
     @model_validator(mode="after")
     def _one_range(self) -> Self:
         if self.free_stroke is not None and self.blocked_force is not None:
-            raise refuse("a piezo stack has free_stroke or blocked_force", "the other is the stiffness times it")
+            raise refuse(
+                "both are given: a piezo stack has free_stroke or blocked_force", "the other is the stiffness times it"
+            )
         if isinstance(self.nu, float) and not -1 < self.nu <= 0.5:
             raise refuse("Poisson's ratio lies in -1 < nu <= 0.5")
         return self

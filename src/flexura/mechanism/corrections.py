@@ -27,7 +27,7 @@ def _corrections(raw: Any) -> Any:
             close = get_close_matches(name, (*CORRECTIONS, "auto", "none"), n=1)
             raise refuse(_RULE, f"did you mean {close[0]}?" if close else f"{name!r} is none of them")
     if len(set(names)) < len(names):
-        raise refuse("every correction is named once")
+        raise refuse("one is named twice: every correction is named once")
     return tuple(names)
 
 

@@ -36,7 +36,9 @@ class Rayleigh(Part):
     def _order(self) -> Self:
         low, high = self.frequencies
         if isinstance(low, float) and isinstance(high, float) and low >= high:
-            raise refuse("the two frequencies of Rayleigh damping differ, the lower one first")
+            raise refuse(
+                "equal, or in the wrong order: the two frequencies of Rayleigh damping differ, the lower one first"
+            )
         zeta_low, zeta_high = self.ratios
         if all(isinstance(x, float) for x in (low, high, zeta_low, zeta_high)) and not (
             zeta_low * high >= zeta_high * low and zeta_high * high >= zeta_low * low  # type: ignore[operator]
@@ -68,7 +70,7 @@ class Damping(Part):
     def _rising(self) -> Self:
         limits = [band.up_to for band in self.bands if isinstance(band.up_to, float)]
         if any(a >= b for a, b in pairwise(limits)):
-            raise refuse("bands are in order of their frequencies")
+            raise refuse("one begins below the one before it: bands are in order of their frequencies")
         return self
 
 

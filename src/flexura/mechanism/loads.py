@@ -25,7 +25,7 @@ class Load(Part):
     @model_validator(mode="after")
     def _something(self) -> Self:
         if not self.model_fields_set:
-            raise refuse("a load has a force or a moment", "e.g. {force: [0, 0, -20 N]}")
+            raise refuse("nothing is given: a load has a force or a moment", "e.g. {force: [0, 0, -20 N]}")
         return self
 
 

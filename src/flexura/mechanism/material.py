@@ -31,7 +31,10 @@ class Material(Part):
     @model_validator(mode="after")
     def _one_of_nu_and_G(self) -> Self:
         if (self.nu is None) == (self.G is None):
-            raise refuse("a material has exactly one of nu and G", "the other follows from E = 2 G (1 + nu)")
+            raise refuse(
+                "both, or neither, is given: a material has exactly one of nu and G",
+                "the other follows from E = 2 G (1 + nu)",
+            )
         if isinstance(self.nu, float) and not -1 < self.nu <= 0.5:
             raise refuse("Poisson's ratio lies in -1 < nu <= 0.5")
         return self

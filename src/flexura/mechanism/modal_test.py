@@ -99,10 +99,10 @@ class ModalTest(Part):
             share = f"a pulse of {quantity(pulse, 's')} in a record of {quantity(duration, 's')}"
             raise refuse(f"{share}: it takes at most a quarter of it", "record longer, or give a shorter pulse")
         if isinstance(self.exponential, float) and self.exponential > 1:
-            raise refuse("the exponential window ends between 0 and 1", "e.g. exponential: 0.01")
+            raise refuse("above 1 it would grow: the exponential window ends between 0 and 1", "e.g. exponential: 0.01")
         low, high = self.band or (0.0, 1.0)
         if isinstance(low, float) and isinstance(high, float) and low >= high:
-            raise refuse("a band is from a lower to a higher frequency")
+            raise refuse("it is empty: a band is from a lower to a higher frequency")
         for name, members in self.placements.items():
             if not members:
                 raise refuse(f"placement {name} holds no accelerometer")

@@ -62,5 +62,7 @@ class Motion(Part):
     @model_validator(mode="after")
     def _something(self) -> Self:
         if not (self.move or self.loads or self.follower):
-            raise refuse("a motion has move, loads or follower", "e.g. move: {carriage: {y: [-5 mm, 5 mm]}}")
+            raise refuse(
+                "nothing moves: a motion has move, loads or follower", "e.g. move: {carriage: {y: [-5 mm, 5 mm]}}"
+            )
         return self

@@ -28,14 +28,16 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
     found: dict[str, dict[str, float]] = {}
     for name, value in move.items():
         if isinstance(value, str | bool) or np.ndim(value) != 0 or not np.isfinite(value):
-            raise OptionError(f"{name} is at a finite number in SI, not {value!r}")
+            raise OptionError(f"{name}: {value!r} is refused; a pose takes finite numbers in SI")
         driven = matching(name, actuators)
         node, _, axis = name.rpartition(".")
         if driven:
             for own in driven:
                 command = command_of(actuators[own])
                 if command is None:
-                    raise OptionError(f"{own} accelerates the base, which is at rest here")
+                    raise OptionError(
+                        f"{own} has no place in a pose: it accelerates the base, which is at rest there; leave it out"
+                    )
                 found[own] = {command: float(value)}
         elif node and axis in DISPLACEMENTS:
             found.setdefault(node, {})[axis] = float(value)

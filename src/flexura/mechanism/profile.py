@@ -73,10 +73,10 @@ class TabulatedContour(Part):
     @model_validator(mode="after")
     def _table(self) -> Self:
         if len(self.positions) != len(self.thicknesses):
-            raise refuse("a table has as many thicknesses as positions")
+            raise refuse("their numbers differ: a table has as many thicknesses as positions")
         known = [p for p in self.positions if isinstance(p, float)]
         if len(known) == len(self.positions) and any(b <= a for a, b in pairwise(known)):
-            raise refuse("positions of a table increase")
+            raise refuse("one is not behind the one before it: positions of a table increase")
         return self
 
 

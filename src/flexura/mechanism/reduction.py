@@ -22,5 +22,5 @@ class Reduction(Part):
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         if (self.tolerance is not None) + self.constraint_modes + (self.keep is not None) != 1:
-            raise refuse("a reduction is one of tolerance, constraint_modes: true, keep")
+            raise refuse("several, or none, are given: a reduction is one of tolerance, constraint_modes: true, keep")
         return self

@@ -42,7 +42,7 @@ class Tube(Part):
     def _hollow(self) -> Self:
         outer, inner = self.outer_diameter, self.inner_diameter
         if isinstance(outer, float) and isinstance(inner, float) and inner >= outer:
-            raise refuse("the inner diameter of a tube is smaller than the outer one")
+            raise refuse("there is no wall: the inner diameter of a tube is smaller than the outer one")
         return self
 
 

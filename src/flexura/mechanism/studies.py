@@ -42,12 +42,14 @@ class Range(Part):
     def _in_order(self) -> Self:
         low, high = self.from_, self.to
         if isinstance(low, float) and isinstance(high, float) and low >= high:
-            raise refuse("a range goes from the smaller value to the larger one")
+            raise refuse("it is empty: a range goes from the smaller value to the larger one")
         for end in (low, high):
             if self.scale == "log" and isinstance(end, float) and end <= 0:
-                raise refuse("a range with equal ratios has positive ends", "write scale: linear")
+                raise refuse(
+                    "an end is not positive: a range with equal ratios has positive ends", "write scale: linear"
+                )
             if self.integer and isinstance(end, float) and not end.is_integer():
-                raise refuse("a range of whole numbers has whole ends")
+                raise refuse("an end is not whole: a range of whole numbers has whole ends")
         return self
 
 
@@ -79,9 +81,12 @@ class SweepStudy(Part):
     def _sampled(self) -> Self:
         takes_values = self.sampling in ("grid", "list")
         if takes_values and self.samples is not None:
-            raise refuse("samples are those of a Latin hypercube or a Sobol sequence", "write sampling: sobol")
+            raise refuse(
+                "a grid or a list takes every value: samples are those of a Latin hypercube or a Sobol sequence",
+                "write sampling: sobol",
+            )
         if not takes_values and self.samples is None:
-            raise refuse("samples says how many designs there are", "e.g. samples: 4096")
+            raise refuse("it is missing: samples says how many designs there are", "e.g. samples: 4096")
         for name, own in self.vary.items():
             if isinstance(own, Range) and (own.steps is None) == takes_values and not own.integer:
                 rule = (
@@ -104,7 +109,7 @@ class Goal(Part):
     @model_validator(mode="after")
     def _one(self) -> Self:
         if (self.maximise is None) == (self.minimise is None):
-            raise refuse("a goal is either maximise or minimise", "e.g. {maximise: f1}")
+            raise refuse("both, or neither, is given: a goal is either maximise or minimise", "e.g. {maximise: f1}")
         return self
 
 
@@ -125,7 +130,9 @@ class OptimumStudy(Part):
     @model_validator(mode="after")
     def _aims(self) -> Self:
         if (self.maximise is not None) + (self.minimise is not None) + (self.goals is not None) != 1:
-            raise refuse("an optimum is one of maximise, minimise, goals", "e.g. maximise: f1")
+            raise refuse(
+                "several, or none, are given: an optimum is one of maximise, minimise, goals", "e.g. maximise: f1"
+            )
         for name, own in self.vary.items():
             if isinstance(own, Range) and own.steps is not None:
                 raise refuse(f"{name} has steps, but an optimum is sought between the ends", "leave steps out")
@@ -167,14 +174,19 @@ class Spread(Part):
             rule = "a spread is one of uniform, triangular, normal, measured"
             raise refuse(rule, "e.g. ± 0.02 mm, or {normal: 0.01 mm}")
         if self.within is not None and self.normal is None:
-            raise refuse("within belongs to a normal spread", "e.g. {normal: 0.01 mm, within: 3}")
+            raise refuse(
+                "another spread has ends of its own: within belongs to a normal spread",
+                "e.g. {normal: 0.01 mm, within: 3}",
+            )
         low, high = self.uniform or self.triangular or (0.0, 1.0)
         if self.normal == 0 or low == high == 0:
             raise refuse("deviations of zero are none, as are per cent of a value that is zero", "e.g. ± 0.02 mm")
         if isinstance(self.normal, float) and self.normal <= 0:
-            raise refuse("a standard deviation must be positive")
+            raise refuse("a standard deviation must be positive", "e.g. {normal: 0.01 mm}")
         if isinstance(low, float) and isinstance(high, float) and not low < high:
-            raise refuse("the lower deviation is below the upper one", "e.g. +0.01/-0.03 mm")
+            raise refuse(
+                "they are in the wrong order: the lower deviation is below the upper one", "e.g. +0.01/-0.03 mm"
+            )
         return self
 
 
@@ -192,7 +204,7 @@ class ToleranceStudy(Part):
     @model_validator(mode="after")
     def _asks(self) -> Self:
         if not (self.ask or self.require):
-            raise refuse("a tolerance study has ask or require", "e.g. ask: [f1, f2]")
+            raise refuse("nothing is asked: a tolerance study has ask or require", "e.g. ask: [f1, f2]")
         return self
 
 
@@ -206,7 +218,10 @@ class DescribedStudy(Part):
     @model_validator(mode="after")
     def _one(self) -> Self:
         if (self.sweep is not None) + (self.optimize is not None) + (self.tolerance is not None) != 1:
-            raise refuse("a study is one of sweep, optimize, tolerance", "e.g. sweep: {vary: ..., ask: f1}")
+            raise refuse(
+                "several, or none, are given: a study is one of sweep, optimize, tolerance",
+                "e.g. sweep: {vary: ..., ask: f1}",
+            )
         return self
 
     @property

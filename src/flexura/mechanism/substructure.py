@@ -131,7 +131,7 @@ class Support(Part):
     @model_validator(mode="after")
     def _one(self) -> Self:
         if (self.fixed is None) == (self.free is None):
-            raise refuse("a support has either fixed or free")
+            raise refuse("both, or neither, is given: a support has either fixed or free")
         return self
 
     @property

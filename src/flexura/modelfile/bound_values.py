@@ -108,10 +108,12 @@ class _Values:
             return [-high, high]
         sides = [_SIDE.fullmatch(own.strip()) for own in text.split("/")]
         if len(sides) != 2 or sides[0] is None or sides[1] is None:
-            raise ExpressionError("a spread is ± 0.02 mm, +0.01/-0.03 mm or a mapping", "e.g. {normal: 0.01 mm}")
+            raise ExpressionError(
+                "this is no spread, which is ± 0.02 mm, +0.01/-0.03 mm or a mapping", "e.g. {normal: 0.01 mm}"
+            )
         both = sorted((float(sign + number), unit) for sign, number, unit in (own.groups() for own in sides if own))
         if any(own and not own[1] and float(own[2]) for own in sides):
-            raise ExpressionError("each side of a spread has its sign", "e.g. +0.01/-0.03 mm")
+            raise ExpressionError("a sign is missing: each side of a spread has its sign", "e.g. +0.01/-0.03 mm")
         shared = next((unit for _, unit in both if unit), "")
         return [self.deviation(f"{size!r} {unit or shared}".strip(), name) if size else 0.0 for size, unit in both]
 

@@ -23,7 +23,7 @@ def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
     """
     name, equals, written = (part.strip() for part in text.partition("="))
     if not equals or not written:
-        raise OptionError("a parameter is set by NAME=VALUE, e.g. thickness=0.3 mm")
+        raise OptionError(f"{text!r} sets no parameter; write NAME=VALUE, e.g. thickness=0.3 mm")
     if name not in mechanism.parameters:
         close = get_close_matches(name, mechanism.parameters, n=1)
         known = ", ".join(mechanism.parameters) or "none"

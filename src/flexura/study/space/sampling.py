@@ -47,7 +47,7 @@ class Space(Record):
         if self.sampling not in SAMPLINGS:
             raise OptionError(f"sampling is one of {', '.join(SAMPLINGS)}, not {self.sampling!r}")
         if not self.variables:
-            raise OptionError("a study varies at least one parameter")
+            raise OptionError("nothing varies: a study varies at least one parameter, e.g. thickness=0.2mm:0.6mm")
         if not isinstance(self.seed, int | np.integer) or self.seed < 0:
             raise OptionError(f"a seed is a whole number from 0, not {self.seed!r}")
         if self.sampling in ("grid", "list"):

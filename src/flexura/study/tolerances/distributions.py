@@ -90,7 +90,9 @@ class Triangular(_Described):
     def __post_init__(self) -> None:
         _ordered(self.low, self.high)
         if not self.low <= self.mode <= self.high:
-            raise OptionError(f"the likeliest size {self.mode:g} lies between the smallest and the largest")
+            raise OptionError(
+                f"the likeliest size {self.mode:g} is refused: it lies between the smallest and the largest"
+            )
 
     @property
     def mean(self) -> float:
@@ -196,7 +198,7 @@ class Measured(_Described):
 
     def __post_init__(self) -> None:
         if len(self.values) < 2 or not abs_finite(self.values):
-            raise OptionError("a measured list has at least two sizes, all finite")
+            raise OptionError("these sizes are refused: a measured list has at least two sizes, all finite")
         _ordered(min(self.values), max(self.values))
 
     @cached_property
