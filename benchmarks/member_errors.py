@@ -1,4 +1,4 @@
-"""How far beams are off single members: six stiffnesses against flexura's own solids with rigid end faces.
+"""How far beams are off single members: six stiffnesses against solids with rigid end faces (benchmarks/octants.py).
 
 Writes src/flexura/analysis/member_errors.csv, three rows for each solid: the beam with all corrections, the plain beam
 that shears, and the plain one that does not. Rows that are there already are kept, so that it goes on where it was
@@ -22,76 +22,98 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import octants
 
 import flexura as fx
-from flexura.analysis.measured_members import BEAMS, ERRORS, KINDS_OF_MEMBERS
-from flexura.beam import rigid_arm
+from flexura.analysis.measured_members import (
+    BEAMS,
+    ERRORS,
+    EXACT,
+    KINDS_OF_MEMBERS,
+    NU,
+    RATIOS_OF,
+    beam_stiffness,
+    member_between_faces,
+)
 from flexura.files import write_file
-from flexura.solid.fem import with_solid_parts
+from flexura.solid.geometry import solids
+from flexura.structure import Plan, assemble, one_design
 
 D = fx.describe
 TABLE = Path(__file__).parent.parent / "src/flexura/analysis/member_errors.csv"
-COLUMNS = ("kind", "beam", "nu", "first", "second", "third", *ERRORS, "mesh", "script")
+COLUMNS = ("kind", "beam", "nu", *RATIOS_OF, *ERRORS, "mesh", "script")
+KEYS = COLUMNS.index(ERRORS[0])
 GRIDS: dict[str, tuple[tuple[float, ...], ...]] = {
-    "leaf": ((1, 2, 5, 15, 30, 60), (0.15, 0.3, 0.6, 1, 2, 5, 10, 20)),
-    "right-circular notch": ((0.75, 1.5, 3, 7, 18, 50), (0.1, 0.25, 0.6, 1.5, 5)),
+    "leaf": ((1, 2, 5, 15, 60), (0.15, 0.3, 0.6, 1, 2, 5, 20)),
+    "right-circular notch": ((0.75, 2, 6, 18, 50), (0.1, 0.3, 1, 2, 5)),
+    "corner-filleted notch": ((0.3, 1, 3), (8, 20, 60), (2, 10, 40)),
+    "elliptical notch": ((0.5, 1.5, 5), (1, 5, 25), (0.2, 1, 4)),
+    "rod": ((1, 2, 4, 10, 30),),
+    "round right-circular notch": ((1, 4, 15, 50),),
+    "circular notch": ((1, 5, 25), (0.2, 1, 4), (0.5, 0.8, 1)),
+    "tube": ((0.5, 0.9), (1, 3, 10)),
+    "two-axis right-circular notch": ((1, 4, 15),),
+    "round corner-filleted notch": ((0.3, 2), (5, 12, 40)),
+    "parabolic notch": ((0.7, 4), (1, 5, 20), (0.3, 2)),
+    "hyperbolic notch": ((0.7, 4), (1, 5, 20), (0.3, 2)),
+    "v-shaped notch": ((20, 45), (0.5, 2), (10, 40), (0.3, 2)),
 }
-RATIOS = {"leaf": ((1, 0.3), (5, 1), (30, 0.3), (30, 2)), "right-circular notch": ((1.5, 1.5), (7, 0.25), (7, 1.5))}
-"""Where Poisson's ratios other than 0.3 are measured."""
-OTHERS = (0.1, 0.45)
+OTHER = 0.4
+"""Poisson's ratio of further rows, at some of the ratios."""
+FINE, COARSE = 0.65, 0.45
+ORDER = 3.4
+"""With which the stiffness converges on meshes that are graded so."""
 
 
 def described(kind: str, ratios: tuple[float, ...]) -> tuple[Any, float]:
-    """Section or profile of a member, and its length, m."""
+    """Section or profile of a member whose web is 1 mm thick, and its length, m."""
+    t = 1e-3
     match kind, ratios:
-        case "leaf", (slender, short):
-            return D.Leaf(width=10e-3, thickness=10e-3 / slender), 10e-3 * short
-        case "right-circular notch", (deep, broad):
-            return D.Notch(width=6e-3 * broad, contour=D.CircularContour(radius=3e-3, web=3e-3 / deep)), 6e-3
+        case "leaf", (b, short):
+            return D.Leaf(width=b * t, thickness=t), b * short * t
+        case "rod", (slender,):
+            return D.Circle(diameter=t), slender * t
+        case "tube", (bore, slender):
+            return D.Tube(outer_diameter=t, inner_diameter=bore * t), slender * t
+        case "right-circular notch", (R, broad):
+            return D.Notch(width=2 * R * broad * t, contour=D.CircularContour(radius=R * t, web=t)), 2 * R * t
+        case "circular notch", (R, broad, part):
+            length = 2 * R * part * t
+            return D.Notch(width=broad * length, contour=D.CircularContour(radius=R * t, web=t)), length
+        case "round right-circular notch", (R,):
+            return D.RoundNotch(contour=D.CircularContour(radius=R * t, web=t)), 2 * R * t
+        case "two-axis right-circular notch", (R,):
+            both = D.CircularContour(radius=R * t, web=t)
+            return D.TwoAxisNotch(y_contour=both, z_contour=both), 2 * R * t
+        case "corner-filleted notch", (r, long, b):
+            return D.Notch(width=b * t, contour=D.CornerFilletedContour(fillet_radius=r * t, web=t)), long * t
+        case "round corner-filleted notch", (r, long):
+            return D.RoundNotch(contour=D.CornerFilletedContour(fillet_radius=r * t, web=t)), long * t
+        case "v-shaped notch", (angle, r, long, broad):
+            contour = D.VShapedContour(angle=np.radians(angle), root_radius=r * t, web=t)
+            return D.Notch(width=broad * long * t, contour=contour), long * t
+        case _, (long, deep, broad):
+            contours = {"elliptical": D.EllipticalContour, "parabolic": D.ParabolicContour}
+            own = contours.get(kind.split(maxsplit=1)[0], D.HyperbolicContour)
+            length = 2 * long * deep * t
+            return D.Notch(width=broad * length, contour=own(depth=deep * t, web=t)), length
     raise KeyError(kind)
 
 
-def mechanism(form: Any, length: float, nu: float, **more: Any) -> fx.Mechanism:
-    """The member between rigid faces, clamped at one end."""
-    rigid = {"ends": ("clamped", "clamped"), "root": "rigid", "nodes": ("a", "b"), "material": "metal"}
-    is_link = isinstance(form, D.Circle | D.Tube)
-    own = {"section": form} if is_link else {"profile": form, "elements": 100, "integration": "tapered"}
-    member = (D.Link if is_link else D.Flexure)(reference="z", **rigid, **own)
-    return fx.Mechanism(
-        materials={"metal": D.Material(E=200e9, nu=nu, rho=7800.0)},
-        nodes={"a": (0.0, 0.0, 0.0), "b": (length, 0.0, 0.0)},
-        **{"links" if is_link else "flexures": {"member": member}},
-        ground={"a": "clamped"},
-        **more,
-    )
-
-
-def stiffnesses(C: np.ndarray, length: float) -> np.ndarray:
-    """Stretch, twist, and bending about y and z by moments and between parallel ends, (6,), of the compliance (6, 6) of
-    an end: about the middle of a symmetric member these part."""
-    inverse = np.linalg.inv(rigid_arm(np.array([length / 2, 0, 0])))
-    return 1 / np.diag(inverse @ C @ inverse.T)[[0, 3, 4, 2, 5, 1]]
-
-
 def solid(form: Any, length: float, nu: float) -> tuple[np.ndarray, float]:
-    """Six stiffnesses (6,) of the solid, and how far one may be off for the mesh, relative."""
-    meshed = with_solid_parts(mechanism(form, length, nu, fidelity="solid"), keep=0)
-    (element,) = meshed.superelements.values()
-    K, E = (matrix.array[-6:, -6:] for matrix in (element.stiffness, element.stiffness_error))
-    C = np.linalg.inv(K)
-    own = stiffnesses(C, length)
-    return own, float((own / stiffnesses(C @ E @ C, length)).max())
-
-
-def beam(form: Any, length: float, nu: float, name: str) -> np.ndarray:
-    """Six stiffnesses (6,) of a beam."""
-    model = mechanism(form, length, nu, **BEAMS[name])
-    return stiffnesses(np.reshape(fx.compliance(model, nodes=["b"]), (6, 6)), length)
+    """Six stiffnesses (6,) of the solid, extrapolated from two meshes, and how far one may be off for these."""
+    model = member_between_faces(form, length, nu, "none", *EXACT)
+    (member,) = solids(assemble(Plan(model), one_design({})))
+    fine, coarse = (octants.stiffnesses(member, cells) for cells in (FINE, COARSE))
+    off = (coarse - fine) / ((FINE / COARSE) ** ORDER - 1)
+    return fine - off, float(abs(off / fine).max())
 
 
 def wanted(kind: str) -> list[tuple[float, tuple[float, ...]]]:
     """Poisson's and other ratios of the rows of a kind."""
-    return [(0.3, at) for at in product(*GRIDS[kind])] + [(nu, at) for at in RATIOS.get(kind, ()) for nu in OTHERS]
+    grid = GRIDS[kind]
+    some = [axis[:: 2 if len(axis) % 2 else len(axis) - 1] for axis in grid]
+    return [(NU, at) for at in product(*grid)] + [(OTHER, at) for at in product(*some)]
 
 
 def main() -> None:
@@ -103,20 +125,20 @@ def main() -> None:
     if TABLE.exists():
         with TABLE.open() as file:
             for line in csv.reader(row for row in file if not row.startswith("#")):
-                rows[tuple(line[:6])] = line
-    rows.pop(COLUMNS[:6], None)
+                rows[tuple(line[:KEYS])] = line
+    rows.pop(COLUMNS[:KEYS], None)
     for kind in (only,) if only else GRIDS:
         for nu, ratios in wanted(kind):
-            at = [f"{x:g}" for x in (nu, *ratios)] + [""] * (3 - len(ratios))
+            at = [f"{x:g}" for x in (nu, *ratios)] + [""] * (len(RATIOS_OF) - len(ratios))
             if all((kind, name, *at) in rows for name in BEAMS):
                 continue
             form, length = described(kind, ratios)
             true, mesh = solid(form, length, nu)
             for name in BEAMS:
-                errors = [f"{x:.5f}" for x in beam(form, length, nu, name) / true - 1]
-                rows[kind, name, *at] = [kind, name, *at, *errors, f"{mesh:.4f}", Path(__file__).name]
+                errors = [f"{x:.5f}" for x in beam_stiffness(form, length, nu, name, *EXACT) / true - 1]
+                rows[kind, name, *at] = [kind, name, *at, *errors, f"{mesh:.5f}", Path(__file__).name]
             write(rows)
-            print(kind, *at, *rows[kind, "auto", *at][6:-1], flush=True)
+            print(kind, *at, *rows[kind, "auto", *at][KEYS:-1], flush=True)
 
 
 def write(rows: dict[tuple[str, ...], list[str]]) -> None:

@@ -2,8 +2,9 @@
 
 Writes src/flexura/beam/roots.csv, a row for each pair of distances from the leaf's faces to the block's, each width and
 each Poisson's ratio; rows that are there already are kept, so that it goes on where it was interrupted. With --wide
-prints what blocks give that reach beyond the sides of the leaf too, over those as wide as it. With --check prints roots
-that lie between those rows beside what is interpolated, and what finer meshes and longer parts change.
+prints what blocks give that reach beyond the sides of the leaf too, over those as wide as it. With --errors writes
+src/flexura/analysis/root_errors.csv: how far off what is interpolated is for roots that lie between those rows, and
+where the block is wider than the leaf.
 
 The solid is meshed with 27-node bricks on a grid that is graded to the corners of the joint. Its flexibility under a
 rigid face at the end of the leaf, less that of the same leaf on a rigid block, less that of the same block under a
@@ -19,8 +20,10 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 import argparse
 import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 from pathlib import Path
 
@@ -29,6 +32,7 @@ import scipy.sparse as sp
 from pypardiso import PyPardisoSolver
 
 from flexura.beam import rigid_arm
+from flexura.files import write_file
 
 TABLE = Path(__file__).parent.parent / "src/flexura/beam/roots.csv"
 RATIOS = (0.2, 0.4)
@@ -38,6 +42,8 @@ WIDTHS = (0.7, 3.0, 12.0, 40.0)
 """Width over thickness."""
 NAMES = ("u_u", "rx_rx", "v_v", "v_rz", "rz_rz", "w_w", "w_ry", "ry_ry", "u_w", "u_ry", "v_rx", "rx_rz")
 PLACES = ((0, 0), (3, 3), (1, 1), (1, 5), (5, 5), (2, 2), (2, 4), (4, 4), (0, 2), (0, 4), (1, 3), (3, 5))
+ERRORS = Path(__file__).parent.parent / "src/flexura/analysis/root_errors.csv"
+DOMINANT = ("u_u", "rx_rx", "ry_ry", "rz_rz")
 DIAGONAL = (0, 1, 2, 4, 5, 7)
 WIDE = (0.7, 1.0, 2.0, 3.0, 10.0)
 GAUSS = np.polynomial.legendre.leggauss(3)
@@ -127,6 +133,11 @@ def stiffness(edges: Sequence[np.ndarray], cells: np.ndarray, nu: float) -> sp.c
     return sp.csr_matrix((K.ravel(), (rows, columns)), shape=(n, n))
 
 
+@cache
+def _solver() -> PyPardisoSolver:
+    return PyPardisoSolver(mtype=-2)  # looks for its library all over the place
+
+
 def flexibility(
     edges: Sequence[np.ndarray], cells: np.ndarray, nu: float, held: np.ndarray, face: np.ndarray, centre: np.ndarray
 ) -> np.ndarray:
@@ -147,9 +158,9 @@ def flexibility(
         on_face = (3 * np.flatnonzero(face)[:, None] + np.arange(3)).ravel()
         kept = K[on_face][:, on_face]
         coupling = K[rows][:, on_face] @ D
-        solver = PyPardisoSolver(mtype=-2)
+        solver = _solver()
         inner = solver.solve(sp.triu(K[rows][:, rows]).tocsr(), np.ascontiguousarray(coupling))
-        solver.free_memory(everything=True)
+        solver.free_memory()
         half = D.T @ (kept @ D) - coupling.T @ inner
         C[np.ix_(kinds, kinds)] = np.linalg.inv(2 * half)
     return C
@@ -183,10 +194,58 @@ def wanted() -> list[Joint]:
     return [Joint(up, down, width, nu) for nu in RATIOS for width in WIDTHS for up, down in pairs]
 
 
+def compared() -> list[Joint]:
+    """Joints that are not in the table: between its rows, and with blocks that are wider than the leaf."""
+    between = [
+        Joint(2.0, 1.0, 8.0, 0.3), Joint(7.0, 0.3, 3.0, 0.3), Joint(2.5, 2.5, 20.0, 0.33), Joint(5.0, 0.0, 20.0, 0.33),
+        Joint(0.3, 0.3, 10.0, 0.3), Joint(11.0, 11.0, 1.0, 0.25), Joint(0.8, 0.8, 1.5, 0.3), Joint(6.0, 6.0, 6.0, 0.3),
+        Joint(2.2, 0.05, 12.0, 0.3), Joint(0.25, 0.0, 5.0, 0.3), Joint(2.0, 2.0, 2.0, 0.3), Joint(9.0, 0.9, 20.0, 0.3),
+        Joint(0.8, 0.3, 25.0, 0.3), Joint(6.0, 2.2, 8.0, 0.35), Joint(0.07, 0.07, 5.0, 0.3),
+    ]  # fmt: skip
+    beside = [
+        Joint(2.0, 2.0, width, 0.3, wider)
+        for width, wider in ((1.0, 0.5), (1.0, 1.0), (1.0, 5.0), (5.0, 1.0), (5.0, 2.0), (5.0, 5.0), (5.0, 15.0))
+    ]
+    beside += [Joint(2.0, 2.0, 20.0, 0.3, wider) for wider in (1.0, 5.0, 20.0)]
+    return [
+        *between,
+        *beside,
+        Joint(5.0, 0.0, 5.0, 0.3, 5.0),
+        Joint(0.5, 0.5, 5.0, 0.3, 5.0),
+        Joint(11.0, 11.0, 5.0, 0.3, 5.0),
+    ]
+
+
+def compare() -> None:
+    """Complete the errors of what is interpolated: flexibility over that of the solid, less 1."""
+    from flexura.beam import root_flexibility
+
+    columns = ["nu", "width", "up", "down", "wider"]
+    rows: dict[tuple[str, ...], list[str]] = {}
+    if ERRORS.exists():
+        with ERRORS.open() as file:
+            for row in csv.DictReader(line for line in file if not line.startswith("#")):
+                rows[tuple(row[key] for key in columns)] = list(row.values())
+    for joint in compared():
+        key = tuple(f"{getattr(joint, name):g}" for name in columns)
+        if key in rows:
+            continue
+        fit = root_flexibility(1.0, joint.nu, joint.width, 1.0, joint.leaf, joint.up, joint.down, joint.wider)
+        off = dict(zip(NAMES, fit / root(joint) - 1, strict=True))
+        rows[key] = [*key, *(f"{off[name]:.4f}" for name in DOMINANT), Path(__file__).name]
+        text = io.StringIO()
+        text.write("# Relative errors of the flexibility of elastic roots that are interpolated, against solids.\n")
+        text.write("# Sizes over the thickness of the leaf; wider: the block beside each side of the leaf.\n")
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerows([[*columns, *DOMINANT, "script"], *rows.values()])
+        write_file(ERRORS, lambda path, text=text: path.write_text(text.getvalue()))
+        print(*rows[key], flush=True)
+
+
 def main() -> None:
-    """Complete the table."""
+    """Complete a table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="roots between the rows, finer meshes, longer parts")
+    parser.add_argument("--errors", action="store_true", help="errors between the rows and of wider blocks")
     parser.add_argument("--nu", type=float, help="rows of one Poisson's ratio alone, into a table of their own")
     parser.add_argument("--wide", action="store_true", help="blocks that are wider than the leaf, over those as wide")
     chosen = parser.parse_args()
@@ -196,19 +255,8 @@ def main() -> None:
             wide, own = (root(Joint(2.0, 2.0, width, 0.3, wider)) for wider in (2.0, 0.0))
             print(f"{width:5g}", " ".join(f"{wide[k] / own[k]:6.3f}" for k in DIAGONAL), flush=True)
         return
-    if chosen.check:
-        from flexura.beam import root_flexibility
-
-        for joint in (
-            Joint(2.0, 1.0, 8.0, 0.3), Joint(7.0, 0.3, 3.0, 0.3), Joint(2.5, 2.5, 20.0, 0.33),
-            Joint(5.0, 0.0, 20.0, 0.33), Joint(0.3, 0.3, 10.0, 0.3), Joint(11.0, 11.0, 1.0, 0.25),
-        ):  # fmt: skip
-            fit = root_flexibility(1.0, joint.nu, joint.width, 1.0, joint.leaf, joint.up, joint.down)
-            rows = {"fit": fit, "solid": root(joint), "finer": root(Joint(**{**vars(joint), "fine": 2}))}
-            rows["longer"] = root(Joint(**{**vars(joint), "longer": 2.0}))
-            print(joint)
-            for name, row in rows.items():
-                print(f"  {name:7}", " ".join(f"{label} {value:9.3g}" for label, value in zip(NAMES, row, strict=True)))
+    if chosen.errors:
+        compare()
         return
     done: dict[tuple[float, ...], list[str]] = {}
     table = TABLE if chosen.nu is None else TABLE.with_name(f"roots-{chosen.nu:g}.csv")

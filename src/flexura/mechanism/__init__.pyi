@@ -55,6 +55,7 @@ from flexura.mechanism.material import CATALOGUE as CATALOGUE
 from flexura.mechanism.material import Material as Material
 from flexura.mechanism.member import Faces as Faces
 from flexura.mechanism.member import Flexure as Flexure
+from flexura.mechanism.member import Integration as Integration
 from flexura.mechanism.member import Link as Link
 from flexura.mechanism.member import possible_corrections as possible_corrections
 from flexura.mechanism.modal_test import Accelerometer as Accelerometer
