@@ -23,6 +23,7 @@ from flexura.analysis.measured_members import (
     ERRORS,
     KINDS_OF_MEMBERS,
     RATIOS_OF,
+    UNEVEN,
     MemberErrors,
     beam_stiffness,
     ratios_of,
@@ -58,6 +59,12 @@ def rows() -> list[dict[str, str]]:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
+def uneven(kind: str, ratios: tuple[float, ...], nu: float) -> np.ndarray:
+    """What is said of loads that were not measured (6,)."""
+    share = UNEVEN * nu**2 / max(1.0, ratios[1]) if kind == "leaf" else 0.0
+    return share * np.array([0, 0, 1, 1, 0, 0])
+
+
 def test_rows_are_met_at_their_own_ratios(measuring: ModuleType) -> None:
     kinds = set()
     for row in rows():
@@ -70,7 +77,8 @@ def test_rows_are_met_at_their_own_ratios(measuring: ModuleType) -> None:
         own_errors, mesh = np.array([float(row[name]) for name in ERRORS]), float(row["mesh"])
         found = errors(form, length, row["beam"], elements=100, integration="tapered")
         # rows have five decimals, which is little where a plain beam is a hundred times too soft
-        np.testing.assert_allclose(1 + found.least, (1 + own_errors) * np.exp(-mesh), rtol=5e-4, atol=1e-5)
+        least = (1 + found.least) * np.exp(uneven(kind, ratios, 0.3))
+        np.testing.assert_allclose(least, (1 + own_errors) * np.exp(-mesh), rtol=5e-4, atol=1e-5)
         np.testing.assert_allclose(1 + found.most, (1 + own_errors) * np.exp(mesh), rtol=5e-4, atol=1e-5)
         assert found.reason == "" and kind == row["kind"]
         kinds.add(kind)
@@ -79,7 +87,7 @@ def test_rows_are_met_at_their_own_ratios(measuring: ModuleType) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "ratios"),
-    [("leaf", (3.0, 1.4)), ("leaf", (25.0, 0.45)), ("right-circular notch", (3.5, 0.55))],
+    [("leaf", (3.0, 1.4)), ("leaf", (25.0, 0.45)), ("right-circular notch", (3.5, 0.55)), ("rod", (3.0,))],
 )
 def test_solids_between_rows_lie_within_the_errors(kind: str, ratios: tuple[float, ...], measuring: ModuleType) -> None:
     form, length = measuring.described(kind, ratios)
@@ -87,12 +95,14 @@ def test_solids_between_rows_lie_within_the_errors(kind: str, ratios: tuple[floa
     for beam in BEAMS:
         off = beam_stiffness(form, length, 0.33, beam, 10, "stepped") / true - 1
         found = errors(form, length, beam, nu=0.33)
-        assert np.all(found.least < off + mesh) and np.all(off - mesh < found.most)
+        least = (1 + found.least) * np.exp(uneven(kind, ratios, 0.33)) - 1
+        assert np.all(least < off + mesh) and np.all(off - mesh < found.most)
 
 
 def test_wide_strips_bend_as_plates_and_long_bars_as_beams() -> None:
     """E t^3 b / 12 is a share nu^2 too soft for a plate that faces hold flat, and right for a slender bar."""
-    plate = errors(leaf(60e-3, 1e-3), 9e-3, "none").least[2]
+    found = errors(leaf(60e-3, 1e-3), 9e-3, "none")
+    plate = found.most[2]
     assert plate == pytest.approx(-(0.3**2), abs=0.005)
     bar = errors(leaf(1e-3, 1e-3), 20e-3, "none")
     assert abs(bar.least).max() < 0.01 and abs(bar.most).max() < 0.02

@@ -186,6 +186,11 @@ def _curvature(axis: Array, values: Array) -> Array:
 NU = 0.3
 """Poisson's ratio of most rows."""
 
+UNEVEN = 0.4
+"""Part of the way from a beam to a plate, nu^2 times width over length, by which leaves may be stiffer where their
+bending varies along them otherwise than between parallel ends, as in their own vibrations: by a whole guide with leaves
+24 times as wide as thick (tests/analysis/test_model_error.py)."""
+
 NUS = (0.1, 0.45)
 """Least and largest Poisson's ratio that is covered."""
 
@@ -334,12 +339,15 @@ def stiffness_errors(
     if not ratios or measured is None:
         return MemberErrors(np.full(6, np.nan), np.full(6, np.nan), f"no {kind} was measured")
     stiffness, uncertain = measured.at(ratios, nu)
+    uneven = np.zeros(6)
+    if kind == "leaf":
+        uneven[2:4] = UNEVEN * nu**2 * min(1.0, 1 / ratios[1])
     if (sides := _sides(form)) and sides[0] < sides[1]:
-        stiffness, uncertain = (own[[0, 1, 4, 5, 2, 3]] for own in (stiffness, uncertain))
+        stiffness, uncertain, uneven = (own[[0, 1, 4, 5, 2, 3]] for own in (stiffness, uncertain, uneven))
     integration = member.integration if isinstance(member, Flexure) else "stepped"
     stiffness = stiffness + _beyond(form, length, nu, name, member.elements, integration)
     reason = _outside(kind, ratios, measured.known, nu)
-    return MemberErrors(np.expm1(stiffness - uncertain), np.expm1(stiffness + uncertain), reason)
+    return MemberErrors(np.expm1(stiffness - uncertain - uneven), np.expm1(stiffness + uncertain), reason)
 
 
 def _outside(kind: str, ratios: tuple[float, ...], grid: _Grid, nu: float) -> str:
