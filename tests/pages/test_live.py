@@ -8,15 +8,18 @@ import shutil
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 import flexura as fx
+from flexura.pages.live import Ask, Described
+from flexura.pages.live.session import Session
 from helpers.live_page import PATIENCE, ROOT, Served, served, talk
 
 GUIDE = ROOT / "examples" / "guide" / "guide.yaml"
@@ -168,6 +171,48 @@ def test_what_takes_longer_follows(guide):
     )
     np.testing.assert_allclose(size, np.abs(wanted.response[:, 0, 0]), rtol=1e-3)
     assert "assumed" in found["response"]["notes"][0]
+
+
+def test_how_far_the_part_may_be_follows_beside_each_frequency(guide):
+    with talk(guide) as (own, _):
+        found = own.all_of(own.ask({"thickness": 0.4}, modes=3))["model errors"]
+    wanted = fx.modes(fx.load(GUIDE), {"thickness": 0.4e-3}, n=3, order="full").model_errors
+    assert [found["errors"][str(k)]["text"] for k in (1, 2, 3)] == list(wanted.texts) and len(found["errors"]) == 3
+    assert found["errors"]["1"]["why"] == wanted.causes[0] and "leaf" in wanted.causes[0]
+
+
+class Still:
+    """A worker that does at once what it is given, while the hand moves or rests."""
+
+    def __init__(self, is_moving: bool) -> None:
+        self.is_moving = is_moving
+
+    def submit(self, _: object, work: Callable[[], None]) -> None:
+        work()
+
+    def is_waiting(self, _: object = None) -> bool:
+        return self.is_moving
+
+
+class Said(list[str]):
+    """The kinds of what a page is told."""
+
+    def put(self, kind: str, _: str | bytes) -> None:
+        self.append(kind)
+
+
+@pytest.mark.parametrize("is_moving", [True, False])
+def test_model_errors_wait_until_the_hand_rests_and_come_last(monkeypatch, is_moving):
+    monkeypatch.setattr("flexura.pages.live.session.PATIENCE", 0.0)
+    own = Described(fx.assemble(fx.load(GUIDE)).plan, 3, (), 0)
+    said = Said()
+    session: Any = Session(cast(Any, Still(is_moving)), cast(Any, lambda: own), cast(Any, said))
+    for serial in range(8):
+        session.receive(Ask(type="design", serial=serial, values={}, modes=3))
+    if is_moving:
+        assert {"picture", "holds", "motions"} <= {*said} and not {"facts", "model errors", "settled"} & {*said}
+    else:
+        assert said[-2:] == ["model errors", "settled"] and said.count("model errors") == 8
 
 
 def test_rows_keep_their_identity_through_a_crossing(tmp_path):

@@ -132,6 +132,19 @@ def test_what_takes_longer_follows(live):
     expect(live.locator(".live-results")).not_to_contain_text("the stroke is assumed")
 
 
+def test_model_errors_are_those_of_the_design_at_which_the_hand_rests(live):
+    column = live.locator(".live-modes th", has_text="model error")
+    expect(column).to_have_attribute("title", re.compile("physics"))
+    typed(live, "thickness", "1.2")
+    follows(live, thickness=1.2)
+    expect(live.locator("#live-results")).to_have_attribute("aria-busy", "false", timeout=SETTLED)
+    wanted = fx.modes(fx.load(GUIDE), {"thickness": 1.2e-3}, order="full").model_errors
+    assert sorted(live.locator(".live-error").all_inner_texts()) == sorted(wanted.texts)
+    assert live.locator(".live-before").count() == 0
+    assert live.locator(".live-error").first.get_attribute("title") in wanted.causes
+    shot(live, "live_model_errors")
+
+
 def test_undo_and_redo(live):
     typed(live, "thickness", "0.4")
     follows(live, thickness=0.4)

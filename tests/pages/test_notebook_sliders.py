@@ -41,6 +41,7 @@ def test_frequencies_are_those_of_modes_and_proven(notebook, guide, opened) -> N
     rows = notebook.rows()
     assert [row[1] for row in rows] == frequencies(guide, {})
     assert all(row[2].startswith("within") for row in rows)
+    assert [row[3] for row in rows] == list(fx.modes(guide, n=3, order="full").model_errors.texts)
     assert rows[0][-1].startswith("carriage moves along x")
     assert opened.outside == [] and opened.errors == []
 

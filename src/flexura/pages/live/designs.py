@@ -16,6 +16,7 @@ from flexura.analysis import (
     compliance,
     frequency_response,
     member_stresses,
+    model_errors_of_modes,
     motion_limits,
     motions,
     statics,
@@ -116,7 +117,7 @@ class Designs:
 
     def details(self, shown: Shown) -> Steps:
         """Steps to what takes longer, each named and giving a message: whether the description holds, facts of the
-        parts, stresses, what moves, and responses."""
+        parts, stresses, what moves, responses, and how far the part may be from the model."""
         load, response = shown.ask.load, shown.ask.response
         steps: Steps = [("holds", lambda: self._verified(shown)), ("facts", lambda: self._facts(shown))]
         if load is not None:
@@ -124,7 +125,7 @@ class Designs:
         steps.append(("motions", lambda: self._motions(shown)))
         if response is not None:
             steps.append(("response", lambda: self._response(shown, response)))
-        return steps
+        return [*steps, ("model errors", lambda: self._model_errors(shown))]
 
     def _count(self, ask: Ask) -> int:
         """Modes of a design, rigid ones beside those that are asked for."""
@@ -163,6 +164,17 @@ class Designs:
         own = motions(shown.model, u)
         texts = {str(number): motion.summary for number, motion in zip(shown.modes.number, own, strict=False)}
         return told("motions", serial=shown.ask.serial, texts=texts)
+
+    def _model_errors(self, shown: Shown) -> str:
+        """By number of a mode how far the part may be from its frequency, in words, and why."""
+        n = self._count(shown.ask)
+        try:
+            errors, _ = model_errors_of_modes(shown.model, min(n, shown.model.order))
+            own = [{"text": text, "why": why} for text, why in zip(errors.texts, errors.causes, strict=True)]
+        except FlexuraError as error:
+            own = [{"text": "not known", "why": str(error)}] * n
+        errors_of = {str(number): error for number, error in zip(shown.modes.number, own, strict=False)}
+        return told("model errors", serial=shown.ask.serial, errors=errors_of)
 
     def _stress(self, shown: Shown, load: Load) -> str:
         """Factors to yield, the least first, and the warnings of what is linear here."""

@@ -22,13 +22,16 @@ PATIENCE = 0.12
 BRIEF = 0.05
 """Seconds up to which a step is one that is worked on while the hand moves: the next picture waits for it."""
 
+AT_REST = ("facts", "model errors")
+"""Steps that wait until the hand rests."""
+
 _NUMBER = count()
 
 
 class Outbox:
     """Messages to a page, from any thread; of each kind in `REPLACED` the latest alone."""
 
-    REPLACED = ("picture", "motions", "stress", "response", "holds")
+    REPLACED = ("picture", "motions", "stress", "response", "model errors", "holds")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
@@ -97,14 +100,15 @@ class Session:
     def _details(self, shown: Shown, left: Steps) -> None:
         """The steps that are left of what takes longer, as long as nobody waits for something else.
 
-        While the hand moves a brief one is taken now and then, another one each time; facts wait until it rests.
+        While the hand moves a brief one is taken now and then, another one each time; once it rests all are, in order.
         """
-        if self._worker.is_waiting(self._key):
-            left = [own for own in left if own[0] != "facts" and self._took.get(own[0], 0.0) < BRIEF]
+        is_moving = self._worker.is_waiting(self._key)
+        if is_moving:
+            left = [own for own in left if own[0] not in AT_REST and self._took.get(own[0], 0.0) < BRIEF]
             if time.monotonic() - self._rested < PATIENCE:
                 return
         while left:
-            kind, step = left.pop(self._step % len(left))
+            kind, step = left.pop(self._step % len(left) if is_moving else 0)
             self._step += 1
             begun = time.monotonic()
             try:

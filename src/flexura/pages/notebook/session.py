@@ -30,9 +30,11 @@ class _View:
         yield from (*before, *messages)
 
     def details(self, hold: Callable[[dict[str, float], dict[str, float]], None]) -> Iterator[Reply]:
-        """What moves in the design that is shown, if it holds, of which `hold` is told."""
+        """What moves in the design that is shown, if it holds, of which `hold` is told, and how far the part may be
+        from it."""
         if (shown := self._shown) is not None and shown.ask is self.asked:
-            yield from (step() for kind, step in self.designs.details(shown) if kind in ("holds", "facts", "motions"))
+            kinds = ("holds", "facts", "motions", "model errors")
+            yield from (step() for kind, step in self.designs.details(shown) if kind in kinds)
             hold(shown.ask.values, shown.parameters)
         yield told("settled", serial=self.asked.serial)
 

@@ -107,6 +107,8 @@ class View {
         return this.picture(own, message);
       case "motions":
         return this.modes.tell(message.texts);
+      case "model errors":
+        return this.modes.doubt(message);
       case "facts":
         return this.stage.tell(message.facts);
       case "refused":
@@ -118,7 +120,7 @@ class View {
     this.say("", []);
     this.panel.follow(message.derived, message.bounds);
     this.shown ??= message.shown;
-    this.modes.update(message.rows, message.shown, []);
+    this.modes.update(message, []);
     const row = message.rows.find((each) => each.mode === message.shown);
     void this.stage.move(own, message, row ? `mode ${row.mode}: ${row.text} Hz` : "", row?.proof ?? "", row?.flag ?? "");
   }

@@ -91,6 +91,8 @@ export class App {
         return this.busy(message.serial < this.serial);
       case "motions":
         return this.modes.tell(message.texts);
+      case "model errors":
+        return this.modes.doubt(message);
       case "stress":
         return this.stress.update(message);
       case "response":
@@ -194,7 +196,7 @@ export class App {
     this.base = message.file;
     this.panel.follow(message.derived, message.bounds);
     this.response.mark(message.rows);
-    this.modes.update(message.rows, message.shown, this.compare());
+    this.modes.update(message, this.compare());
     const row = message.rows.find((each) => each.mode === message.shown);
     const title = row ? `mode ${row.mode}: ${row.rigid ? "rigid motion" : `${row.text} Hz`}` : "";
     void this.stage.move(own, message, title, row?.rigid ? "" : (row?.proof ?? ""), row?.flag ?? "").then(() => this.measure(message, arrived));
@@ -245,7 +247,7 @@ export class App {
 
   private compared(): void {
     const own = this.recent?.message as Picture | undefined;
-    if (own) this.modes.update(own.rows, own.shown, this.compare());
+    if (own) this.modes.update(own, this.compare());
     this.response.compare(this.pins.list);
     this.refresh();
   }

@@ -1,5 +1,5 @@
 import { h } from "../viewer/dom";
-import type { Row } from "./protocol";
+import type { ModelErrors, Picture, Row } from "./protocol";
 import { difference } from "./scale";
 
 /** A design that others are compared with. */
@@ -9,6 +9,12 @@ export interface Pin {
 }
 
 const LIKE = 0.7;
+
+/** What the two margins of a frequency are of. */
+const MARGINS: Record<string, string> = {
+  proven: "numerics: how near the number is to that of the description",
+  "model error": "physics: how far the frequency of the part may be from the number; in italics, of the design before",
+};
 
 /** Write a text where it is another one. */
 function write(element: HTMLElement, text: string): void {
@@ -22,6 +28,7 @@ class Lines {
   private readonly place = h("span", { class: "soft" });
   private readonly hz = h("td", { class: "number live-hz" });
   private readonly proof = h("td", {});
+  private readonly error = h("td", { class: "live-error" });
   private readonly line: HTMLElement;
   private readonly moves = h("td", { class: "soft" });
   private differences: HTMLElement[] = [];
@@ -31,8 +38,15 @@ class Lines {
     choose: (mode: number) => void,
   ) {
     this.radio = h("input", { type: "radio", name: "live-mode", value: mode, change: () => choose(mode), "aria-label": `show mode ${mode}` });
-    this.line = h("tr", {}, h("td", {}, h("label", {}, this.radio, ` ${mode}`, this.place)), this.hz, this.proof);
+    this.line = h("tr", {}, h("td", {}, h("label", {}, this.radio, ` ${mode}`, this.place)), this.hz, this.proof, this.error);
     this.body = h("tbody", { "data-mode": mode }, this.line, h("tr", {}, this.moves));
+  }
+
+  /** Say how far the part may be, of this design or of the one before. */
+  doubt(error: { text: string; why: string } | undefined, isOwn: boolean): void {
+    write(this.error, error?.text ?? "");
+    this.error.title = error ? `${isOwn ? "" : "of the design before. "}${error.why}` : "";
+    this.error.classList.toggle("live-before", !isOwn);
   }
 
   show(row: Row, place: number, shown: boolean, pins: Pin[], moves: string): void {
@@ -49,7 +63,7 @@ class Lines {
       this.differences = pins.map(() => h("td", { class: "number" }));
       this.line.append(...this.differences);
     }
-    this.moves.colSpan = 3 + pins.length;
+    this.moves.colSpan = 4 + pins.length;
     pins.forEach((pin, k) => {
       const then = pin.hz.get(row.mode);
       write(this.differences[k], then === undefined ? "new" : difference(row.hz, then));
@@ -66,6 +80,8 @@ export class ModeTable {
   private readonly note = h("p", { class: "soft" });
   private lines = new Map<number, Lines>();
   private texts: Record<string, string> = {};
+  private errors: ModelErrors = { type: "model errors", serial: -1, errors: {} };
+  private serial = 0;
   private rows: Row[] = [];
   private pins: Pin[] = [];
   private shown = 0;
@@ -78,9 +94,10 @@ export class ModeTable {
     host.append(h("h2", {}, "Natural frequencies"), h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "natural frequencies" }, this.table), this.note);
   }
 
-  update(rows: Row[], shown: number, pins: Pin[]): void {
+  update({ rows, shown, serial }: Picture, pins: Pin[]): void {
     this.rows = rows;
     this.shown = shown;
+    this.serial = serial;
     this.pins = pins;
     this.draw();
   }
@@ -90,15 +107,24 @@ export class ModeTable {
     this.draw();
   }
 
+  doubt(errors: ModelErrors): void {
+    this.errors = errors;
+    this.draw();
+  }
+
   private unfold(): void {
     this.isFolded = !this.isFolded;
     this.draw();
   }
 
   private draw(): void {
-    const heads = ["mode", "Hz", "proven", ...this.pins.map((pin) => `to ${pin.label}`)];
+    const heads = ["mode", "Hz", "proven", "model error", ...this.pins.map((pin) => `to ${pin.label}`)];
     if (this.heads.childElementCount !== heads.length) this.heads.replaceChildren(...heads.map(() => h("th", { scope: "col" })));
-    heads.forEach((text, k) => write(this.heads.children[k] as HTMLElement, text));
+    heads.forEach((text, k) => {
+      const head = this.heads.children[k] as HTMLElement;
+      write(head, text);
+      head.title = MARGINS[text] ?? "";
+    });
     const rigid = this.rows.filter((row) => row.rigid);
     this.folded.hidden = rigid.length < 2;
     write(this.fold, `${this.isFolded ? "▸" : "▾"} ${rigid.length} rigid motions`);
@@ -108,9 +134,10 @@ export class ModeTable {
     for (const { row, place } of ordered) {
       const lines = this.lines.get(row.mode) as Lines;
       lines.show(row, place, row.mode === this.shown, this.pins, this.texts[String(row.mode)] ?? "");
+      lines.doubt(this.errors.errors[String(row.mode)], this.errors.serial === this.serial);
       lines.body.hidden = row.rigid && rigid.length > 1 && this.isFolded && row.mode !== this.shown;
     }
-    this.doubt();
+    this.warn();
   }
 
   /** Have lines for these modes in this order. */
@@ -122,7 +149,7 @@ export class ModeTable {
     this.table.append(...[...kept.values()].map((own) => own.body));
   }
 
-  private doubt(): void {
+  private warn(): void {
     const doubtful = this.rows.filter((row) => !row.rigid && row.like < LIKE).map((row) => row.mode);
     const wide = this.rows.filter((row) => row.flag).map((row) => `mode ${row.mode} is ${row.flag}`);
     const said = [

@@ -115,6 +115,13 @@ export interface Refused {
   problems: { text: string; sliders: string[] }[];
 }
 
+/** How far the part may be from the frequencies of a design, by mode, and why. */
+export interface ModelErrors {
+  type: "model errors";
+  serial: number;
+  errors: Record<string, { text: string; why: string }>;
+}
+
 /** What is new of the parts of the scene, by number. */
 export type Facts = Record<string, Fact[]>;
 
@@ -123,6 +130,7 @@ export type Message =
   | Picture
   | Response
   | Stress
+  | ModelErrors
   | FileState
   | Refused
   | { type: "scene"; scene: SceneData }
