@@ -27,6 +27,8 @@ SAME = 1e-4
 """Distance over the thickness up to which an edge lies in an end face."""
 GRADING = 0.4
 """How fast tetrahedra grow away from fine places (netgen's own measure)."""
+CURVATURE = 2.0
+"""How many tetrahedra a radius of curvature is long, at least (netgen's own measure)."""
 LEAF, ROD, NOTCH, BLOCK = 5.0, 1.5, 1.5, 1.0
 """Length of tetrahedra of size 1 over the thickness of what they are in."""
 BUMP_ORDER = 14
@@ -235,7 +237,7 @@ def meshed(part: Part, order: int, size: float, announce: Callable[[str], None])
     for solid in part.shape.solids:
         solid.maxh = length_of_cells(pieces[int(solid.name)], size) / MILLIMETRE
     graded = _mark_corners(part)
-    parameters = meshing.MeshingParameters(maxh=coarsest, grading=GRADING)
+    parameters = meshing.MeshingParameters(maxh=coarsest, grading=GRADING, curvaturesafety=CURVATURE)
     for piece in part.pieces.members:
         if not piece.outline.is_straight:
             for p, h in zip(*_fine_points(piece, size), strict=True):
