@@ -28,6 +28,10 @@ def read(path: Path) -> fx.Mechanism:
     return fx.load(path)
 
 
+ASSUMED = ("beam", "root", "body", "ground", "evidence")
+"""Kinds of doubts that say by how much an assumption moves a frequency."""
+
+
 def shell(*words: object) -> str:
     found = CliRunner().invoke(app, [str(word) for word in words])
     assert found.exit_code == 0 and not found.exception
@@ -54,10 +58,13 @@ def test_sizes_have_bounds_and_a_source(own: Entry) -> None:
 
 @of_each
 def test_the_doubts_of_check_are_those_that_the_description_names(own: Entry) -> None:
-    """By their kinds, in backticks: a sentence such as: `elastic` in doubt, since the stage is a thin plate."""
+    """By their kinds, in backticks: a sentence such as: `mechanism` in doubt, since it is meant to be all but free.
+
+    What the description takes for granted of beams, joints, bodies and the ground has its number, and is no mistake.
+    """
     mechanism = read(own.path)
     named = set(re.findall(r"`(\w+)` in doubt", " ".join(mechanism.description.split())))
-    doubts = fx.check(mechanism).doubts
+    doubts = [doubt for doubt in fx.check(mechanism).doubts if doubt.kind not in ASSUMED]
     assert {doubt.kind for doubt in doubts} == named, [str(doubt) for doubt in doubts]
 
 
