@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.elastic_bodies import Wrenches, loaded_solids, place_of
-from flexura.analysis.measured_members import DIRECTIONS, MemberErrors, ratios_of, stiffness_errors
+from flexura.analysis.measured_members import MemberErrors, ratios_of, stiffness_errors
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
 from flexura.errors import SolverError
 from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
@@ -45,11 +45,11 @@ GROUND = (0.0, 1.2)
 EVERYTHING = 1e30
 """Flexibility, J, of what is not known at all: beside it nothing else counts."""
 
-COMPONENTS = ((0,), (3,), (2, 4), (1, 5))
-"""Components of an element's deformation in each of DIRECTIONS."""
+DIRECTIONS = ("stretch", "twist", "thickness bending", "thickness bending", "width bending", "width bending")
+"""What is deformed in each of `ERRORS`."""
 
 
-WARPING = CORRECTIONS.index("warping")
+WARPING, ROOT = CORRECTIONS.index("warping"), CORRECTIONS.index("root")
 
 UNEVEN = 1.3
 """Allowance for what the theory of thin strips leaves out of their twisting vibrations."""
@@ -79,7 +79,8 @@ class Assumption:
 
 class _Beam(NamedTuple):
     """A member: prototype, its elements there, what it is called and of what kind it is, the shares in each of
-    DIRECTIONS and of uneven twist, None where there are none, and why there are none in DIRECTIONS."""
+    DIRECTIONS, of bending first by moments and then between parallel ends, and of uneven twist, None where there are
+    none, and why there are none in DIRECTIONS."""
 
     name: str
     elements: slice
@@ -116,7 +117,7 @@ class Assumptions:
     def of(self, wrenches: Wrenches) -> list[Assumption]:
         """All of them, with their flexibility in the forces of k motions."""
         moved = {name: self._full.matrices[name].elements.member_C @ end for name, (_, end) in wrenches.items()}
-        found = [own for beam in self._beams for own in self._of_beam(beam, wrenches[beam.name][1], moved[beam.name])]
+        found = [own for beam in self._beams for own in self._of_beam(beam, wrenches[beam.name], moved[beam.name])]
         for own in self._roots:
             force = wrenches[own.name][own.end][:, own.element]
             E = np.einsum("icj,cd,idk->jk", force, own.flexibility, force)
@@ -134,18 +135,24 @@ class Assumptions:
                 found.append(Assumption(kind, body.kind, body.text, kind, all_of_it, None, str(error)))
         return found
 
-    def _of_beam(self, beam: _Beam, force: Array, moved: Array) -> Iterator[Assumption]:
-        """A member in every direction; force and moved: (i, e, 6, k) at and of the second ends of the elements."""
-        own = beam.elements
-        E = np.einsum("iecj,ieck->cjk", force[:, own], moved[:, own])
-        parts = [E[list(components)].sum(axis=0) for components in COMPONENTS]
-        named = list(zip(DIRECTIONS, parts, beam.shares, strict=True))
+    def _of_beam(self, beam: _Beam, forces: tuple[Array, Array], moved: Array) -> Iterator[Assumption]:
+        """A member in every direction; forces (i, e, 6, k) at both ends of the elements, and what they move there."""
+        own, force = beam.elements, forces[1][:, beam.elements]
+        C = self._full.matrices[beam.name].elements.member_C[own]
+        E = np.einsum("iecj,ieck->cjk", force, moved[:, own])
+        parts = [E[0], E[3]]
+        for along, about in ((2, 4), (1, 5)):
+            bend = C[:, about, about]
+            mean = np.einsum("e,iej->ij", bend / bend.sum(), (forces[0][:, own, about] + forces[1][:, own, about]) / 2)
+            moment = bend.sum() * mean.T @ mean
+            parts += [moment, E[along] + E[about] - moment]
+        named: list[tuple[str, Array, Interval | None]] = [*zip(DIRECTIONS, parts, beam.shares, strict=True)]
         if beam.uneven is not None:
-            C, torque = self._full.matrices[beam.name].elements.member_C[own, 3, 3], force[:, own, 3]
-            uneven = torque - np.einsum("e,iej->ij", C / C.sum(), torque)[:, None]
-            E = np.einsum("e,iej,iek->jk", C, uneven, uneven)
+            twist, torque = C[:, 3, 3], force[:, :, 3]
+            uneven = torque - np.einsum("e,iej->ij", twist / twist.sum(), torque)[:, None]
+            E = np.einsum("e,iej,iek->jk", twist, uneven, uneven)
             named[1] = (named[1][0], parts[1] - E, named[1][2])
-            named.append(("uneven twist", E, beam.uneven))  # type: ignore[arg-type]
+            named.append(("uneven twist", E, beam.uneven))
         for direction, flexibility, share in named:
             text = f"{direction} of a {beam.kind}, taken as a {beam.taken_as}"
             E = (flexibility + flexibility.T) / 2
@@ -163,11 +170,13 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
     for m, (key, member) in enumerate(part.members.items()):
         own, length = slice(part.first[m], part.first[m + 1]), float(lengths[m])
         errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
-        pairs = zip(errors.low.tolist(), errors.high.tolist(), strict=True)
+        pairs = zip(errors.least.tolist(), errors.most.tolist(), strict=True)
         uneven = None
         if part.table.corrections.active[m, WARPING] and kind == "leaf":
             J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
             uneven = 1 / _quicker(b[m], t[m], length, float(nu[m]), J) - 1, 0.0
+        if not part.table.corrections.active[m, ROOT]:  # what goes on in a like section is no rigid face
+            pairs = ((min(low, 0.0), max(high, 0.0)) for low, high in pairs)
         shares = [None if errors.reason else pair for pair in pairs]
         yield _Beam(name, own, place_of(name, key), kind, taken_as, shares, uneven, errors.reason)
 

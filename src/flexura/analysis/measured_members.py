@@ -186,10 +186,13 @@ def _curvature(axis: Array, values: Array) -> Array:
 NU = 0.3
 """Poisson's ratio of most rows."""
 
-UNEVEN = 0.4
-"""Part of the way from a beam to a plate, nu^2 times width over length, by which leaves may be stiffer where their
-bending varies along them otherwise than between parallel ends, as in their own vibrations: by a whole guide with leaves
-24 times as wide as thick (tests/analysis/test_model_error.py)."""
+SLENDER = (
+    "larger side over smaller side",
+    "length over larger side",
+    "length over diameter",
+    "length over outer diameter",
+)
+"""Ratios of which beams and thin plates are the limit, so that beyond the largest its errors hold."""
 
 NUS = (0.1, 0.45)
 """Least and largest Poisson's ratio that is covered."""
@@ -339,15 +342,12 @@ def stiffness_errors(
     if not ratios or measured is None:
         return MemberErrors(np.full(6, np.nan), np.full(6, np.nan), f"no {kind} was measured")
     stiffness, uncertain = measured.at(ratios, nu)
-    uneven = np.zeros(6)
-    if kind == "leaf":
-        uneven[2:4] = UNEVEN * nu**2 * min(1.0, 1 / ratios[1])
     if (sides := _sides(form)) and sides[0] < sides[1]:
-        stiffness, uncertain, uneven = (own[[0, 1, 4, 5, 2, 3]] for own in (stiffness, uncertain, uneven))
+        stiffness, uncertain = (own[[0, 1, 4, 5, 2, 3]] for own in (stiffness, uncertain))
     integration = member.integration if isinstance(member, Flexure) else "stepped"
     stiffness = stiffness + _beyond(form, length, nu, name, member.elements, integration)
     reason = _outside(kind, ratios, measured.known, nu)
-    return MemberErrors(np.expm1(stiffness - uncertain - uneven), np.expm1(stiffness + uncertain), reason)
+    return MemberErrors(np.expm1(stiffness - uncertain), np.expm1(stiffness + uncertain), reason)
 
 
 def _outside(kind: str, ratios: tuple[float, ...], grid: _Grid, nu: float) -> str:
@@ -358,6 +358,6 @@ def _outside(kind: str, ratios: tuple[float, ...], grid: _Grid, nu: float) -> st
     for name, x, (least, largest) in zip(names, (*ratios, nu), ends, strict=True):
         if x < least * (1 - 1e-9):
             said.append(f"{name} {x:.3g}, measured from {least:.3g}")
-        elif x > largest * (1 + 1e-9):
+        elif x > largest * (1 + 1e-9) and name not in SLENDER:
             said.append(f"{name} {x:.3g}, measured to {largest:.3g}")
     return f"{kind} of {' and of '.join(said)}" if said else ""

@@ -23,7 +23,7 @@ from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
-LEFT = 0.01
+LEFT = 0.025
 """How far off, relative, a compliance may be by what no evidence is kept of: where members meet, and their mass."""
 
 LEAST = 5e-4
