@@ -8,8 +8,8 @@ s f'E f (theory eq. A1), so that each assumption is weighted by the energy that 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 
 LEFT = 0.025
 """How far off, relative, a compliance may be by what no evidence is kept of: where members meet, and their mass."""
+
+NO_GROUP = ""
+"""Group of what is off of every number by itself."""
 
 LEAST = 5e-4
 """Model errors below which their size is not told."""
@@ -67,13 +70,16 @@ class Unknown:
 class ModelError:
     """Where the part's values lie: between 1 + `low` and 1 + `high` (n,) times the printed ones, NaN where evidence is
     missing, for a `reason` (n,). `effects` are those of every assumption by itself, the largest first; `unknown` are
-    members without evidence."""
+    members without evidence. Relative changes `middle` (n,) and, by group of assumptions, plus and minus `spread` (n,)
+    are those that the ends follow from, of frequencies the ones of 1/omega^2."""
 
     low: Array
     high: Array
     reason: tuple[str, ...]
     effects: tuple[Effect, ...]
     unknown: tuple[Unknown, ...] = ()
+    middle: Array = field(default_factory=lambda: np.zeros(0))
+    spread: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def intervals(self) -> tuple[Interval | None, ...]:
@@ -136,6 +142,8 @@ def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Arr
         ("a rigid motion, whose frequency is zero",) * rigid + found.reason,
         tuple(replace(e, low=np.append(still, e.low), high=np.append(still, e.high)) for e in found.effects),
         tuple(replace(own, share=np.append(0 * still, own.share)) for own in found.unknown),
+        np.append(still, found.middle),
+        {group: np.append(still, own) for group, own in found.spread.items()},
     ), np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi)
 
 
@@ -202,11 +210,12 @@ def errors_of(
         middle += (low + high) / 2
         spread[same[0].group] += (high - low) / 2
         effects.append(Effect(kind, places, text, *np.sort([value(low), value(high)], axis=0)))
-    half = np.sqrt(sum((own**2 for own in spread.values()), np.full(n, LEFT**2)))
+    spread[NO_GROUP] = np.full(n, LEFT)
+    half = np.sqrt(sum(own**2 for own in spread.values()))
     ends = np.sort([value(middle - half), value(middle + half)], axis=0)
     without = sum((own.share for own in unknown), np.zeros(n))
     ends[:, without >= UNCOVERED] = np.nan
     most = [max(unknown, key=lambda own: own.share[k], default=None) for k in range(n)]
     reasons = tuple(own.reason if own and bad else "" for own, bad in zip(most, without >= UNCOVERED, strict=True))
     effects.sort(key=lambda own: -float(np.abs([own.low, own.high]).max(initial=0.0)))
-    return ModelError(ends[0], ends[1], reasons, tuple(effects), tuple(unknown))
+    return ModelError(ends[0], ends[1], reasons, tuple(effects), tuple(unknown), middle, spread)

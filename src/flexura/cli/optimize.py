@@ -10,6 +10,7 @@ import typer
 from rich.table import Table
 
 from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read
+from flexura.cli.studies import print_model_errors
 from flexura.cli.tables import console_of_width, print_warnings, write_table
 from flexura.errors import OptionError
 
@@ -162,6 +163,7 @@ def print_optimum(result: Optimum) -> None:
         console.print(f"  {own.text} = {quantity(own.checked, own.unit, 6)} by {own.by}{within}", markup=False)
     if result.is_feasible and result.kkt_residual == result.kkt_residual:
         console.print(f"  conditions of an optimum hold to {result.kkt_residual:.1g} of the gradient")
+    print_model_errors(console, result)
     _print_rest(result)
 
 

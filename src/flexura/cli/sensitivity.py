@@ -10,6 +10,7 @@ import typer
 from rich.table import Table
 
 from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read
+from flexura.cli.studies import print_model_errors
 
 if TYPE_CHECKING:
     from flexura.study.influence import Sensitivity
@@ -69,6 +70,7 @@ def _print(result: Sensitivity) -> None:
         cells = [_cell(result, k, p) for k in range(len(result.quantities))]
         table.add_row(name, quantity(float(result.nominal[p]), result.parameter_units[p]), *cells)
     console.print(table)
+    print_model_errors(console, result)
     print_warnings(console, result.warnings)
     for note in result.notes:
         console.print(f"note: {note}", markup=False)

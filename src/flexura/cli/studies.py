@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.console import Console
 
 from flexura.cli.options import say
+
+if TYPE_CHECKING:
+    from flexura.study.questions import OfThePart
 
 Folder = Annotated[
     Path | None,
@@ -19,6 +23,12 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Processes: as many as 
 Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Work on a dask cluster, e.g. tcp://192.168.0.7:8786.")
 ]
+
+
+def print_model_errors(console: Console, result: OfThePart) -> None:
+    """A line for each question: how far the part may be from what is told of it."""
+    for line in result.margins.lines if result.margins is not None else ():
+        console.print(line, markup=False)
 
 
 @contextmanager

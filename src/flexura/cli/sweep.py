@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read
-from flexura.cli.studies import Folder, Scheduler, Workers, kept_when_interrupted
+from flexura.cli.studies import Folder, Scheduler, Workers, kept_when_interrupted, print_model_errors
 from flexura.errors import OptionError
 
 if TYPE_CHECKING:
@@ -166,6 +166,7 @@ def print_study(table: StudyTable) -> None:
     if dropped:
         console.print(f"{counted(dropped, 'more column')}: --out writes all of them", markup=False)
     _print_extremes(console, table)
+    print_model_errors(console, table)
     for note in table.notes:
         console.print(f"note: {note}", markup=False)
     if table.folder is not None:

@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from flexura.cli.options import Dpi, File, Json, Plot, Settings, Strict, of_pictures, print_result, read
-from flexura.cli.studies import Folder, Scheduler, Workers, kept_when_interrupted
+from flexura.cli.studies import Folder, Scheduler, Workers, kept_when_interrupted, print_model_errors
 
 if TYPE_CHECKING:
     from flexura.study.tolerances import Estimate, Extreme, Tolerance, Yield
@@ -99,6 +99,7 @@ def print_tolerance(result: Tolerance) -> None:
         console.print(_yield(own, result.samples), markup=False)
     console.print(_spreads(result))
     console.print(_influences(result))
+    print_model_errors(console, result)
     print_warnings(console, result.warnings)
     for note in result.notes:
         console.print(f"note: {note}", markup=False)

@@ -17,7 +17,7 @@ from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.summary import Extremes, Summary
 from flexura.study.engine.work import PROVEN, Columns, bounds_of, jumps_of, type_of
-from flexura.study.questions import are_proven
+from flexura.study.questions import Margins, OfThePart, are_proven
 from flexura.tables import ROWS, Facts, Table, counted, quantity
 from flexura.tables import number as digits
 
@@ -29,18 +29,19 @@ Read = Callable[[int, "list[str] | None"], Columns]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class StudyTable(Tabular):
+class StudyTable(OfThePart, Tabular):
     """The designs of a study that are done, a row for each in the order of their numbers; nothing is read before it is
     asked for, and one block at a time.
 
     `columns` are headings with SI units in brackets: `design`, its number of `designs`, counted from 0; the parameters
     that vary (`parameters`), what is `asked`, with proven bounds behind it where there are some, `is proven`, and
     `reason`: why a quantity is missing (NaN). `folder` is where the shards are, None of a study in memory.
+    `margins` are model errors at the nominal design, None of a study that is opened.
     """
 
     _shown = ("name", "done", "designs", "asked", "folder")
     _told = ("name", "folder", "designs", "done", "columns", "asked", "parameters", "fixed", "space", "failed")
-    _told += ("unproven", "reasons")
+    _told += ("unproven", "reasons", "model_error", "model_error_reason")
 
     name: str
     designs: int
@@ -56,6 +57,7 @@ class StudyTable(Tabular):
     read: Read = field(repr=False)
     remarks: tuple[str, ...] = field(default=(), repr=False)
     known: Summary | None = field(default=None, repr=False)
+    margins: Margins | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return self.done
@@ -247,7 +249,8 @@ class StudyTable(Tabular):
 
     def _view(self) -> Iterator[Facts | Table]:
         where = {"folder": self.folder or "", "failed": self.failed or "", "not proven": self.unproven or ""}
-        yield Facts(where)
+        told = {} if self.margins is None else self.margins.texts
+        yield Facts({**where, **{f"model error of {name}": text for name, text in told.items()}})
         table = self.legible(0, ROWS)
         if self.failed:
             table["reason"] = self.rows(0, ROWS, ["reason"])["reason"].tolist()

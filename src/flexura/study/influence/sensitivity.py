@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,26 +15,28 @@ from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity import free_names
 from flexura.structure import Plan, one_design, plan_of
-from flexura.study.questions import Slopes, questions
+from flexura.study.questions import Margins, OfThePart, Slopes, questions
 from flexura.tables import Facts, Table, percent, quantity
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)
-class Sensitivity(Tabular):
+class Sensitivity(OfThePart, Tabular):
     """Slopes of q quantities in P parameters at one design.
 
     `value` (q,) and `nominal` (P,) are in the SI units `units` and `parameter_units`, `slope` (q, P) in the one per the
     other. Frequencies that coincide, `repeated` by their positions, have no slopes of their own, as they part: their
     `slope` is that of their mean, `lowest` and `highest` (q, P) are those of the frequencies that part most. Of all
-    others the three are equal. `is_exact` (q,) says where slopes are no differences; without one it is NaN.
+    others the three are equal. `is_exact` (q,) says where slopes are no differences; without one it is NaN. `margins`
+    are model errors.
     """
 
     _shown = ("name", "quantities", "parameters")
     _told = (
         *("name", "quantities", "units", "value", "parameters", "parameter_units", "nominal"),
         *("slope", "lowest", "highest", "relative", "repeated", "is_exact"),
+        *("model_error", "model_error_reason"),
     )
 
     name: str
@@ -51,6 +53,7 @@ class Sensitivity(Tabular):
     repeated: tuple[tuple[int, ...], ...] = ()
     warnings: tuple[Exceeded, ...] = ()
     notes: tuple[str, ...] = ()
+    margins: Margins | None = field(default=None, repr=False, compare=False)
 
     @property
     def relative(self) -> Array:
@@ -66,6 +69,8 @@ class Sensitivity(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         columns = {text: [percent(x / 100, 4) for x in self.relative[k]] for k, text in enumerate(self.quantities)}
         yield Table({"per % of": self.parameters, "is [SI]": self.nominal, **columns}, "parameters")
+        told = {} if self.margins is None else self.margins.texts
+        yield Facts({f"model error of {name}": text for name, text in told.items()})
 
     def _columns(self) -> dict[str, Any]:
         """A row for each quantity and parameter."""
@@ -121,6 +126,7 @@ def sensitivity(
         found.repeated,
         tuple(_missing(texts, found)),
         (*_notes(texts, chosen, nominal, found), *([] if free else _held(plan.mechanism)), *asked.notes),
+        Margins(plan, at, asked.quantities),
     )
 
 

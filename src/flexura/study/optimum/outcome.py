@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from flexura.study.optimum.results import (
 from flexura.study.optimum.solve import RISE, STATIONARY, Solved
 from flexura.study.optimum.stationarity import ACTIVE
 from flexura.study.optimum.task import Task
-from flexura.study.questions import Relation
+from flexura.study.questions import Margins, Relation
 from flexura.tables import counted, quantity
 
 Array = NDArray[np.float64]
@@ -51,6 +51,8 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     active = tuple(_active(task, chosen, quantities)) if chosen.solved is not None and not missed else ()
     solved = chosen.solved
     warnings = [*goal_doubts(task, mixed.known), *_doubts(solved, missed), *warnings]
+    where = "nearest design" if missed else "optimum"
+    margins = Margins(task.plan, values, asked, where, [aim.formula], found)
     return Optimum(
         task.plan.mechanism.name,
         aim.text,
@@ -71,9 +73,19 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
         dict(mixed.land.failures),
         task.plan.mechanism,
         task.fixed,
-        tuple(_notes(task, mixed, chosen, bool(missed))),
+        (*_notes(task, mixed, chosen, bool(missed)), *_straddled(task, margins, found)),
         tuple(warnings),
+        margins,
     )
+
+
+def _straddled(task: Task, margins: Margins, found: Mapping[str, float]) -> Iterator[str]:
+    """Limits that the design meets, and that the part may not for all that is known."""
+    for limit in task.limits:
+        ends = margins.span(limit.evaluate, limit.quantities, found)
+        if ends is not None and ends[0] < -10 * FEASIBLE < float(limit.evaluate(found)):
+            of = ", ".join(f"{own.text} {margins.texts[own.text]}" for own in limit.quantities)
+            yield f"{limit.text} is met by the description, and the part may miss it: model error of {of}"
 
 
 def _quantities(task: Task, chosen: Chosen, x: Array) -> Array:

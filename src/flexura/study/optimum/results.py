@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.study.optimum.saved import save_design
+from flexura.study.questions import Margins, OfThePart
 from flexura.tables import Facts, Table, counted, percent, quantity
 
 Array = NDArray[np.float64]
@@ -130,13 +131,13 @@ class Violation(Record):
 
 
 @dataclass(frozen=True, repr=False)
-class Optimum(Tabular):
+class Optimum(OfThePart, Tabular):
     """The best design that was found.
 
     `value` is the `goal` there in `unit`, `subject_to` are the limits as asked; `active` are those of them, and the
     bounds, that hold it, and `kkt_residual` is what the conditions of an optimum are missed by, relative. `proof` has
-    every quantity at full order. Where no design meets the limits, `violations` say by how much the least violated one
-    misses them, and there is no optimum.
+    every quantity at full order, `margins` model errors of the goal and of them. Where no design meets
+    the limits, `violations` say by how much the least violated one misses them, and there is no optimum.
     """
 
     _shown = ("name", "goal", "value", "optimum")
@@ -144,6 +145,7 @@ class Optimum(Tabular):
         *("name", "goal", "unit", "subject_to", "optimum", "value", "active", "multipliers", "proof", "kkt_residual"),
         "variables",
         *("violations", "nearest", "starts", "method", "seed", "evaluations", "tried", "failures"),
+        *("model_error", "model_error_reason"),
     )
 
     name: str
@@ -167,6 +169,7 @@ class Optimum(Tabular):
     parameters: Mapping[str, float]
     notes: tuple[str, ...] = ()
     warnings: tuple[Exceeded, ...] = ()
+    margins: Margins | None = field(default=None, repr=False, compare=False)
 
     @property
     def is_feasible(self) -> bool:
@@ -223,6 +226,7 @@ class Optimum(Tabular):
                 "anew": [quantity(own.checked, own.unit) for own in self.proof],
                 "difference": [percent(own.difference, 2) for own in self.proof],
                 "by": [own.by for own in self.proof],
+                **({} if self.margins is None else {"model error": [self.margins.texts[p.text] for p in self.proof]}),
             },
             "quantities",
         )

@@ -3,14 +3,14 @@ state is asked is worked out from one assembly, one factorisation and one equili
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis import Stresses, preload, statics, worst_stresses
+from flexura.analysis import ModelError, Statics, Stresses, errors_of, preload, statics, worst_stresses
 from flexura.errors import SolverError
 from flexura.linalg import counted_intervals, factorise, is_definite
 from flexura.mechanism import at
@@ -97,10 +97,33 @@ class AtRest:
         into = self._input(actuator)
         return self.coupling(actuator, to) / abs(self._between(into, into) * into.gain)
 
+    def model_errors(
+        self, pairs: Sequence[tuple[Freedom | Port, Freedom | Port]], read: Callable[[Array, Array], Array]
+    ) -> ModelError:
+        """Model errors of n numbers that are read of displacements (p,) along one by a force along the other of each
+        pair, NaN where these are zero, and of those along the force itself."""
+        names = list(dict.fromkeys(own for pair in pairs for own in pair))
+        ends = [self._input(own) if isinstance(own, Port) else own for own in names]
+        states = np.column_stack([self._row(own)[1] for own in ends])
+        to, by = np.array([[names.index(own) for own in pair] for pair in pairs]).T
+        S = np.array([[self._between(one, other) for one in ends] for other in ends])
+        S = without_round_off(S, np.outer(np.diagonal(S), np.diagonal(S)))
+        S[S == 0] = np.nan
+        return errors_of(self.model, states, lambda E: read((S + E)[to, by], (S + E)[by, by]))
+
     @cached_property
     def stresses(self) -> Stresses:
         """Stresses under the loads and gravity, or at the pose, that are described."""
-        return statics(self.model).stresses()
+        return self._statics.stresses()
+
+    @property
+    def stress_error(self) -> tuple[float, float] | None:
+        """Where the part's stresses lie, relative to these."""
+        return self._statics.stress_error
+
+    @cached_property
+    def _statics(self) -> Statics:
+        return statics(self.model)
 
     @property
     def buckling(self) -> float:

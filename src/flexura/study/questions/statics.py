@@ -44,7 +44,7 @@ class Statics:
     @cached_property
     def _names(self) -> list[Freedom | Port]:
         """What moves or is moved, each once."""
-        return list(dict.fromkeys(own for quantity in self.asked for own in _ends(quantity)))
+        return list(dict.fromkeys(own for quantity in self.asked for own in ends_of(quantity)))
 
     @cached_property
     def _nodes(self) -> Index:
@@ -69,7 +69,7 @@ class Statics:
 
     def _read(self, C: Array, asked: Quantity) -> Array:
         """A quantity (designs,) from the flexibility (designs, 2 k, 2 k) along all rows."""
-        to, by = (self._names.index(own) for own in _ends(asked))
+        to, by = (self._names.index(own) for own in ends_of(asked))
         moved = without_round_off(C[:, to, by], C[:, to, to] * C[:, by, by])
         if asked.kind in ("compliance", "stiffness"):
             return np.asarray(1 / moved if asked.kind == "stiffness" else moved)
@@ -78,7 +78,7 @@ class Statics:
         return np.asarray(moved if asked.kind == "coupling" else moved / abs(C[:, by, load]))
 
 
-def _ends(asked: Quantity) -> tuple[Freedom | Port, Freedom | Port]:
+def ends_of(asked: Quantity) -> tuple[Freedom | Port, Freedom | Port]:
     """What is moved, and by what."""
     first, last = asked.arguments[0], asked.arguments[-1]
     assert isinstance(first, Freedom | Port)

@@ -12,7 +12,7 @@ from flexura.errors import OptionError
 from flexura.mechanism import Mechanism, SweepStudy
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.engine import StudyTable, run
-from flexura.study.questions import questions
+from flexura.study.questions import Margins, questions
 from flexura.study.space import Sampling, Space, Varied, variables
 from flexura.study.sweeps.described import described_sweep
 
@@ -62,4 +62,5 @@ def sweep(
     space = Space(own, told.get("sampling", "grid"), told.get("samples"), told.get("seed", 0))
     asked = questions(plan, told["ask"])
     table = run(asked, space, fixed, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
-    return replace(table, remarks=(*table.remarks, *asked.notes))
+    margins = Margins(plan, fixed, asked.quantities)
+    return replace(table, remarks=(*table.remarks, *asked.notes), margins=margins)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import Exceeded, OptionError
 from flexura.results import Tabular
+from flexura.study.questions import Margins, OfThePart
 from flexura.study.tolerances.indices import SobolIndices
 from flexura.study.tolerances.intervals import Estimate, share_interval
 from flexura.study.tolerances.linear import Extreme
@@ -77,18 +78,20 @@ class Yield:
 
 
 @dataclass(frozen=True, repr=False)
-class Tolerance(Tabular):
+class Tolerance(OfThePart, Tabular):
     """How q quantities scatter with d independent sizes of g tolerances.
 
     `shares` are those of the percentiles, `correlation` (q, q) is between the quantities, `indices` are the Sobol
     indices of the tolerances. `samples` designs were drawn, of which `failed` have no value, for the `reasons` with
     their numbers; `values` (N, q) and `drawn` (N, d), left out of the plain data, are the samples themselves.
+    `margins` are model errors at the nominal design.
     """
 
     _shown = ("name", "samples", "quantities", "yields")
     _told = (
         *("name", "sizes", "tolerances", "quantities", "shares", "confidence", "yields", "correlation", "indices"),
         *("samples", "scramblings", "seed", "failed", "reasons", "tighten_first"),
+        *("model_error", "model_error_reason"),
     )
 
     name: str
@@ -109,6 +112,7 @@ class Tolerance(Tabular):
     drawn: Array = field(repr=False)
     warnings: tuple[Exceeded, ...] = ()
     notes: tuple[str, ...] = ()
+    margins: Margins | None = field(default=None, repr=False, compare=False)
 
     def of(self, text: str) -> QuantitySpread:
         """The spread of a quantity by its name. Raises OptionError for one that was not asked."""
@@ -191,6 +195,7 @@ class Tolerance(Tabular):
                     for own in rows
                 ],
                 "tighten first": [self.tighten_first[own.text] or "" for own in rows],
+                **({} if self.margins is None else {"model error": [self.margins.texts[own.text] for own in rows]}),
             },
             "quantities",
         )

@@ -16,7 +16,7 @@ from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.engine import StudyTable, run
-from flexura.study.questions import Questions, Relation, questions, relation
+from flexura.study.questions import Margins, Questions, Relation, questions, relation
 from flexura.study.tolerances.indices import indices_of
 from flexura.study.tolerances.intervals import FEWEST, mean_interval, percentile_interval
 from flexura.study.tolerances.linear import Box, extreme, linear_deviation, significant, variance_shares
@@ -103,6 +103,7 @@ def tolerance(
         drawn=drawn,
         warnings=tuple(_warnings(table, nets.samples, reasons)),
         notes=(*_notes(own, nets, spreads), *asked.notes),
+        margins=Margins(plan, fixed, asked.quantities),
     )
 
 
