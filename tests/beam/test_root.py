@@ -12,8 +12,9 @@ from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, co
 from skfem.helpers import ddot, sym_grad, trace
 
 import flexura as fx
-from flexura.beam import COUPLED_FLEXIBILITY_BASIS, root_coefficients, root_flexibility
+from flexura.beam import COUPLED_FLEXIBILITY_BASIS, fillet_shares, root_coefficients, root_flexibility
 from flexura.duals import Dual
+from flexura.structure import Design
 
 NAMES = ("u_u", "rx_rx", "v_v", "v_rz", "rz_rz", "w_w", "w_ry", "ry_ry", "u_w", "u_ry", "v_rx", "rx_rz")
 
@@ -185,3 +186,71 @@ def test_units_and_slopes():
         step = 1e-6 * sizes[k] * np.eye(7)[k]
         difference = (root_flexibility(*(sizes + step)) - root_flexibility(*(sizes - step))) / (2e-6 * sizes[k])
         np.testing.assert_allclose(moved.slope[k], difference, rtol=1e-4, atol=1e-9 * np.abs(C).max() / sizes[k])
+
+
+FILLETS = {  # fillets of a leaf of NGSolve's plane strain, E = t = 1, nu = 0.3: block up, down, radius: flexibility ry
+    (2, 2, 0.25): 2.758,
+    (2, 2, 0.5): 0.841,
+    (2, 2, 1.0): -3.304,
+    (2, 2, 2.0): -11.949,
+    (5, 5, 1.0): -3.095,
+    (4, 0, 0.5): 3.730,
+    (4, 0, 2.0): -7.660,
+    (1, 1, 1.0): -3.691,
+}
+
+
+@pytest.mark.parametrize("case", FILLETS)
+def test_fillets_against_plane_strain(case):
+    """Beyond a leaf without fillets; beside a leaf eight thicknesses long, 0.5 %."""
+    up, down, r = case
+    radii = min(r, up), min(r, down)
+    _, thick = fillet_shares(np.array(radii, dtype=float), 1.0, 8)
+    leaf = 12 * (1 - 0.3**2)
+    found = 40 * root_flexibility(1.0, 0.3, 40.0, 1.0, 100.0, up, down, 0.0, radii)[7] - leaf * (1 - thick).sum()
+    assert leaf * 8 + found == pytest.approx(leaf * 8 + FILLETS[case], rel=5e-3)
+
+
+LEAF = """
+flexura: 1
+parameters: {{r: {{value: 0.4 mm}}, t: {{value: 0.5 mm}}, off: {{value: 0.3 mm}}, height: {{value: 3 mm}}}}
+materials: {{al: {{E: 71.7 GPa, nu: 0.33, rho: 2810 kg/m^3}}}}
+sections: {{block: {{shape: rectangle, width: 10 mm, thickness: height}}}}
+nodes: {{o: [0, 0, 0], a: [8 mm, 0, 0], b: [14 mm, 0, 0], c: [22 mm, 0, 0]}}
+links:
+  fixed: {{nodes: [o, a], material: al, reference: y, root: rigid, section: block}}
+  free: {{nodes: [b, c], material: al, reference: y, section: block}}
+flexures:
+  leaf:
+    {{nodes: [a, b], material: al, reference: y, elements: 6, start_offset: [0, off, 0], end_offset: [0, off, 0],
+     {more}}}
+ground: {{o: clamped}}
+"""
+PROFILE = "profile: {type: leaf, width: 10 mm, thickness: t}"
+
+
+def test_derivatives_through_roots_and_fillets():
+    plan = fx.Plan(fx.loads(LEAF.format(more=f"fillet: r, {PROFILE}")))
+    names = ("r", "t", "off", "height")
+    default = {"r": 0.4e-3, "t": 0.5e-3, "off": 0.3e-3, "height": 3e-3}
+    own = Design.with_slopes(plan, {}, names).elements.K
+    for k, name in enumerate(names):
+        step = 1e-5 * default[name]
+        two = (Design.of(plan, {name: default[name] + sign * step}).elements.K for sign in (1, -1))
+        difference = np.subtract(*two) / (2 * step)
+        np.testing.assert_allclose(own.slope[k], difference, atol=1e-6 * np.abs(difference).max())
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (f"fillet: 4 mm, {PROFILE}", "no longer than half the member, 3 mm"),
+        (f"fillet: [0 mm, 0.5 mm], root: rigid, {PROFILE}", "an end with a rigid root has no fillet"),
+        (f"fillet: [1 mm, 2 mm, 3 mm], {PROFILE}", "for both ends or as a pair"),
+        ("fillet: 0.5 mm, profile: {type: round, contour: {shape: circular, radius: 3 mm, web: 1 mm}}", "leaves"),
+    ],
+)
+def test_fillets_that_make_no_sense_are_told(more, said):
+    with pytest.raises(fx.ModelError, match=said) as told:
+        fx.loads(LEAF.format(more=more))
+    assert "fillet" in str(told.value)

@@ -62,6 +62,18 @@ leaf, by its place (benchmarks/roots.py --wide)."""
 _COUPLED = {3: (2, 4), 6: (5, 7), 8: (0, 5), 9: (0, 7), 10: (2, 1), 11: (1, 4)}
 """Places of couplings, by those of what they couple; those of shift along the width are lost to narrow leaves."""
 
+FILLET = (0.6, 0.25)
+"""How fast fillets, radius over thickness of both sides together, take rotation and stretch from a root."""
+
+FILLET_AT = (0.4, 0.2)
+"""How far out a root with fillets turns, over the radius of the larger and of the smaller one."""
+
+GAUSS = np.polynomial.legendre.leggauss(16)
+"""Points and weights over fillets."""
+
+TINY = 1e-30
+"""What gives fillets of no radius slopes."""
+
 NONE = 1e-9
 """What keeps a root that does not give regular, without units."""
 
@@ -86,7 +98,15 @@ class _Fit(NamedTuple):
 
 
 def root_flexibility(
-    E: Real, nu: Real, b: Real, t: Real, L: Real, up: Real, down: Real, wider: Real = 0.0
+    E: Real,
+    nu: Real,
+    b: Real,
+    t: Real,
+    L: Real,
+    up: Real,
+    down: Real,
+    wider: Real = 0.0,
+    fillets: tuple[Real, Real] | None = None,
 ) -> FloatArray:
     """Return the flexibility of the elastic root of a leaf, beyond leaf and block with rigid faces (theory eq. F21).
 
@@ -98,9 +118,10 @@ def root_flexibility(
     reaches `CUBE` thicknesses, times what solids say of that for every direction (`_WIDE`).
 
     E: Pa; nu: -; b, t, L: width, thickness and length of the leaf, m; up, down: how far the block reaches beyond its
-    faces along z and against it, and how far at least on both sides of it, `wider`, m; all (...). Returns (..., 12),
-    x leading from the block into the leaf: u_u, rx_rx, v_v, v_rz, rz_rz, w_w, w_ry, ry_ry, u_w, u_ry, v_rx, rx_rz in
-    m/N, 1/N and 1/(N m). Raises nothing.
+    faces along z and against it, and how far at least on both sides of it, `wider`, m; fillets: their radii along z and
+    against it, m, beside a leaf that is as thick there as `fillet_shares` has it (theory eq. F25); all (...). Returns
+    (..., 12), x leading from the block into the leaf: u_u, rx_rx, v_v, v_rz, rz_rz, w_w, w_ry, ry_ry, u_w, u_ry, v_rx,
+    rx_rz in m/N, 1/N and 1/(N m). Raises nothing.
     """
     width = _between(b / t, WIDTHS[0] / MARGIN, WIDTHS[1] * MARGIN)
     nu = _between(nu, RATIOS[0] / MARGIN, RATIOS[1] * MARGIN)
@@ -111,6 +132,8 @@ def root_flexibility(
         room = np.where(plain(room) < FAR, room, FAR)
         share = room * (1 + NEAR_SIDE / FAR) / (room + NEAR_SIDE)
         entries = _beside_wide(entries, share, nu, width, above, below)
+    if fillets is not None:
+        _fillet(entries, *(radius / t for radius in fillets))
     _warp(entries, 1.0 / _twisted(entries, width, _warping(nu, b, L)))
     along, across = (_powers(1.0 / own, 4) for own in (width, t))
     soft = 1.0 / E
@@ -190,6 +213,51 @@ def _between(x: Real, least: float, most: float) -> FloatArray:
     """What lies outside of a range at its edge; there with the slopes of x."""
     x = np.where(plain(x) < least, least, x)
     return np.where(plain(x) > most, most, x)
+
+
+def fillet_shares(radii: FloatArray, step: Real, n: int) -> tuple[FloatArray, FloatArray]:
+    """Return the flexibility of n elements from an end with fillets on, over that of elements without: in stretch and
+    bending across the width, and in bending across the thickness and twist, as of beams that are as thick as leaf and
+    fillets.
+
+    radii: (..., 2), over the thickness, on both sides; step: (...), length of an element over the thickness. Returns
+    two (..., n). The fillets end within the elements.
+    """
+    step = columns(step)
+    longest = np.where(plain(radii[..., 0]) > plain(radii[..., 1]), radii[..., 0], radii[..., 1])[..., None]
+    start = step * np.arange(n)
+    end = start + step
+    end = np.where(plain(end) > plain(longest), longest, end)
+    covered = np.where(plain(end) > plain(start), end - start, 0.0 * start)
+    x = start[..., None] + covered[..., None] * (GAUSS[0] + 1) / 2
+    h: Real = 1.0
+    for side in (0, 1):
+        r = radii[..., side, None, None]
+        left = np.where(plain(r) > plain(x), r - x, 0.0 * x)
+        h = h + r - np.sqrt(r * r - left * left + TINY)
+    share = covered / step
+    weights = GAUSS[1] / 2
+    thin, thick = (1.0 - share * ((1.0 - h**-power) * weights).sum(axis=-1) for power in (1, 3))
+    return thin, thick
+
+
+def _fillet(entries: list[Real], up: Real, down: Real) -> None:
+    """Let a root with fillets, of radii over the thickness, turn and stretch less and farther out, in place."""
+    both = up + down
+    turn, stretch = 1 / (1 + FILLET[0] * both), 1 / (1 + FILLET[1] * both)
+    for place, factor in (
+        (7, turn),
+        (6, np.sqrt(turn)),
+        (9, np.sqrt(turn * stretch)),
+        (0, stretch),
+        (8, np.sqrt(stretch)),
+    ):
+        entries[place] = entries[place] * factor
+    wide, slim = (np.where((plain(up) > plain(down)) == first, up, down) for first in (True, False))
+    out = FILLET_AT[0] * wide + FILLET_AT[1] * slim
+    entries[5] = entries[5] + out * (2 * entries[6] + out * entries[7])
+    entries[6] = entries[6] + out * entries[7]
+    entries[8] = entries[8] + out * entries[9]
 
 
 def _warping(nu: Real, b: Real, L: Real) -> Real:

@@ -8,11 +8,13 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator
 
 from flexura.mechanism.base import refuse
+from flexura.mechanism.quantity import NonNegativeLength
 
 Correction = Literal["plate", "warping", "shear", "notch", "root"]
 CORRECTIONS: tuple[Correction, ...] = get_args(Correction)
 _RULE = f"corrections are auto, none, or a list of some of {', '.join(CORRECTIONS)}"
 _ROOT = "root is elastic or rigid, for both ends or as a pair, the first for the first node, as in [rigid, elastic]"
+_FILLET = "fillet is a radius, for both ends or as a pair, the first for the first node, as in [0 mm, 1 mm]"
 _ENDS = "ends are two of clamped and free, the first for the first node, as in [clamped, free]"
 
 
@@ -46,9 +48,17 @@ def _root(raw: Any) -> Any:
     raise refuse(_ROOT)
 
 
+def _fillet(raw: Any) -> Any:
+    pair = raw if isinstance(raw, list | tuple) else [raw, raw]
+    if len(pair) != 2:
+        raise refuse(_FILLET)
+    return tuple(pair)
+
+
 Corrections = Annotated[Literal["auto", "none"] | tuple[Correction, ...], BeforeValidator(_corrections)]
 """`auto`, `none`, or the names of corrections that apply whatever the theory says of itself."""
 End = Literal["clamped", "free"]
 Ends = Annotated[tuple[End, End], BeforeValidator(_ends)]
 RootKind = Literal["elastic", "rigid"]
+Fillet = Annotated[tuple[NonNegativeLength, NonNegativeLength], BeforeValidator(_fillet)]
 Root = Annotated[tuple[RootKind, RootKind], BeforeValidator(_root)]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector
-from flexura.mechanism.corrections import Correction, Corrections, Ends, Root
+from flexura.mechanism.corrections import Correction, Corrections, Ends, Fillet, Root
 from flexura.mechanism.profile import Leaf, Notch, Profile
 from flexura.mechanism.quantity import NonNegativeNumber
 from flexura.mechanism.section import Circle, Rectangle, Section, SectionConstants, Tube
@@ -44,6 +44,8 @@ class Member(Part):
     """Whether the end sections are held flat, so that they neither warp nor curl; None works it out."""
     root: Root = ("elastic", "elastic")
     """Whether the thicker part that an end is in gives there; `rigid` for a clamp that does not."""
+    fillet: Fillet = (0.0, 0.0)
+    """Radius of the fillets with which the ends run into the thicker part that they are in."""
     fidelity: Fidelity | None = None
     """`solid` takes a part reduced from a three-dimensional mesh in place of beam elements; None takes the
     substructure's."""

@@ -261,4 +261,5 @@ def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Conta
 def _rooted(member: Link | Flexure, rigid: Container[str] | None) -> Link | Flexure:
     pairs = zip(member.nodes, member.root, strict=True)
     root = tuple("rigid" if rigid is None or node in rigid else kind for node, kind in pairs)
-    return member.model_copy(update={"root": root})
+    fillet = tuple(0.0 if kind == "rigid" else own for kind, own in zip(root, member.fillet, strict=True))
+    return member.model_copy(update={"root": root, "fillet": fillet})

@@ -45,6 +45,8 @@ _STAND_INS: dict[str, Any] = {
     "theory": "rayleigh",
     "corrections": "none",
     "ends": ["clamped", "clamped"],
+    "root": "elastic",
+    "fillet": 0,
     "mesh_size": None,
 }
 """What takes the place of a faulty key of a member, so that the nodes, material and section that it names are still

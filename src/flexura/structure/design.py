@@ -137,7 +137,9 @@ class Design(Record):
     def elements(self) -> Elements:
         """The elements of all prototypes in one table."""
         lengths = joined_along([g.length for g in self.geometry.parts.values()], -1)
-        return self.plan.members.elements(self.values, lengths, self.plan.roots.of(self.values, self.geometry))
+        roots = self.plan.roots
+        fillets = roots.fillets(self.values, self.geometry)
+        return self.plan.members.elements(self.values, lengths, roots.of(self.values, self.geometry), fillets)
 
     def node_transforms(self, name: str, nodes: Index) -> Array:
         """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame

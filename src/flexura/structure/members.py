@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import SectionProperties
+from flexura.beam import SectionProperties, fillet_shares
 from flexura.mechanism import Flexure, Link, Mechanism
-from flexura.structure.corrections import MemberCorrections, Torsion
+from flexura.structure.corrections import Factors, MemberCorrections, Torsion
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
 from flexura.structure.value_table import Index, ValueTable
@@ -42,6 +42,11 @@ class Members:
         self._nu_or_G = np.array([table.add(v) for v in elastic if v is not None], dtype=np.intp)
         strength = [np.nan if m.yield_stress is None else m.yield_stress for m in materials]
         self._yield = np.array([table.add(value) for value in strength], dtype=np.intp)
+        radii = [member.fillet for member in members]
+        self._fillets: Index = np.array([[table.add(r) for r in pair] for pair in radii], dtype=np.intp).reshape(-1, 2)
+        self.filleted: NDArray[np.bool_] = np.array([[r != 0 for r in pair] for pair in radii], dtype=bool).reshape(
+            -1, 2
+        )
         groups = SectionGroups(table)
         for position, member in enumerate(members):
             own = member.section if isinstance(member, Link) else None
@@ -76,6 +81,10 @@ class Members:
             return E, rho, other, E / (2 * (1 + other))
         nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
         return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
+
+    def fillets(self, values: Array) -> Array:
+        """Radius of the fillets at both ends of the members (..., m, 2), m."""
+        return values[..., self._fillets]
 
     def loss_factors(self, values: Array, default: Any = 0.0) -> Array:
         """Structural loss factors of the elements (..., e); `default` for members and materials without any."""
@@ -126,14 +135,23 @@ class Members:
                     out[..., group.index, :] = own * (SQUARE if group.family == "circle" else 1.0)
         return found[0], found[1]
 
-    def elements(self, values: Array, length: Array, roots: tuple[Index, Index, Array] | None = None) -> Elements:
-        """Elements for values (..., s) and member lengths (..., m), m, with `roots` as `Elements` takes them."""
+    def elements(
+        self,
+        values: Array,
+        length: Array,
+        roots: tuple[Index, Index, Array] | None = None,
+        fillets: tuple[Index, Index, Array] | None = None,
+    ) -> Elements:
+        """Elements for values (..., s) and member lengths (..., m), m, with `roots` as `Elements` takes them, and with
+        fillets: members and ends (k,), and radius over thickness on both sides (..., k, 2)."""
         E, rho, nu, G = self.moduli(values)
         sections = self.section_properties(values, nu, length)
         m = self.element_member
         moduli = (E[..., m], G[..., m], rho[..., m])
         finer = partial(self.stations, values, nu, length)
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
+        if fillets is not None:
+            factors = self._filleted(factors, values, length, fillets)
         torsion = partial(self._torsion, values, nu, length, moduli[0], sections)
         return Elements(
             moduli,
@@ -146,6 +164,21 @@ class Members:
             factors,
             roots,
         )
+
+    def _filleted(
+        self, factors: Factors | None, values: Array, length: Array, fillets: tuple[Index, Index, Array]
+    ) -> Factors:
+        """Factors of elements with those of the sections in fillets, which are thicker; mass stays as it is."""
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        found = np.ones((4, *lead, self.first[-1]), like=values)
+        _, t = self.end_sizes(values, length)
+        for k, (member, end) in enumerate(zip(fillets[0].tolist(), fillets[1].tolist(), strict=True)):
+            own = np.arange(int(self.first[member]), int(self.first[member + 1]))[:: -1 if end else 1]
+            step = length[..., member] / self.counts[member] / t[..., member, end]
+            thin, thick = fillet_shares(fillets[2][..., k, :], step, len(own))
+            for row, share in zip(found, (thin, thick, thin, thick), strict=True):
+                row[..., own] = row[..., own] / share
+        return Factors(*found) if factors is None else Factors(*(a * b for a, b in zip(factors, found, strict=True)))
 
     def _torsion(self, values: Array, nu: Array, length: Array, E: Array, sections: SectionProperties) -> Torsion:
         """How elements (..., e) with sections of Young's modulus E (..., e) twist.

@@ -322,6 +322,29 @@ class Roots:
         E, _, nu, _ = self._table.moduli(values)
         return self.elements, self.ends, self.flexibility(values, geometry, E, nu)
 
+    def fillets(self, values: Array, geometry: Geometry) -> tuple[Index, Index, Array] | None:
+        """Members and ends (k,) that have fillets, and these over the thickness, along z and against it (..., k, 2);
+        None without any."""
+        has = self._table.filleted[self.members, self.ends]
+        if not has.any():
+            return None
+        sizes = self._sizes(values, geometry)
+        t = sizes[1][..., self._row]
+        up, down = (own - t / 2 for own in np.moveaxis(self.reach(values, geometry, sizes), -1, 0)[:2])
+        radii = self._radii(values, t, up, down)
+        assert radii is not None
+        each = (self._row == np.arange(len(self))[:, None]).astype(float) * self._weight
+        mean = np.stack([(each @ (own / t)[..., None])[..., 0] for own in radii], axis=-1)
+        return self.members[has], self.ends[has], mean[..., has, :]
+
+    def _radii(self, values: Array, t: Array, up: Array, down: Array) -> tuple[Array, Array] | None:
+        """Radius of the fillets (..., k), m, along z and against it, no larger than there is block: up and down, m."""
+        if not self._table.filleted[self.members, self.ends].any():
+            return None
+        own = self._table.fillets(values)[..., self.members, self.ends][..., self._row] + 0.0 * t
+        above, below = (np.where(plain(beyond) > 0, _lesser(own, beyond), 0.0 * own) for beyond in (up, down))
+        return above, below
+
     def flexibility(self, values: Array, geometry: Geometry, E: Array, nu: Array) -> Array:
         """Flexibilities (..., r, 12) of all roots, as `root_flexibility` gives them, x leading into the member; E, Pa,
         and nu (..., m) of the members."""
@@ -336,8 +359,9 @@ class Roots:
         up, down = (_lesser(own, t / 2 + DEEP * behind) for own in (up, down))
         length = joined_along([own.length for own in geometry.parts.values()], -1)
         E, nu, length = E[..., self._member], nu[..., self._member], length @ self._runs
+        radii = self._radii(values, t, up - t / 2, down - t / 2)
         C = root_flexibility(
-            self._modulus(values, slice(None), E), nu, b, t, length, up - t / 2, down - t / 2, side - b / 2
+            self._modulus(values, slice(None), E), nu, b, t, length, up - t / 2, down - t / 2, side - b / 2, radii
         )
         if is_rod.any():
             C = np.where(is_rod[:, None], C @ ROD, C)

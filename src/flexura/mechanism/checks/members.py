@@ -20,7 +20,7 @@ from flexura.mechanism.profile import (
     TwoAxisNotch,
     VShapedContour,
 )
-from flexura.mechanism.section import ROUND_SECTIONS
+from flexura.mechanism.section import ROUND_SECTIONS, Rectangle
 from flexura.mechanism.substructure import solid_members
 
 RELATIVE = 1e-9
@@ -60,8 +60,27 @@ def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[
         return
     if member.reference is not None:
         _reference(survey, path, member, axis)
+    _fillets(survey, path, member, length)
     if isinstance(member, Flexure):
         _profile(survey, path, member, length)
+
+
+def _fillets(survey: Survey, path: Path, member: Link | Flexure, length: float) -> None:
+    """Report fillets where none can be, and those that are too large."""
+    form = member.section if isinstance(member, Link) else member.profile
+    form = survey.layout.mechanism.sections.get(form) if isinstance(form, str) else form
+    for end, (radius, root) in enumerate(zip(member.fillet, member.root, strict=True)):
+        if not float(radius):  # type: ignore[arg-type]
+            continue
+        own = (*path, "fillet", end)
+        if form is not None and not isinstance(form, Leaf | Rectangle):
+            hint = "leave it out, or take a corner_filleted contour"
+            survey.report(own, _mm(radius), "fillets are known of leaves and rectangles", hint)
+        elif root == "rigid":
+            survey.report(own, _mm(radius), "an end with a rigid root has no fillet", "root: elastic, or no fillet")
+        elif float(radius) > length / 2 * (1 + RELATIVE):  # type: ignore[arg-type]
+            rule = f"a fillet is no longer than half the member, {_mm(length / 2)}"
+            survey.report(own, _mm(radius), rule, "a smaller radius, or a part of the shape that it is")
 
 
 _NO_LENGTH = "its ends are at one place; see the positions of its nodes and its offsets"
