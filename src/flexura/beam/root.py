@@ -63,7 +63,7 @@ _COUPLED = {3: (2, 4), 6: (5, 7), 8: (0, 5), 9: (0, 7), 10: (2, 1), 11: (1, 4)}
 """Places of couplings, by those of what they couple; those of shift along the width are lost to narrow leaves."""
 
 FILLET = (0.6, 0.25)
-"""How fast fillets, radius over thickness of both sides together, take rotation and stretch from a root."""
+"""How fast fillets, radius over thickness of both sides together, take rotation (and twist) and stretch from a root."""
 
 FILLET_AT = (0.4, 0.2)
 """How far out a root with fillets turns, over the radius of the larger and of the smaller one."""
@@ -245,14 +245,11 @@ def _fillet(entries: list[Real], up: Real, down: Real) -> None:
     """Let a root with fillets, of radii over the thickness, turn and stretch less and farther out, in place."""
     both = up + down
     turn, stretch = 1 / (1 + FILLET[0] * both), 1 / (1 + FILLET[1] * both)
-    for place, factor in (
-        (7, turn),
-        (6, np.sqrt(turn)),
-        (9, np.sqrt(turn * stretch)),
-        (0, stretch),
-        (8, np.sqrt(stretch)),
-    ):
-        entries[place] = entries[place] * factor
+    for one, factor in ((7, turn), (0, stretch), (1, turn)):
+        entries[one] = entries[one] * factor
+    pairs = ((6, turn), (9, turn * stretch), (8, stretch), (10, turn), (11, turn))
+    for one, factor in pairs:
+        entries[one] = entries[one] * np.sqrt(factor)
     wide, slim = (np.where((plain(up) > plain(down)) == first, up, down) for first in (True, False))
     out = FILLET_AT[0] * wide + FILLET_AT[1] * slim
     entries[5] = entries[5] + out * (2 * entries[6] + out * entries[7])
