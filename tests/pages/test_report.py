@@ -160,7 +160,7 @@ def test_every_section_is_there_or_says_why(tmp_path):
 def test_about_a_pose_what_holds_at_rest_alone_says_so(tmp_path):
     found = fx.report(fx.load(described(tmp_path)), at={"carriage.x": 1e-3})
     assert found.states["freedoms"] == "absent" and found.states["modes"] == found.states["stroke"] == "shown"
-    assert fx.report(fx.load(described(tmp_path))).html != found.html and "at rest alone" in found.html
+    assert fx.report(fx.load(described(tmp_path))).html != found.html and "undeformed mechanism alone" in found.html
 
 
 def values(text: str) -> list[float]:

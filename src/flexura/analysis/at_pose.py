@@ -110,7 +110,7 @@ class AtPose(Record):
 
     def frequencies(self, n: int, held: bool = False) -> list[Repeated]:
         """The n lowest natural frequencies, Hz, and further copies of the last, with the prescribed displacements held,
-        or free under their forces; negative for ways in which the state springs away."""
+        or free under their forces; negative where the state is unstable."""
         return [_hertz(own) for own in self.state.eigenvalues(n, held)]
 
     @property
@@ -146,8 +146,9 @@ def at_pose(design: Design, move: Mapping[str, Any]) -> AtPose:
     """A design with displacements prescribed by name, `carriage.y` or `platform.rz`, m or rad, which may have slopes as
     its values may, under the loads and gravity that are described.
 
-    It is reached from rest by a way of equilibria (theory eqs. G1-G31). Raises OptionError for unknown nodes and axes
-    and what cannot turn, and SolverError where no equilibrium leads there, or where the state has lost its stiffness.
+    It is reached from the undeformed configuration by a path of equilibria (theory eqs. G1-G31). Raises OptionError for
+    unknown nodes and axes and what cannot turn, and SolverError where no equilibrium leads there, or where the state
+    has lost its stiffness.
     """
     way = Way(design, list(move))
     return way.at([move[name] for name in move])
@@ -183,7 +184,7 @@ class Way:
         if isinstance(found, Stopped):
             said = ", ".join(f"{name} = {target:.4g}" for name, target in zip(self.names, targets, strict=True))
             share = f"{100 * found.share:.3g} %"
-            raise SolverError(f"at {said}: no equilibrium is found beyond {share} of the way; flexura stroke shows it")
+            raise SolverError(f"at {said}: no equilibrium is found beyond {share} of the path; flexura stroke shows it")
         return found
 
     def at(self, targets: list[Any]) -> AtPose:

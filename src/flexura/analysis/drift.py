@@ -82,7 +82,7 @@ class Drift(Result):
         both = (self.rest, self.displaced)
         yield Table(
             {
-                "": ("at rest", "displaced"),
+                "": ("undeformed", "displaced"),
                 "direction": [a._along for a in both],
                 "through [mm]": [in_mm(a.point) for a in both],
                 "pitch": [quantity(a.pitch, "m/rad") for a in both],

@@ -50,9 +50,9 @@ SHOWN = 3
 
 @dataclass(frozen=True, repr=False)
 class LowOrderMotion(Record):
-    """What stands for the full order of `full` displacements: how many `coordinates`, its largest relative `error` over
-    all states in displacements and forces of drives, that of frequencies at rest and at the ends, drives free and held,
-    and which substructures were made `finer` for these."""
+    """What represents the full order of `full` displacements: how many `coordinates`, its largest relative `error` over
+    all states in displacements and forces of drives, that of the undeformed frequencies and those at the ends,
+    actuators free and locked, and which substructures were made `finer` for these."""
 
     coordinates: int
     full: int
@@ -66,9 +66,9 @@ class LowOrderMotion(Record):
         more = " and others" if len(self.finer) > SHOWN else ""
         finer = f"; made finer for this: {', '.join(self.finer[:SHOWN])}{more}" if self.finer else ""
         return (
-            f"low order that turns, {self.coordinates} coordinates instead of {self.full}: off by {self.error:.1g} in"
-            " displacements and forces of drives, by the step to equilibrium that is left to the full order, and by"
-            f" {self.frequency_error:.1g} in frequencies at rest and at the ends{finer}"
+            f"corotational reduced model, {self.coordinates} coordinates instead of {self.full}: off by"
+            f" {self.error:.1g} in displacements and forces of drives, by the step to equilibrium that is left to the"
+            f" full order, and by {self.frequency_error:.1g} in frequencies, undeformed and at the ends{finer}"
         )
 
     @property
@@ -162,7 +162,7 @@ def _quick_enough(full: Equations, turning: TurningModel, n: int) -> tuple[Turni
 
 
 def _off(own: Pose, exact: Pose, n: int) -> float:
-    """The largest relative difference of n frequencies, drives free and held."""
+    """The largest relative difference of n frequencies, actuators free and locked."""
     found = 0.0
     for held in (False, True):
         f, g = (_frequencies(pose, n, held) for pose in (own, exact))
@@ -173,6 +173,6 @@ def _off(own: Pose, exact: Pose, n: int) -> float:
 
 
 def _frequencies(pose: Pose, n: int, held: bool) -> Array:
-    """The n lowest natural frequencies (n,), rad/s, negative ones of a state that is not stable."""
+    """The n lowest natural frequencies (n,), rad/s, negative ones of a state that is unstable."""
     values = pose.held_values(n) if held else pose.modes(n).values
     return np.sign(values) * np.sqrt(np.abs(values))

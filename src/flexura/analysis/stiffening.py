@@ -72,7 +72,7 @@ def stiffening_limits(
     model: FullOrderModel, bent: Bent | None, inputs: Sequence[InputPort] = (), commands: ArrayLike = ()
 ) -> tuple[Exceeded, ...]:
     """Warnings where large displacements are another size than the linear ones of the state that bends most, and where
-    they lead to a state that is not stable, as of leaves that buckle sideways.
+    they lead to a state that is unstable, as of leaves that buckle sideways.
 
     Displacements are those from rest without loads, also where loads are described, about which the stiffness is. The
     forces that hold the linear state are put on the mechanism as dead loads, but for those of actuators between nodes
@@ -94,7 +94,7 @@ def stiffening_limits(
         return (Exceeded("stiffness", "", state.share, 1.0, "1", text),)
     told = _told(model, bent, _moved(equations.model, state.frames), equations.size)
     if ways := unstable(equations, state):
-        text = f"the state that large displacements lead to is not stable{bent.when}: what is free to would spring away"
+        text = f"the state under large displacements is unstable{bent.when}"
         return (*told, Exceeded("stiffness", "", float(ways), 0.0, "1", text))
     return told
 

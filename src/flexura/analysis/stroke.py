@@ -64,7 +64,7 @@ OF_LOW_ORDER = (
     " are attached, so that stresses lack the bending of members between by their own weight"
 )
 
-UNSTABLE = "is not stable: whatever holds it would have to hold it against its own springing away"
+UNSTABLE = "is unstable, even with its actuators locked"
 
 
 MOST_SHOWN = 2
@@ -83,7 +83,7 @@ class Spectrum(NamedTuple):
 @dataclass(frozen=True, repr=False)
 class Stroke(Tabular):
     """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
-    `critical` where the way turns back or forks, `doubts` which members bend further within an element than is
+    `critical` limit points and bifurcations, `doubts` which members bend further within an element than is
     accurate, or are stretched by twist, and which actuators are driven beyond their limits.
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
@@ -119,7 +119,7 @@ class Stroke(Tabular):
             padded = np.concatenate([vectors[:, at], np.zeros((1, len(at)))])
             wrenches = end_force_changes(moving, state, padded[moving.dof])
             own = frequency_errors(self.model, values[at], vectors[:, at], len(at), known, wrenches)
-            low, high, reason = none.copy(), none.copy(), ["not stable"] * len(values)
+            low, high, reason = none.copy(), none.copy(), ["unstable"] * len(values)
             low[at], high[at] = own.low, own.high
             for k, text in zip(at.tolist(), own.reason, strict=True):
                 reason[k] = text
@@ -143,7 +143,7 @@ class Stroke(Tabular):
 
     @cached_property
     def warnings(self) -> tuple[Exceeded, ...]:
-        """Poses that are not there, not stable or not proven, members that bend too far for their elements or are
+        """Poses that are not there, unstable or not proven, members that bend too far for their elements or are
         stressed beyond yield, and solids that meet."""
         found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
         found += self.critical
@@ -250,7 +250,7 @@ class Stroke(Tabular):
 
     @property
     def frequencies_hz(self) -> Array:
-        """Natural frequencies (poses, n), the drives free, each column tracked by shape from the first pose on."""
+        """Natural frequencies (poses, n), actuators free, each column tracked by shape from the first pose on."""
         rows = [[pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked] for pose in self.poses]
         return np.array(rows).reshape(len(rows), -1)
 
@@ -310,16 +310,16 @@ def stroke(
     At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are those whose displacements
     are told, by default those that move, with `compliance` also their compliances and stiffnesses, (6, 6) each.
     `progress` is told of every pose. Members are cut into `refine` times the elements that are described. At `order`
-    "low" substructures are superelements that turn, with energies of fourth order in their deformation, finer where the
-    motion asks for it; `low_order` says how far this is off.
+    "low" substructures are corotational superelements, with energies of fourth order in their deformation, finer where
+    the motion asks for it; `low_order` says how far this is off.
 
-    Where loads and commands alone change, the way is followed by arc length, through limit points and snap-back: poses
-    are where it comes by the asked shares, as often as it does, and where it turns back. Warnings tell limit points and
-    bifurcations; with `branch` 1 or -1 the way goes on along the first buckled one, to either side.
+    Where loads and commands alone change, the path of equilibria is followed by arc length, through limit points and
+    snap-back: poses are where it passes the requested shares, as often as it does, and at limit points. Warnings report
+    limit points and bifurcations; with `branch` 1 or -1 the path goes on along the first buckled one, to either side.
 
-    Every state is reached from rest by a way of equilibria. Where one ends, the poses beyond are missing, with the
-    reason among the warnings. Members bend, twist and turn as far as they like, with small strains; material is
-    elastic, sections keep their shape, and nothing touches (theory eqs. G1-G31).
+    Every state is reached from the undeformed configuration by a path of equilibria. Where one ends, the poses beyond
+    are missing, with the reason among the warnings. Members bend, twist and turn as far as they like, with small
+    strains; material is elastic, sections keep their shape, and nothing touches (theory eqs. G1-G31).
 
     Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
     other, ranges without steps, and SolverError when nothing moves at all.

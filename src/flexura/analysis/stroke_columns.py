@@ -48,7 +48,7 @@ def _drive_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
 
 
 def _frequency_columns(poses: Sequence[StrokePose], errors: Sequence[ModelError]) -> dict[str, Any]:
-    """Frequencies, between which proven bounds they are, how far the part may be, and those with the drives held."""
+    """Frequencies, between which proven bounds they are, how far the part may be, and those with actuators locked."""
     columns: dict[str, Any] = {}
     for k in range(min(len(p.frequency_hz) for p in poses)):
         columns[f"f{k + 1} [Hz]"] = [p.frequency_hz[k] for p in poses]

@@ -157,7 +157,7 @@ class _Follower:
 
     @staticmethod
     def _count(own: list[Found]) -> int:
-        """How many ways of buckling there are, drives held, at the state that was written down last."""
+        """How many ways of buckling there are, actuators locked, at the state that was written down last."""
         found = own[-1] if len(own) else None
         return 0 if found is None else sum(hertz < 0 for hertz in found.measured.pose.frequency_hz_held)
 
@@ -174,10 +174,9 @@ class _Follower:
         self._fork(where)
 
     def _fork(self, where: str) -> None:
-        rest = (
-            "the buckled way is followed" if self.branch else "branch = 1 or -1 follows the buckled one to either side"
-        )
-        text = f"{where} another way of equilibria branches off, as in buckling; {rest}"
+        followed = "the buckled path is followed"
+        rest = followed if self.branch else "branch = 1 or -1 follows the buckled path to either side"
+        text = f"bifurcation {where}: another path of equilibria branches off, as in buckling; {rest}"
         self.out.critical.append(Exceeded("bifurcation", "", np.nan, np.nan, "1", text))
 
     def _along(self, own: list[Found], first: Equilibrium, shares: list[float]) -> None:
@@ -223,13 +222,14 @@ class _Follower:
                 yield arc.at(at, there, float(share))
 
     def _turn(self, at: Along) -> None:
-        text = f"at {self.planned.words(at.share)} what drives the way turns back: a limit point, beyond which it snaps"
+        where = self.planned.words(at.share)
+        text = f"limit point at {where}: the path parameter turns back, beyond it the mechanism snaps"
         self.out.critical.append(Exceeded("limit point", "", at.share, np.nan, "1", text))
 
     def _end(self, last: Equilibrium, at: str, aim: str) -> None:
         """Tell where a way ends, and why as far as that is known."""
         self.out.ended.append(last)
-        stable = "not stable" if unstable(self.equations, last) else "stable"
+        stable = "unstable" if unstable(self.equations, last) else "stable"
         self.out.stopped.append(
             f"no equilibrium is found beyond {at}, on the way to {aim}: there it is {stable};"
             f" {why_it_ends(self.equations, last)}"

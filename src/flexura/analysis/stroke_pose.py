@@ -32,7 +32,7 @@ NO_ERROR = 1e-4
 """Errors of stiffness that are not told."""
 
 HELD = 1e-9
-"""Part of the compliance with the drives free that is left where these hold a displacement, by round-off."""
+"""Part of the compliance with actuators free that is left where these hold a displacement, by round-off."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,13 +43,13 @@ class StrokePose(Record):
     displacements by name, `load` the components of loads that change over the stroke, N, N m
     and m/s^2, and `actuators` the commands that do, in the units of their inputs. `reaction` are the forces and moments
     that hold the prescribed displacements there and `drive_stiffness` how these grow with the displacement, all other
-    prescribed ones held. `frequency_hz` are natural frequencies with the drives free under these forces, which stay as
-    they are, `frequency_hz_held` with the drives held; a state that is not stable has a negative one, the rate at which
+    prescribed ones held. `frequency_hz` are natural frequencies with actuators free under these forces, which stay as
+    they are, `frequency_hz_held` with actuators locked; a state that is unstable has a negative one, the rate at which
     it springs away. `frequency_interval_hz` holds bounds of each of `frequency_hz`, round-off of its computation
     included; `proven` says that they are those of the frequencies of these numbers, counted so that none is missed.
     `tracked` (n,) says which of `frequency_hz` each of the modes at the first pose has become. `displacement` (6,) is
     that of nodes from rest, with their rotation vectors. `support_stiffness` (6,) is one over the diagonal of the
-    compliance with the drives held at the first driven node, or without drives at the first of `nodes`, NaN where
+    compliance with actuators locked at the first driven node, or without drives at the first of `nodes`, NaN where
     these hold it, in N/m and N m/rad.
 
     `screw_axis` is the axis about which the node of each drive moves as this moves on, the others held.
@@ -64,8 +64,8 @@ class StrokePose(Record):
     `buckling_factor` on all loads and forces of the drives is that at which the state would buckle with the drives
     held, linear from the pose; None where nothing buckles.
 
-    Where they were asked for, `compliance` and `stiffness` (6, 6) are those of nodes with the drives free under their
-    forces, `compliance_held` and `stiffness_held` with the drives held: m/N, 1/N, rad/(N m) and N/m, N, N m/rad, forces
+    Where they were asked for, `compliance` and `stiffness` (6, 6) are those of nodes with actuators free under their
+    forces, `compliance_held` and `stiffness_held` with actuators locked: m/N, 1/N, rad/(N m), N/m, N, N m/rad, forces
     and moments on the node in columns. A stiffness is NaN where the node cannot move in some direction.
     """
 
@@ -115,7 +115,7 @@ class Asked(NamedTuple):
 
 class Measured(NamedTuple):
     """What the mechanism is at a state by itself, with eigenvalues (k,), mode shapes (n, k) and the mass (n, n) in
-    which they are orthonormal, drives free."""
+    which they are orthonormal, actuators free."""
 
     pose: StrokePose
     values: Array
@@ -185,7 +185,7 @@ def stroke_poses(found: Sequence[Measured], yields: YieldRatios) -> Iterator[Str
 
 
 def _support(pose: Pose, asked: Asked) -> tuple[float, ...]:
-    """One over the diagonal of the compliance (6,) at the first driven node, drives held; with none of these at the
+    """One over the diagonal of the compliance (6,) at the first driven node, actuators locked; without these at the
     first node that is asked for, or none."""
     node = _first(pose, asked)
     if node is None:
@@ -226,7 +226,7 @@ def coarse(model: FullOrderModel, name: str, error: float, where: str) -> Exceed
     elif name in inside:
         text = f"superelement {name}: {off}, as far as it is a beam: it is linear inside, and bending softens beams"
     else:
-        text = f"member {name}: {off} for want of its elements: it wants more elements"
+        text = f"member {name}: {off}, the error of its mesh: refine it"
     return Exceeded("mesh", name, error, ACCURATE, "1", text)
 
 
@@ -244,7 +244,7 @@ def mesh_errors_of(pose: Pose, motions: Array, energies: Array) -> dict[str, flo
 
 
 def _tables(pose: Pose, asked: Asked) -> Iterator[dict[str, Array]]:
-    """Compliances of nodes, drives free and held, then stiffnesses; empty where they are not asked for."""
+    """Compliances of nodes, actuators free and locked, then stiffnesses; empty where they are not asked for."""
     nodes = asked.nodes if asked.compliance else {}
     tables = [{name: pose.compliance(k, held=held) for name, k in nodes.items()} for held in (False, True)]
     yield from tables

@@ -192,7 +192,7 @@ def time_response(
     with `rho_infinity`) integrates M, C, K as they are, for any damping, with an error of order dt^2.
 
     In `large` motion displacements and rotations are as large as they get, of all elements at `order="full"` or of
-    superelements that turn, which are made as fine as the motion asks for (theory eqs. G28-G35). It is integrated by
+    corotational superelements, which are made as fine as the motion asks for (theory eqs. G28-G35). It is integrated by
     the generalised-alpha method on frames that turn (Brüls, Cardona, Arnold 2012); loads and gravity that are described
     are on all the time, and damping is that of dashpots and Rayleigh's.
 
@@ -240,7 +240,7 @@ def _moving(
 ) -> System:
     """The system of full order with inputs and outputs. Raises OptionError for what cannot move far."""
     if not isinstance(model, Plan | FullOrderModel) or (model if isinstance(model, Plan) else model.plan).is_posed:
-        raise OptionError("large motion is that of a mechanism from rest, not of a reduced model, a system or a pose")
+        raise OptionError("large motion is that of an undeformed mechanism, not of a reduced model, a system or a pose")
     return system(model, parameters, inputs=names, outputs=outputs, order="full", damping=damping)
 
 

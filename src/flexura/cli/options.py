@@ -83,7 +83,7 @@ At = Annotated[
     typer.Option(
         "--at",
         metavar="NODE.AXIS=VALUE",
-        help="About this pose and not at rest, e.g. carriage.y=5mm, or an actuator's command. May be repeated.",
+        help="About this pose, not undeformed, e.g. carriage.y=5mm, or an actuator's command. May be repeated.",
     ),
 ]
 POSED = {

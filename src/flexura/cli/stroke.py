@@ -44,7 +44,7 @@ def stroke_command(
         typer.Option(
             "--move",
             metavar="NODE.AXIS=FROM:TO",
-            help="What moves from rest, e.g. carriage.y=-20mm:20mm. May be repeated.",
+            help="Prescribed displacement, e.g. carriage.y=-20mm:20mm. May be repeated.",
         ),
     ] = None,
     steps: Annotated[int | None, typer.Option(min=2, help="Number of poses from FROM to TO: 21.")] = None,
@@ -81,10 +81,10 @@ def stroke_command(
         typer.Option("--compliance", help="6x6 compliance and stiffness of these nodes."),
     ] = False,
     branch: Annotated[
-        int, typer.Option(min=-1, max=1, help="Follow the first way that branches off, to the side of 1 or -1.")
+        int, typer.Option(min=-1, max=1, help="Follow the buckled path at the first bifurcation: 1 or -1, its side.")
     ] = 0,
     refine: Annotated[int, typer.Option(min=1, help="Cut every member into so many times its elements.")] = 1,
-    order: Annotated[ModelOrder, typer.Option(help="All elements, or superelements that turn.")] = ModelOrder.full,
+    order: Annotated[ModelOrder, typer.Option(help="All elements, or corotational superelements.")] = ModelOrder.full,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="The table of poses: .csv or .parquet.")] = None,
     plot: Plot = None,
     animate: Animate = None,

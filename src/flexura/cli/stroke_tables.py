@@ -35,9 +35,9 @@ def print_stroke(result: Stroke, nodes: Sequence[str], written: Sequence[Path]) 
         poses = result.poses[:: max(1, -(-len(result.poses) // MOST_ROWS))]
         is_supported = any(not isnan(k) for pose in poses for k in pose.support_stiffness[:3])
         console.print(_poses(result, poses, is_supported))
-        support = " k: support stiffness, drives held;" if is_supported else ""
+        support = " k: support stiffness, actuators locked;" if is_supported else ""
         factors = "to yield, to buckle: factors on what is there"
-        console.print(f"f: drives free under the forces that hold the pose;{support} {factors}")
+        console.print(f"f: actuators free under the forces that hold the pose;{support} {factors}")
         if result.model_errors:
             console.print(f"model error over all poses: {', '.join(_model_errors(result))}", markup=False)
         for node in nodes:

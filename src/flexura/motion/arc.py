@@ -54,7 +54,7 @@ INVERSE_STEPS = 3
 class Along(NamedTuple):
     """A state on a way, the `share` of the way's loads on, and the unit tangent: displacements `forward` (n,), m and
     rad, and share `rising`; `curve` and `bend` are those by the square of the length, of a way through another state.
-    Its `kind` is `limit` where the share has an extremum, and `fork` where another way branches off.
+    Its `kind` is `limit` where the share has an extremum, and `fork` at a bifurcation.
     """
 
     state: Equilibrium
@@ -67,7 +67,7 @@ class Along(NamedTuple):
 
 
 def unstable(equations: Equations, state: Equilibrium) -> int:
-    """In how many ways a state springs away with the drives held: negative pivots of its symmetric tangent."""
+    """In how many directions a state is unstable with actuators locked: negative pivots of its symmetric tangent."""
     K = Pose(equations, state).matrices(held=True)[0]
     return count_below(K, K, 0.0) if K.shape[0] else 0
 
@@ -156,8 +156,8 @@ class Arc:
         return found._replace(kind="fork")
 
     def branched(self, fork: Along, side: int) -> Along:
-        """The first state on the way that branches off at a fork, to the side of the largest displacement of the
-        critical mode, or the other one for -1. Raises SolverError where none is found."""
+        """The first state on the path that branches off at a bifurcation, to the side of the largest displacement of
+        the         critical mode, or the other one for -1. Raises SolverError where none is found."""
         solve = self.equations.solver(fork.state.tangent)
         mode = np.random.default_rng(0).standard_normal(len(self.weight))
         for _ in range(INVERSE_STEPS):
@@ -172,7 +172,7 @@ class Arc:
                 return self.step(away, length)
             except SolverError:
                 continue
-        raise SolverError("no way is found that branches off")
+        raise SolverError("no bifurcated path of equilibria is found")
 
     def where(self, at: Along, there: Along, value: Callable[[Along], float], close: float = CLOSE) -> Along:
         """The state between two where a value that is positive at the first is zero, as `close` as that over the length

@@ -50,7 +50,7 @@ class Bend(NamedTuple):
             return Exceeded("rotation", self.name, self.angle, self.limit, "rad", text)
         text = (
             f"member {self.name}: one of its elements, {self.elements} in all, bends by {self.angle:.3g} rad, more than"
-            f" the {self.limit} rad up to which strains are known: it wants more elements"
+            f" the {self.limit} rad up to which strains are known: refine it"
         )
         return Exceeded("mesh", self.name, self.angle, self.limit, "rad", text)
 

@@ -20,7 +20,7 @@ UNLOADED = 1e-12
 
 
 def buckling_factor(pose: Pose) -> float | None:
-    """The factor on all loads and drive forces of a state at which it would buckle with the drives held, linear from
+    """The factor on all loads and drive forces of a state at which it would buckle with actuators locked, linear from
     the state (theory eqs. G16-G17).
 
     None where nothing buckles, and where the state has no stiffness of its own without these forces. None at low
@@ -37,7 +37,7 @@ def buckling_factor(pose: Pose) -> float | None:
 
 
 def critical_state(pose: Pose, n: int) -> tuple[Array, Array] | None:
-    """The n lowest of these factors (k,), with shapes x (m, k) of what is left with the drives held, x' K x = 1 of its
+    """The n lowest of these factors (k,), with shapes x (m, k) of what is left with actuators locked, x' K x = 1 of its
     stiffness K without forces; None where `buckling_factor` is. Raises SolverError where shapes are not found."""
     parts = _parts(pose)
     if parts is None or buckling_factor(pose) is None:
@@ -46,12 +46,12 @@ def critical_state(pose: Pose, n: int) -> tuple[Array, Array] | None:
 
 
 def material_at(pose: Pose) -> Matrix:
-    """The stiffness (n, n) at a state as if nothing were under force there, drives free."""
+    """The stiffness (n, n) at a state as if nothing were under force there, actuators free."""
     return pose.equations.model.material(pose.state.frames, pose.state.loads.actuators)
 
 
 def _parts(pose: Pose) -> tuple[Matrix, Matrix] | None:
-    """Stiffness at a state with the drives held: what is there without forces, and what forces add."""
+    """Stiffness at a state with actuators locked: what is there without forces, and what forces add."""
     groups = pose.equations.model.elements
     if any(isinstance(own, Superelements) and own.energy.cubic.size for own in groups):
         return None

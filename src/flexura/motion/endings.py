@@ -25,17 +25,17 @@ def why_it_ends(equations: Equations, last: Equilibrium) -> str:
     if angle > NEARLY * LARGEST:
         return (
             f"{name} turns by {angle:.3g} rad between the ends of an element, and up to {LARGEST:.3g} rad are known:"
-            " a member wants more elements, a spring turns no further"
+            " refine a member; a spring turns no further"
         )
     for k, drive in enumerate(equations.drives):
         if _stiffness(equations, last, k) > STIFFER * _stiffness(equations, _rest(equations), k) > 0:
             return (
-                f"the force at {drive.name} grows without limit there, as where members are stretched straight or the"
-                " displacement itself has to turn back: another displacement may be moved, or a load put on"
+                f"the force at {drive.name} grows without limit there, as where members are stretched straight or at a"
+                " limit point of the displacement: prescribe another displacement, or a load"
             )
     return (
-        "where the drive has to turn back, as in a snap-through, another displacement may be moved, and members that"
-        " bend sharply want more elements"
+        "at a limit point of the displacement, as in a snap-through, prescribe another displacement; refine members"
+        " that bend sharply"
     )
 
 

@@ -38,7 +38,7 @@ def expanded(own: Substructure, order: int) -> Polynomial:
     n = 6 * (own.k - 1)
     at_rest = own.condensed(np.zeros((1, n))).tangent[0]
     if not np.isfinite(at_rest).all():
-        raise SolverError(f"{own.name} has no equilibrium inside, at rest already")
+        raise SolverError(f"{own.name} has no equilibrium inside, undeformed already")
     if order < 2 or n > LARGEST[2]:
         return Polynomial.linear(at_rest[None])
     unit = np.tile([own.size] * 3 + [1.0] * 3, own.k - 1)

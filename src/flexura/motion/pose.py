@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 SHIFTS = 60
-"""Doublings of the shift below the lowest eigenvalue of a state that is not stable."""
+"""Doublings of the shift below the lowest eigenvalue of a state that is unstable."""
 
 
 class Holding(NamedTuple):
@@ -87,11 +87,11 @@ class Pose:
 
     @cached_property
     def holding(self) -> Holding:
-        """What is left where the drives are held."""
+        """What is left where the actuators are locked."""
         return Holding.of(self.state.tangent.rows, self.equations.scale)
 
     def matrices(self, held: bool) -> tuple[Matrix, Matrix]:
-        """K and M, with the drives held or free."""
+        """K and M, with actuators locked or free."""
         return self._held if held else (self.K, self.M)
 
     @cached_property
@@ -107,12 +107,12 @@ class Pose:
         return factorise(self._held[0])
 
     def modes(self, n: int) -> Eigenpairs:
-        """The n lowest eigenpairs with the drives free, none missed: values, (rad/s)^2, negative where the state is not
+        """The n lowest eigenpairs with actuators free, none missed: values, (rad/s)^2, negative where the state is not
         stable, and vectors (n_dof, n), orthonormal by M."""
         return lowest_of_any(self.K, self.M, min(n, self.K.shape[0]))
 
     def held_values(self, n: int) -> Array:
-        """The n lowest eigenvalues with the drives held, (rad/s)^2, none missed."""
+        """The n lowest eigenvalues with actuators locked, (rad/s)^2, none missed."""
         K, M = self._held
         return lowest_of_any(K, M, min(n, K.shape[0]), shapes=False).values
 
@@ -179,4 +179,4 @@ def lowest_of_any(K: Matrix, M: Matrix, n: int, shapes: bool = True) -> Eigenpai
         if is_definite(K + shift * M):
             return next_to(K, M, n, -shift, shapes=shapes)
         shift *= 2
-    raise SolverError("something without mass is not stable")
+    raise SolverError("something without mass is unstable")

@@ -32,7 +32,7 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class PosedDesign:
-    """A design where it has moved, the drives free under the dead forces that hold it there."""
+    """A design where it has moved, the actuators free under the dead forces that hold it there."""
 
     pose: Pose
     words: str
@@ -146,12 +146,12 @@ class PosedDesign:
 def posed(design: Design) -> PosedDesign:
     """A design at the pose that its description names, as `reached`.
 
-    Raises SolverError also where the pose is not stable with the drives free under the forces that hold it.
+    Raises SolverError also where the pose is unstable with actuators free under the forces that hold it.
     """
     found = reached(design)
     if not is_definite(found.pose.K):
-        said = found.words.removeprefix("about the pose ").partition(", drives free")[0]
-        raise SolverError(f"at {said} the mechanism is not stable: nothing stays linear about that pose for long")
+        said = found.words.removeprefix("about the pose ").partition(", actuators free")[0]
+        raise SolverError(f"at {said} the mechanism is unstable: nothing stays linear about that pose for long")
     return found
 
 
@@ -197,7 +197,7 @@ def _reached(design: Design) -> PosedDesign:
                 " flexura stroke shows how far it goes"
             )
         state = found
-    drive = ", drives free under the forces that hold it" if drives else ""
+    drive = ", actuators free under the forces that hold it" if drives else ""
     return PosedDesign(Pose(equations, state), f"about the pose {said}{drive}")
 
 

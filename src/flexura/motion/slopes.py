@@ -79,7 +79,7 @@ class SlopedPose:
         return self.moving or self.pose
 
     def compliance(self, node: int, held: bool = False) -> Any:
-        """Displacements (6, 6) of a node per force and moment on it, with slopes, the drives free or held (theory eq.
+        """Displacements (6, 6) of a node per force and moment on it, with slopes, actuators free or locked (theory eq.
         V6). Raises SolverError where the state has lost its stiffness."""
         if self.moving is None:
             return self.pose.compliance(node, held)
@@ -123,7 +123,7 @@ class SlopedPose:
         return found
 
     def buckling_factor(self) -> Repeated | None:
-        """The factor on all loads and drive forces at which the state would buckle with the drives held, with slopes
+        """The factor on all loads and drive forces at which the state would buckle with actuators locked, with slopes
         (theory eq. V8); None where `flexura.motion.buckling_factor` is."""
         found = critical_state(self.pose, 1 + GUARD)
         if found is None:

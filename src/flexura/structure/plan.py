@@ -223,7 +223,9 @@ class Plan(Record, Displayed):
     def refuse_pose(self, what: str) -> None:
         """Raise OptionError where `what` knows the mechanism at rest alone, and a pose away from it is described."""
         if self.is_posed:
-            raise OptionError(f"{what}: at rest alone, not at the pose that is described; take `at` out for it")
+            raise OptionError(
+                f"{what}: of the undeformed mechanism alone, not at the pose that is described; take `at` out for it"
+            )
 
     @cached_property
     def roots_left_out(self) -> Roots:

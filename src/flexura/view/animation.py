@@ -128,7 +128,7 @@ def animate_stroke(
     camera = camera_for(scenes[0], elev, azim)
     outline = np.concatenate([own for parts in scenes for own in (parts.points, parts.points + parts.motions)])
     figure = new_figure(SIZE, FRAME_DPI)
-    top = min(heading(figure, result.name, "over its stroke, to scale; light grey: at rest"), 0.84)
+    top = min(heading(figure, result.name, "over its stroke, to scale; light grey: undeformed"), 0.84)
     view = view_of(figure, camera, outline, (0.035, 0.11, 0.82, top - 0.12))
     largest = max(float(np.nanmax(parts.values, initial=0.0)) for parts in scenes)
     clear = visible_flexures(scenes[0], camera) < HIDDEN

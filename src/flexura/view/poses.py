@@ -110,7 +110,7 @@ def _laid_out(
     figure = new_figure((WIDTH, total), dpi)
     style = {"va": "top", "parse_math": False}
     figure.text(0.03, 1 - 0.16 / total, result.name, size=14, weight="bold", color=INK, **style)
-    above = "; ".join(["over its stroke, to scale", "light grey: at rest", *result.notes[:1]])
+    above = "; ".join(["over its stroke, to scale", "light grey: undeformed", *result.notes[:1]])
     figure.text(0.03, 1 - 0.45 / total, above, size=9.5, color="0.35", **style)
     if said:
         style = {"va": "bottom", "size": 8.5, "color": WARNING, "linespacing": 1.35, "parse_math": False}

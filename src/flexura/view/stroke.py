@@ -43,8 +43,8 @@ def save_stroke(result: Stroke, folder: Path | str, *, animate: Format | None = 
 def draw_stroke(result: Stroke, *, dpi: float = DPI) -> Figure:
     """Forces of the drives, natural frequencies tracked by shape, and support stiffness, all over the first drive.
 
-    Full lines: drives free under the forces that hold the pose; dashed ones: drives held. Stiffness has a logarithmic
-    axis, translations and rotations one each. Raises OptionError for a stroke of fewer than two poses.
+    Full lines: actuators free under the forces that hold the pose; dashed ones: actuators locked. Stiffness has a
+    logarithmic axis, translations and rotations one each. Raises OptionError for a stroke of fewer than two poses.
     """
     if len(result.poses) < 2:
         raise OptionError("a stroke is drawn over at least two poses")
@@ -91,7 +91,7 @@ def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
 
 
 def _frequencies(axes: Axes, result: Stroke, x: np.ndarray) -> None:
-    """Curves by mode, the drives free, and the first ones with the drives held."""
+    """Curves by mode, actuators free, and the first ones with actuators locked."""
     tracked = result.frequencies_hz
     for k in range(tracked.shape[1]):
         positive = np.where(tracked[:, k] > 0, tracked[:, k], np.nan)

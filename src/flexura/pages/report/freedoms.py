@@ -24,7 +24,7 @@ def freedoms(subject: Subject) -> Content:
         text = "No rigid body is there to be a platform; `flexura kinetostatics FILE --platform NODE` takes a node."
         return Content([Paragraph(text, "soft")], "absent")
     if subject.plan.is_posed:
-        text = f"Freedoms of {subject.platform} are worked out at rest alone, and this report is about a pose."
+        text = f"Freedoms of {subject.platform} are of the undeformed mechanism alone; this report is about a pose."
         return Content([Paragraph(text, "soft")], "absent")
     try:
         found = subject.kinetostatics

@@ -42,7 +42,7 @@ def over_the_stroke(subject: Subject) -> Content:
     table = _table(found, command)
     blocks: list[Block] = [
         Paragraph(
-            "Large displacements and rotations; frequencies with the drives free under the forces that hold the pose."
+            "Large displacements and rotations; frequencies with actuators free under the forces that hold the pose."
         ),
         ChartFigure(_chart(found), table),
     ]
@@ -55,7 +55,7 @@ def over_the_stroke(subject: Subject) -> Content:
         facts.append(Fact("least factor to yield over the stroke", _factor(least)))
     lowest = min((pose.frequency_hz[0] for pose in found.poses if pose.frequency_hz), default=None)
     if lowest is not None:
-        told = f"{lowest:.5g} Hz" if lowest >= 0 else "none: not stable at every pose"
+        told = f"{lowest:.5g} Hz" if lowest >= 0 else "none: unstable at every pose"
         facts.append(Fact("lowest frequency over the stroke", told))
     # a scene is of one pose: about another one the stroke stands in its curves alone
     shown = () if subject.plan.is_posed else (found,)
@@ -138,7 +138,7 @@ def _table(found: Stroke, command: str) -> Table:
             "frequencies",
             "proven, none missed, at every pose" if proven else "not proven at every pose: see the warnings",
         ),
-        ("poses", f"{len(found.poses)}, each an equilibrium that a way of equilibria leads to from rest"),
+        ("poses", f"{len(found.poses)}, each reached by a path of equilibria from the undeformed configuration"),
         *(("note", note) for note in found.notes),
     ]
     return Table(headings, rows, range(len(headings)), "poses", Evidence(command, lines, essential=True))

@@ -31,7 +31,7 @@ def understood(subject: Subject) -> Content:
         blocks.append(Paragraph(" ".join(subject.mechanism.description.split())))
     if subject.plan.is_posed:
         blocks.append(
-            Paragraph("This section is about the mechanism at rest; all others are about its pose.", "warning")
+            Paragraph("This section is about the undeformed mechanism; all others are about its pose.", "warning")
         )
     blocks.append(replace(_overview(found), evidence=evidence))
     blocks.append(_parts(found, command))

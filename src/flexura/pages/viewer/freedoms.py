@@ -45,7 +45,7 @@ def drift_motions(drawing: Drawing, result: Drift) -> Iterator[ShownMotion]:
         title=f"drift of the axis: {shown(result.distance, 'm')}, {shown(result.tilt, 'rad')}",
         **still(drawing),
         colours=(DISPLACEMENT,),
-        axes=(shown_axis(result.rest, "at rest"), shown_axis(result.displaced, "displaced")),
+        axes=(shown_axis(result.rest, "undeformed"), shown_axis(result.displaced, "displaced")),
         facts=tuple(facts),
     )
 

@@ -174,7 +174,7 @@ def _buckling(drawing: Drawing, result: Preload, forces: Mapping[str, str]) -> I
             subtitle="this shape, in any size and either way" if not k else "if held against those before",
             flag="loaded beyond" if factor <= 1 else "",
             colours=(DISPLACEMENT,),
-            facts=(("buckling", told), ("shape", "linear, about the state at rest")),
+            facts=(("buckling", told), ("shape", "linear, about the undeformed configuration")),
             by_part=(by_part(drawing, "axial force", MEMBERS, forces),),
         )
 

@@ -322,7 +322,9 @@ def _check(model: object, n: object) -> None:
     if not isinstance(model, Mechanism):
         raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
     if model.at:
-        raise OptionError("verification: at rest alone, not at the pose that is described; take `at` out for it")
+        raise OptionError(
+            "verification: of the undeformed mechanism alone, not at the pose that is described; take `at` out for it"
+        )
 
 
 def _limit(model: FullOrderModel, meshes: list[SolidModes], n: int) -> tuple[Array, Array | None, list[Array]]:

@@ -233,7 +233,7 @@ class Exact:
         single, pose = OneDesign(self.plan, self.parameters, self.asked), self.asked[places[0]].pose
         state = at_pose(self._design, dict(pose))
         if not state.is_stable:
-            raise SolverError(f"at {pose_text(pose)} it is not stable")
+            raise SolverError(f"at {pose_text(pose)} it is unstable")
         numbers = dict[int, int]()
         for k in places:
             own = self.asked[k]

@@ -161,7 +161,7 @@ class AtPose:
     def _posed(self) -> PosedDesign:
         found = reached(Design.of(self.plan, self.parameters))
         if not is_definite(found.pose.matrices(held=True)[0]):
-            raise SolverError(f"at {self.words} it is not stable")
+            raise SolverError(f"at {self.words} it is unstable")
         return found
 
     @property
@@ -244,7 +244,7 @@ class AtPose:
     def _modes(self, count: int) -> Any:
         pairs = self._pose.modes(count)
         if len(pairs.values) and pairs.values[0] < 0:
-            raise SolverError(f"at {self.words} it is not stable under the forces that hold it")
+            raise SolverError(f"at {self.words} it is unstable under the forces that hold it")
         return pairs
 
     def moved(self, of: Freedom, count: int) -> tuple[Array, Array, float]:
