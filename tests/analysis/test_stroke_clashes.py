@@ -77,4 +77,4 @@ def test_parts_that_are_joined_or_pass_beside_do_not_meet(file, move):
 
 def test_what_is_left_out_is_noted():
     found = fx.stroke(fx.load(EXAMPLES / "guide" / "guide.yaml"), move={"carriage.x": 1e-3}, n=1)
-    assert found.notes[0] == "left out: contact, plasticity, distortion of sections"
+    assert found.notes[0] == "not modelled: contact, plasticity, distortion of sections"

@@ -1,5 +1,5 @@
-"""What is asked of a model: modes with evidence, statics, frequency and time response, and a check of what was
-understood."""
+"""What is asked of a model: modes with evidence, statics, frequency and time response, and a check of the
+description."""
 
 from flexura.lazy import face
 

@@ -1,4 +1,4 @@
-"""What was understood of a mechanism, and every doubt about it."""
+"""The model summary of a mechanism, and every warning about it."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ MOST_NAMED = 4
 
 @dataclass(frozen=True, repr=False)
 class CheckReport(Result):
-    """What `check` understood: orders of both models, substructures, masses, what is held, which members are corrected
-    beyond beam theory, actuators, sensors, damping, loads, what is proven about free motions, and all doubts."""
+    """The model summary: orders of both models, substructures, masses, what is held, which members are corrected
+    beyond beam theory, actuators, sensors, damping, loads, what is proven about free motions, and all warnings."""
 
     _shown = ("name", "full_order", "low_order", "doubts", "clashes")
 
@@ -90,10 +90,10 @@ class CheckReport(Result):
     """An interval that is proven to hold the lowest frequency that is not one of a rigid motion; None where there is
     none, or none is proven."""
     doubts: tuple[Doubt, ...]
-    """What may not be meant, and what is taken for granted that moves one of the six lowest frequencies by 1 % or
+    """What may not be meant, and assumptions that move one of the six lowest frequencies by 1 % or
     more, worst first."""
     minor: tuple[Doubt, ...]
-    """What is taken for granted that moves them by less."""
+    """Assumptions that move them by less."""
     studies: dict[str, str]
     """Studies of many designs by name, in words."""
     clashes: tuple[Clash, ...] = ()
@@ -139,7 +139,7 @@ class CheckReport(Result):
 
 @verb
 def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> CheckReport:
-    """Report what was understood of a mechanism and every doubt about it.
+    """The model summary of a mechanism, and every warning about it.
 
     Raises ModelError when the description cannot be used at all.
     """

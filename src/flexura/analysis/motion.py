@@ -236,7 +236,7 @@ def _what_moves(
         return bodies
     if moving:
         return f"{named}; {bodies}"
-    return f"bodies still; {named}" if any(own.is_body for own in rigid) else named
+    return f"local mode (bodies at rest): {named}" if any(own.is_body for own in rigid) else named
 
 
 def _clusters(model: FullOrderModel, rigid: list[_Rigid], k: int) -> list[BodyMotion]:

@@ -53,7 +53,7 @@ Array = NDArray[np.float64]
 STEPS, MODES = 21, 6
 """Poses of a stroke, and modes at each, where nothing else is asked for."""
 
-LEFT_OUT = "left out: contact, plasticity, distortion of sections"
+LEFT_OUT = "not modelled: contact, plasticity, distortion of sections"
 
 FLUTTER = "follower loads: stability and frequencies are of the symmetric part of the stiffness, flutter is not seen"
 

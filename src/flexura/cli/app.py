@@ -38,7 +38,7 @@ COMMANDS = {
         "Natural frequencies and mode shapes, low-order and full-order side by side, with evidence.",
     ),
     "check": _Command(
-        "description", "check_command", "What was understood of a mechanism file, and every doubt about it."
+        "description", "check_command", "Summary of the model in a mechanism file, and every warning about it."
     ),
     "buckling": _Command(
         "modes",
@@ -111,7 +111,7 @@ COMMANDS = {
     "calibrate": _Command(
         "calibration",
         "calibrate_command",
-        "Find parameters with which the mechanism meets a measurement, and how far they can be trusted.",
+        "Parameters with which the mechanism meets a measurement, and their uncertainties.",
     ),
     "optimize": _Command(
         "optimize",
@@ -136,7 +136,7 @@ COMMANDS = {
     "identify": _Command(
         "identification",
         "identify_command",
-        "Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted.",
+        "Modes of a test: frequencies, damping, complexity of shapes, and the confidence in each.",
     ),
     "report": _Command(
         "report",

@@ -78,7 +78,7 @@ def calibrate_command(
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Find parameters with which the mechanism meets a measurement, and how far they can be trusted."""
+    """Parameters with which the mechanism meets a measurement, and their uncertainties."""
     from flexura.modelfile import refuse_base
     from flexura.testing.updating import calibrate, save_calibrated
 

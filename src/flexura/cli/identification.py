@@ -48,7 +48,7 @@ def identify_command(
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
-    """Modes of a test: frequencies, damping, complexity of shapes, and how far each can be trusted."""
+    """Modes of a test: frequencies, damping, complexity of shapes, and the confidence in each."""
     from flexura.io import read_measurement
     from flexura.testing.identification import identify
 

@@ -140,10 +140,17 @@ def _spreads(result: Tolerance) -> Table:
     table.add_row("standard deviation", *(quantity(own.deviation, own.unit, 3) for own in result.quantities))
     for k, share in enumerate(result.shares):
         cells = [_with_interval(own.percentiles[k], own.unit) for own in result.quantities]
-        table.add_row(f"{100 * share:g} % lie below", *cells)
+        table.add_row(f"{_ordinal(100 * share)} percentile", *cells)
     table.add_row("worst case, low", *(_end(own.worst_low, own.unit, "less") for own in result.quantities))
     table.add_row("worst case, high", *(_end(own.worst_high, own.unit, "more") for own in result.quantities))
     return table
+
+
+def _ordinal(number: float) -> str:
+    """A number with its ending: 1st, 2.5th, 11th."""
+    text = f"{number:g}"
+    plain = "." in text or text.endswith(("11", "12", "13"))
+    return text + ("th" if plain else {"1": "st", "2": "nd", "3": "rd"}.get(text[-1], "th"))
 
 
 def _end(own: Extreme, unit: str, further: str) -> str:

@@ -26,7 +26,7 @@ def against_the_solid(subject: Subject) -> Content:
     command = subject.commands("verify", options, f"n={subject.n}", posed=False)
     if not subject.solid:
         text = (
-            "How far beams can be trusted on this mechanism is not in this report: solid finite elements take seconds"
+            "The validity of beams on this mechanism is not in this report: solid finite elements take seconds"
             " to minutes. --solid puts them in; alone they are:"
         )
         blocks = [Paragraph(text, "soft"), Evidence(command, summary="command")]

@@ -37,7 +37,7 @@ from flexura.structure import one_design, plan_of
 from flexura.tables import Facts as ShownFacts
 
 MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
-    "understood": ("What was understood", understood),
+    "understood": ("Model summary", understood),
     "modes": ("Natural modes", certified_modes),
     "freedoms": ("Freedoms and stiffness", freedoms),
     "statics": ("Static response to what is described", static_response),
@@ -94,7 +94,7 @@ def report(
 ) -> Report:
     """Everything that is known of a mechanism as one HTML page that needs no network.
 
-    What was understood, `n` certified modes, freedoms, statics, the described stroke, frequency responses, stress,
+    The model summary, `n` certified modes, freedoms, statics, the described stroke, frequency responses, stress,
     buckling, the described studies that are small and the described test, each where it applies; finite elements with
     `solid`, which take longer. Every number unfolds to its evidence and to the command that makes it again. A section
     that fails says why, and the others go on.

@@ -1,4 +1,4 @@
-"""What was understood of a mechanism: sizes, masses, what is held and driven, and every doubt."""
+"""The model summary: sizes, masses, what is held and driven, and every doubt."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _overview(found: CheckReport) -> Table:
         rows.append(["gravity", f"{_vector(found.gravity)} m/s^2"])
     if found.is_preloaded:
         rows.append(["preloaded", "stiffness, and all that follows from it, is about the state under these loads"])
-    return Table(["what", "as understood"], rows)
+    return Table(["what", "in the model"], rows)
 
 
 def _wrench(own: Iterable[float]) -> str:

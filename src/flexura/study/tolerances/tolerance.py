@@ -65,7 +65,7 @@ def tolerance(
 
     `vary` has a tolerance for each parameter, such as `± 0.02 mm`, about its value; every copy of a part has its own,
     unless `each` is false or names others. What is not given comes from the tolerance study of the file, of those the
-    one that `study` names. 4096 samples are independently scrambled Sobol' nets, run as the designs of `sweep`;
+    one that `study` names. 4096 samples are independently scrambled Sobol' replicates, run as the designs of `sweep`;
     `indices` take more designs beside them (theory eqs. U1-U12). Raises ModelError, OptionError and SolverError.
     """
     shares = _shares(percentiles, confidence)
@@ -219,12 +219,12 @@ def _notes(own: Sizes, nets: ScrambledNets, spreads: Sequence[QuantitySpread]) -
             listed = ", ".join(own.sizes[k].name for k in group[:LISTED])
             yield f"{name}: {counted(len(group), 'size')}, {listed}" + (" and so on" if len(group) > LISTED else "")
     yield (
-        f"{nets.samples} samples in {nets.scramblings} nets scrambled independently; intervals by Student's t over the "
-        f"nets where each has {FEWEST} samples beyond"
+        f"{nets.samples} samples in {nets.scramblings} scrambled Sobol' replicates; intervals by Student's t over the "
+        f"replicates where each has {FEWEST} samples beyond"
     )
     for spread in spreads:
         if spread.no_slope:
-            yield f"{spread.text}: {spread.no_slope.removeprefix(f'{spread.text}: ')}; no share of each size is told"
+            yield f"{spread.text}: {spread.no_slope.removeprefix(f'{spread.text}: ')}; no share of each size is known"
         elif abs(spread.linear_deviation - spread.deviation) > FAR * max(spread.deviation, spread.linear_deviation):
             yield (
                 f"{spread.text}: its standard deviation is {spread.deviation:.3g} {spread.unit}, by slopes alone "

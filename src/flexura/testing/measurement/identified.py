@@ -19,7 +19,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class ModeEvidence:
-    """How far one identified mode can be trusted.
+    """The confidence in one identified mode.
 
     `confidence` is between 0 and 1 (theory eq. I14). `frequency_scatter` and `damping_scatter` are relative standard
     deviations over the model orders (and setups) in which the pole was found. `modal_phase_collinearity` (MPC) is one

@@ -73,7 +73,7 @@ class CalibratedMode:
 
 @dataclass(frozen=True, repr=False)
 class Calibration(Tabular):
-    """The outcome of a calibration: the `mechanism` with its new values, and how far these can be trusted.
+    """The outcome of a calibration: the `mechanism` with its new values, and their uncertainties.
 
     `also` are the other mechanisms that were calibrated with it. `directions` are combinations of parameters, best
     known first; `correlation` (P, P) is that of the posterior. `chi_square` of `residuals` data says whether the model
