@@ -86,7 +86,7 @@ driven
 
 """
 
-DOUBTED = "\nWhat ``flexura check`` has in doubt: :doc:`what to do with each doubt </how-to/doubts>`.\n"
+DOUBTED = "\nWhat ``flexura check`` warns about: :doc:`what to do with each warning </how-to/doubts>`.\n"
 
 REPORT = "\n`Its report <{name}.report.html>`_: modes and strokes that move, with the evidence of every number.\n"
 

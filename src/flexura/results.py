@@ -56,12 +56,12 @@ class Displayed:
         yield from ()
 
 
-def _warned(what: str, texts: Sequence[str]) -> Iterator[str]:
+def _warned(texts: Sequence[str]) -> Iterator[str]:
     """What must not be overlooked, the first few of it."""
     for text in texts[:WARNINGS]:
-        yield f'<p style="{_BAR}"><strong>{what}:</strong> {escape(text)}</p>'
+        yield f'<p style="{_BAR}"><strong>warning:</strong> {escape(text)}</p>'
     if len(texts) > WARNINGS:
-        yield f"<p>and {len(texts) - WARNINGS} more {what}s</p>"
+        yield f"<p>and {len(texts) - WARNINGS} more warnings</p>"
 
 
 def _folded(notes: Sequence[str]) -> Iterator[str]:
@@ -81,9 +81,6 @@ class Result(Record, Displayed):
     _told: ClassVar[tuple[str, ...]] = ()
     """Attributes that `to_dict` gives, by default the fields of the dataclass."""
 
-    _warns_of: ClassVar[str] = "warning"
-    """What a warning of it is called."""
-
     def raise_warnings(self: R) -> R:
         """The result itself. Raises LimitError when it has warnings."""
         if self.warnings:
@@ -99,7 +96,7 @@ class Result(Record, Displayed):
         return {name: getattr(self, name) for name in self._told or _names(self)}
 
     def _remarks(self) -> Iterator[str]:
-        yield from _warned(self._warns_of, self._warned())
+        yield from _warned(self._warned())
         yield from _folded(self.notes)
 
     def _warned(self) -> list[str]:

@@ -223,7 +223,7 @@ def test_html_says_what_it_leaves_out() -> None:
     designs = Page(OTHERS_SHOWN["many designs"]()._repr_html_())
     assert f"and {200 - ROWS} more designs" in designs.text
     doubts = fx.check(fx.load(EXAMPLES / "rpr" / "rpr.yaml")).doubts
-    assert f"and {len(doubts) - 5} more doubts" in Page(OTHERS_SHOWN["check with doubts"]()._repr_html_()).text
+    assert f"and {len(doubts) - 5} more warnings" in Page(OTHERS_SHOWN["check with doubts"]()._repr_html_()).text
 
 
 def cells(result: Any, heading: str) -> list[str]:

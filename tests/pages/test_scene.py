@@ -290,7 +290,7 @@ def test_doubts_stand_at_their_places():
     scene = scene_of(mechanism, report)
     low, high = (np.array(corner) for corner in scene.bounds)
     margin = 0.1 * scene.size
-    assert len(scene.marks) + sum(note.startswith("doubt") for note in scene.notes) >= len(report.clashes)
+    assert len(scene.marks) + sum(note.startswith("warning: ") for note in scene.notes) >= len(report.clashes)
     assert scene.marks
     for mark in scene.marks:
         assert (
@@ -298,7 +298,7 @@ def test_doubts_stand_at_their_places():
         )
     doubted = {part.name for part in scene.parts if part.kind.startswith("doubted")}
     assert doubted
-    told = {part.name: [value for name, value in part.facts if name == "doubt"] for part in scene.parts}
+    told = {part.name: [value for name, value in part.facts if name == "warning"] for part in scene.parts}
     for mark in scene.marks:
         assert mark.text.partition(": ")[2] in " ".join(told[mark.part])
         first, said = re.split(r", | and |: ", mark.text)[0], mark.label.partition(": ")[2].rstrip("…")

@@ -97,20 +97,18 @@ class CheckReport(Result):
     studies: dict[str, str]
     """Studies of many designs by name, in words."""
     clashes: tuple[Clash, ...] = ()
-    """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a doubt as well."""
-
-    _warns_of = "doubt"
+    """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a warning as well."""
 
     @property
     def warnings(self) -> tuple[Doubt, ...]:
-        """The doubts."""
+        """Estimates, and what may not be meant, the worst first; the same as `doubts`."""
         return self.doubts
 
     def _warned(self) -> list[str]:
         return [str(doubt) for doubt in self.doubts]
 
     def _title(self) -> str:
-        return counted(len(self.doubts), "doubt")
+        return counted(len(self.doubts), "warning")
 
     def _view(self) -> Iterator[Facts | Table]:
         centre = ", ".join(number(1e3 * round(c, 9)) for c in self.mass.centre)

@@ -1,4 +1,4 @@
-"""Pictures of what `check` doubts: the parts in colour, and where they clash."""
+"""Pictures of what `check` warns about: the parts in colour, and where they clash."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from flexura.analysis import CheckReport
 from flexura.arguments import verb
 from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
+from flexura.tables import counted
 from flexura.view.annotations import heading, legend
 from flexura.view.axes import frame
 from flexura.view.camera import View
@@ -42,17 +43,17 @@ class _Label(NamedTuple):
 def draw_doubts(
     model: FullOrderModel, report: CheckReport, *, elev: float | None = None, azim: float | None = None
 ) -> Figure:
-    """Draw a mechanism with the parts that a check of it doubts in red, and a few words where they clash.
+    """Draw a mechanism with the parts that a check of it warns about in red, and a few words where they clash.
 
-    Bodies in doubt are see-through. The first six doubts that have a place are labelled; what is doubted stands under
-    the title. elev, azim and errors as in `draw_mechanism`.
+    Bodies with warnings are see-through. The first six warnings that have a place are labelled; their texts stand
+    under the title. elev, azim and errors as in `draw_mechanism`.
     """
     names, labels, told = _marked(report, *solids_of(model))
     parts = solids(model, doubted=names)
     camera = camera_for(parts, elev, azim)
     figure = new_figure(SIZE)
     count = len(report.doubts)
-    subtitle = f"{count} doubt{'s' if count != 1 else ''}" if count else "no doubts"
+    subtitle = counted(count, "warning") if count else "no warnings"
     top = heading(figure, report.name, subtitle, told)
     view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, min(0.725, top - 0.195)))
     axes, depth = paint(figure, rest_painting(parts, view, bool(labels)))

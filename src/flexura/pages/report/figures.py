@@ -26,15 +26,15 @@ MODES = 6
 
 
 def doubts_figure(subject: Subject, check: CheckReport) -> list[Block]:
-    """The mechanism at rest with marks where its doubts are; nothing without doubts."""
+    """The undeformed mechanism with marks where its warnings are; nothing without any."""
     if not check.doubts:
         return []
     model = assemble(subject.plan.at_rest(), subject.parameters)
     try:
         scene, picture = scene_of(model, check), png_of(draw_doubts(model, check))
     except FlexuraError as error:
-        return [Paragraph(f"The doubts cannot be shown in three dimensions: {error}", "bad")]
-    return [ViewerFigure("doubts", to_json(scene), picture, f"{scene.name}, with its doubts where they are")]
+        return [Paragraph(f"The warnings cannot be shown in three dimensions: {error}", "bad")]
+    return [ViewerFigure("doubts", to_json(scene), picture, f"{scene.name}, with its warnings where they are")]
 
 
 def scene_content(subject: Subject, shown: Sequence[Shown]) -> Content:

@@ -1,4 +1,4 @@
-"""The model summary: sizes, masses, what is held and driven, and every doubt."""
+"""The model summary: sizes, masses, what is held and driven, and every warning."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ def understood(subject: Subject) -> Content:
         count = len(found.doubts)
         blocks.append(
             Paragraph(
-                f"{count} doubt{'s' if count > 1 else ''}: what may not be meant, or what no theory in use covers"
+                f"{count} warning{'s' if count > 1 else ''}: what may not be meant, or what no theory in use covers"
             )
         )
         blocks += [Bullets(grouped(found.doubts), "warning"), *doubts_figure(subject, found)]
     else:
-        blocks.append(Paragraph("No doubts.", "good"))
+        blocks.append(Paragraph("No warnings.", "good"))
     if found.minor:
         heading = f"{counted(len(found.minor), 'assumption')} that move no frequency by 1 %"
         every = Evidence(subject.commands("check", ["--all"], posed=False))
         blocks.append(Folded(heading, [Bullets(grouped(found.minor), "soft"), every]))
-    facts = [Fact("mass", f"{found.mass.mass:.6g} kg"), Fact("doubts", str(len(found.doubts)))]
+    facts = [Fact("mass", f"{found.mass.mass:.6g} kg"), Fact("warnings", str(len(found.doubts)))]
     return Content(blocks, facts=facts, warnings=found.doubts)
 
 

@@ -61,7 +61,7 @@ def doubts_of(drawing: Drawing, report: CheckReport) -> Doubts:
             label = _label(f"{(doubt.places or (doubt.place,))[0]}{more}: {doubt.text}")
             found.marks.append(PlacedMark(triple(np.asarray(at)), str(doubt), label, "doubt", name))
         else:
-            found.whole.append(f"doubt: {doubt}")
+            found.whole.append(f"warning: {doubt}")
         for name, _ in own:
             by_part.setdefault(name, []).append(doubt.text)
     return found._replace(by_part=by_part)

@@ -52,8 +52,8 @@ GROUPS: dict[Kind, str] = {
     Kind.NODE: "nodes",
     Kind.CENTRE: "nodes",
     Kind.PIEZO: "actuators",
-    Kind.DOUBTED: "in doubt",
-    Kind.DOUBTED_BODY: "in doubt",
+    Kind.DOUBTED: "with warnings",
+    Kind.DOUBTED_BODY: "with warnings",
     Kind.ACTUATOR: "actuators",
     Kind.SENSOR: "sensors",
     Kind.DASHPOT: "dashpots",
@@ -198,7 +198,7 @@ def _parts(drawing: Drawing, doubts: Mapping[str, Sequence[str]]) -> tuple[Shown
 
     def doubted(name: str, kind: Kind) -> tuple[Fact, ...]:
         own = () if kind in (Kind.ARM, Kind.CENTRE) else doubts.get(name, ())
-        return tuple(("doubt", text) for text in own)
+        return tuple(("warning", text) for text in own)
 
     ranges = zip(*(_ranges(own) for own in (drawing.triangles, drawing.lines, drawing.dots)), strict=True)
     return tuple(

@@ -81,7 +81,7 @@ def figure(key: str, scene: Scene, motion: str = "") -> str:
     told = "".join(f"<li>{escape(note)}</li>" for note in scene.notes)
     notes = f"<ul>{told}</ul>" if told else ""
     marks = "".join(f"<li>{escape(mark.text)}</li>" for mark in scene.marks)
-    doubts = f"<p>in doubt:</p><ul>{marks}</ul>" if marks else ""
+    doubts = f"<p>warnings:</p><ul>{marks}</ul>" if marks else ""
     return (
         f'<figure data-viewer="{escape(key)}"{first}>{image}<div>{_table(scene.motions)}{doubts}{notes}</div></figure>'
     )
