@@ -240,3 +240,22 @@ def test_members_without_evidence_have_no_model_error() -> None:
     assert found.model_error == (None, None, None)
     assert "constants" in found.to_dict()["modes"][0]["model_error_reason"]
     assert any(doubt.kind == "evidence" for doubt in fx.check(mechanism).doubts)
+
+
+def test_resonances_have_the_model_error_of_their_modes() -> None:
+    """In a band that leaves out the first mode, at low and full order; a time response notes those below a tenth
+    of its sampling rate."""
+    guide = fx.loads(MONOLITHS["leaf guide"][0])
+    own = fx.modes(guide)
+    given = {"band": (2000.0, 5000.0), "inputs": ["table.ty"], "outputs": ["table.ty"], "points": 2}
+    for order in ("low", "full"):
+        found = fx.frequency_response(guide, order=order, damping=0.01, **given)
+        numbers = [int(np.abs(own.frequency_hz - hz).argmin()) for hz in found.resonances_hz]
+        assert numbers and 0 not in numbers and len(set(numbers)) == len(numbers)
+        for number, error in zip(numbers, found.model_error, strict=True):
+            assert error == pytest.approx(own.model_error[number], rel=1e-6)
+        assert found.to_dict()["model_error"][0] == list(found.model_error[0] or ())
+    time = fx.time_response(guide, inputs={"table.ty": np.ones(20)}, dt=2e-5, damping=0.01)
+    (note,) = time.model_error_notes
+    assert note.count("Hz") == np.count_nonzero(own.frequency_hz < 5000)
+    assert f"{own.frequency_hz[0]:.5g} Hz {own.model_errors.texts[0]}" in note

@@ -11,6 +11,8 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis.assumptions import Interval
+from flexura.analysis.model_error import model_errors_near
 from flexura.analysis.motion import motions
 from flexura.analysis.response_meshes import response_meshes
 from flexura.arguments import verb
@@ -133,6 +135,18 @@ class FrequencyResponse(Tabular):
         full = self.modes.system.full_order
         return tuple(motion.summary for motion in motions(full, full.node_displacements(u)))
 
+    @cached_property
+    def _model_errors(self) -> list[tuple[Interval | None, str]]:
+        if self.modes is None:
+            return [(None, "poles alone are known")] * len(self.resonances_hz)
+        return model_errors_near(self.modes.system.full_order, self.resonances_hz)
+
+    @property
+    def model_error(self) -> tuple[Interval | None, ...]:
+        """Of the resonances (k,), where those of the part lie: between 1 + low and 1 + high times their frequencies;
+        None where there is no evidence. Worked out when first asked for."""
+        return tuple(own for own, _ in self._model_errors)
+
     def _title(self) -> str:
         hz = self.frequency_hz
         return f"order {self.order}, {counted(len(hz), 'frequency')} from {hz[0]:.5g} to {hz[-1]:.5g} Hz"
@@ -166,6 +180,8 @@ class FrequencyResponse(Tabular):
             "outputs": self.outputs,
             "resonances_hz": self.resonances_hz,
             "damping_ratios": self.ratios,
+            "model_error": self.model_error,
+            "model_error_reason": [reason for _, reason in self._model_errors],
             "order": self.order,
         }
 

@@ -18,6 +18,7 @@ from scipy.optimize import linear_sum_assignment
 from flexura.analysis.assumptions import Assumption, Assumptions, Interval
 from flexura.analysis.elastic_bodies import Wrenches
 from flexura.analysis.internal_forces import force_changes
+from flexura.linalg import count_below
 from flexura.reduction import chained, lowest_pairs
 from flexura.structure import FullOrderModel
 
@@ -40,6 +41,9 @@ MORE = 8
 
 MOST = 30_000
 """Coordinates up to which model errors of modes are worked out."""
+
+FEWEST, MOST_MODES, NEAR = 6, 60, 0.03
+"""Modes that are looked at for resonances at least and at most, and how near, relative, one of them is."""
 
 MOST_CAUSES = 3
 """Assumptions that are told of a number."""
@@ -145,6 +149,22 @@ def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Arr
         np.append(still, found.middle),
         {group: np.append(still, own) for group, own in found.spread.items()},
     ), np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi)
+
+
+def model_errors_near(full: FullOrderModel, hz: Array) -> list[tuple[Interval | None, str]]:
+    """The model error of the mode whose frequency is nearest to each of some (k,), Hz, or why there is none."""
+    if not len(hz):
+        return []
+    within = count_below(full.K, full.M, (2 * np.pi * (1 + NEAR) * hz.max()) ** 2)
+    errors, own = model_errors_of_modes(full, min(max(within, FEWEST), MOST_MODES, full.order))
+    found: list[tuple[Interval | None, str]] = []
+    for f in hz.tolist():
+        k = int(np.abs(own - f).argmin())
+        is_mode = k < len(errors.reason) and not abs(own[k] - f) > NEAR * f
+        found.append(
+            (errors.intervals[k], errors.reason[k]) if is_mode else (None, "no mode that is looked at is near")
+        )
+    return found
 
 
 def frequency_errors(

@@ -15,6 +15,7 @@ from flexura.analysis.frequency_response import proven
 from flexura.analysis.integration import generalised_alpha
 from flexura.analysis.large_time_response import Asked, large_time_response
 from flexura.analysis.left_out import LeftOut, left_out, references
+from flexura.analysis.model_error import interval_text, model_errors_near
 from flexura.analysis.peaks import Run, integrated_warnings
 from flexura.analysis.recurrences import Hold
 from flexura.analysis.recurrences import motion as modal_motion
@@ -38,6 +39,9 @@ PER_PERIOD = 10
 
 LACKING = 1e-6
 """Share of a static correction that is left when residual modes carry it."""
+
+NOTED = 6
+"""Lowest modes whose model errors are told."""
 
 STATES = 50_000_000
 """Most values of modal coordinates that are kept."""
@@ -94,6 +98,18 @@ class TimeResponse(Tabular):
         dynamic, peak = np.abs(self.response - own).max(axis=1), np.abs(self.response).max(axis=1)
         return left_out(plain, dynamic, peak, self.signals, dt, run.hold, run.impulses, run.start)
 
+    @cached_property
+    def model_error_notes(self) -> tuple[str, ...]:
+        """How far the part may be from the lowest modes below 1/(10 dt), in one note; none without modes. Worked out
+        when first asked for."""
+        if self.run is None:
+            return ()
+        own = self.run.plain
+        hz = own.frequency_hz[(own.frequency_hz > 0) & (PER_PERIOD * own.frequency_hz * self.time[1] < 1)][:NOTED]
+        errors = model_errors_near(own.system.full_order, hz)
+        told = [f"{f:.5g} Hz {interval_text(error)}" for f, (error, _) in zip(hz.tolist(), errors, strict=True)]
+        return (f"model error of modes: {', '.join(told)}",) if told else ()
+
     def displacements(self, at: int | Sequence[int]) -> Array:
         """DOF vectors (n, k) of the full-order model at samples `at`, for shapes and stresses.
 
@@ -133,6 +149,7 @@ class TimeResponse(Tabular):
             "outputs": {str(c): y for c, y in zip(self.outputs, self.response, strict=True)},
             "inputs": {str(c): u for c, u in zip(self.inputs, self.signals, strict=True)},
             "neglected": self.neglected,
+            "model_error_notes": self.model_error_notes,
         }
 
     def _columns(self) -> dict[str, Any]:

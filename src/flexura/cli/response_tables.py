@@ -138,9 +138,10 @@ def print_frequency_response(result: FrequencyResponse, written: list[Path]) -> 
     title = f"{result.name}: {p} x {m} responses at {counted(len(hz), 'frequency')}, {hz[0]:.5g} to {hz[-1]:.5g} Hz"
     console.print(title, style="bold", markup=False)
     if len(result.resonances_hz):
-        table = _table("resonance", "Hz", "damping ratio")
-        for k, (f, zeta) in enumerate(zip(result.resonances_hz, result.ratios, strict=True)):
-            table.add_row(str(k + 1), f"{f:.5g}", f"{zeta:.4g}")
+        table = _table("resonance", "Hz", "model error", "damping ratio")
+        own = zip(result.resonances_hz, result.model_error, result.ratios, strict=True)
+        for k, (f, error, zeta) in enumerate(own):
+            table.add_row(str(k + 1), f"{f:.5g}", interval_text(error), f"{zeta:.4g}")
         console.print(table)
     table = _table("output / input", f"at {hz[0]:.5g} Hz", "largest", "at Hz", "unit")
     size = np.abs(result.response)
@@ -170,7 +171,7 @@ def print_time_response(result: TimeResponse, written: list[Path]) -> None:
         table.add_row(escape(str(channel)), *(f"{x:.5g}" for x in row))
     console.print(table)
     lost = () if result.neglected is None else (result.neglected.text,)
-    _end(console, (*result.notes, *lost), result.warnings, written)
+    _end(console, (*result.notes, *lost, *result.model_error_notes), result.warnings, written)
 
 
 def _end(console: Console, notes: tuple[str, ...], warnings: tuple[Exceeded, ...], written: list[Path]) -> None:
