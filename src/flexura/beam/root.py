@@ -126,12 +126,12 @@ def root_flexibility(
     width = _between(b / t, WIDTHS[0] / MARGIN, WIDTHS[1] * MARGIN)
     nu = _between(nu, RATIOS[0] / MARGIN, RATIOS[1] * MARGIN)
     above, below = (_between(beyond / t, FLUSH, FAR - 0.5) for beyond in (up, down))
-    entries = _entries(nu, width, above, below)
     if np.any(plain(wider) > 0):
         room = np.where(plain(wider) > 0, wider, 0.0) / t
         room = np.where(plain(room) < FAR, room, FAR)
-        share = room * (1 + NEAR_SIDE / FAR) / (room + NEAR_SIDE)
-        entries = _beside_wide(entries, share, nu, width, above, below)
+        entries = _beside(room * (1 + NEAR_SIDE / FAR) / (room + NEAR_SIDE), nu, width, above, below)
+    else:
+        entries = _entries(nu, width, above, below)
     if fillets is not None:
         _fillet(entries, *(radius / t for radius in fillets))
     _warp(entries, 1.0 / _twisted(entries, width, _warping(nu, b, L)))
@@ -152,26 +152,25 @@ def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
     return entries
 
 
-def _beside_wide(entries: list[Real], share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
-    """Flexibilities without units of a leaf on a wider block, from those on one as wide: a share of the former."""
+def _beside(share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
+    """Flexibilities without units of a leaf on a wider block, from 0, as wide as the leaf, to 1, wide."""
     far = np.where(plain(width) > CUBE, width, CUBE)
-    up, down = (np.where(plain(beyond) > plain(far), far, beyond) for beyond in (up, down))
+    up, down = (np.where(plain(beyond) > plain(far), beyond + share * (far - beyond), beyond) for beyond in (up, down))
+    entries = _entries(nu, width, up, down)
     cube = ((up + down) / CUBE) ** 3
-    away = cube * 1.03125 / (cube + 0.25)  # half of it where both faces are some 0.6 thicknesses away
-    own = _entries(nu, width, up, down)
-    scale: list[Real] = [0.0] * 12
+    away = share * cube * 1.03125 / (cube + 0.25)  # half of it where both faces are some 0.6 thicknesses away
     at, points = np.log(width), np.log(_WIDE_AT)
-    for place, ratios in _WIDE.items():
-        tent: Real = 0.0
-        for k, ratio in enumerate(ratios):
-            tent = tent + np.log(ratio) / 2 * _hat(at, points, k)
-        scale[place] = np.exp(away * tent)  # of displacements; twice that of flexibilities
-    plate = _hat(at, np.log([3.0, 8.0]), 1)
+    hats = [away * _hat(at, points, k) for k in range(len(points))]
+    scale = {
+        place: np.exp(sum(np.log(ratio) / 2 * hat for ratio, hat in zip(ratios, hats, strict=True)))
+        for place, ratios in _WIDE.items()
+    }  # of displacements; twice that of flexibilities
+    plate = 1.0 + share * (_hat(at, np.log([3.0, 8.0]), 1) - 1.0)
     for place, (first, second) in _COUPLED.items():
-        scale[place] = scale[first] * scale[second] * (plate if first == 2 else 1.0)
-    for place in _WIDE:
-        scale[place] = scale[place] * scale[place]
-    return [a + share * (b * s - a) for a, b, s in zip(entries, own, scale, strict=True)]
+        entries[place] = entries[place] * (scale[first] * scale[second] * (plate if first == 2 else 1.0))
+    for place, own in scale.items():
+        entries[place] = entries[place] * (own * own)
+    return entries
 
 
 def _hat(x: Real, points: FloatArray, k: int) -> Real:
