@@ -27,13 +27,16 @@ Interval = tuple[float, float]
 ROOT_DRAWN = (-0.2, 0.2)
 """How far off, relative, the flexibility of a root is whose block is drawn."""
 
+ROOT_TWIST = (-0.9, 0.3)
+"""The same of its twist, which a member that vibrates by itself warps less than a torque of one size does."""
+
 ROOT_NOT_DRAWN = (-1.0, 0.5)
 """The same of a block that is not: from a rigid one to an edge of it."""
 
 ROOT_LEFT_OUT = (0.0, 1.2)
 """Share of a root's flexibility that a model without it lacks."""
 
-BODY = (0.35, 1.2)
+BODY = (0.25, 1.2)
 """Share of the estimated flexibility of a body that it has."""
 
 AT_NOTCH = 3.5
@@ -41,6 +44,9 @@ AT_NOTCH = 3.5
 
 GROUND = (0.0, 1.2)
 """Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
+
+GOES_ON = 0.05
+"""How much more, relative, a member may give than between rigid faces where it goes on in a like section."""
 
 EVERYTHING = 1e30
 """Flexibility, J, of what is not known at all: beside it nothing else counts."""
@@ -50,6 +56,9 @@ DIRECTIONS = ("stretch", "twist", "thickness bending", "thickness bending", "wid
 
 
 WARPING, ROOT = CORRECTIONS.index("warping"), CORRECTIONS.index("root")
+
+QUICKER = 2.0
+"""Squared frequency of twisting vibrations of notches, at most, over that of the model."""
 
 UNEVEN = 1.3
 """Allowance for what the theory of thin strips leaves out of their twisting vibrations."""
@@ -172,11 +181,12 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
         errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
         pairs = zip(errors.least.tolist(), errors.most.tolist(), strict=True)
         uneven = None
-        if part.table.corrections.active[m, WARPING] and kind == "leaf":
+        if part.table.corrections.active[m, WARPING]:
             J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
-            uneven = 1 / _quicker(b[m], t[m], length, float(nu[m]), J) - 1, 0.0
-        if not part.table.corrections.active[m, ROOT]:  # what goes on in a like section is no rigid face
-            pairs = ((min(low, 0.0), max(high, 0.0)) for low, high in pairs)
+            quicker = _quicker(b[m], t[m], length, float(nu[m]), J) if kind == "leaf" else QUICKER
+            uneven = 1 / quicker - 1, 0.0
+        if not part.table.corrections.active[m, ROOT]:
+            pairs = ((min(low, 0.0), max(high, 0.0) + GOES_ON) for low, high in pairs)
         shares = [None if errors.reason else pair for pair in pairs]
         yield _Beam(name, own, place_of(name, key), kind, taken_as, shares, uneven, errors.reason)
 
@@ -228,4 +238,10 @@ def _roots(full: FullOrderModel) -> Iterator[_Root]:
             if not is_in:
                 share, text = ROOT_LEFT_OUT, "rigid joint, without the correction for roots"
             group = "root" if drawn else "root not drawn"
-            yield _Root(name, int(elements[k]) - first, end, C, place_of(name, key), text, group, share)
+            twist = np.zeros_like(C)
+            twist[3, 3] = C[3, 3]
+            yield _Root(name, int(elements[k]) - first, end, C - twist, place_of(name, key), text, group, share)
+            if is_in and drawn:
+                share, text = ROOT_TWIST, "joint with a block, in twist"
+            group += " in twist"
+            yield _Root(name, int(elements[k]) - first, end, twist, place_of(name, key), text, group, share)

@@ -8,7 +8,7 @@ s f'E f (theory eq. A1), so that each assumption is weighted by the energy that 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from flexura.analysis.assumptions import Assumption, Assumptions, Interval
-from flexura.analysis.elastic_bodies import Wrenches
 from flexura.analysis.internal_forces import force_changes
 from flexura.linalg import count_below
 from flexura.reduction import chained, lowest_pairs
@@ -24,7 +23,10 @@ from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 
-LEFT = 0.025
+MIXED = 0.15
+"""Part of a shape in another one from which the modes are mixed."""
+
+LEFT = 0.03
 """How far off, relative, a compliance may be by what no evidence is kept of: where members meet, and their mass."""
 
 NO_GROUP = ""
@@ -168,27 +170,34 @@ def model_errors_near(full: FullOrderModel, hz: Array) -> list[tuple[Interval | 
 
 
 def frequency_errors(
-    full: FullOrderModel,
-    squared: Array,
-    states: Array,
-    n: int,
-    known: Assumptions | None = None,
-    wrenches: Wrenches | None = None,
+    full: FullOrderModel, squared: Array, states: Array, n: int, found: Sequence[Assumption] | None = None
 ) -> ModelError:
     """Model errors of the first `n` frequencies, from squared angular frequencies (k,) and M-orthonormal vectors
     (order, k) of the lowest elastic modes; the more there are, the better they show what bodies do (theory eq. A2,
-    after S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279)."""
-    scale = 1 / np.outer(squared, squared)
+    after S. Dunkerley, Phil. Trans. R. Soc. A 185 (1894) 279).
+
+    Modes that all assumptions together mix have the margins of all that they are mixed of.
+    """
+    scale, base = 1 / np.outer(squared, squared), np.diag(1 / squared)
+    found = Assumptions(full).of(force_changes(full, states)) if found is None else found
 
     def periods(flexibility: Array) -> Array:
         """1/omega^2 (n,) with a flexibility, in the order of shapes without it."""
-        found, shapes = np.linalg.eigh(np.diag(1 / squared) + scale * flexibility)
+        values, shapes = np.linalg.eigh(base + scale * flexibility)
         mode, number = linear_sum_assignment(-(shapes**2))
         order = np.empty(len(squared), dtype=np.intp)
         order[mode] = number
-        return found[order][:n]
+        return values[order][:n]
 
-    return errors_of(full, states, periods, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1, known, wrenches)
+    own = errors_of(full, states, periods, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1, found)
+    likely = np.sum([sum(a.share) / 2 * a.flexibility for a in found if a.share], axis=0)
+    values, shapes = np.linalg.eigh(base + scale * likely)
+    # of each mode, the frequencies of those that it has become a part of
+    is_part = shapes**2 >= np.minimum(MIXED, (shapes**2).max(axis=1, keepdims=True))
+    ratio = np.where(is_part, 1 / np.sqrt(squared[:, None] * np.maximum(values, 1e-300)) - 1, np.nan)[:n]
+    low, high = np.fmin(own.low, np.nanmin(ratio, axis=1)), np.fmax(own.high, np.nanmax(ratio, axis=1))
+    is_known = np.isfinite(own.low)
+    return replace(own, low=np.where(is_known, low, np.nan), high=np.where(is_known, high, np.nan))
 
 
 def errors_of(
@@ -196,18 +205,17 @@ def errors_of(
     states: Array,
     numbers: Callable[[Array], Array],
     value: Callable[[Array], Array] = lambda x: x,
-    known: Assumptions | None = None,
-    wrenches: Wrenches | None = None,
+    found: Sequence[Assumption] | None = None,
 ) -> ModelError:
     """Model errors of n numbers that follow from the compliances between k load vectors (theory eq. A1).
 
     states: displacements (order, k) under these loads; numbers: the n numbers when a flexibility (k, k) is added to
     these compliances; value: what relative changes of them are of the numbers asked for. Assumptions of one group add,
     groups their squares; equal ones are taken at once, so that modes of equal frequencies are not told apart by them.
-    `known` and `wrenches`, those of the states, are taken where they are worked out already.
+    `found` are the assumptions for the states, where they are worked out already.
     """
-    wrenches = force_changes(full, states) if wrenches is None else wrenches
-    found, base = (known or Assumptions(full)).of(wrenches), numbers(np.zeros((states.shape[1],) * 2))
+    found = Assumptions(full).of(force_changes(full, states)) if found is None else found
+    base = numbers(np.zeros((states.shape[1],) * 2))
     n, size = len(base), np.where(base == 0, np.inf, base)
 
     def added(flexibility: Array) -> Array:

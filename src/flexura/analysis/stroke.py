@@ -118,7 +118,7 @@ class Stroke(Tabular):
             at, none = np.flatnonzero(values > 0), np.full(len(values), np.nan)
             padded = np.concatenate([vectors[:, at], np.zeros((1, len(at)))])
             wrenches = end_force_changes(moving, state, padded[moving.dof])
-            own = frequency_errors(self.model, values[at], vectors[:, at], len(at), known, wrenches)
+            own = frequency_errors(self.model, values[at], vectors[:, at], len(at), known.of(wrenches))
             low, high, reason = none.copy(), none.copy(), ["unstable"] * len(values)
             low[at], high[at] = own.low, own.high
             for k, text in zip(at.tolist(), own.reason, strict=True):
