@@ -38,8 +38,8 @@ POINTS = 20
 STEPS = 99
 """Displacements are kept as whole numbers, the largest of a mode as this."""
 
-FEW = 3
-"""Members of a part up to which its mesh is fine."""
+SIZE, GROWTH, CURVATURE = 1.3, 0.7, 1.0
+"""Size of tetrahedra, how fast they grow away from fine places, and how many a radius of curvature is long."""
 
 FALL = 10.0
 """Least distance of elements of one order less from those of the higher one, over that of these from the limit."""
@@ -95,13 +95,10 @@ def scaled(model: fx.FullOrderModel, shapes: np.ndarray) -> np.ndarray:
 
 def meshed(mechanism: fx.Mechanism, model: fx.FullOrderModel) -> tuple[WholePart, int]:
     """The part in tetrahedra that take some 100 000 DOFs and are within half a per cent, and their order."""
-    bars = solids_of(model)[0]
     contours = [getattr(own.profile, "contour", None) for own in flexures(mechanism)]
-    is_oblique = bool((np.abs(bars.axes[:, 0]).max(axis=1) < 1 - 1e-9).any())
-    is_fine = not any(contours) and not is_oblique and len(bars.names) <= FEW
-    size, elements.GRADING, elements.CURVATURE = (1.0, 0.4, 2.0) if is_fine else (1.3, 0.7, 1.0)
     order = 4 if any(own and own.shape != "corner_filleted" for own in contours) else 3
-    return WholePart(model, order, size, told(None)), order
+    elements.GRADING, elements.CURVATURE = GROWTH, CURVATURE
+    return WholePart(model, order, SIZE, told(None)), order
 
 
 def flexures(mechanism: fx.Mechanism) -> list[Flexure]:
