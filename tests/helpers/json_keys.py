@@ -13,7 +13,7 @@ PAGE = ROOT / "docs" / "json.md"
 HEAD = """# Results as JSON
 
 What `to_dict()` gives and `--json` prints, result by result. Numbers are in SI units, and `null` where they are not
-finite or not known; keys of frequencies end in `_hz`. *By name* stands for keys that are names of yours: of parts,
+finite or not known; keys of frequencies end in `_hz`. *By name*: keys that are names of yours: of parts,
 parameters, or designs. Every result has `warnings`, a list of `kind`, `place`, `value`, `limit`, `unit` and `text`, and
 `notes`, a list of texts. How arrays, complex numbers and sparse matrices are written: [results](results.md#plain-data).
 """

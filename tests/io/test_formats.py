@@ -45,8 +45,8 @@ def test_every_format_says_what_it_takes_and_its_options() -> None:
 @pytest.mark.parametrize(
     ("path", "to", "message"),
     [
-        ("x.xyz", None, r"\.xyz says no format.*\.fmu \(fmu\)"),
-        ("x", None, "no suffix says no format"),
+        ("x.xyz", None, r"\.xyz is no known format.*\.fmu \(fmu\)"),
+        ("x", None, "no suffix is no known format"),
         ("x.fmu", "gds", "no format 'gds'; formats: fmu, mat"),
         ("x.vtu", None, "vtu takes a modes or a full-order model, not a state space; formats that do: fmu, mat"),
         ("x.mtx", None, "not a state space"),

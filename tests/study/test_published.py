@@ -58,7 +58,7 @@ def test_what_has_no_answer_is_a_warning():
     [
         ({"ask": "f1", "value": "50 mm"}, "is in Hz"),
         ({"ask": "f1", "value": "0 Hz"}, "zero"),
-        ({"ask": "50 Hz", "value": "50 Hz"}, "asks nothing"),
+        ({"ask": "50 Hz", "value": "50 Hz"}, "is no quantity"),
         ({"ask": "stiffness(nothing.x)", "value": "1 N/m"}, "nothing"),
         ({"ask": "f1", "value": "50 Hz +"}, "50 Hz"),
     ],

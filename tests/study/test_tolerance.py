@@ -269,7 +269,7 @@ def test_plain_data_and_table() -> None:
         ({"vary": ["thickness=± 1 %", "thickness=± 2 %"]}, "already"),
         ({"vary": {"thickness": "± 0.45 mm"}}, "below the minimum"),
         ({"vary": {"thickness": "+1.6/-0 mm"}}, "above the maximum"),
-        ({"ask": ()}, "nothing is asked"),
+        ({"ask": ()}, "no quantity is named"),
         ({"ask": "f0"}, "f0"),
         ({"require": "f1 >= 20 mm"}, "dimension"),
         ({"each": ["length"]}, "length"),

@@ -176,7 +176,5 @@ def test_what_is_no_record():
         estimate_frf([1.0])
     with pytest.raises(fx.OptionError, match="none of its channels is a force: of output-only data"):
         estimate_frf([replace(hit(), inputs=())])
-    with pytest.raises(
-        fx.OptionError, match=r"p1\.tz \[m\] is said to be the excitation and hammer \[N\] the response"
-    ):
+    with pytest.raises(fx.OptionError, match=r"p1\.tz \[m\] is declared the excitation and hammer \[N\] the response"):
         estimate_frf([fx.testing.Recording(RATE, hit().samples[:2], (HAMMER, OUTPUTS[0]), (1,))])

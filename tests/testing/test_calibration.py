@@ -97,7 +97,7 @@ def test_what_the_data_cannot_tell_is_named():
     assert str(worst) == "0.71 kx + 0.71 mass"
     assert found.correlation[0, 1] > 0.98
     assert any("left to the prior" in note for note in found.notes)
-    with pytest.raises(fx.OptionError, match="1 data cannot tell 2 parameters"):
+    with pytest.raises(fx.OptionError, match="1 data cannot determine 2 parameters"):
         fx.calibrate(samples.body(), data=[hz(KX)], free=["kx", "mass"], method="least_squares")
 
 

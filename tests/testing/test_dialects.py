@@ -154,7 +154,7 @@ def test_a_response_given_twice_is_refused_by_name(tmp_path):
     with pytest.raises(fx.OptionError, match=r"A:1\.tz / A:1\.tz is given more than once, in datasets 1 and 2"):
         fx.read_measurement(path)
     scalars = written(tmp_path / "b.uff", 2, each=lambda k: {"rsp_node": 0, "rsp_dir": 0})
-    with pytest.raises(fx.OptionError, match="cannot be told apart"):
+    with pytest.raises(fx.OptionError, match="cannot be distinguished"):
         fx.read_measurement(scalars)
     scalar = fx.read_measurement(written(tmp_path / "c.uff", 2, rsp_dir=0))
     assert "scalar channels, of which no direction is known: A:1, A:2" in scalar.notes

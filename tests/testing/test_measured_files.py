@@ -433,7 +433,7 @@ def test_folders_and_lists_of_files_are_one_measurement(tmp_path):
     ("name", "message"),
     [
         ("missing.uff", "the file does not exist"),
-        ("x.pdf", r"\.pdf says no format of measured data"),
+        ("x.pdf", r"\.pdf is no format of measured data"),
         ("x.npz", "not a NumPy archive"),
         ("x.h5", "not an HDF5 file"),
         ("x.csv", "the file cannot be read"),
@@ -482,7 +482,7 @@ def test_what_cannot_be_written_leaves_no_file(tmp_path):
     spoilt = replace(own, recordings=(replace(own.recordings[0], samples=np.full((5, 37), np.nan)),))
     for thing, name, options, message in (
         (spoilt, "x.uff", {}, "not finite, which universal files cannot hold"),
-        (own, "x.xyz", {}, "says no format"),
+        (own, "x.xyz", {}, "is no format"),
         (own, "x.npz", {"binary": True}, "has no option 'binary'"),
         (1.0, "x.npz", {}, "a measurement is written, not a float"),
     ):

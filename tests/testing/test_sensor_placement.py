@@ -146,5 +146,5 @@ def test_modes_that_all_candidates_confuse_are_named():
         f"s{k}": fx.describe.MotionSensor(type="displacement", nodes=(f"n{k}",), direction=(0, 1, 1)) for k in (3, 4, 5)
     }
     bar = c.cantilever(sensors=sensors, section=fx.describe.Rectangle(width=3e-3, thickness=2.999999e-3))
-    with pytest.raises(OptionError, match="tell modes 1, 2 apart"):
+    with pytest.raises(OptionError, match="distinguish modes 1, 2"):
         place_sensors(bar, sensors=2, n=2)

@@ -31,7 +31,7 @@ def test_pictures_of_modes_say_what_is_not_proven(tmp_path, monkeypatch):
     lost = replace(blind.modes[1], frequency_hz=0.0, interval_hz=(0.0, 1e-7))
     warnings = (
         Exceeded("tolerance", "mode 1", 1.0, 1e-3, "1", "mode 1 is only within 100 % proven, " + "and so on " * 20),
-        Exceeded("proof", "mode 2", 1e-7, 0.0, "Hz", "mode 2 cannot be told from zero, " + "and so on " * 20),
+        Exceeded("proof", "mode 2", 1e-7, 0.0, "Hz", "mode 2 is indistinguishable from zero, " + "and so on " * 20),
         Exceeded("proof", "", 9.0, 2.0, "1", "the model lacks 7 of the 9 modes"),
     )
     own = replace(blind, modes=(far, lost), warnings=warnings)
@@ -42,7 +42,7 @@ def test_pictures_of_modes_say_what_is_not_proven(tmp_path, monkeypatch):
     assert "mode 2: below 1e-07 Hz" in said["mode_02.png"]
     for name in ("mode_01.png", "mode_02.png", "modes.png"):
         assert "warning: the model lacks 7 of the 9 modes" in said[name]
-    assert "proven only within 100 %" in said["modes.png"] and "cannot be told from zero" in said["modes.png"]
+    assert "proven only within 100 %" in said["modes.png"] and "is indistinguishable from zero" in said["modes.png"]
 
 
 def test_pictures_of_proven_modes_are_plain(tmp_path, monkeypatch):

@@ -315,5 +315,5 @@ def _lowest(interval: tuple[float, float] | None, rigid: int | None) -> str:
         return motions.removesuffix("; ")
     lower, upper = (f"{hz:.5g}" for hz in interval)
     if interval[0] <= 0:
-        return f"{motions}below {interval[1]:.2g} Hz, not told from zero"
+        return f"{motions}below {interval[1]:.2g} Hz, indistinguishable from zero"
     return f"{motions}{upper} Hz, proven" if lower == upper else f"{motions}{lower} to {upper} Hz, proven"

@@ -147,8 +147,8 @@ class Kinetostatics(Result):
             "axis": [" ".join(f"{x:+.4f}" for x in f.axis.direction) for f in free],
             "through [mm]": ["" if f.kind == "T" else in_mm(f.axis.point) for f in free],
             "owned": [percent(f.share, 4) for f in free],
-            "reaches ±": [quantity(f.stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
-            "yields at": [quantity(f.yield_stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
+            "range ±": [quantity(f.stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
+            "stroke to yield": [quantity(f.yield_stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
         }
         yield Table(columns, "freedoms")
         turning = ("N/m",) * 3 + ("N*m/rad",) * 3

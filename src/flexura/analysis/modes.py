@@ -176,7 +176,7 @@ def _evidence(
 
 
 def _pair(M: Any, shapes: Array, values: Array, reference: Eigenpairs) -> tuple[Index, list[float]]:
-    """For each low-order mode the full-order one that it stands for (-1: none), and their MAC (theory eq. 57)."""
+    """For each low-order mode the full-order one that it represents (-1: none), and their MAC (theory eq. 57)."""
     beside, own = np.sqrt(np.abs(reference.values)), np.sqrt(np.abs(values))
     overlap = mac_with_spaces(reference.vectors, shapes, close_groups(beside, REPEATED), M)
     partner = pair_by_mac(overlap, beside, own)

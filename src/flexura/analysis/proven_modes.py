@@ -32,7 +32,7 @@ class Mode(Record):
     assurance criterion of the pair. All three are None when the low-order mode has no counterpart, or the full-order
     model was too large to be solved beside it. `interval_hz` is proven to contain a full-order frequency, that of the
     same number where `is_indexed` (see `Certificate`); an end that is not proven is None. `is_rigid` says that the
-    frequency is zero: its interval holds zero, and a rigid motion that strains nothing stands for it. `missed` says
+    frequency is zero: its interval holds zero, and a rigid motion that strains nothing represents it. `missed` says
     that the interval is wider than the tolerance that was asked for. `mesh_error` estimates how far off, relative, the
     frequency may be for the meshes of solid parts, which no interval knows of; None where no part tells.
     """
@@ -78,7 +78,7 @@ class Mode(Record):
     def flag(self) -> str:
         """What is wrong with the frequency, in a few words; empty where it is within its limits."""
         if self.frequency_hz == 0 and not self.is_rigid:
-            return "cannot be told from zero"
+            return "is indistinguishable from zero"
         if not self.missed:
             off = self.mesh_error or 0.0
             return f"meshes leave {_percent(off)} open" if off > LIMIT else ""
@@ -229,8 +229,8 @@ def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) 
             found.append(Exceeded("tolerance", f"mode {mode.number}", bound, tolerance, "1", text))
         if mode.frequency_hz == 0 and not mode.is_rigid:
             text = (
-                f"mode {mode.number}: {mode.frequency_text} Hz cannot be told from zero, and is no rigid motion of the"
-                " mechanism; look for a spring or a member softer than round-off of what is beside it"
+                f"mode {mode.number}: {mode.frequency_text} Hz is indistinguishable from zero, and is no rigid motion"
+                " of the mechanism; look for a spring or a member softer than round-off of what is beside it"
             )
             found.append(Exceeded("proof", f"mode {mode.number}", mode.interval_hz[1] or np.inf, 0.0, "Hz", text))
     below, count = certified.below_hz, float(certified.count)

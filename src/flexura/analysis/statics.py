@@ -160,7 +160,7 @@ class Statics(Tabular):
     def _buckling(self) -> tuple[tuple[Exceeded, ...], tuple[str, ...]]:
         """Whether the loads are beyond buckling, and why that is not known where it is not."""
         if self.model.plan.is_posed:
-            return (), ("whether these loads buckle it at the pose is not known: a stroke with them tells",)
+            return (), ("whether these loads buckle it at the pose is not known: use a stroke with them",)
         commands = {a.name: a.command for a in self.actuators}
         try:
             return preload(self.model, gravity=self.gravity, loads=self.loads, actuators=commands).buckled, ()

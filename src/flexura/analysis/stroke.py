@@ -89,7 +89,7 @@ class Stroke(Tabular):
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
     members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
-    `low_order` is what stands for the full order, where that was asked for, `spectra` what `model_errors` need.
+    `low_order` is what represents the full order, where that was asked for, `spectra` what `model_errors` need.
     """
 
     _shown = ("name", "poses")

@@ -30,7 +30,7 @@ COMMANDS = {
     "doctor": _Command(
         "doctor",
         "doctor_command",
-        "Say which optional parts are installed, what they are for, and how to get the others.",
+        "List which optional parts are installed, what they are for, and how to get the others.",
     ),
     "modes": _Command(
         "modes",
@@ -86,7 +86,7 @@ COMMANDS = {
     "sweep": _Command(
         "sweep",
         "sweep_command",
-        "Many designs of a mechanism: a grid or a sample of parameters, and whatever is asked of each, as a table.",
+        "Many designs of a mechanism: a grid or a sample of parameters, and quantities of each, as a table.",
     ),
     "correlate": _Command(
         "correlation",
@@ -101,7 +101,7 @@ COMMANDS = {
     "sensitivity": _Command(
         "sensitivity",
         "sensitivity_command",
-        "What a per cent of every parameter does to everything that is asked.",
+        "What a per cent of every parameter does to every quantity.",
     ),
     "tolerance": _Command(
         "tolerance",

@@ -192,7 +192,7 @@ def _table(*headings: str) -> Table:
 
 
 def print_calibration(result: Calibration) -> None:
-    """Print parameters with intervals, frequencies before and after, and what the data cannot tell."""
+    """Print parameters with intervals, frequencies before and after, and what the data cannot determine."""
     console = console_of_width()
     how = "maximum of the posterior" if result.method == "map" else "least squares"
     together = ", with ".join(m.name for m in (result.mechanism, *result.also))
@@ -216,7 +216,7 @@ def print_calibration(result: Calibration) -> None:
     chi = f"chi-square {result.start_chi_square:.4g} before, {result.chi_square:.4g} after"
     console.print(f"{chi}, {result.residuals} data; {result.evaluations} evaluations")
     if result.unresolved:
-        console.print("the data cannot tell (weights in prior standard deviations):")
+        console.print("the data cannot determine (weights in prior standard deviations):")
         for d in result.unresolved:
             console.print(f"  {d}  ({100 * d.variance_reduction:.0f} % variance reduction)", markup=False)
     for own in result.misfits:

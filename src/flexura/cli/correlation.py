@@ -102,7 +102,7 @@ def correlate_command(
 def place_sensors_command(
     file: File,
     sensors: Annotated[int, typer.Option(min=1, help="Number of sensors.")],
-    n: Annotated[int, typer.Option("-n", min=1, max=200, help="Modes that they have to tell apart.")] = 6,
+    n: Annotated[int, typer.Option("-n", min=1, max=200, help="Modes that they have to distinguish.")] = 6,
     candidate: Annotated[
         list[str] | None,
         typer.Option("--candidate", metavar="NAME", help="Sensor or DOF, e.g. 'platform.t*'. May be repeated."),

@@ -162,7 +162,9 @@ def _print_free_motions(console: Console, report: CheckReport) -> None:
         name = "lowest frequency" if not report.rigid_body_modes else "lowest other frequency"
         sharp = f"{lower:.5g}" == f"{upper:.5g}"
         value = f"{upper:.5g} Hz" if sharp else f"between {lower:.5g} and {upper:.5g} Hz"
-        words.append(f"{name} {value}, proven" if lower > 0 else f"{name} below {upper:.2g} Hz, not told from zero")
+        words.append(
+            f"{name} {value}, proven" if lower > 0 else f"{name} below {upper:.2g} Hz, indistinguishable from zero"
+        )
     if words:
         console.print("; ".join(words), markup=False)
 

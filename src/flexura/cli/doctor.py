@@ -45,7 +45,7 @@ class Part(NamedTuple):
 
 
 def doctor_command() -> None:
-    """Say which optional parts are installed, what they are for, and how to get the others."""
+    """List which optional parts are installed, what they are for, and how to get the others."""
     from rich.table import Table
     from rich.text import Text
 

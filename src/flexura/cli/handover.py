@@ -43,10 +43,8 @@ DEFAULTS = {"simscape": What.low, "matrix-market": What.full, "vtu": What.modes,
 
 def export_command(
     file: File,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Write this file; its suffix says the format.")],
-    format: Annotated[
-        str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix does not say it.")
-    ] = None,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Write this file, in the format of its suffix.")],
+    format: Annotated[str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix has none.")] = None,
     what: Annotated[
         What | None, typer.Option(help="State space, low- or full-order matrices, modes, response.")
     ] = None,

@@ -49,7 +49,7 @@ def optimize_command(
         typer.Option(metavar="RELATION", help="A limit, e.g. 'stress(leaf) <= 400 MPa at stroke 2 mm'. Repeat."),
     ] = None,
     study: Annotated[
-        str | None, typer.Option(metavar="NAME", help="The study of the file that says what is not given here.")
+        str | None, typer.Option(metavar="NAME", help="The study of the file, for what is not given here.")
     ] = None,
     starts: Annotated[int | None, typer.Option(min=1, help="Searches, the first from the design as it is: 8.")] = None,
     points: Annotated[int, typer.Option(min=2, help="Designs of the front of several goals.")] = 24,

@@ -34,7 +34,7 @@ Outputs = Annotated[
 ]
 Ratio = Annotated[
     float | None,
-    typer.Option("--damping", metavar="RATIO", help="Damping ratio of all modes, in place of what the file says."),
+    typer.Option("--damping", metavar="RATIO", help="Damping ratio of all modes, in place of that of the file."),
 ]
 
 
@@ -47,7 +47,7 @@ class RepeatedResponses(StrEnum):
 
 
 Channels = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not say it.")
+    Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not have it.")
 ]
 
 
@@ -59,7 +59,7 @@ class AnimationFormat(StrEnum):
     mp4 = "mp4"
 
 
-Animate = Annotated[AnimationFormat | None, typer.Option(help="Animations, too, where --plot says; mp4 needs ffmpeg.")]
+Animate = Annotated[AnimationFormat | None, typer.Option(help="Animations in the folder of --plot; mp4 needs ffmpeg.")]
 Dpi = Annotated[int | None, typer.Option("--dpi", min=50, max=1200, help="Dots per inch of pictures: 150.")]
 Names = Annotated[bool, typer.Option("--names", help="Names of parts beside the mechanism.")]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]

@@ -46,7 +46,7 @@ def _print(result: Published) -> None:
     console.print(result.name, style="bold", markup=False)
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in result.cells:
-        table.add_column(heading, justify="left" if heading in ("asked", "source") else "right")
+        table.add_column(heading, justify="left" if heading in ("quantity", "source") else "right")
     for row in zip(*result.cells.values(), strict=True):
         table.add_row(*row)
     console.print(table)

@@ -65,7 +65,7 @@ def print_report(found: Report, path: Path, seconds: float) -> None:
             console.print(f"{words}: {', '.join(headings)}", markup=False, style="red" if state == "failed" else "")
     longest = sorted(found.seconds.items(), key=lambda item: -item[1])[:3]
     if found.warnings:
-        console.print(f"{counted(len(found.warnings), 'warning')}; the page tells", markup=False)
+        console.print(f"{counted(len(found.warnings), 'warning')}; see the page", markup=False)
     took = ", ".join(f"{name} {own:.1f} s" for name, own in longest)
     sys.stderr.write(f"{seconds:.1f} s, most of it: {took}\n")
     console.print(f"wrote {path}", markup=False)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def sensitivity_command(
     file: File,
     ask: Annotated[
-        str, typer.Option(metavar="NAMES", help="What is asked, e.g. 'f1, stiffness(carriage.tx), mass'.")
+        str, typer.Option(metavar="NAMES", help="Quantities, e.g. 'f1, stiffness(carriage.tx), mass'.")
     ] = "f1, f2, f3, mass",
     free: Annotated[
         str | None, typer.Option(metavar="A,B,C", help="Parameters, all that are numbers if none are named.")
@@ -31,7 +31,7 @@ def sensitivity_command(
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """What a per cent of every parameter does to everything that is asked."""
+    """What a per cent of every parameter does to every quantity."""
     from flexura.cli.tables import write_table
     from flexura.study.influence import sensitivity
 

@@ -74,7 +74,7 @@ def stroke_command(
     ] = None,
     node: Annotated[
         list[str] | None,
-        typer.Option("--node", metavar="NAME", help="Tell this node's displacement. May be repeated."),
+        typer.Option("--node", metavar="NAME", help="Displacement of this node. May be repeated."),
     ] = None,
     compliance: Annotated[
         bool,

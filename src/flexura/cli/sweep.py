@@ -44,7 +44,7 @@ def sweep_command(
         ),
     ] = None,
     ask: Annotated[
-        list[str] | None, typer.Option(metavar="NAMES", help="What is asked, e.g. 'f1, f2, mass'. May be repeated.")
+        list[str] | None, typer.Option(metavar="NAMES", help="Quantities, e.g. 'f1, f2, mass'. May be repeated.")
     ] = None,
     sampling: Annotated[
         SamplingName | None, typer.Option(help="All with all (grid), side by side (list), or samples.")
@@ -65,7 +65,7 @@ def sweep_command(
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Many designs of a mechanism: a grid or a sample of parameters, and whatever is asked of each, as a table."""
+    """Many designs of a mechanism: a grid or a sample of parameters, and quantities of each, as a table."""
     from flexura.cli.progress import designs_shown
     from flexura.cli.tables import TABLES
     from flexura.results import plain
@@ -194,7 +194,7 @@ def _print_extremes(console: Any, table: StudyTable) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    grid = Table("asked", "lowest", "in design", "highest", "in design", box=None, header_style="bold")
+    grid = Table("quantity", "lowest", "in design", "highest", "in design", box=None, header_style="bold")
     for name, lowest, low, highest, high in table.extremes():
         grid.add_row(escape(name), lowest, str(low), highest, str(high))
     if grid.row_count:

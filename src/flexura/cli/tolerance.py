@@ -24,7 +24,7 @@ def tolerance_command(
         typer.Option(metavar="NAME=TOLERANCE", help="Tolerance, e.g. 'thickness=± 0.02 mm'. May be repeated."),
     ] = None,
     ask: Annotated[
-        list[str] | None, typer.Option(metavar="NAMES", help="What is asked, e.g. 'f1, mass'. May be repeated.")
+        list[str] | None, typer.Option(metavar="NAMES", help="Quantities, e.g. 'f1, mass'. May be repeated.")
     ] = None,
     require: Annotated[
         list[str] | None, typer.Option(metavar="RELATION", help="What a good part meets: 'f1 >= 20 Hz'. Repeat.")

@@ -534,7 +534,7 @@ class _Parser:
         is_whole = kind == "number" and power.isdigit() and after[0] not in ("name", "unit") and after[1] not in _POWER
         if not is_whole or not _NAME.fullmatch(unit):
             raise ExpressionError(
-                f"it cannot be told whether a power belongs to {unit} or to the quantity",
+                f"it is not clear whether a power belongs to {unit} or to the quantity",
                 f"write 9 mm^2 for square millimetres, (9 {unit})^n for a power of a quantity",
             )
         return f"{unit}^{sign}{power}"

@@ -130,7 +130,7 @@ def format_of(path: str | Path, format: str | None = None) -> str:
         if suffix in own.suffixes:
             return name
     known = ", ".join(f"{suffix} ({name})" for name, own in FORMATS.items() for suffix in own.suffixes)
-    raise OptionError(f"{suffix or 'no suffix'} says no format; name one with `format`, or take one of {known}")
+    raise OptionError(f"{suffix or 'no suffix'} is no known format; name one with `format`, or take one of {known}")
 
 
 def kind_of(what: Any) -> str:

@@ -58,7 +58,7 @@ def refuse_unfit(model: StateSpace) -> None:
             " in front of the FMU, in the tool that reads it"
         )
     if not len(model.outputs):
-        raise OptionError("a model without outputs has nothing to tell: name at least one")
+        raise OptionError("a model without outputs has no results: name at least one")
     if not all(np.isfinite(X).all() for X in (model.A, model.B, model.C, model.D)):
         raise OptionError("the matrices of the model have entries that are not finite")
     sizes = blocks_of(model.A).sizes

@@ -110,7 +110,9 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: 
     elif not isinstance(channels, Mechanism | Plan):
         raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
     if suffix not in SUFFIXES:
-        raise OptionError(f"{file}: {suffix or 'no suffix'} says no format of measured data: {', '.join(SUFFIXES)}")
+        raise OptionError(
+            f"{file}: {suffix or 'no suffix'} is no format of measured data; known: {', '.join(SUFFIXES)}"
+        )
     try:
         with np.errstate(all="ignore"):
             found = _of_suffix(file, suffix, descriptions, repeated)
@@ -209,4 +211,4 @@ def write_measurement(measurement: Measurement, path: str | Path, *, binary: boo
     if suffix == ".npz" or suffix in HDF5:
         write = write_npz if suffix == ".npz" else write_hdf5
         return write_file(path, lambda file: write(measurement, file))
-    raise OptionError(f"{suffix or 'no suffix'} says no format of measured data: {', '.join(SUFFIXES)}")
+    raise OptionError(f"{suffix or 'no suffix'} is no format of measured data; known: {', '.join(SUFFIXES)}")

@@ -175,7 +175,7 @@ def _matrix(raw: Any) -> Matrix:
     if isinstance(raw, Matrix):
         return raw
     if isinstance(raw, list | tuple) and any(isinstance(x, str) for row in raw if isinstance(row, list) for x in row):
-        raise refuse("entries of a superelement matrix are plain numbers", "`units` says in which unit system")
+        raise refuse("entries of a superelement matrix are plain numbers", "`units` names the unit system")
     if isinstance(raw, np.ndarray) and np.iscomplexobj(raw):
         raise refuse("complex numbers stand here: entries of a superelement matrix are real")
     try:
@@ -189,7 +189,7 @@ def _matrix(raw: Any) -> Matrix:
     if not np.isfinite(matrix.array).all():
         raise refuse("an entry is infinite or no number: entries of a matrix are finite")
     if abs(matrix.array).max(initial=0.0) > LARGEST_ENTRY:
-        raise refuse(f"entries of a matrix are at most {LARGEST_ENTRY:g} in size", "are they in the unit said?")
+        raise refuse(f"entries of a matrix are at most {LARGEST_ENTRY:g} in size", "are they in the unit given?")
     return matrix
 
 
@@ -248,7 +248,7 @@ class Superelement(Part):
                 continue
             matrix = given.array
             if matrix.shape != (n + a, n + a):
-                hint = "" if a else "`amplitudes` says how many generalised coordinates follow the DOFs of the nodes"
+                hint = "" if a else "`amplitudes` is how many generalised coordinates follow the DOFs of the nodes"
                 raise refuse(f"{name} is {n + a} x {n + a}: {rule}", hint)
             scaled = matrix / (abs(matrix).max() or 1.0)
             if not np.allclose(scaled, scaled.T, rtol=0, atol=1e-6):

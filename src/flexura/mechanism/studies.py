@@ -204,7 +204,7 @@ class ToleranceStudy(Part):
     @model_validator(mode="after")
     def _asks(self) -> Self:
         if not (self.ask or self.require):
-            raise refuse("nothing is asked: a tolerance study has ask or require", "e.g. ask: [f1, f2]")
+            raise refuse("no quantity is named: a tolerance study has ask or require", "e.g. ask: [f1, f2]")
         return self
 
 

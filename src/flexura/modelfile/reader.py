@@ -42,7 +42,7 @@ def load(path: str | FilePath) -> Mechanism:
 
 @verb
 def loads(text: str, name: str = "<text>") -> Mechanism:
-    """Read a model from text; `name` stands for the file in messages.
+    """Read a model from text; `name` represents the file in messages.
 
     Files that it names are sought in the working directory. Raises ModelError listing every problem with its line.
     """

@@ -199,7 +199,7 @@ class Equations:
             return self.solve(self.model.rest, NO_LOADS, np.zeros(len(self.drives)))
         except SolverError:
             raise SolverError(
-                "the undeformed mechanism is free to move: hold or move all of it; flexura check tells what is free"
+                "the undeformed mechanism is free to move: hold or move all of it; flexura check lists what is free"
             ) from None
 
     def solver(self, tangent: Tangent) -> Callable[[Array, Array], tuple[Array, Array]]:

@@ -101,7 +101,7 @@ def _serep(modes: Array, masters: Index, weight: Array) -> Array:
     pivots = np.abs(np.diagonal(la.qr(at, pivoting=True)[1]))
     if pivots[-1] < DEPENDENT * pivots[0]:
         raise OptionError(
-            "these coordinates do not tell the lowest modes apart; name others, or give only their number"
+            "these coordinates do not distinguish the lowest modes; name others, or give only their number"
         )
     return modes @ np.linalg.solve(at, np.diag(weight[masters]))
 
@@ -171,4 +171,4 @@ def _chosen(low: LowOrderModel, modes: Array, weight: Array) -> Index:
             pivots = np.abs(np.diagonal(R))
             if pivots[count - 1] > DEPENDENT * pivots[0]:
                 return np.sort(candidates[order[:count]])
-    raise OptionError(f"no {count} coordinates tell the lowest modes apart; use method modal")
+    raise OptionError(f"no {count} coordinates distinguish the lowest modes; use method modal")

@@ -51,7 +51,7 @@ def independent_motions(plan: Plan, parameters: Mapping[str, ArrayLike], nodes: 
         order = chains(design).dense
         pairs = lowest_pairs(order.K, order.M, n, chains.start(n), SEARCHED)
         if not np.isfinite(pairs.vectors).all():
-            raise SolverError("the modes of a design cannot be told: something can move freely")
+            raise SolverError("the modes of a design cannot be found: something can move freely")
         X, rows = pairs.vectors[:, :, :n], chains.node_rows(design, nodes)
         hertz = np.sqrt(np.maximum(pairs.values[:, :n], 0)) / HERTZ
         sizes = [abs(X[:, at]).max(axis=(1, 2), initial=0.0) for at in chains.core_coordinates]

@@ -128,7 +128,7 @@ def refuse_buckled(K: sp.csc_matrix, K_g: sp.csc_matrix) -> None:
     """Raise SolverError where K + K_g is not definite, with the factor on the loads at which it buckles."""
     if not is_definite((K + K_g).tocsc()):
         factors = critical_factors(K, K_g, 1)
-        at = f"it buckles at {factors[0]:.5g} times these" if len(factors) else "no factor on the loads tells where"
+        at = f"it buckles at {factors[0]:.5g} times these" if len(factors) else "no factor on the loads gives where"
         raise SolverError(f"the mechanism has buckled under its loads and gravity: {at}")
 
 

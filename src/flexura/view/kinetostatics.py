@@ -84,7 +84,7 @@ def _said(k: int, one: Freedom) -> str:
     words = f"{k + 1}: {'rotation' if one.kind == 'R' else 'translation'}"
     if one.kind == "R" and abs(one.axis.pitch) > 0:
         words += f", pitch {1e3 * one.axis.pitch:.3g} mm/rad"
-    return words + ("" if one.stroke is None else f", reaches ±{quantity(one.stroke, unit)}")
+    return words + ("" if one.stroke is None else f", range ±{quantity(one.stroke, unit)}")
 
 
 def _draw_freedom(axes: Axes, view: View, k: int, one: Freedom, node: Array, size: float) -> None:

@@ -61,7 +61,7 @@ class Arrow(NamedTuple):
 def part_labels(parts: Solids, points: Array, names: bool | Sequence[str]) -> tuple[list[Label], str]:
     """Labels of parts whose points are at `points` (v, 3), m, and how many are left out, in words.
 
-    names: True for as many as there is room for, bodies first, or names, where `*` stands for any letters. Raises
+    names: True for as many as there is room for, bodies first, or names, where `*` matches any letters. Raises
     OptionError for names that are not there.
     """
     if isinstance(names, str) or not (names is True or all(isinstance(name, str) for name in names or ())):

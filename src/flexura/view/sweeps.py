@@ -68,7 +68,7 @@ def draw_sweep(table: StudyTable, *, dpi: float = DPI) -> Figure:
     elif count == 2:
         figure = _maps(shown, dpi)
         if len(shown.asked) > MOST_PANELS:
-            notes.append(f"{len(shown.asked) - MOST_PANELS} more of what is asked is not drawn")
+            notes.append(f"{len(shown.asked) - MOST_PANELS} more quantities are not drawn")
     else:
         figure, said = _lines(shown, dpi)
         notes += said

@@ -68,7 +68,7 @@ def draw_tolerance(result: Tolerance, *, dpi: float = DPI) -> Figure:
             _empty((left, middle, right), label, "does not scatter" if len(limits) else "no sample has a value")
     more = len(result.quantities) - len(shown)
     headline(figure, f"{result.name}: {len(result.sizes)} independent sizes, {result.samples} samples")
-    foot(figure, foremost(result.warnings, 1), [f"{more} more of what is asked is not drawn"] if more else [])
+    foot(figure, foremost(result.warnings, 1), [f"{more} more quantities are not drawn"] if more else [])
     return figure
 
 

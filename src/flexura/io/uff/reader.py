@@ -275,7 +275,7 @@ def _refuse_again(first: _Pair, again: _Pair, path: Path) -> NoReturn:
         " file each"
     )
     if first.out.direction is None or first.into.direction is None:
-        hint = "without nodes and directions in the file, channels cannot be told apart"
+        hint = "without nodes and directions in the file, channels cannot be distinguished"
     raise OptionError(
         f"{path}: the response {first.out.name} / {first.into.name} is given more than once, in datasets {first.number}"
         f" and {again.number}: {hint}"

@@ -46,7 +46,7 @@ def restore_names(sets: list[dict[str, Any]], content: bytes, path: Path) -> Non
         ends = _ENDS.fullmatch(line)
         if ends is None:
             raise OptionError(
-                f"{path}: dataset {k + 1}: its response and reference cannot be told: {line[30:].strip()!r}"
+                f"{path}: dataset {k + 1}: its response and reference are not readable: {line[30:].strip()!r}"
             )
         for at, which in ((1, "rsp"), (4, "ref")):
             s[f"{which}_ent_name"] = ends[at]

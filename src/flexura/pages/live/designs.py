@@ -247,7 +247,7 @@ def _frequency(hz: float, lower: float, upper: float, indexed: bool, rigid: bool
     proof, flag = proven_text(hz, ends, indexed, rigid), ""
     if not rigid and not (indexed and lower > 0 and max(upper - hz, hz - lower) <= WIDE * lower):
         flag = f"proven only {proof}" if proof.startswith("within") else "not proven"
-        flag = flag if hz else "cannot be told from zero"
+        flag = flag if hz else "is indistinguishable from zero"
     own = {"hz": hz, "text": f"{hz:.5g}", "proof": proof, "flag": flag, "rigid": rigid}
     return own | {"interval": f"{lower:.9g} to {upper:.9g} Hz" if indexed and not rigid else ""}
 

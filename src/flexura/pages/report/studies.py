@@ -152,7 +152,7 @@ def _optimum(found: Optimum) -> Worked:
 def _sweep(found: StudyTable) -> Worked:
     rows = [[name, low, str(first), high, str(last)] for name, low, first, high, last in found.extremes()]
     lines = [("designs", f"{found.done}, {found.failed} without an answer"), *(("note", note) for note in found.notes)]
-    headings = ["asked", "lowest", "in design", "highest", "in design"]
+    headings = ["quantity", "lowest", "in design", "highest", "in design"]
     table = Table(headings, rows, (1, 2, 3, 4), f"of {found.done} designs", Evidence("", lines))
     return Worked([table], [], draw_sweep(found), [], found.warnings)
 
@@ -169,7 +169,7 @@ def _tolerance(found: Tolerance) -> Worked:
         for own in found.quantities
     ]
     headings = [
-        "asked",
+        "quantity",
         "nominal",
         "mean",
         "standard deviation",

@@ -1,4 +1,4 @@
-"""Matrices of solids from other programs, and the proof that their rows are the DOFs that they are said to be."""
+"""Matrices of solids from other programs, and the proof that their rows are the DOFs given for them."""
 
 from __future__ import annotations
 
@@ -163,11 +163,11 @@ class StoredMatrices(Result):
         slow, fast = WAVE_SPEEDS
         if not slow < found.wave_speed < fast:
             rule = f"pressure waves at {found.wave_speed:.3g} m/s, in solids {slow:g} to {fast:g}"
-            raise OptionError(f"{rule}: length or time are not in the units said; {UNITS}")
+            raise OptionError(f"{rule}: length or time are not in the units given; {UNITS}")
         own = float(found.mass.mean())
         box = float(np.prod(np.ptp(self.places(self.node), axis=0)))
         if own > DENSEST * box > 0:
-            raise OptionError(f"{own:.3g} kg in a box of {box:.3g} m^3: mass is not in the unit said; {UNITS}")
+            raise OptionError(f"{own:.3g} kg in a box of {box:.3g} m^3: mass is not in the unit given; {UNITS}")
         for other, source in ((mass, "given"), (self.density_mass, "density times volume")):
             if other is not None and abs(own / other - 1) > MASS_AGREES:
                 raise OptionError(f"the matrices have a mass of {own:.6g} kg, {source} is {other:.6g} kg; {UNITS}")
@@ -189,13 +189,13 @@ class StoredMatrices(Result):
             return f"{said}: node {label} has no row for {missing}; leave out what holds it (*BOUNDARY, D)"
         if len(without):
             rule = f"{len(without)} of {len(self.labels)} nodes have no rows, such as {without[0]}"
-            return f"{said}: {rule}; leave out what holds them (*BOUNDARY, D), or the rows are not the DOFs said"
+            return f"{said}: {rule}; leave out what holds them (*BOUNDARY, D), or the rows are not the DOFs given"
         R = self.rigid(self.places(self.node).mean(axis=0))[:, worst]
         force = abs(self.K @ R)
         place = f"most at node {self.node[force.argmax()]}"
         if worst < 3:
-            return f"{said}, {place}: something holds it, or the rows are not the DOFs that they are said to be"
-        return f"{said}, {place}: the rows are not the DOFs, or the nodes not in the places, that they are said to be"
+            return f"{said}, {place}: something holds it, or the rows are not the DOFs given for them"
+        return f"{said}, {place}: the rows are not the DOFs, or the nodes not in the places, given for them"
 
     def scaled(self, length: float, mass: float, time: float) -> StoredMatrices:
         """The same matrices in SI when they are in units of so many m, kg and s (theory eq. 34)."""

@@ -173,7 +173,7 @@ class StudyTable(OfThePart, Tabular):
     def _extreme(self, asked: str) -> Extremes:
         heading = (self._named([asked]) or [""])[0]
         if heading not in self.asked:
-            raise OptionError(f"{asked!r} is not what is asked: {', '.join(self.asked)}")
+            raise OptionError(f"{asked!r} is no quantity of this study: {', '.join(self.asked)}")
         found = self.summary.extremes.get(heading, Extremes())
         if found.lowest_design < 0:
             raise OptionError(f"{asked} has a value in no design")

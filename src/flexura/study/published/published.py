@@ -63,7 +63,7 @@ class Published(Tabular):
             return tuple(quantity(x, unit) for x, unit in zip(values.tolist(), self.units, strict=True))
 
         return {
-            "asked": self.asked,
+            "quantity": self.asked,
             "here": told(self.value),
             "published": told(self.published),
             "difference": tuple(map(percent, self.difference.tolist())),
@@ -133,7 +133,7 @@ def _pair(plan: Plan, own: PublishedValue, number: int) -> tuple[Formula, Formul
     """What is asked, and what is given for it."""
     left, right = formula(plan, own.ask), formula(plan, own.value)
     if left.is_constant:
-        raise OptionError(f"published[{number}] {own.ask!r} asks nothing of the mechanism, e.g. ask: f1")
+        raise OptionError(f"published[{number}] {own.ask!r} is no quantity of the mechanism, e.g. ask: f1")
     if left.dimension != right.dimension:
         raise OptionError(
             f"published[{number}]: {own.ask!r} is in {left.unit or '1'},"

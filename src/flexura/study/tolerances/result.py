@@ -121,7 +121,7 @@ class Tolerance(OfThePart, Tabular):
     def _number(self, text: str) -> int:
         known = [own.text for own in self.quantities]
         if text not in known:
-            raise OptionError(f"{text!r} was not asked; known: {', '.join(known)}")
+            raise OptionError(f"{text!r} is no quantity of this study; known: {', '.join(known)}")
         return known.index(text)
 
     def influence(self, text: str) -> dict[str, float]:
@@ -186,7 +186,7 @@ class Tolerance(OfThePart, Tabular):
         rows = self.quantities
         yield Table(
             {
-                "asked": [own.text for own in rows],
+                "quantity": [own.text for own in rows],
                 "nominal": [quantity(own.nominal, own.unit) for own in rows],
                 "mean": [quantity(own.mean.value, own.unit) for own in rows],
                 "standard deviation": [quantity(own.deviation, own.unit, 3) for own in rows],

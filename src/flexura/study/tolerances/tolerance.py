@@ -150,7 +150,7 @@ def _asked(plan: Plan, ask: str | Sequence[str], require: str | Sequence[str]) -
     """Everything that is asked, or needed for what is required, each once."""
     required = [relation(plan, own) for own in ([require] if isinstance(require, str) else require)]
     if not (ask or required):
-        raise OptionError("nothing is asked; ask for quantities, e.g. f1, or require something, e.g. f1 >= 20 Hz")
+        raise OptionError("no quantity is named; name some (ask), e.g. f1, or require something, e.g. f1 >= 20 Hz")
     own = questions(plan, ask).quantities if ask else ()
     needed = (quantity for one in required for quantity in one.quantities)
     return Questions(plan, tuple(dict.fromkeys((*own, *needed)))), required

@@ -65,7 +65,7 @@ UNSURE_FREQUENCY, UNSURE_DAMPING = 0.01, 0.3
 """A pole with larger standard deviations of these, relative, is no mode unless it is picked."""
 
 REPEATED = 3.0
-"""Poles that differ by less than so many standard deviations cannot be told apart: the modes are repeated."""
+"""Poles that differ by less than so many standard deviations cannot be distinguished: the modes are repeated."""
 
 EQUAL = 1e-3
 """Nor can poles that differ by so little of their decay rate."""
@@ -323,7 +323,7 @@ def _doubtful(fit: Fit, own: Sequence[Track], free: NDArray[np.bool_], most_damp
 
 
 def _equal_poles(fit: Fit) -> tuple[Complex, list[list[int]]]:
-    """Poles, those that cannot be told apart replaced by their mean, and the groups of these."""
+    """Poles, those that cannot be distinguished replaced by their mean, and the groups of these."""
     poles, groups = fit.poles.copy(), []
     if not len(poles):
         return poles, groups

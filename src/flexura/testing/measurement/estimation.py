@@ -146,7 +146,7 @@ def _recordings(data: Measurement | Recording | Sequence[Recording]) -> list[Rec
         forces = [c for i, c in enumerate(r.channels) if i not in r.inputs and c.quantity in ("force", "moment")]
         if motions and forces:
             raise OptionError(
-                f"{_label(r, k)}: {motions[0]} is said to be the excitation and {forces[0]} the response: exchange them"
+                f"{_label(r, k)}: {motions[0]} is declared the excitation and {forces[0]} the response: exchange them"
             )
     return list(listed)
 

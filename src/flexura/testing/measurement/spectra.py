@@ -61,7 +61,7 @@ def transfer(S: Spectra, estimator: str) -> Complex:
         H: Any = np.linalg.solve(S.ff.transpose(0, 2, 1), S.xf.transpose(0, 2, 1)).transpose(0, 2, 1)
         return H
     except np.linalg.LinAlgError:
-        raise OptionError("the inputs go together at some lines, so that they cannot be told apart") from None
+        raise OptionError("the inputs go together at some lines, so that they cannot be distinguished") from None
 
 
 def _total_least_squares(S: Spectra) -> Complex:

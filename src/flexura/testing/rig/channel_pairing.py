@@ -238,7 +238,7 @@ class _ModelPoints:
         if self.topology.is_rigid[number]:
             distance = min([distance, *(b.distance(x) for b in self.bodies if b.root == root[number])])
         if distance > self.within:
-            reason = f"node {channel.node} is not where the channel is said to be"
+            reason = f"node {channel.node} is not where the channel is declared"
             return UnmatchedChannel(channel, reason, channel.node, distance)
         return _Found(ChannelMatch(channel, channel.node, "node", distance), number, x, d)
 

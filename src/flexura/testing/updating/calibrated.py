@@ -1,4 +1,5 @@
-"""The outcome of a calibration: parameters with intervals, modes before and after, and what the data cannot tell."""
+"""The outcome of a calibration: parameters with intervals, modes before and after, and what the data cannot
+determine."""
 
 from __future__ import annotations
 
@@ -114,7 +115,7 @@ class Calibration(Tabular):
 
     @property
     def unresolved(self) -> tuple[Direction, ...]:
-        """Combinations of parameters that the data cannot tell."""
+        """Combinations of parameters that the data cannot determine."""
         return tuple(d for d in self.directions if d.variance_reduction < LEAST_REDUCTION)
 
     def sample(self, draws: int = 1000, seed: int = 0, progress: Listener | None = None) -> Sample:
@@ -168,7 +169,7 @@ class Calibration(Tabular):
             "was": [quantity(p.start, p.unit) for p in own],
             "is": [quantity(p.value, p.unit) for p in own],
             "95 % interval": bounds,
-            "data tell": [percent(p.variance_reduction) for p in own],
+            "variance reduction": [percent(p.variance_reduction) for p in own],
         }
         yield Table(columns, "parameters")
         modes = self.modes

@@ -102,7 +102,7 @@ def _refuse_undetermined(targets: Sequence[Target], chosen: Sequence[str]) -> No
     )
     if count < len(chosen):
         raise OptionError(
-            f"{count} data cannot tell {len(chosen)} parameters by least squares: free fewer, or use method map"
+            f"{count} data cannot determine {len(chosen)} parameters by least squares: free fewer, or use method map"
         )
 
 

@@ -62,7 +62,7 @@ def configurations(
         names = [n for n in chosen if n in own]
         label = plan.mechanism.name
         if chosen and not names:
-            raise OptionError(f"{label} has none of the free parameters {', '.join(chosen)}: it would say nothing")
+            raise OptionError(f"{label} has none of the free parameters {', '.join(chosen)}: it would add nothing")
         moved = free_names(plan, names)
         values = {n: v for n, v in at.items() if n in own}
         plan.verify(values)

@@ -80,7 +80,7 @@ class Sample(Tabular):
     `interval` (P, 2).
 
     `effective` is the number of independent draws that they are worth for the worst of the parameters, and `r_hat` the
-    largest potential scale reduction: above 1.05 chains do not tell the same yet. `acceptance` is the share of steps
+    largest potential scale reduction: above 1.05 chains do not agree yet. `acceptance` is the share of steps
     taken; `is_whole` is false when drawing was interrupted.
     """
 
@@ -112,7 +112,7 @@ class Sample(Tabular):
         }
 
     def _view(self) -> Iterator[Facts | Table]:
-        settled = "" if self.is_settled else "not settled: chains do not tell the same yet"
+        settled = "" if self.is_settled else "not settled: chains do not agree yet"
         worth = f"worth {self.effective:.0f} independent draws, R-hat {self.r_hat:.3f}"
         yield Facts({"draws": worth, "intervals": settled})
         yield from super()._view()

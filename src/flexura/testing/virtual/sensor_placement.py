@@ -300,7 +300,7 @@ def _refuse_dependent(shapes: Array, unseen: NDArray[np.bool_]) -> None:
     if s[-1] <= DEPENDENT * s[0]:
         share = np.abs(Vt[-1])
         modes = ", ".join(str(i + 1) for i in np.flatnonzero(share > 0.1 * share.max()))
-        raise OptionError(f"the candidates do not tell modes {modes} apart: {MORE}")
+        raise OptionError(f"the candidates do not distinguish modes {modes}: {MORE}")
 
 
 def _nodes(model: FullOrderModel, described: bool = False) -> list[str]:
