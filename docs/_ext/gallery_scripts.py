@@ -125,7 +125,7 @@ def make() -> None:
             line="=" * len(mechanism.name),
             description=mechanism.description.strip().replace("\\", "\\\\"),
             driven=_driven(mechanism),
-            report=(DOUBTED if "in doubt" in mechanism.description else "")
+            report=(DOUBTED if "Warning `" in mechanism.description else "")
             + (REPORT.format(name=file.stem) if is_reported(file.stem) else ""),
         )
         head.append(gallery_table.row(file.stem, mechanism))

@@ -58,12 +58,12 @@ def test_sizes_have_bounds_and_a_source(own: Entry) -> None:
 
 @of_each
 def test_the_doubts_of_check_are_those_that_the_description_names(own: Entry) -> None:
-    """By their kinds, in backticks: a sentence such as: `mechanism` in doubt, since it is meant to be all but free.
+    """By their kinds, in backticks: a sentence such as: Warning `mechanism`: it is meant to be all but free.
 
-    What the description takes for granted of beams, joints, bodies and the ground has its number, and is no mistake.
+    Assumptions about beams, joints, bodies and the ground have their numbers, and are no mistakes.
     """
     mechanism = read(own.path)
-    named = set(re.findall(r"`(\w+)` in doubt", " ".join(mechanism.description.split())))
+    named = set(re.findall(r"Warning `(\w+)`", " ".join(mechanism.description.split())))
     doubts = [doubt for doubt in fx.check(mechanism).doubts if doubt.kind not in ASSUMED]
     assert {doubt.kind for doubt in doubts} == named, [str(doubt) for doubt in doubts]
 

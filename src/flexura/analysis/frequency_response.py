@@ -238,7 +238,7 @@ def frequency_response(
         given = (order != "low", method != "modal", quantity, damping is not None, parameters, how)
         if any(given):
             raise OptionError(
-                "order, method, quantity, damping, parameters and ways of reduction belong to a mechanism"
+                "order, method, quantity, damping, parameters and methods of reduction belong to a mechanism"
             )
     if isinstance(model, StateSpace):
         own = model.selected(_listed(inputs), _listed(outputs))
@@ -307,7 +307,7 @@ def _system(
     if isinstance(model, System):
         if damping is not None or parameters or how:
             raise OptionError(
-                "damping, parameters and ways of reduction belong to a mechanism, not to a finished system"
+                "damping, parameters and methods of reduction belong to a mechanism, not to a finished system"
             )
         return model.selected(inputs, outputs)
     if order == "low" and isinstance(model, Plan) and not how:

@@ -231,6 +231,6 @@ class _Follower:
         self.out.ended.append(last)
         stable = "unstable" if unstable(self.equations, last) else "stable"
         self.out.stopped.append(
-            f"no equilibrium is found beyond {at}, on the way to {aim}: there it is {stable};"
+            f"no equilibrium is found beyond {at}, on the path to {aim}: there it is {stable};"
             f" {why_it_ends(self.equations, last)}"
         )

@@ -236,7 +236,7 @@ def time_response(
     time, u = _signals(inputs, names, dt, duration)
     if motion == "large":
         if how or keep_modes or hold != "foh":
-            raise OptionError("hold, keep_modes and ways of reduction belong to small motion")
+            raise OptionError("hold, keep_modes and methods of reduction belong to small motion")
         asked = Asked(u, dt, _by_name(names, impulses), _by_name(names, start), rho_infinity)
         return _large(_moving(model, parameters, names, outputs, damping), asked, time, order)
     built = _built(model, parameters, names, outputs, dt, order, damping, how)
@@ -359,7 +359,7 @@ def _built(
     if isinstance(model, System | ModalSystem):
         if damping is not None or parameters or how or order != "low":
             raise OptionError(
-                "order, damping, parameters and ways of reduction belong to a mechanism, not to a finished system"
+                "order, damping, parameters and methods of reduction belong to a mechanism, not to a finished system"
             )
         return model.selected(inputs, outputs)
     if isinstance(model, Plan) and order == "low" and not how:

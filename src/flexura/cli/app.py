@@ -116,7 +116,7 @@ COMMANDS = {
     "optimize": _Command(
         "optimize",
         "optimize_command",
-        "The best design under limits, what holds it and what giving way would buy, proven at full order.",
+        "The best design under limits, its active limits and what relaxing them would gain, proven at full order.",
     ),
     "estimate-frf": _Command(
         "measured",

@@ -64,7 +64,7 @@ def optimize_command(
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """The best design under limits, what holds it and what giving way would buy, proven at full order."""
+    """The best design under limits, its active limits and what relaxing them would gain, proven at full order."""
     from flexura.cli.progress import rounds_shown
     from flexura.modelfile import refuse_base
     from flexura.study.optimum import Optimum, optimize

@@ -354,7 +354,7 @@ def _said(error: BaseException) -> str:
         return str(error)
     if isinstance(error, MemoryError):
         return f"needs more memory than there is: {error}".rstrip(": ")
-    return f"lost all digits on the way ({error})"
+    return f"lost all digits before the end ({error})"
 
 
 def _timed(method: Method, task: Task) -> tuple[Solution, float]:

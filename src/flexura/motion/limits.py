@@ -63,6 +63,6 @@ def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Exceeded]:
             name = model.design.plan.topology.node_names[node]
             text = (
                 f"{name}: the ground holds its rotation about {'xyz'[axis]} alone, at every instant; as it turns about"
-                f" both other axes, {turned:.3g} rad of its rotation vector there depend on the way"
+                f" both other axes, {turned:.3g} rad of its rotation vector there depend on the path"
             )
             yield Exceeded("rotation", name, turned, HELD_TURN, "rad", text)

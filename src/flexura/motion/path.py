@@ -111,7 +111,7 @@ class Path:
             for own in (predicted, self.state.frames)
         )
         if off > max(JUMP * step, NO_JUMP):
-            raise SolverError("the next state is not on the way of the last one")
+            raise SolverError("the next state is not on the path of the last one")
 
     def _predicted(self, way: float, aim: Point) -> Frames:
         """The state at a length of way, by the polynomial (Lagrange) of the displacements from the last state to those

@@ -193,7 +193,7 @@ def _reached(design: Design) -> PosedDesign:
         if isinstance(found, Stopped):
             of = "the displacements" if found.point else "the loads and commands"
             raise SolverError(
-                f"at {said}: no equilibrium is found on the way there beyond {100 * found.share:.3g} % of {of};"
+                f"at {said}: no equilibrium is found on the path there beyond {100 * found.share:.3g} % of {of};"
                 " flexura stroke shows how far it goes"
             )
         state = found

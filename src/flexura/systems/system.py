@@ -162,7 +162,7 @@ def _read_as(out: OutputPort, derivative: int) -> OutputPort:
 def _model(model: Any, parameters: Mapping[str, ArrayLike] | None, order: str, how: dict[str, Any]) -> Model:
     if isinstance(model, FullOrderModel | LowOrderModel):
         if parameters or how:
-            raise OptionError("parameters and ways of reduction belong to a mechanism, not to a finished model")
+            raise OptionError("parameters and methods of reduction belong to a mechanism, not to a finished model")
         return model
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
