@@ -148,6 +148,27 @@ def test_matrix_market_in_a_folder_with_damping_and_amplitudes(low: fx.LowOrderM
     assert kinds == ["mode" not in name for name in low.coordinate_names] and not all(kinds)
 
 
+def test_files_say_how_far_the_part_may_be_from_modes_in_their_range(full: fx.FullOrderModel, tmp_path: Path) -> None:
+    found = fx.modes(fx.load(EXAMPLES / "guide" / "guide.yaml"), n=6, order="full")
+    told = [f"{hz:.5g} Hz {text}" for hz, text in zip(found.frequency_hz, found.model_errors.texts, strict=True)]
+    lead = "model error, how far the part may be from these frequencies: "
+    ends = {"inputs": ["carriage.tx"], "outputs": ["carriage.tx"]}
+    built = system(full, order="full", damping=0.01, **ends)
+    made = fx.state_space(built, n=3)
+    for own, name in ((made, "continuous"), (made.discretised(1e-5), "discrete")):
+        with np.load(export(own, tmp_path / f"{name}.npz")[0]) as arrays:
+            assert arrays["notes"][-1] == lead + ", ".join(told[:3])
+    assert scipy.io.loadmat(export(made, tmp_path / "made.mat")[0])["Notes"][-1, 0][0] == lead + ", ".join(told[:3])
+    response = fx.frequency_response(built, frequency_hz=[10.0, 0.5 * (found.frequency_hz[1] + found.frequency_hz[2])])
+    with h5py.File(export(response, tmp_path / "response.h5")[0]) as arrays:
+        assert arrays["notes"].asstr()[()].tolist()[-1] == lead + ", ".join(told[:2])
+    with np.load(export(full, tmp_path / "full.npz")[0]) as arrays:
+        note = str(arrays["notes"][-1])
+        assert note.startswith(lead + ", ".join(told)) and note.endswith(", of higher ones not worked out")
+    lines = export(full, tmp_path / "part.mtx")[0].read_text(encoding="utf-8").splitlines()
+    assert any(line.startswith("%") and lead + told[0] in line for line in lines[:4])
+
+
 def test_damping_of_another_size_or_without_symmetry_is_refused(low: fx.LowOrderModel, tmp_path: Path) -> None:
     with pytest.raises(fx.OptionError, match="of this model is"):
         export(low, tmp_path / "x.npz", damping=np.eye(3))

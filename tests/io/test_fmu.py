@@ -211,6 +211,9 @@ def test_from_a_mechanism_to_an_fmu(tmp_path: Path) -> None:
     model = state_space(built, n=3)
     path = write_fmu(model, tmp_path / "guide.fmu")
     assert validate_fmu(str(path)) == []
+    texts = fx.modes(mechanism, n=3).model_errors.texts
+    about = fmpy.read_model_description(str(path)).description
+    assert "model error, how far the part may be" in about and all(f"Hz {text}" in about for text in texts)
     h, steps = 2e-4, 100
     result = fmpy.simulate_fmu(
         str(path), fmi_type="CoSimulation", stop_time=steps * h, step_size=h, start_values={FORCE: 2.0}

@@ -139,6 +139,7 @@ def test_modes_in_a_universal_file(tmp_path: Path) -> None:
     for k, shape in enumerate(sets[55]):
         assert (shape["mode_n"], shape["analysis_type"], shape["data_ch"], shape["spec_data_type"]) == (k + 1, 2, 3, 8)
         assert shape["freq"] == pytest.approx(modes.frequency_hz[k], rel=1e-5)
+        assert shape["id5"].endswith(f"how far the part may be from it: {modes.model_errors.texts[k]}")
         assert shape["modal_m"] == 1.0 and shape["node_nums"].astype(int).tolist() == numbers.tolist()
         found = np.stack([shape[f"r{i}"] for i in range(1, 7)], axis=1)
         assert np.allclose(found, modes.shapes[:, :, k], rtol=1e-5, atol=1e-12)

@@ -55,6 +55,8 @@ def test_frames_and_sizes(found: dict) -> None:
     names = [cell[0] for cell in found["CoordinateName"][:, 0]]
     assert names[:7] == ["left.tx", "left.ty", "left.tz", "left.rx", "left.ry", "left.rz", "right.tx"]
     assert names[12] == "amplitude 1"
+    note, first = found["Notes"][0, 0][0], found["FrequencyHz"][0, 0]
+    assert note.startswith(f"model error, how far the part may be from these frequencies: {first:.5g} Hz ")
 
 
 def test_rigid_motions_strain_nothing_and_have_the_mass_of_the_bar(found: dict) -> None:

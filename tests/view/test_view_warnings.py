@@ -47,7 +47,15 @@ def test_pictures_of_modes_say_what_is_not_proven(tmp_path, monkeypatch):
 
 def test_pictures_of_proven_modes_are_plain(tmp_path, monkeypatch):
     said = texts_of(modes(guide(), n=2, order="full"), tmp_path, monkeypatch)
-    assert not any("warning" in text or "proven" in text for text in said.values())
+    assert not any("warning" in text or "not proven" in text for text in said.values())
+
+
+def test_pictures_of_modes_tell_both_margins_apart(tmp_path, monkeypatch):
+    found = modes(guide(), n=2)
+    said = {name: text.replace("\n", " ") for name, text in texts_of(found, tmp_path, monkeypatch).items()}
+    for mode, error in zip(found.modes, found.model_errors.texts, strict=True):
+        told = f"proven: {mode.proven_text}, model error: {error}; {mode.motion.summary}"
+        assert told in said[f"mode_0{mode.number}.png"] and told in said["modes.png"]
 
 
 @pytest.mark.slow

@@ -10,12 +10,19 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.errors import OptionError
+from flexura.analysis import model_errors_of_modes
+from flexura.errors import OptionError, SolverError
 from flexura.reduction import LowOrderModel, NestedModel
-from flexura.structure import FullOrderModel
+from flexura.structure import FullOrderModel, assemble
 from flexura.systems import Channel, StateSpace
 
 Array = NDArray[np.float64]
+
+MODES = 12
+"""Modes of which it is told how far the part may be from them."""
+
+ROUNDED = 1e-6
+"""How far above the end of its range the highest frequency of a state space may lie, relative."""
 
 
 @runtime_checkable
@@ -99,18 +106,48 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
             "response": np.asarray(what.response, dtype=complex),
             **_channels("input", what.inputs),
             **_channels("output", what.outputs),
-            "notes": [*getattr(what, "notes", ()), *(f"warning: {w}" for w in getattr(what, "warnings", ()))],
+            "notes": [
+                *getattr(what, "notes", ()),
+                *(f"warning: {w}" for w in getattr(what, "warnings", ())),
+                *_model_errors_of_response(what),
+            ],
         }
     own = second_order(what, damping)
     matrices = {"K": own.K, "M": own.M} | ({} if own.C is None else {"C": own.C})
-    notes = list(getattr(own.model, "steps", ()))
+    notes = [*getattr(own.model, "steps", ()), *model_error_notes(own.model)]
     texts = {"coordinate_names": own.coordinate_names, "notes": notes}
     return {"kind": "second-order model", "name": own.name, **matrices, **texts}
 
 
 def notes_of(model: StateSpace) -> list[str]:
-    """The notes of a model, and its warnings."""
-    return [*model.notes, *(f"warning: {w}" for w in model.warnings)]
+    """The notes of a model, its warnings, and how far the part may be from its frequencies."""
+    if model.model is None:
+        return [*model.notes, *(f"warning: {w}" for w in model.warnings)]
+    poles = model.poles()
+    speed = np.abs(poles if model.dt is None else np.log(poles[poles != 0]) / model.dt)
+    kept = float(speed.max(initial=0.0)) / (2 * np.pi) if model.neglected is None else model.neglected.band[1]
+    errors = model_error_notes(model.model, kept * (1 + ROUNDED))
+    return [*model.notes, *(f"warning: {w}" for w in model.warnings), *errors]
+
+
+def _model_errors_of_response(what: Response) -> list[str]:
+    modes = getattr(what, "modes", None)
+    return [] if modes is None else model_error_notes(modes.system.model, float(np.max(what.frequency_hz)))
+
+
+def model_error_notes(model: FullOrderModel | LowOrderModel, highest: float = np.inf) -> list[str]:
+    """How far the part may be from the frequencies of a model up to a highest one, Hz, of MODES modes at most, in
+    words; none without a mode there."""
+    full = model if isinstance(model, FullOrderModel) else assemble(model.plan, model.parameters)
+    if not full.order:
+        return []
+    try:
+        errors, hz = model_errors_of_modes(full, min(MODES, full.order))
+    except SolverError as error:
+        return [f"model error, how far the part may be from these frequencies: not known, {error}"]
+    told = [f"{f:.5g} Hz {text}" for f, text in zip(hz, errors.texts, strict=False) if 0 < f <= highest]
+    told += ["of higher ones not worked out"] * (len(errors.texts) == MODES and bool(hz[MODES - 1] <= highest))
+    return [f"model error, how far the part may be from these frequencies: {', '.join(told)}"] * bool(told)
 
 
 def _of_state_space(model: StateSpace) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from flexura.errors import OptionError
 from flexura.files import complete_files
-from flexura.io.contents import SecondOrder, second_order
+from flexura.io.contents import SecondOrder, model_error_notes, second_order
 from flexura.mechanism import DOF_NAMES
 from flexura.structure import FullOrderModel
 
@@ -39,12 +39,13 @@ def write_matrix_market(what: Any, path: str | Path, damping: Any | None = None)
                 f"{path} is a file; matrices go to a folder, or to files named by a prefix ending in .mtx"
             )
     matrices = {"K": own.K, "M": own.M} | ({} if own.C is None else {"C": own.C})
+    notes = model_error_notes(own.model)
     with complete_files(folder, make) as scratch:
         for name, A in matrices.items():
             lower = sp.coo_matrix(A)
             comment = f"{name} of {' '.join(own.name.split())}, SI, rows in {prefix}dofs.csv"
             with (scratch / f"{prefix}{name}.mtx").open("wb") as stream:
-                mmwrite(stream, lower, comment, symmetry="symmetric", precision=17)
+                mmwrite(stream, lower, "\n".join((comment, *notes)), symmetry="symmetric", precision=17)
         with (scratch / f"{prefix}dofs.csv").open("w", newline="", encoding="utf-8") as stream:
             csv.writer(stream, lineterminator="\n").writerows([_COLUMNS, *_rows(own)])
         written = sorted(file.name for file in scratch.iterdir())

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
-from flexura.io.contents import Array
+from flexura.io.contents import Array, model_error_notes
 from flexura.io.matlab import save_mat
 from flexura.linalg import lowest
 from flexura.reduction import LowOrderModel, NestedModel, nested
@@ -75,6 +75,7 @@ def write_simscape(
         "FrameName": names,
         "CoordinateName": list(model.coordinate_names),
         "FrequencyHz": omega[:, None] / (2 * np.pi),
+        "Notes": model_error_notes(model),
     }
     if damping_ratio:
         forces = M @ shapes

@@ -78,7 +78,8 @@ def _first_order(modes: ModalSystem, delay: float, notes: tuple[str, ...]) -> St
             C[k, 0::2], C[k, 1::2] = -modes.C[k] * modes.omega**2, -modes.C[k] @ modes.damping
             D[k] += modes.C[k] @ modes.B
     states = tuple(f"mode {k + 1} {word}" for k in range(r) for word in ("displacement", "velocity"))
-    return StateSpace(A, B, C, D, modes.inputs, modes.outputs, states, None, delay, modes.system.name, notes)
+    of = modes.system
+    return StateSpace(A, B, C, D, modes.inputs, modes.outputs, states, None, delay, of.name, notes, model=of.model)
 
 
 def _origin(modes: ModalSystem, kept: ModalSystem) -> str:

@@ -12,7 +12,9 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import Exceeded, OptionError
+from flexura.reduction import LowOrderModel
 from flexura.results import Result
+from flexura.structure import FullOrderModel
 from flexura.systems.channel import Channel, ends_of, positions
 from flexura.systems.neglected import Neglected
 from flexura.tables import Facts, Table, number, quantity
@@ -32,7 +34,8 @@ class StateSpace(Result):
     A (n, n), B (n, m), C (p, n), D (p, m), SI. `inputs` (m) and `outputs` (p) say what u and y are. `delay` is a dead
     time of all inputs, s, that the matrices of a continuous model leave out and those of a discrete one contain.
     `notes` say where the model comes from and what was neglected, and `warnings` where that is not small. `neglected`
-    is a bound on what a continuous model lacks in the band that it is for, None where nothing was left out.
+    is a bound on what a continuous model lacks in the band that it is for, None where nothing was left out. `model` is
+    what it was made from.
     """
 
     _shown = ("name", "order", "inputs", "outputs", "dt")
@@ -50,6 +53,7 @@ class StateSpace(Result):
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[Exceeded, ...] = ()
     neglected: Neglected | None = None
+    model: FullOrderModel | LowOrderModel | None = field(default=None, repr=False, compare=False)
 
     def _view(self) -> Iterator[Facts | Table]:
         poles = self.poles()

@@ -106,7 +106,8 @@ def save_modes(
     magnify: float = 1.0,
     dpi: float = DPI,
 ) -> list[Path]:
-    """Write the pictures of `save_pictures` for modes: every frequency as it is proven, and all warnings; and with
+    """Write the pictures of `save_pictures` for modes: every frequency with how far it is proven and how far the part
+    may be from it, and all warnings; and with
     `animate`, `gif`, `webp` or `mp4`, each mode in motion, such as `mode_01.gif`.
 
     `names`, `magnify` and `dpi` as in `save_pictures`. Raises OptionError when the folder cannot be written to, and as
@@ -117,7 +118,7 @@ def save_modes(
     own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
     target = make_folder(Path(folder))
     titles = [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes]
-    subtitles = [mode.motion.summary for mode in result.modes]
+    subtitles = margins(result)
     warnings = [[w for w in result.warnings if w.place == place] for place in own]
     films: dict[str, bytes] = {}
     if form is not None:
@@ -145,6 +146,14 @@ def save_modes(
         dpi,
     )
     return write_files(pictures | films, target)
+
+
+def margins(result: Modes) -> list[str]:
+    """Of every mode how far the frequency is proven, how far the part may be from it, and what moves."""
+    return [
+        f"proven: {mode.proven_text}, model error: {error}; {mode.motion.summary}"
+        for mode, error in zip(result.modes, result.model_errors.texts, strict=True)
+    ]
 
 
 def positive(magnify: float) -> None:

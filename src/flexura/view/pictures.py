@@ -151,7 +151,7 @@ def draw_sheet(
         figure.text(left + 0.15, top, title, size=12, weight="bold", color=INK, **style)
         top -= 0.065 / rows
         for lines, colour in (
-            (wrapped(subtitles[k], wide, 8.5, 2), "0.35"),
+            (wrapped(subtitles[k], wide, 8.5, 3), "0.35"),
             (wrapped(flags[k], wide, 8.5, 1) if flags else [], WARNING),
         ):
             figure.text(left + 0.15, top, "\n".join(lines), size=8.5, color=colour, **style)

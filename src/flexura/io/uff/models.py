@@ -127,6 +127,7 @@ def _modes(modes: Modes) -> list[dict[str, Any]]:
             **ids,
             "id3": _text(f"order {modes.order} of {modes.full_order}"),
             "id4": f"mode {mode.number}, {mode.frequency_hz:.6g} Hz",
+            "id5": f"model error, how far the part may be from it: {error}",
             "node_nums": (np.flatnonzero(has_position) + 1).tolist(),
             **{f"r{i + 1}": shapes[:, i, k] for i in range(6)},
             "mode_n": k + 1,
@@ -135,7 +136,7 @@ def _modes(modes: Modes) -> list[dict[str, Any]]:
             "modal_damp_vis": 0.0,
             "modal_damp_his": 0.0,
         }
-        for k, mode in enumerate(modes.modes)
+        for k, (mode, error) in enumerate(zip(modes.modes, modes.model_errors.texts, strict=True))
     ]
 
 
