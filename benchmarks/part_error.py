@@ -22,7 +22,7 @@ from part_mechanisms import mechanisms
 
 import flexura as fx
 from flexura.deadline import told
-from flexura.describe import Flexure
+from flexura.describe import Flexure, Notch
 from flexura.modal import pair_modes
 from flexura.solid.whole import WholePart, elements
 from flexura.structure import solids_of
@@ -95,8 +95,8 @@ def scaled(model: fx.FullOrderModel, shapes: np.ndarray) -> np.ndarray:
 
 def meshed(mechanism: fx.Mechanism, model: fx.FullOrderModel) -> tuple[WholePart, int]:
     """The part in tetrahedra that take some 100 000 DOFs and are within half a per cent, and their order."""
-    contours = [getattr(own.profile, "contour", None) for own in flexures(mechanism)]
-    order = 4 if any(own and own.shape != "corner_filleted" for own in contours) else 3
+    contours = [own.profile.contour.shape for own in flexures(mechanism) if isinstance(own.profile, Notch)]
+    order = 4 if any(shape != "corner_filleted" for shape in contours) else 3
     elements.GRADING, elements.CURVATURE = GROWTH, CURVATURE
     return WholePart(model, order, SIZE, told(None)), order
 

@@ -442,7 +442,7 @@ def hexapod(rng: np.random.Generator, k: int) -> Drawing:
             for start, end in ((p, p + neck), (q - neck, q)):
                 d.member(start, end, None, profile=RoundNotch(contour=contour), elements=20)
             p, q = p + neck, q - neck
-        thickness = 1.4 * size if k == 1 else size
+        thickness = 1.8 * size if k == 1 else size
         d.member(p, q, None, section=Circle(diameter=MM * thickness), elements=8)
     own = ("rods", "rods with necks", "leaves")[k]
     d.words = f"{own}, L/d {L / (size / 2 if k == 2 else size):.0f}, plate {plate / size:.1f} d"

@@ -165,8 +165,11 @@ def _hand_tips_over(occ: ModuleType, pieces: Pieces, made: list[Any]) -> None:
             host = next((j for j in hosts if thickness(pieces.all[j]) > thickness(own)), None)
             if depth and host is not None:
                 tip = made[k] * _cutter(occ, own, end, depth)
+                joined = made[host] + tip
+                if joined.mass < (1 - FLAT) * made[host].mass:  # as where OpenCASCADE loses round ends that are flush
+                    continue
                 made[k] = made[k] - _cutter(occ, own, end, depth)
-                made[host] = made[host] + tip
+                made[host] = joined
 
 
 def _is_near(block: Piece, own: MemberSolid, end: int) -> bool:
