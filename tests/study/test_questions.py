@@ -116,14 +116,14 @@ def test_questions_are_the_same_after_a_pickle():
         ("f0", "known: f1, f2"),
         ("f1,", "missing after 'f1,'"),
         ("f1 f2", "'f2' was not expected"),
-        ("2*f1", r"'2\*f1' is a formula, and names alone are asked for here"),
+        ("2*f1", r"'2\*f1' is a formula; quantities are names alone here"),
         ("f1, f2 / f1", "is a formula"),
         ("f1 <= 50 Hz", "is a formula"),
         ("mas", "did you mean mass"),
         ("mass(carriag)", "did you mean carriage"),
         ("mass(", "not closed"),
         ("mass(carriage, leaf1)", r"mass\[\(BODY\)\]"),
-        ("f1, f1", "asked twice"),
+        ("f1, f1", "named twice"),
         ("f1000000", "from f1 to f114"),
         ("f1(carriage)", "no arguments"),
         ("f1 at", "a pose is expected"),
@@ -169,7 +169,7 @@ def test_a_parameter_of_the_name_of_a_quantity_is_asked_as_a_parameter():
         assert asked.columns == (f"{name} [{unit}]", f"parameter({name}) [m]")
         assert asked.values({}).value[0, 1] == 0.5e-3
         assert asked.notes == (
-            f"{name} is what is asked under this name, not the parameter that is called so: that is parameter({name})",
+            f"{name} is the quantity of this name, not the parameter that is called so: that is parameter({name})",
         )
         assert questions(model, f"parameter({name})").notes == ()
 

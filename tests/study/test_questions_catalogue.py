@@ -248,7 +248,7 @@ def test_answers_one_by_one_do_not_depend_on_neighbours(asked):
         ("margin(leaf1)", "nothing loads"),
         ("buckling", "nothing loads"),
         ("stress(leaf3) at x = 1 mm", "did you mean"),
-        ("force(x)", "is asked at a pose"),
+        ("force(x)", "is of a pose"),
         ("force(y) at x = 1 mm", "along its own displacements, carriage.x"),
         ("reach(x) at x = 1 mm", "not known at a pose"),
         ("mass at x = 1 mm", "same at every pose"),

@@ -80,7 +80,7 @@ def test_a_margin_of_two_asked_sides_is_relative_to_the_default_design():
         ("f1 +", "ends too early"),
         ("2 f1", "by an operator"),
         ("max(f1)", "2 argument"),
-        ("foo + f1", "'foo' is nothing that can be asked"),
+        ("foo + f1", "'foo' is no quantity"),
         ("f1^f2", "an exponent is a pure number"),
         ("f1 / 3 Hzz", "not a unit"),
         ("f1 <= 3 Hz", "cannot stand"),

@@ -52,7 +52,7 @@ def stresses(subject: Subject) -> Content:
     loaded = bool(_loads(subject)) or _has_gravity(subject)
     if not (limits or loaded or subject.plan.is_posed):
         text = (
-            "No loads are described, and no actuator with a limit: nothing says how large stresses get. The stroke and"
+            "No loads are described, and no actuator with a limit: how large stresses get is not known. The stroke and"
             " the freedoms tell where the first member yields."
         )
         return Content([Paragraph(text, "soft")], "absent")

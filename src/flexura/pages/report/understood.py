@@ -88,7 +88,10 @@ def _overview(found: CheckReport) -> Table:
         sharp = f"{lower:.5g}" == f"{upper:.5g}"
         text = f"{upper:.5g} Hz" if sharp else f"between {lower:.5g} and {upper:.5g} Hz"
         rows.append(
-            ["lowest frequency", f"{text}, proven" if lower > 0 else f"below {upper:.2g} Hz, not told from zero"]
+            [
+                "lowest frequency",
+                f"{text}, proven" if lower > 0 else f"below {upper:.2g} Hz, indistinguishable from zero",
+            ]
         )
     rows += [[f"load on {node}", _wrench(own)] for node, own in _few(found.loads)]
     if any(found.gravity):

@@ -129,4 +129,4 @@ def unknown_name(name: str, parameters: list[str]) -> str:
     near = close if close.startswith("did you mean") else ""
     if is_unit(name):
         near = f"a unit stands behind its number, as in 3 kg/m;{' ' if near else ''}{near}"
-    return f"{name!r} is nothing that can be asked; {near}{' ' if near else ''}known: {', '.join(askable())}"
+    return f"{name!r} is no quantity; {near}{' ' if near else ''}known: {', '.join(askable())}"

@@ -126,14 +126,14 @@ def trailing_pose(text: str) -> tuple[str, tuple[Place, ...]]:
 
 def _refuse_long(text: str) -> None:
     if len(text) > MAX_LENGTH:
-        raise OptionError(f"what is asked has at most {MAX_LENGTH} characters, not {len(text)}")
+        raise OptionError(f"quantities have at most {MAX_LENGTH} characters, not {len(text)}")
 
 
 def _asked_at(text: str, position: int) -> tuple[Asked, int]:
     """The asked name that begins at a position, and where it ends."""
     match = _TOKEN.match(text, position)
     if match is None:
-        raise OptionError(f"what is asked is missing {_where(text, position)}; write names separated by commas")
+        raise OptionError(f"a quantity is missing {_where(text, position)}; write names separated by commas")
     if match["name"] is None:
         raise OptionError(_unexpected(text, position))
     name, position = match["name"], match.end()
@@ -187,7 +187,7 @@ def _where(text: str, position: int) -> str:
 def _unexpected(text: str, position: int) -> str:
     if _OPERATOR.match(text, position):
         return (
-            f"{text.strip()[:40]!r} is a formula, and names alone are asked for here, separated by commas: f1, mass."
+            f"{text.strip()[:40]!r} is a formula; quantities are names alone here, separated by commas: f1, mass."
             " Formulas are goals and limits of an optimum, requirements of tolerances, published numbers"
         )
     return f"{text[position:].strip()[:40]!r} was not expected {_where(text, position)}; names are separated by commas"

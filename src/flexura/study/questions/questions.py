@@ -54,7 +54,7 @@ class Questions(Record):
     def _taken(self) -> tuple[str, ...]:
         names = dict.fromkeys(own.text.partition(" at ")[0] for own in self.quantities if own.kind != "parameter")
         return tuple(
-            f"{name} is what is asked under this name, not the parameter that is called so: that is parameter({name})"
+            f"{name} is the quantity of this name, not the parameter that is called so: that is parameter({name})"
             for name in names
             if name in self.plan.mechanism.parameters
         )
@@ -196,9 +196,9 @@ def questions(model: Mechanism | Plan, ask: str | Sequence[str]) -> Questions:
     reader = Reader(own)
     found = [reader.quantity(one) for text in texts for one in separate(text)]
     if not found:
-        raise OptionError(f"nothing is asked; known: {', '.join(askable())}")
+        raise OptionError(f"no quantity is named; known: {', '.join(askable())}")
     texts = [one.text for one in found]
     twice = next((text for k, text in enumerate(texts) if text in texts[:k]), None)
     if twice is not None:
-        raise OptionError(f"{twice} is asked twice")
+        raise OptionError(f"{twice} is named twice")
     return Questions(own, tuple(found))

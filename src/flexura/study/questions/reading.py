@@ -140,7 +140,7 @@ class Reader:
         if not least <= len(texts) <= most or not all(texts):
             own = not texts and kind.name in self.plan.mechanism.parameters
             hint = f"; the parameter is parameter({kind.name})" if own else ""
-            raise OptionError(f"{kind.name} is asked as {kind.written}, not with ({', '.join(texts)}){hint}")
+            raise OptionError(f"{kind.name} is written {kind.written}, not with ({', '.join(texts)}){hint}")
         found = tuple(self.argument(kind.name, own, text) for own, text in zip(kind.arguments, texts, strict=False))
         if kind.name == "frf_peak" and not float(found[2]) < float(found[3]):  # type: ignore[arg-type]
             raise OptionError(
@@ -284,7 +284,7 @@ class Reader:
     def pose(self, kind: Kind, places: Sequence[Place], is_own: bool) -> tuple[tuple[str, float], ...]:
         """The displacements of the pose at which something is asked, m and rad."""
         if kind.poses == "needed" and not places:
-            raise OptionError(f"{kind.name} is asked at a pose: {kind.written} at NODE.DOF = VALUE UNIT")
+            raise OptionError(f"{kind.name} is of a pose: {kind.written} at NODE.DOF = VALUE UNIT")
         if kind.poses == "same" and not is_own:
             return ()
         found: dict[str, float] = {}
