@@ -1,16 +1,19 @@
-"""Short tables of SI numbers for readers: a few digits, prefixes that suit, and HTML that any page may have."""
+"""Numbers of SI units for readers, each in the unit that engineers of precision mechanisms write it in; short tables of
+them, and HTML that any page may have."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from html import escape
 from itertools import islice
-from math import floor, isfinite, isnan, log10
-from typing import Any
+from math import isfinite, isnan, pi
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 ROWS, COLUMNS = 12, 9
 """Most rows and columns of a table."""
@@ -21,13 +24,25 @@ LONGEST, LONGEST_FACT = 96, 240
 ROUND_OFF = 1e-10
 """Shown as zero: quantities below so much of the largest one of their unit in a table."""
 
-HELD = 1e-9
-"""Compliances below so much of what they stand beside are none."""
-
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-_LARGEST = {"m": 0, "s": 0, "rad": 0, "N": 9, "Pa": 9, "W": 9, "V": 3, "J": 9, "A": 0, "g": 3}
-"""Symbols that take prefixes, with the largest power of ten that is customary."""
-_LEADING = re.compile(r"(kg|rad|Pa|[msNWVJA])(?![\w^])(.*)")
+_PREFIXED = {
+    "m": (-12, 0), "s": (-12, 0), "N": (-9, 9), "Pa": (0, 9), "W": (-9, 9), "V": (-9, 3), "J": (-12, 9), "A": (-12, 0),
+    "g": (-9, 3), "rad": (-9, 0), "Hz": (0, 3),
+}  # fmt: skip
+"""Symbols that take prefixes, with the smallest and the largest power of ten that is customary."""
+_LEAST = {"m": 1.0, "MPa": 1e5, "GPa": 2e9, "kHz": 1e4}
+"""From which SI value on a unit is taken, where that is not it with k, M or G, and a tenth of it else."""
+_UNLIKE = {
+    "rad": (("deg", pi / 180, 0.01), ("mrad", 1e-3, 1e-4), ("µrad", 1e-6, 1e-7), ("nrad", 1e-9, 0.0)),
+    "N/m": (("N/µm", 1e6, 1e6), ("N/mm", 1e3, 1e3), ("N/m", 1.0, 0.0)),
+    "V/m": (("V/µm", 1e6, 1e5), ("V/mm", 1e3, 1e2), ("V/m", 1.0, 0.0)),
+    "m^2": (("m²", 1.0, 0.1), ("mm²", 1e-6, 0.0)),
+    "m^3": (("m³", 1.0, 0.1), ("mm³", 1e-9, 0.0)),
+    "m^4": (("m⁴", 1.0, 0.1), ("mm⁴", 1e-12, 0.0)),
+    "kg*m^2": (("kg m²", 1.0, 0.1), ("kg mm²", 1e-6, 1e-5), ("g mm²", 1e-9, 0.0)),
+}
+"""Units that are written unlike the prefixed SI unit: their sizes, and from which size on each is taken."""
+_LEADING = re.compile(r"(kg|rad|Pa|Hz|[msNWVJA])(?![\w^])(.*)")
 _POWER = re.compile(r"\^(?:\((-?\d+)\)|(-?\d+))")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _HEADING = re.compile(r"(.*) \[(.+)\]")
@@ -52,26 +67,38 @@ class Table:
     longest: int = LONGEST
 
 
+class Scale(NamedTuple):
+    """The size in SI of a unit that readers know."""
+
+    size: float
+    unit: str
+
+    def text(self, value: float, digits: int = 5) -> str:
+        """An SI value in this unit; empty where it is not known."""
+        return "" if isnan(value) else f"{number(value / self.size, digits)} {self.unit}".strip()
+
+    def label(self, name: str) -> str:
+        """What an axis of this unit is called."""
+        return f"{name}, {self.unit}" if self.unit else name
+
+    def heading(self, name: str) -> str:
+        """What a column of this unit is called."""
+        return f"{name} [{self.unit}]" if self.unit else name
+
+
 def number(value: float, digits: int = 5) -> str:
-    """A number in few digits; empty where it is not known."""
+    """A number in few digits, with a power of ten only far from one; empty where it is not known."""
     if isnan(value):
         return ""
     if not isfinite(value):
         return "∞" if value > 0 else "-∞"
-    return f"{value + 0.0:.{digits}g}"
+    text = f"{value + 0.0:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e7 else text
 
 
 def quantity(value: float | None, unit: str, digits: int = 5) -> str:
-    """An SI value with the prefix that suits it, e.g. `0.00012` m as `120 µm`; empty where it is not known."""
-    if value is None or isnan(value):
-        return ""
-    factor, shown = suited([[value]], unit)
-    return f"{number(value / factor, digits)} {shown}".strip()
-
-
-def stiffness(compliance: float, beside: float = 0.0) -> str:
-    """One over a compliance; `held` where that is nothing, or nothing beside another."""
-    return "held" if compliance <= HELD * beside else f"{1 / compliance:.4g}"
+    """An SI value in the unit that suits it, e.g. `0.00002` m as `20 µm`; empty where it is not known."""
+    return "" if value is None else suited([[value]], unit).text(value, digits)
 
 
 def percent(value: float | None, digits: int = 3) -> str:
@@ -87,6 +114,13 @@ def counted(count: int, what: str) -> str:
 def ends(interval: tuple[float, float], unit: str) -> str:
     """An interval of SI values with its unit."""
     return " to ".join(quantity(end, unit) for end in interval)
+
+
+def vector(components: Iterable[float], unit: str) -> str:
+    """Components of a vector in one unit, e.g. `(0, 0, -9.81) m/s²`."""
+    values = [float(x) for x in components]
+    scale = suited([values], unit)
+    return f"({', '.join(number(x / scale.size) for x in values)}) {scale.unit}"
 
 
 def in_mm(point: Iterable[float]) -> str:
@@ -125,44 +159,64 @@ def text_columns(shown: Mapping[str, list[Any]], longest: int = LONGEST) -> dict
     units = {name: own.groups() for name in shown if (own := _HEADING.fullmatch(name)) is not None}
     alike: dict[str, list[list[float]]] = {}
     for name, (_, unit) in units.items():
-        alike.setdefault(unit, []).append([float(x) for x in shown[name] if _is_known(x)])
+        own = [float(x) for x in shown[name] if _is_known(x)]
+        alike.setdefault(unit, []).extend([[x] for x in own] if unit == "Hz" else [own])
     prefixes = {unit: suited(groups, unit) for unit, groups in alike.items()}
     found: dict[str, list[str]] = {}
     for name, column in shown.items():
         what, unit = units.get(name, (name, ""))
-        factor, written = prefixes.get(unit, (1.0, ""))
+        factor, written = prefixes.get(unit, Scale(1.0, ""))
         noise = ROUND_OFF * _largest(x for own in alike.get(unit, []) for x in own) if written else 0.0
-        heading = f"{what} [{written}]" if written else name
+        heading = prefixes[unit].heading(what) if written else name
         found[heading] = [_cell(x, factor, noise, longest) for x in column]
     return found
 
 
-def suited(groups: Sequence[Sequence[float]], unit: str) -> tuple[float, str]:
-    """A factor and the unit that it makes, which shows most groups of numbers with one to four digits before the
-    point, and the largest of them best."""
-    leading = _LEADING.fullmatch(unit)
+def suited(groups: Iterable[Iterable[float]], unit: str) -> Scale:
+    """The scale that shows most groups of SI numbers, each by its largest, with up to four digits before the point;
+    of several the one in which the largest of all is customary."""
+    unit = unit.replace("**", "^").replace("·", "*").replace(" ", "*")
     sizes = [size for group in groups if (size := _largest(group)) > 0]
-    if leading is None or not sizes or leading[0] == "rad/s" or (leading[1] == "kg" and leading[2]):
-        return 1.0, _written(unit)
+    scales = scales_of(unit)
+    if len(scales) == 1 or not sizes:
+        return next((scale for scale, _ in scales if scale.size == 1.0), scales[0][0])
+    most, longest = max(sizes), 1e5 if unit == "Hz" else 1e4
+    taken = next(scale for scale, least in scales if most >= least)
+
+    def legible(scale: Scale) -> tuple[int, bool]:
+        return sum(0.1 <= size / scale.size < longest for size in sizes if size > ROUND_OFF * most), scale == taken
+
+    return max((scale for scale, _ in scales), key=legible)
+
+
+def scale_for(values: ArrayLike, unit: str) -> Scale:
+    """The scale that suits SI values together. Frequencies count one by one: their smallest are not round-off."""
+    own = np.asarray(values, dtype=float).ravel().tolist()
+    return suited([[x] for x in own] if unit == "Hz" else [own], unit)
+
+
+@cache
+def scales_of(unit: str) -> tuple[tuple[Scale, float], ...]:
+    """The scales in which a unit is written, the largest first, with the least SI value in each."""
+    if unit in _UNLIKE:
+        return tuple((Scale(size, name), least) for name, size, least in _UNLIKE[unit])
+    leading = _LEADING.fullmatch(unit)
+    if leading is None or unit == "rad/s" or (leading[1] == "kg" and leading[2]):
+        return ((Scale(1.0, _written(unit)), 0.0),)
     symbol, rest = leading.groups()
-    base = 1.0
-    if symbol == "kg":
-        symbol, base = "g", 1e-3
-    sizes = [size for size in sizes if size > ROUND_OFF * max(sizes)]
-    powers = [power for power in _PREFIXES if power <= _LARGEST[symbol]]
-
-    def legible(power: int) -> tuple[int, bool, float]:
-        scaled = [size / base / 10.0**power for size in sizes]
-        off = abs(floor(log10(max(scaled))) - 1)
-        return sum(0.1 <= size < 1e4 for size in scaled), 1 <= max(scaled) < 1e3, -off
-
-    power = max(powers, key=legible)
-    return base * 10.0**power, _written(_PREFIXES[power] + symbol + rest)
+    symbol, base = ("g", 1e-3) if symbol == "kg" else (symbol, 1.0)
+    low, high = _PREFIXED[symbol]
+    found = []
+    for power in sorted((own for own in _PREFIXES if low <= own <= high), reverse=True):
+        name, size = _PREFIXES[power] + symbol, base * 10.0**power
+        least = _LEAST.get(name, size if power > 0 else 0.1 * size)
+        found.append((Scale(size, _written(name + rest)), 0.0 if power == low else least))
+    return tuple(found)
 
 
 def _written(unit: str) -> str:
     """A unit with raised exponents and without signs of multiplication."""
-    raised = _POWER.sub(lambda found: (found[1] or found[2]).translate(_RAISED), unit.replace("**", "^"))
+    raised = _POWER.sub(lambda found: (found[1] or found[2]).translate(_RAISED), unit)
     return "" if unit == "1" else raised.replace("*", " ")
 
 

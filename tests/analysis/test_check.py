@@ -133,7 +133,7 @@ def test_the_command_prints_loads_and_proofs(tmp_path) -> None:
     save(guide(loads=loads, gravity=(0, 0, -9.81)), path)
     text = CliRunner().invoke(app, ["check", str(path)]).output
     assert "load on table: (0, 0, -20) N, (0.1, 0, 0) N m" in text
-    assert "gravity: (0, 0, -9.81) m/s^2" in text
+    assert "gravity: (0, 0, -9.81) m/s²" in text
     assert "preloaded" in text
     assert "Hz, proven" in text
     data = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).output)

@@ -46,7 +46,18 @@ DIMENSIONLESS = {
 
 UNITLESS = {
     *("mode", "order", "copies", "members", "elements", "nodes", "test mode", "model mode", "missed", "design"),
-    *("factor to yield", "to yield", "to buckle", "mac", "likeness", "MAC", "MAC of close modes", "confidence", "MPC"),
+    *(
+        "factor to yield",
+        "to yield",
+        "to buckle",
+        "mac",
+        "likeness",
+        "MAC",
+        "MAC of close modes",
+        "confidence",
+        "MPC",
+        "interior DOFs",
+    ),
     *("median coherence",),
 }
 """Headings of plain numbers in notebooks."""
@@ -236,7 +247,7 @@ def cells(result: Any, heading: str) -> list[str]:
 
 def test_html_of_modes_has_proven_frequencies_and_what_moves() -> None:
     found = RESULTS["Modes"]()
-    assert cells(found, "frequency [Hz]") == [mode.frequency_text for mode in found.modes]
+    assert [f"{own} Hz" for own in cells(found, "frequency [Hz]")] == [mode.frequency_text for mode in found.modes]
     assert all(text.startswith("within") for text in cells(found, "proven"))
     assert cells(found, "what moves")[0].startswith("carriage moves along x")
     poor = fx.modes(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), n=10)
@@ -249,9 +260,9 @@ def test_html_of_statics_has_micrometres_and_what_yields_first() -> None:
     leaf = fx.load(GUIDE).parameters
     t, length = float(leaf["thickness"].value), float(leaf["length"].value)
     assert cells(found, "node")[0] == NODE and "leaf1.blade" in cells(found, "member")
-    u = float(cells(found, "tx [µm]")[0])
-    assert u == pytest.approx(1e6 * found.displacement(NODE)[0], rel=1e-4) and 0 < t < length
-    assert float(cells(found, "ty [µm]")[0]) == 0
+    u = float(cells(found, "tx [mm]")[0])
+    assert u == pytest.approx(1e3 * found.displacement(NODE)[0], rel=1e-4) and 0 < t < length
+    assert float(cells(found, "ty [mm]")[0]) == 0
     assert float(cells(found, "factor to yield")[0]) == pytest.approx(found.stresses().factor_to_yield, rel=1e-4)
 
 
@@ -268,7 +279,7 @@ def test_html_of_responses_names_resonances_by_what_moves() -> None:
 def test_html_of_strokes_has_the_first_the_middle_and_the_last_pose() -> None:
     found = fx.stroke(guide(), move={f"{NODE}.tx": (0.0, 4e-3)}, steps=5, n=2)
     assert cells(found, "pose") == ["1 of 5", "3 of 5", "5 of 5"]
-    assert cells(found, f"{NODE}.tx") == ["0 m", "2 mm", "4 mm"]
+    assert cells(found, f"{NODE}.tx [mm]") == ["0", "2", "4"]
     assert cells(found, "f1 [Hz]")[1] == f"{found.poses[2].frequency_hz[0]:.5g}"
 
 
@@ -276,7 +287,7 @@ def test_html_of_a_mechanism_has_its_parameters_with_units_and_bounds() -> None:
     own = fx.load(EXAMPLES / "rpr" / "rpr.yaml")
     assert "platform" in Page(own._repr_html_()).text
     k = cells(own, "parameter").index("r_web")
-    assert [cells(own, heading)[k] for heading in ("value", "least", "most")] == ["1 mm", "100 µm", "2 mm"]
+    assert [cells(own, heading)[k] for heading in ("value", "least", "most")] == ["1 mm", "0.1 mm", "2 mm"]
     assert cells(own, "source")[k].startswith("assumed")
     assert f"and {len(own.parameters) - ROWS} more parameters" in Page(own._repr_html_()).text
 

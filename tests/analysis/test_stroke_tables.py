@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.analysis.stress import YieldRatios
+from flexura.analysis.stroke_pose import Measured, stroke_poses
 from flexura.mechanism import DOF_NAMES
 from helpers.shell import flexura, refused
 
@@ -124,3 +126,22 @@ def test_parquet_needs_pyarrow(monkeypatch, tmp_path):
     with pytest.raises(fx.OptionError, match=r"pip install 'flexura\[parquet\]'"):
         write_table({"a": [1.0]}, tmp_path / "a.parquet")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_mode_that_leaves_the_lowest_ones_is_not_joined_to_the_one_that_comes():
+    """Three modes of four coordinates: the third is along e3, and e4 takes its place at the second pose; at the third
+    pose e3 is back."""
+    pose = fx.stroke(fx.load(GUIDE), move={"carriage.x": 1e-3}, n=1).poses[0]
+    shapes, mass = np.eye(4), np.eye(4)
+    steps = [(shapes[:, [0, 1, 2]], (1.0, 2.0, 3.0)), (shapes[:, [0, 1, 3]], (1.0, 2.0, 3.1))]
+    found = [Measured(pose, np.array(values), own, mass) for own, values in (*steps, steps[0])]
+    nothing = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
+    assert [own.tracked for own in stroke_poses(found, nothing)] == [(0, 1, 2), (0, 1, -1, 2), (0, 1, 2, -1)]
+
+
+def test_driven_nodes_shift_where_they_are_not_driven(guide):
+    """Leaves of length L that stay parallel shorten by 0.6 x^2 / L: the carriage comes down by that."""
+    shift = guide.parasitic_shifts["carriage"]
+    assert shift[1] == pytest.approx(0, abs=1e-9)
+    assert shift[[0, 2]] == pytest.approx(0.6 * 0.01**2 / 0.06, rel=0.02)
+    assert guide.frequency_changes[1] == pytest.approx(0, abs=1e-12) and abs(guide.frequency_changes[0, 0]) > 1e-4

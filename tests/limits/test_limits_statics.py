@@ -142,7 +142,7 @@ def test_shell():
     run = ["statics", str(EXAMPLES / "amplifier" / "amplifier.yaml"), "--actuator", "piezo=3 mm"]
     result = CliRunner().invoke(app, run)
     assert result.exit_code == 0
-    assert "warning: piezo is driven with 3 mm, 100 times what gives its free stroke, 30 um" in result.stdout
+    assert "warning: piezo is driven with 3 mm, 100 times what gives its free stroke, 30 µm" in result.stdout
     data = json.loads(CliRunner().invoke(app, [*run, "--json"]).stdout)
     assert {w["kind"] for w in data["warnings"]} >= {"command", "force", "rotation", "displacement", "stress"}
     strict = CliRunner().invoke(app, [*run, "--strict"])

@@ -49,6 +49,9 @@ motion:
 """
 """What the guide does not describe: then every section but those of solids and tests is there."""
 VOID = {"meta", "img", "br", "hr", "input", "link", "path", "rect"}
+COMMAND = r"(\w+) at (-?[\d.e-]+) (mN|N)"
+UNITS = np.array([1.0, 1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9, 1e12, 100.0, 180 / np.pi])
+"""Of an SI number in the units of a page: prefixes, per cent and degrees."""
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -169,7 +172,7 @@ def values(text: str) -> list[float]:
 
 @cache
 def printed(command: str) -> NDArray[np.float64]:
-    """Numbers that a command of a page prints, and those of the table that it writes."""
+    """Numbers that a command of a page prints, and those of the table that it writes, in units that they may have."""
     words = shlex.split(command)
     done = CliRunner().invoke(app, words[1:])
     assert done.exit_code == 0, done.stderr
@@ -177,7 +180,7 @@ def printed(command: str) -> NDArray[np.float64]:
     if "--out" in words:
         with Path(words[words.index("--out") + 1]).open(encoding="utf-8", newline="") as stream:
             found += [float(cell) for row in list(csv.reader(stream))[1:] for cell in row if cell]
-    return np.array(found)
+    return np.array(found)[:, None] * UNITS
 
 
 def is_among(text: str, found: NDArray[np.float64]) -> bool:
@@ -324,11 +327,13 @@ def test_every_member_is_under_the_worst_corner_of_the_limits(tmp_path):
     section = fx.report(model, n=1).html.partition('<section id="stress"')[2].partition("</section>")[0]
     seen = 0
     for caption, table in re.findall(r"<caption>most stressed with (.*?)</caption>(.*?)</table>", section, re.DOTALL):
-        named = dict(re.findall(r"(\w+) at (-?[\d.e-]+)", caption))
+        named = {
+            name: float(value) * (1e-3 if unit == "mN" else 1.0) for name, value, unit in re.findall(COMMAND, caption)
+        }
         for name, shown in re.findall(r"<td>([\w.\[\]]+)</td><td[^>]*>([\d.e+-]+)</td>", table):
             stress, commands = worst[name]
             assert shown == f"{1e-6 * stress:.5g}"
-            assert {key: float(value) for key, value in named.items()} == commands
+            assert named == pytest.approx(commands)
             seen += 1
     assert seen == len(worst) == 2
     assert all(own != {"coil": 2.0, "turn": 3e-3} for _, own in worst.values())  # not where all limits are the upper

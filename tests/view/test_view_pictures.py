@@ -14,7 +14,7 @@ from flexura.errors import OptionError
 from flexura.mechanism import Box, Link, Mechanism, Rectangle, RigidBody
 from flexura.structure import assemble
 from flexura.view import Kind, draw_mechanism, draw_mode, draw_sheet, solids
-from flexura.view.axes import frame, length_unit
+from flexura.view.axes import frame
 from flexura.view.camera import Camera
 from flexura.view.figures import new_figure
 from flexura.view.palette import COLOURS, NAMES
@@ -156,12 +156,6 @@ def test_ticks_follow_the_scale_of_the_view():
 def test_no_view_pushes_text_out_of_the_picture(model, elev, azim):
     figure = draw_mechanism(model, elev=elev, azim=azim)
     assert_no_overlap(figure)
-
-
-def test_units_of_axes_suit_the_size():
-    assert length_unit(5.0) == ("m", 1.0)
-    assert length_unit(0.2) == ("mm", 1e3)
-    assert length_unit(2e-4) == ("µm", 1e6)
 
 
 def test_a_view_from_above_gives_way_when_it_hides_the_flexures():

@@ -20,10 +20,14 @@ def stroke():
 
 def test_curves_are_those_of_the_poses(stroke, tmp_path):
     figure = draw_stroke(stroke)
-    force, frequency, translation, rotation = figure.axes
+    force, frequency, change, translation, rotation, shift = figure.axes
     degrees = np.degrees([pose.move["arm.ry"] for pose in stroke.poses])
     assert force.lines[0].get_xdata() == pytest.approx(degrees)
-    assert force.lines[0].get_ydata() == pytest.approx([pose.reaction["arm.ry"] for pose in stroke.poses])
+    size = {"arm.ry, N m": 1.0, "arm.ry, mN m": 1e-3}[force.lines[0].get_label()]
+    assert size * force.lines[0].get_ydata() == pytest.approx([pose.reaction["arm.ry"] for pose in stroke.poses])
+    hertz = stroke.frequencies_hz[:, 0]
+    assert change.lines[0].get_ydata() == pytest.approx(100 * (hertz / hertz[2] - 1)), "from the unstrained pose"
+    assert shift.get_ylabel().startswith("parasitic shift") and shift.lines[0].get_ydata()[2] == pytest.approx(0)
     assert frequency.lines[0].get_ydata() == pytest.approx(stroke.frequencies_hz[:, 0])
     assert len(translation.lines) == 3
     assert len(rotation.lines) == 2, "the driven rotation has no support stiffness"

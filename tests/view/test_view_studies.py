@@ -404,7 +404,7 @@ def test_around_an_optimum_are_the_edges_of_limits_and_what_misses_them(best):
     )
     (search,) = by_gid(figure, "search 0")
     np.testing.assert_allclose(search.get_xdata()[0], 1e3 * best.starts[0].start["thickness"])
-    assert "mass <= 45 g: 1 % buys 450 mg" in words(figure)
+    assert "mass <= 45 g: 1 % buys 0.45 g" in words(figure)
 
 
 def test_around_an_optimum_of_one_variable_is_a_curve_with_what_has_no_answer():

@@ -119,7 +119,8 @@ class CheckReport(Result):
                 "low order": self.low_order,
                 "held": _first(f"{n} ({' '.join(dofs)})" if len(dofs) < 6 else n for n, dofs in self.held.items()),
                 "rigid bodies": _first(f"{name} {quantity(own, 'kg')}" for name, own in self.rigid_bodies.items()),
-                "lowest frequency": _lowest(self.lowest_hz, self.rigid_body_modes),
+                "rigid-body modes": self.rigid_body_modes or None,
+                "lowest frequency": self.lowest_text,
                 "corrected": _first(self.corrections),
                 "actuators": _first(f"{name} ({text})" for name, text in self.actuators.items()),
                 "sensors": _first(f"{name} ({text})" for name, text in self.sensors.items()),
@@ -129,10 +130,29 @@ class CheckReport(Result):
                 "preloaded": "stiffness is about the state under loads and gravity" if self.is_preloaded else "",
             }
         )
+        yield Table(self.substructure_columns(), "substructures")
+
+    @property
+    def lowest_text(self) -> str:
+        """What is proven of the lowest frequency that is not one of a rigid motion, in words."""
+        if self.lowest_hz is None:
+            return ""
+        lower, upper = (quantity(hz, "Hz") for hz in self.lowest_hz)
+        if self.lowest_hz[0] <= 0:
+            return f"below {quantity(self.lowest_hz[1], 'Hz', 2)}, indistinguishable from zero"
+        return f"{upper}, proven" if lower == upper else f"between {lower} and {upper}, proven"
+
+    def substructure_columns(self) -> dict[str, Any]:
+        """A row for each kind of substructure: how many copies, and what is in each."""
         own = self.substructures
         counts = {name: [getattr(s, name) for s in own] for name in ("copies", "members", "elements", "nodes")}
-        columns = {"substructure": [s.name for s in own], **counts, "mass each [kg]": [s.mass for s in own]}
-        yield Table(columns, "substructures")
+        return {
+            "substructure": [s.name for s in own],
+            **counts,
+            "interior DOFs": [s.interior_dofs for s in own],
+            "mass each [kg]": [s.mass for s in own],
+            "interface": [_first(s.interface) for s in own],
+        }
 
 
 @verb
@@ -306,14 +326,3 @@ def _first(names: Iterable[str]) -> str:
     own = list(names)
     more = f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else ""
     return ", ".join(own[:MOST_NAMED]) + more
-
-
-def _lowest(interval: tuple[float, float] | None, rigid: int | None) -> str:
-    """What is proven about the lowest frequency."""
-    motions = f"{counted(rigid, 'rigid-body mode')}; " if rigid else ""
-    if interval is None:
-        return motions.removesuffix("; ")
-    lower, upper = (f"{hz:.5g}" for hz in interval)
-    if interval[0] <= 0:
-        return f"{motions}below {interval[1]:.2g} Hz, indistinguishable from zero"
-    return f"{motions}{upper} Hz, proven" if lower == upper else f"{motions}{lower} to {upper} Hz, proven"

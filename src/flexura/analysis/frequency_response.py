@@ -42,7 +42,7 @@ from flexura.systems import (
     truncation_limits,
     unit_of_response,
 )
-from flexura.tables import Facts, Table, counted, percent, quantity
+from flexura.tables import Facts, Table, counted, ends, percent, quantity
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -149,26 +149,31 @@ class FrequencyResponse(Tabular):
 
     def _title(self) -> str:
         hz = self.frequency_hz
-        return f"order {self.order}, {counted(len(hz), 'frequency')} from {hz[0]:.5g} to {hz[-1]:.5g} Hz"
+        return f"order {self.order}, {counted(len(hz), 'frequency')} from {ends((hz[0], hz[-1]), 'Hz')}"
 
     def _view(self) -> Iterator[Facts | Table]:
+        yield Table(self.gain_columns(), "pairs")
+        found = {"resonance [Hz]": self.resonances_hz, "damping": [percent(float(z)) for z in self.ratios]}
+        moving = {"what moves": self.resonance_motions} if self.resonance_motions else {}
+        yield Table({**found, **moving}, "resonances")
+
+    def gain_columns(self) -> dict[str, Any]:
+        """A row for each pair of an output and an input that is no round-off: its gain at the first frequency, and its
+        peak."""
         H, hz = np.abs(self.response), self.frequency_hz
         pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
         scale = np.sqrt(H.max(axis=(0, 2), initial=0.0)[:, None] * H.max(axis=(0, 1), initial=0.0))
         shown = [(i, j) for i, j in pairs if H[:, i, j].max() > NOTHING * scale[i, j]]
         units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in shown]
         own = [H[:, i, j] for i, j in shown]
-        columns = {
+        first = f"at {quantity(float(hz[0]), 'Hz')}"
+        return {
             "output": [self.outputs[i].name for i, _ in shown],
             "input": [self.inputs[j].name for _, j in shown],
-            f"at {hz[0]:.5g} Hz": [quantity(float(h[0]), unit) for h, unit in zip(own, units, strict=True)],
+            first: [quantity(float(h[0]), unit) for h, unit in zip(own, units, strict=True)],
             "peak": [quantity(float(h.max()), unit) for h, unit in zip(own, units, strict=True)],
             "peak at [Hz]": [float(hz[h.argmax()]) for h in own],
         }
-        yield Table(columns, "pairs")
-        found = {"resonance [Hz]": self.resonances_hz, "damping": [percent(float(z)) for z in self.ratios]}
-        moving = {"what moves": self.resonance_motions} if self.resonance_motions else {}
-        yield Table({**found, **moving}, "resonances")
 
     def _data(self) -> dict[str, Any]:
         return {

@@ -23,7 +23,7 @@ from flexura.analysis.freedoms import (
 )
 from flexura.analysis.limits import States, motion_limits
 from flexura.analysis.mesh_errors import motion_meshes
-from flexura.analysis.model_error import NO_ERRORS, ModelError, errors_of, interval_text
+from flexura.analysis.model_error import NO_ERRORS, ModelError, errors_of
 from flexura.analysis.numbers import finite_numbers
 from flexura.analysis.statics import Statics, response_to
 from flexura.analysis.stiffening import not_looked_at
@@ -32,17 +32,23 @@ from flexura.analysis.workspace_limits import workspace_limits
 from flexura.arguments import verb
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError
-from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
 from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems import Channel, Ports
-from flexura.tables import Facts, Table, in_mm, percent, quantity
+from flexura.tables import ROUND_OFF, Facts, Table, in_mm, number, percent, quantity, scale_for
 
 Array = NDArray[np.float64]
 
 OWNED = 0.5
 """Share of a compliance that locking the actuators takes away, from which it is a freedom."""
+
+HELD = 1e-9
+"""Compliances below so much of what they stand beside are none."""
+
+LEAST = 1e-7
+"""Drifts below this, m or rad, are round-off."""
 
 ROUNDING = 1e-8
 """Compliances below so much of their bound, sqrt(S_ii S_jj), are round-off."""
@@ -141,36 +147,75 @@ class Kinetostatics(Result):
         )
 
     def _view(self) -> Iterator[Facts | Table]:
-        free = self.freedoms
-        columns = {
-            "freedom": ["rotation" if f.kind == "R" else "translation" for f in free],
-            "axis": [" ".join(f"{x:+.4f}" for x in f.axis.direction) for f in free],
-            "through [mm]": ["" if f.kind == "T" else in_mm(f.axis.point) for f in free],
-            "owned": [percent(f.share, 4) for f in free],
-            "range ±": [quantity(f.stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
-            "stroke to yield": [quantity(f.yield_stroke, "rad" if f.kind == "R" else "m", 4) for f in free],
-        }
-        yield Table(columns, "freedoms")
-        turning = ("N/m",) * 3 + ("N*m/rad",) * 3
-        locked = [1 / c if c > 0 else np.inf for c in np.diag(self.compliance_locked)]
-        stiffness = {
-            "coordinate": DOF_NAMES,
-            "stiffness": [quantity(float(k), unit) for k, unit in zip(self.stiffness, turning, strict=True)],
-            "model error": [interval_text(own) for own in self.model_errors.intervals[:6]],
-        }
+        yield Table(self.freedom_columns(), "freedoms")
+        yield Table(self.stiffness_columns(), "coordinates")
         if self.inputs:
-            spans = [
-                [quantity(float(x), unit) for x in own]
-                for own, unit in zip(self.workspace, 3 * ["m"] + 3 * ["rad"], strict=True)
-            ]
-            stiffness["actuators locked"] = [quantity(float(k), unit) for k, unit in zip(locked, turning, strict=True)]
-            stiffness["workspace"] = [f"{low} to {high}" for low, high in spans]
-        yield Table(stiffness, "coordinates")
-        pushes = [
-            quantity(float(k), "N*m/rad" if c.quantity == "moment" else "N/m")
-            for c, k in zip(self.inputs, self.input_stiffness, strict=True)
+            yield Table(self.coupling_columns(), "coordinates")
+
+    def freedom_columns(self) -> dict[str, Any]:
+        """A row for each freedom: its screw axis, how far commands within their limits take it, how the axis drifts
+        there, and how far it goes before something yields."""
+        free = self.freedoms
+        turns = [f.kind == "R" for f in free]
+        drifts = [
+            "" if f.shift is None or f.tilt is None else f"{_drift(f.shift, 'm')}, {_drift(f.tilt, 'rad')}"
+            for f in free
         ]
-        yield Table({"actuator": [c.name for c in self.inputs], "pushes against": pushes}, "actuators")
+        ranges = [quantity(f.stroke, UNITS[f.kind == "R"], 4) for f in free]
+        ends = [quantity(f.yield_stroke, UNITS[f.kind == "R"], 4) for f in free]
+        beyond = ["" if f.yields_in_range else ", beyond linear theory" for f in free]
+        return {
+            "freedom": ["rotation" if turn else "translation" for turn in turns],
+            "axis": [" ".join(f"{x:+.4f}" for x in f.axis.direction) for f in free],
+            "through mm": [in_mm(f.axis.point) if turn else "" for f, turn in zip(free, turns, strict=True)],
+            "pitch [m/rad]": [f.axis.pitch if turn else None for f, turn in zip(free, turns, strict=True)],
+            "owned": [percent(f.share, 4) for f in free],
+            "range": [f"± {text}" if text else "" for text in ranges],
+            "axis drifts": drifts,
+            "stroke to yield": [own + more for own, more in zip(ends, beyond, strict=True)],
+        }
+
+    def coupling_columns(self) -> dict[str, Any]:
+        """What a unit of each command moves the platform by, and what each actuator has to push against."""
+        largest = [np.abs(own).max(initial=0.0) for own in (self.coupling[:3], self.coupling[3:])]
+        columns: dict[str, Any] = {"per unit command": [*DOF_NAMES, "input stiffness"]}
+        for j, channel in enumerate(self.inputs):
+            per = f"({channel.unit})" if "*" in channel.unit else channel.unit
+            cells = [
+                quantity(x if abs(x) > ROUND_OFF * largest[k > 2] else 0.0, f"{UNITS[k > 2]}/{per}", 4)
+                for k, x in enumerate(self.coupling[:, j].tolist())
+            ]
+            unit = STIFFNESS_UNITS[channel.quantity == "moment"]
+            columns[channel.name] = [*cells, quantity(float(self.input_stiffness[j]), unit, 4)]
+        return columns
+
+    def stiffness_columns(self) -> dict[str, Any]:
+        """Stiffness of the platform, one coordinate at a time, and with actuators also with these free and locked, and
+        where they take it within their limits."""
+
+        def told(compliance: float, k: int, beside: float = 0.0) -> str:
+            return "held" if compliance <= HELD * beside else quantity(1 / compliance, STIFFNESS_UNITS[k > 2], 4)
+
+        own, free, locked = (
+            np.diagonal(C).tolist() for C in (self.compliance, self.compliance_free, self.compliance_locked)
+        )
+        columns: dict[str, Any] = {
+            "coordinate": DOF_NAMES,
+            "stiffness": [told(c, k) for k, c in enumerate(own)],
+            "model error": ["" if c == 0 else text for c, text in zip(own, self.model_errors.texts, strict=False)],
+        }
+        if not self.inputs:
+            return columns
+        spans = []
+        for k, (low, high) in enumerate(self.workspace.tolist()):
+            scale = scale_for([low, high], UNITS[k > 2])
+            is_known = np.isfinite([low, high]).all()
+            spans.append(f"{number(low / scale.size, 4)} to {scale.text(high, 4)}" if is_known else "no limits")
+        return columns | {
+            "actuators free": [told(c, k) for k, c in enumerate(free)],
+            "actuators locked": [told(c, k, free[k]) for k, c in enumerate(locked)],
+            "workspace": spans,
+        }
 
     def _data(self) -> dict[str, Any]:
         return {
@@ -271,6 +316,11 @@ def _numbers(S: Array, k: Array) -> Array:
     stiff = np.divide(1.0, own, out=np.zeros(len(own)), where=own != 0)
     stiff[6:] -= k
     return np.append(stiff, S[:6, 6:])
+
+
+def _drift(value: float, unit: str) -> str:
+    """How far an axis drifts."""
+    return quantity(value if abs(value) >= LEAST else 0.0, unit, 3)
 
 
 def _platform(model: FullOrderModel, platform: str | None) -> str:

@@ -15,6 +15,7 @@ from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel, Posed
 from flexura.systems import InputPort, Ports
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 
@@ -115,8 +116,8 @@ def _deflection(states: States) -> Iterator[Exceeded]:
         name, L = names[worst.row // 2], float(length[worst.row])
         shift = worst.value * BENT * L
         text = (
-            f"{name} is deflected by {said(shift, 'm')}{states.when(worst.state)}, {worst.value * BENT:.3g} times its"
-            f" length of {said(L, 'm')}, above {BENT:g}: {HINT}"
+            f"{name} is deflected by {quantity(shift, 'm', 4)}{states.when(worst.state)}, {worst.value * BENT:.3g}"
+            f" times its length of {quantity(L, 'm', 4)}, above {BENT:g}: {HINT}"
         )
         yield Exceeded("displacement", name, shift, BENT * L, "m", text)
 
@@ -311,13 +312,13 @@ def command_limits(
             if not (np.isfinite(limit) and side * (value - limit) > margin):
                 continue
             name, unit = own.channel.name, own.channel.unit
-            head = f"{name} is driven with {said(value, unit)}{when(state)}"
+            head = f"{name} is driven with {quantity(value, unit, 4)}{when(state)}"
             if own.stiffness is None:
-                text = f"{head}, {times(value / limit)} times its limit of {said(high, unit)}"
+                text = f"{head}, {times(value / limit)} times its limit of {quantity(high, unit, 4)}"
             elif value > high:
-                text = f"{head}, {times(value / high)} times what gives its free stroke, {said(high, unit)}"
+                text = f"{head}, {times(value / high)} times what gives its free stroke, {quantity(high, unit, 4)}"
             else:
-                text = f"{head}, below its range from 0 to {said(high, unit)}: a stack is driven to one side"
+                text = f"{head}, below its range from 0 to {quantity(high, unit, 4)}: a stack is driven to one side"
             found.append(Exceeded("command", name, value, limit, unit, text))
     return tuple(found)
 
@@ -337,8 +338,8 @@ def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tu
             pushes = "pushes" if value > 0 else "is pulled"
             name = own.channel.name
             text = (
-                f"{name} {pushes} with {said(abs(value), 'N')}{states.when(state)}, {times(value / most)} times its"
-                f" blocked force of {said(most, 'N')}"
+                f"{name} {pushes} with {quantity(abs(value), 'N', 4)}{states.when(state)}, {times(value / most)}"
+                f" times its blocked force of {quantity(most, 'N', 4)}"
             )
             found.append(Exceeded("force", name, value, most if value > 0 else -most, "N", text))
     return tuple(found)
@@ -347,11 +348,3 @@ def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tu
 def times(ratio: float) -> str:
     """How many times something is its limit, in as many digits as tell it from one."""
     return next(text for k in (3, 5, 10) if (text := f"{abs(ratio):.{k}g}") != "1" or k == 10)
-
-
-def said(value: float, unit: str) -> str:
-    """A quantity as it is said, e.g. `30 um`; lengths below a metre in mm or um."""
-    if unit == "m" and 1e-9 < abs(value) < 1:
-        size, unit = (1e-3, "mm") if abs(value) >= 1e-3 * (1 - EXACT) else (1e-6, "um")
-        value = value / size
-    return f"{value:.4g} {unit.replace('*', ' ')}"

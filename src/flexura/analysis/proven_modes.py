@@ -54,11 +54,16 @@ class Mode(Record):
 
     @property
     def frequency_text(self) -> str:
-        """The frequency in words: five digits, `0`, or a bound where round-off hides whether it is zero."""
+        """The frequency in five digits with its unit, or a bound where round-off hides whether it is zero."""
         if self.frequency_hz > 0 or self.is_rigid:
-            return f"{self.frequency_hz:.5g}"
+            return quantity(self.frequency_hz, "Hz")
         upper = self.interval_hz[1]
-        return "unknown" if upper is None else f"below {upper:.2g}"
+        return "unknown" if upper is None else f"below {quantity(upper, 'Hz', 2)}"
+
+    @property
+    def frequency_cell(self) -> float | str:
+        """The frequency, Hz, where it is known, and else `frequency_text`: for a column of frequencies."""
+        return self.frequency_hz if self.frequency_hz > 0 or self.is_rigid else self.frequency_text
 
     @property
     def proven_text(self) -> str:
@@ -186,7 +191,7 @@ class Modes(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         rows: dict[str, list[Any]] = {
             "mode": [m.number for m in self.modes],
-            "frequency [Hz]": [m.frequency_text for m in self.modes],
+            "frequency [Hz]": [m.frequency_cell for m in self.modes],
             "proven": [m.proven_text for m in self.modes],
             "model error": list(self.model_errors.texts),
             "what moves": [m.motion.summary for m in self.modes],
@@ -223,13 +228,13 @@ def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) 
             bound = float(certified.error_bound[mode.number - 1]) if mode.is_indexed else np.inf
             how = f"only within {_percent(bound)}" if np.isfinite(bound) else "not"
             text = (
-                f"mode {mode.number}: {mode.frequency_text} Hz is {how} proven, not within the {tolerance:g} asked for;"
+                f"mode {mode.number}: {mode.frequency_text} is {how} proven, not within the {tolerance:g} asked for;"
                 " reduce to a tolerance, or keep more modes"
             )
             found.append(Exceeded("tolerance", f"mode {mode.number}", bound, tolerance, "1", text))
         if mode.frequency_hz == 0 and not mode.is_rigid:
             text = (
-                f"mode {mode.number}: {mode.frequency_text} Hz is indistinguishable from zero, and is no rigid motion"
+                f"mode {mode.number}: {mode.frequency_text} is indistinguishable from zero, and is no rigid motion"
                 " of the mechanism; look for a spring or a member softer than round-off of what is beside it"
             )
             found.append(Exceeded("proof", f"mode {mode.number}", mode.interval_hz[1] or np.inf, 0.0, "Hz", text))
@@ -258,7 +263,7 @@ def with_mesh_errors(
     told = tuple(replace(mode, mesh_error=error) for mode, error in zip(found, off, strict=True))
     places = [f"mode {mode.number}" for mode in found]
     said = [
-        mesh_warning(place, f"{place}: {mode.frequency_text} Hz", error, part)
+        mesh_warning(place, f"{place}: {mode.frequency_text}", error, part)
         for place, mode, error, part in zip(places, found, off, errors.part, strict=True)
     ]
     return told, tuple(w for w in said if w is not None)

@@ -22,7 +22,7 @@ from flexura.analysis.stiffening import bent_most, not_looked_at, stiffening_lim
 from flexura.analysis.stress import Stresses, StressProfile, member_stresses, stress_profiles
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, dead_load
@@ -201,6 +201,12 @@ class Statics(Tabular):
             least = ROUND_OFF * max(np.abs(table[name]).max(initial=0.0) for name in own)
             table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in own}
         yield Table({name: [own[k] for k in first] for name, own in table.items()}, "nodes", count=len(moved))
+        yield Table(self.reading_columns(), "sensors")
+        yield Table(self.actuator_columns(), "actuators")
+        yield self.stresses().most_loaded(MOST_MEMBERS)
+
+    def reading_columns(self) -> dict[str, Any]:
+        """What each sensor reads, with its unit."""
         units = {out.channel.name: out.channel.unit for out in Ports(self.model.design).outputs(list(self.readings))}
         largest = {unit: max(abs(self.readings[n]) for n in units if units[n] == unit) for unit in units.values()}
         readings = [
@@ -209,18 +215,17 @@ class Statics(Tabular):
         ]
         errors = {name: interval_text(own) for name, own in self.model_error.items()}
         told = [errors.get(name, "") for name in self.readings]
-        yield Table({"sensor": list(self.readings), "reading": readings, "model error": told}, "sensors")
+        return {"sensor": list(self.readings), "reading": readings, "model error": told}
+
+    def actuator_columns(self) -> dict[str, Any]:
+        """What each actuator is commanded to, how far it moves, and the force or moment with which it does."""
         turns = [a.unit == "N*m" for a in self.actuators]
-        columns = {
+        return {
             "actuator": [a.name for a in self.actuators],
             "command": [quantity(a.command, a.unit) for a in self.actuators],
-            "moves": [
-                quantity(a.elongation, "rad" if turn else "m") for a, turn in zip(self.actuators, turns, strict=True)
-            ],
-            "force": [quantity(a.force, "N*m" if turn else "N") for a, turn in zip(self.actuators, turns, strict=True)],
+            "elongation": [quantity(a.elongation, UNITS[turn]) for a, turn in zip(self.actuators, turns, strict=True)],
+            "force": [quantity(a.force, FORCE_UNITS[turn]) for a, turn in zip(self.actuators, turns, strict=True)],
         }
-        yield Table(columns, "actuators")
-        yield self.stresses().most_loaded(MOST_MEMBERS)
 
     def _columns(self) -> dict[str, Any]:
         """Displacements of all nodes."""

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.limits import States, largest, member_rows, said, times
+from flexura.analysis.limits import States, largest, member_rows, times
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
 from flexura.structure import FullOrderModel
 from flexura.systems import InputPort
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple
     far, own = (np.linalg.norm(moved, axis=1) for moved in (np.where(linear != 0, large, 0.0), linear))
     node = int(np.abs(far - own).argmax())
     name = topology.node_names[node].partition("[")[0]
-    there, here = said(float(far[node]), "m"), said(float(own[node]), "m")
+    there, here = quantity(float(far[node]), "m", 4), quantity(float(own[node]), "m", 4)
     alone = f"{times(far[node] / own[node])} times as far, " if own[node] > 0 else ""
     text = (
         f"with large displacements all nodes together move {times(share)} times as far{bent.when}; {name}, which"

@@ -25,7 +25,7 @@ from flexura.analysis.stress import (
     worst_stresses,
 )
 from flexura.analysis.stroke_clashes import solids_that_meet
-from flexura.analysis.stroke_columns import stroke_columns
+from flexura.analysis.stroke_columns import short_columns, stroke_columns, watched
 from flexura.analysis.stroke_paths import INTERRUPTED, Followed, follow
 from flexura.analysis.stroke_pose import Asked, StrokePose, coarse, stroke_poses
 from flexura.analysis.stroke_ways import Course, FromTo, Given, course, described, words
@@ -46,7 +46,7 @@ from flexura.motion import (
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
-from flexura.tables import Facts, Table, counted, quantity
+from flexura.tables import Facts, Table, counted
 
 Array = NDArray[np.float64]
 
@@ -250,27 +250,47 @@ class Stroke(Tabular):
 
     @property
     def frequencies_hz(self) -> Array:
-        """Natural frequencies (poses, n), actuators free, each column tracked by shape from the first pose on."""
-        rows = [[pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked] for pose in self.poses]
-        return np.array(rows).reshape(len(rows), -1)
+        """Natural frequencies (poses, m), actuators free, each column one mode tracked by shape, those of the first
+        pose first; NaN where it is not among the lowest that were asked for."""
+        found = np.full((len(self.poses), max((len(pose.tracked) for pose in self.poses), default=0)), np.nan)
+        for row, pose in zip(found, self.poses, strict=True):
+            row[: len(pose.tracked)] = [pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked]
+        return found
+
+    @property
+    def frequency_changes(self) -> Array:
+        """Relative change (poses, m) of `frequencies_hz` from the pose of least strain energy, or from the pose nearest
+        to it at which a mode is known."""
+        hz = self.frequencies_hz
+        order = np.argsort([pose.energy for pose in self.poses], kind="stable")
+        known = np.isfinite(hz[order]) & (hz[order] > 0)
+        first = np.take_along_axis(hz[order], known.argmax(axis=0)[None], axis=0) if len(hz) else hz
+        return np.where(hz > 0, hz, np.nan) / np.where(first > 0, first, np.nan) - 1
+
+    @property
+    def parasitic_shifts(self) -> dict[str, Array]:
+        """By driven node, how far it shifts (poses,), m, in the directions in which it is not driven."""
+        found: dict[str, Array] = {}
+        for node in dict.fromkeys(name.rpartition(".")[0] for name in (self.poses[0].move if self.poses else ())):
+            if node in self.poses[0].displacement:
+                free = [k for k, axis in enumerate("xyz") if f"{node}.{axis}" not in self.poses[0].move]
+                moved = np.array([pose.displacement[node] for pose in self.poses])
+                found[node] = np.linalg.norm(moved[:, free], axis=1)
+        return found
 
     def _title(self) -> str:
         return f"{counted(len(self.poses), 'pose')}, large displacements"
 
     def _view(self) -> Iterator[Facts | Table]:
         chosen = {k: self.poses[k] for k in sorted({0, len(self.poses) // 2, len(self.poses) - 1}) if self.poses}
-        rows: dict[str, list[Any]] = {"pose": [f"{k + 1} of {len(self.poses)}" for k in chosen]}
-        for name, unit in list(self.units.items())[:MOST_SHOWN]:
-            rows[name] = [quantity(pose.varied.get(name), unit, 4) for pose in chosen.values()]
-        for name in list(self.poses[0].reaction if self.poses else ())[:MOST_SHOWN]:
-            force = "N*m" if self.units.get(name) == "rad" else "N"
-            rows[f"force {name}"] = [quantity(pose.reaction[name], force, 4) for pose in chosen.values()]
-        for k in range(min((len(pose.frequency_hz) for pose in chosen.values()), default=0))[:MOST_SHOWN]:
-            rows[f"f{k + 1} [Hz]"] = [pose.frequency_hz[k] for pose in chosen.values()]
-        rows["to yield"] = [pose.stress_margin for pose in chosen.values()]
-        rows["to buckle"] = [pose.buckling_factor for pose in chosen.values()]
+        rows: dict[str, Any] = {"pose": [f"{k + 1} of {len(self.poses)}" for k in chosen]}
+        rows |= short_columns([*chosen.values()], self.units, MOST_SHOWN)
         rows["proven"] = [pose.proven for pose in chosen.values()]
         yield Table(rows, "poses")
+
+    def short_columns(self, most: int, modes: int) -> dict[str, Any]:
+        """What readers see of at most so many poses, evenly spread, by headings with SI units."""
+        return short_columns(self.poses[:: max(1, -(-len(self.poses) // most))], self.units, modes)
 
     def _columns(self) -> dict[str, Any]:
         return stroke_columns(self.poses, self.units, self.model_errors)
@@ -308,7 +328,8 @@ def stroke(
     its direction, which turns with the first; one at a single node keeps its direction.
 
     At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are those whose displacements
-    are told, by default those that move, with `compliance` also their compliances and stiffnesses, (6, 6) each.
+    are told, by default those that `move` names, else those whose motion sensors read, else rigid bodies, with
+    `compliance` also their compliances and stiffnesses, (6, 6) each.
     `progress` is told of every pose. Members are cut into `refine` times the elements that are described. At `order`
     "low" substructures are corotational superelements, with energies of fourth order in their deformation, finer where
     the motion asks for it; `low_order` says how far this is off.
@@ -344,7 +365,7 @@ def stroke(
     planned = course(moving, given, steps)
     drives = planned.drives
     nodes = [nodes] if isinstance(nodes, str) else nodes
-    asked = [d.name.rsplit(".", 1)[0] for d in drives] if nodes is None else list(nodes)
+    asked = [d.name.rsplit(".", 1)[0] for d in drives] or watched(full.plan) if nodes is None else list(nodes)
     asked = list(dict.fromkeys(asked))
     numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
     equations = Equations(moving, drives)

@@ -31,6 +31,9 @@ ACCURATE = 0.01
 NO_ERROR = 1e-4
 """Errors of stiffness that are not told."""
 
+ALIKE = 0.5
+"""MAC of a mode with one of the pose before from which on it is the same: else another has come among the lowest."""
+
 HELD = 1e-9
 """Part of the compliance with actuators free that is left where these hold a displacement, by round-off."""
 
@@ -47,7 +50,8 @@ class StrokePose(Record):
     they are, `frequency_hz_held` with actuators locked; a state that is unstable has a negative one, the rate at which
     it springs away. `frequency_interval_hz` holds bounds of each of `frequency_hz`, round-off of its computation
     included; `proven` says that they are those of the frequencies of these numbers, counted so that none is missed.
-    `tracked` (n,) says which of `frequency_hz` each of the modes at the first pose has become. `displacement` (6,) is
+    `tracked` (m,) says which of `frequency_hz` each of the modes that were among the lowest at any pose up to here has
+    become, those of the first pose first; -1 where it is among them no longer. `displacement` (6,) is
     that of nodes from rest, with their rotation vectors. `support_stiffness` (6,) is one over the diagonal of the
     compliance with actuators locked at the first driven node, or without drives at the first of `nodes`, NaN where
     these hold it, in N/m and N m/rad.
@@ -172,8 +176,10 @@ def stroke_poses(found: Sequence[Measured], yields: YieldRatios) -> Iterator[Str
             before = own.vectors
         else:
             tracked = track_modes(before, own.values, own.vectors, own.M, close=0.02)
-            number = tracked.number
+            number = np.where(tracked.mac >= ALIKE, tracked.number, -1)
             before = np.where(number >= 0, tracked.shapes[:, number], before)
+            new = np.setdiff1d(np.arange(len(own.values)), number)
+            number, before = np.append(number, new), np.hstack([before, tracked.shapes[:, new]])
         margin, member, position = _margin(yields, k)
         yield replace(
             own.pose,

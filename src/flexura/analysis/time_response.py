@@ -138,9 +138,11 @@ class TimeResponse(Tabular):
         yield Table(
             {"input": [c.name for c in self.inputs], **_extremes(self.inputs, self.signals, self.time)}, "inputs"
         )
-        yield Table(
-            {"output": [c.name for c in self.outputs], **_extremes(self.outputs, self.response, self.time)}, "outputs"
-        )
+        yield Table(self.output_columns(), "outputs")
+
+    def output_columns(self) -> dict[str, Any]:
+        """Least, largest and last value of every output, and when."""
+        return {"output": [c.name for c in self.outputs], **_extremes(self.outputs, self.response, self.time)}
 
     def _data(self) -> dict[str, Any]:
         return {

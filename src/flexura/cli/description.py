@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from flexura.cli.options import At, Dpi, File, Json, Names, Settings, print_json, print_result, read
-from flexura.cli.tables import console_of_width
-from flexura.tables import counted
+from flexura.cli.tables import columns_table, console_of_width
+from flexura.tables import counted, in_mm, quantity, vector
 
 if TYPE_CHECKING:
     from flexura.analysis import CheckReport
@@ -92,17 +91,12 @@ def print_check(report: CheckReport, pictures: Sequence[Path] = (), every: bool 
     console = console_of_width()
     console.print(report.name, style="bold", markup=False)
     console.print(f"full order {report.full_order}, low order {report.low_order}", markup=False)
-    x, y, z = (round(1e3 * c, 6) + 0.0 for c in report.mass.centre)
-    console.print(f"mass {report.mass.mass:.6g} kg, centre of mass ({x:.5g}, {y:.5g}, {z:.5g}) mm", markup=False)
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("substructure", "copies", "members", "elements", "nodes", "interior DOFs", "mass kg", "interface"):
-        table.add_column(heading, justify="left" if heading in ("substructure", "interface") else "right")
-    for s in report.substructures:
-        numbers = (s.copies, s.members, s.elements, s.nodes, s.interior_dofs)
-        table.add_row(s.name, *map(str, numbers), f"{s.mass:.5g}", _shorten(s.interface))
-    console.print(table)
+    console.print(
+        f"mass {quantity(report.mass.mass, 'kg')}, centre of mass ({in_mm(report.mass.centre)}) mm", markup=False
+    )
+    console.print(columns_table(report.substructure_columns()))
     for body, mass in list(report.rigid_bodies.items())[:10]:
-        console.print(f"rigid body {body}: {mass:.6g} kg", markup=False)
+        console.print(f"rigid body {body}: {quantity(mass, 'kg')}", markup=False)
     for node, dofs in list(report.held.items())[:20]:
         console.print(f"held: {node} {'clamped' if len(dofs) == 6 else ' '.join(dofs)}", markup=False)
     if len(report.held) > 20:
@@ -136,35 +130,25 @@ def _print_named(console: Console, what: str, about: Mapping[str, str]) -> None:
 def _print_loads(console: Console, report: CheckReport) -> None:
     """Loads and gravity, and that stiffness is about the state under them."""
     for node, wrench in list(report.loads.items())[:20]:
-        parts = [f"{_vector(w)} {unit}" for w, unit in ((wrench[:3], "N"), (wrench[3:], "N m")) if any(w)]
+        parts = [vector(w, unit) for w, unit in ((wrench[:3], "N"), (wrench[3:], "N*m")) if any(w)]
         console.print(f"load on {node}: {', '.join(parts) or 'none'}", markup=False)
     if len(report.loads) > 20:
         console.print(f"load: on {len(report.loads) - 20} more nodes")
     if any(report.gravity):
-        console.print(f"gravity: {_vector(report.gravity)} m/s^2", markup=False)
+        console.print(f"gravity: {vector(report.gravity, 'm/s^2')}", markup=False)
     if report.is_preloaded:
         console.print(
             "preloaded: stiffness, and all that follows from it, is about the state under these", markup=False
         )
 
 
-def _vector(components: Iterable[float]) -> str:
-    return f"({', '.join(f'{c + 0.0:.5g}' for c in components)})"
-
-
 def _print_free_motions(console: Console, report: CheckReport) -> None:
     """What is proven about the lowest frequencies."""
     words = []
     if report.rigid_body_modes:
-        words.append(f"{report.rigid_body_modes} rigid-body mode{'s' if report.rigid_body_modes > 1 else ''}")
+        words.append(counted(report.rigid_body_modes, "rigid-body mode"))
     if report.lowest_hz is not None:
-        lower, upper = report.lowest_hz
-        name = "lowest frequency" if not report.rigid_body_modes else "lowest other frequency"
-        sharp = f"{lower:.5g}" == f"{upper:.5g}"
-        value = f"{upper:.5g} Hz" if sharp else f"between {lower:.5g} and {upper:.5g} Hz"
-        words.append(
-            f"{name} {value}, proven" if lower > 0 else f"{name} below {upper:.2g} Hz, indistinguishable from zero"
-        )
+        words.append(f"lowest {'other ' if report.rigid_body_modes else ''}frequency {report.lowest_text}")
     if words:
         console.print("; ".join(words), markup=False)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from flexura.cli.commands import CommandReader
@@ -34,6 +35,7 @@ from flexura.cli.options import (
 )
 from flexura.cli.tables import console_of_width, print_warnings
 from flexura.errors import OptionError
+from flexura.tables import ends, number, quantity, text_columns
 
 if TYPE_CHECKING:
     from flexura.analysis import Evidence, Modes
@@ -157,10 +159,15 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
     console.print(title + ("" if full_only else f" (full model {result.full_order})"), style="bold", markup=False)
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("mode", justify="right")
-    table.add_column("Hz", justify="right")
-    table.add_column("rad/s", justify="right")
+    hertz = {"frequency [Hz]": [mode.frequency_cell for mode in result.modes]}
     if beside:
-        table.add_column("full Hz", justify="right")
+        full = [mode.full_frequency_hz for mode in result.modes]
+        hertz["full [Hz]"] = ["none" if own is None else own for own in full]
+    (own, own_cells), *other = text_columns(hertz).items()
+    table.add_column(escape(own), justify="right")
+    table.add_column("rad/s", justify="right")
+    for heading, _ in other:
+        table.add_column(escape(heading), justify="right")
         table.add_column("difference", justify="right")
     table.add_column("proven", justify="right")
     table.add_column("model error", justify="right")
@@ -168,10 +175,9 @@ def print_modes(result: Modes, pictures: list[Path]) -> None:
     if meshed:
         table.add_column("meshes", justify="right")
     table.add_column("what moves", overflow="fold")
-    for mode, error in zip(result.modes, result.model_errors.texts, strict=True):
-        row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}"]
+    for k, (mode, error) in enumerate(zip(result.modes, result.model_errors.texts, strict=True)):
+        row = [str(mode.number), own_cells[k], number(mode.angular_frequency), *(cells[k] for _, cells in other)]
         if beside:
-            row += ["none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"]
             row += [mode.difference_text]
         row += [mode.proven_text, error]
         if meshed:
@@ -200,7 +206,7 @@ def _print_evidence(console: Console, evidence: Evidence) -> None:
     modes = "mode in this range is" if count == 1 else "modes in this range are"
     console.print(f"  {count} {modes} MISSING from the low-order model:", style="red")
     for missed in evidence.missed[:12]:
-        console.print(f"    {missed.frequency_hz:.5g} Hz: {missed.summary}", markup=False)
+        console.print(f"    {quantity(missed.frequency_hz, 'Hz')}: {missed.summary}", markup=False)
     rest = len(evidence.missed) - 12 + evidence.more_missed
     if rest > 0:
         console.print(f"    and {rest} more", markup=False)
@@ -224,15 +230,15 @@ def print_buckling(data: dict[str, Any], pictures: Sequence[Path] = ()) -> None:
         cells = []
         for own in states:
             hz, lower, upper = own["frequency_hz"][k], own["lower_hz"][k], own["upper_hz"][k]
-            cells += [f"{hz:.5g}", proven_text(hz, (lower, upper), own["is_indexed"][k], upper == 0)]
+            cells += [number(hz), proven_text(hz, (lower, upper), own["is_indexed"][k], upper == 0)]
         table.add_row(str(k + 1), *cells)
     console.print(table)
-    factors = ", ".join(f"{f:.5g}" for f in data["buckling_factors"]) or "none: no load of this direction buckles it"
+    factors = ", ".join(number(f) for f in data["buckling_factors"]) or "none: no load of this direction buckles it"
     console.print(f"buckling factors on all loads: {factors}", markup=False)
     forces = list(data["axial_force"].items())
     for i in ranked([max(abs(f) for f in own) for _, own in forces])[:10]:
         name, (least, most) = forces[i]
-        console.print(f"axial force in {name}: {least:.4g} to {most:.4g} N", markup=False)
+        console.print(f"axial force in {name}: {ends((least, most), 'N')}", markup=False)
     print_warnings(console, (w["text"] for w in data["warnings"]))
     for path in pictures:
         console.print(f"wrote {path}", markup=False)

@@ -190,7 +190,7 @@ _KINDS = {"s": "a time", "m": "a length"}
 def prescribed_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
     """Displacements and commands of actuators by name, SI. Raises OptionError for text that is none, and for what is
     named twice."""
-    from flexura.mechanism import Layout, command_of, matching
+    from flexura.mechanism import Layout, command_of, is_rotation, matching
 
     actuators = Layout(mechanism).actuators()
     found: dict[str, float] = {}
@@ -198,7 +198,7 @@ def prescribed_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
         name, equals, number = text.partition("=")
         name = name.strip()
         command = next((command_of(actuators[own]) for own in matching(name, actuators)), None)
-        unit, example = POSED[command or ("rotation" if name.rpartition(".")[2].startswith("r") else "displacement")]
+        unit, example = POSED[command or ("rotation" if is_rotation(name) else "displacement")]
         if not equals or not name:
             with named("--at", text):
                 raise OptionError(f"NODE.AXIS=VALUE or ACTUATOR=VALUE is expected, with its unit, e.g. {example}")

@@ -138,11 +138,13 @@ def stroke_command(
 
 def moves_of(texts: list[str]) -> dict[str, float | tuple[float, float]]:
     """What moves, by name, in SI. Raises OptionError for text that is no range, and for what is named twice."""
+    from flexura.mechanism import UNITS, is_rotation
+
     found: dict[str, float | tuple[float, float]] = {}
     for text in texts:
         name, equals, numbers = text.partition("=")
         name, ends = name.strip(), numbers.split(":")
-        unit = "rad" if name.rpartition(".")[2].startswith("r") else "m"
+        unit = UNITS[is_rotation(name)]
         if not equals or not name or len(ends) > 2 or not all(end.strip() for end in ends):
             with named("--move", text):
                 raise OptionError(f"NODE.AXIS=FROM:TO or NODE.AXIS=TO is expected, with units, e.g. {EXAMPLES[unit]}")

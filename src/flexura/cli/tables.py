@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import floor, isfinite, log10
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
 from flexura.errors import Exceeded, OptionError
 from flexura.extras import need
 from flexura.files import write_file
+from flexura.tables import text_columns
 
 
 def console_of_width() -> Console:
@@ -22,6 +25,18 @@ def console_of_width() -> Console:
     console = Console(highlight=False, soft_wrap=False)
     # a pipe has no width; wide tables are easier to read there than wrapped ones
     return console if console.is_terminal else Console(highlight=False, width=140)
+
+
+def columns_table(columns: Mapping[str, Sequence[Any] | np.ndarray], left: int = 1) -> Table:
+    """Columns by their headings, an SI unit in brackets where they have one, in units that suit; the first `left` ones
+    set left."""
+    shown = text_columns({name: [*own] for name, own in columns.items()})
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(shown):
+        table.add_column(escape(heading), justify="left" if k < left else "right")
+    for cells in zip(*shown.values(), strict=True):
+        table.add_row(*map(escape, cells))
+    return table
 
 
 def print_warnings(console: Console, warnings: Iterable[Exceeded | str]) -> None:

@@ -109,6 +109,9 @@ from flexura.mechanism.studies import Spread as Spread
 from flexura.mechanism.studies import SweepStudy as SweepStudy
 from flexura.mechanism.studies import ToleranceStudy as ToleranceStudy
 from flexura.mechanism.substructure import DOF_NAMES as DOF_NAMES
+from flexura.mechanism.substructure import FORCE_UNITS as FORCE_UNITS
+from flexura.mechanism.substructure import STIFFNESS_UNITS as STIFFNESS_UNITS
+from flexura.mechanism.substructure import UNITS as UNITS
 from flexura.mechanism.substructure import CircularPattern as CircularPattern
 from flexura.mechanism.substructure import Instance as Instance
 from flexura.mechanism.substructure import LinearPattern as LinearPattern
@@ -117,6 +120,7 @@ from flexura.mechanism.substructure import MirrorPattern as MirrorPattern
 from flexura.mechanism.substructure import Substructure as Substructure
 from flexura.mechanism.substructure import Support as Support
 from flexura.mechanism.substructure import has_solid_members as has_solid_members
+from flexura.mechanism.substructure import is_rotation as is_rotation
 from flexura.mechanism.substructure import mesh_sizes as mesh_sizes
 from flexura.mechanism.substructure import refined as refined
 from flexura.mechanism.substructure import solid_members as solid_members

@@ -31,6 +31,17 @@ P = TypeVar("P", bound="Substructure")
 
 DOF_NAMES = ("tx", "ty", "tz", "rx", "ry", "rz")
 Dof = Literal["tx", "ty", "tz", "rx", "ry", "rz"]
+
+
+def is_rotation(displacement: str) -> bool:
+    """Whether a displacement, such as `ry` or `carriage.ry`, is a rotation; what acts along it is a moment then."""
+    return displacement.rpartition(".")[2].startswith("r")
+
+
+UNITS, FORCE_UNITS, STIFFNESS_UNITS = ("m", "rad"), ("N", "N*m"), ("N/m", "N*m/rad")
+"""SI units of displacements, of what acts along them, and of its ratio to them: of translations and, second, of
+rotations (`is_rotation`)."""
+
 PatternCount = Annotated[int, Field(ge=1, le=100_000, strict=True)]
 
 

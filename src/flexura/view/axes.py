@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from flexura.tables import scale_for
 from flexura.view.annotations import Box, pixel_axes
 from flexura.view.camera import Camera, View
 from flexura.view.figures import DPI
@@ -21,19 +22,13 @@ _CLOSEST = 46.0
 _PANE, _GRID, _LINE = (0.972, 0.977, 0.983), "0.87", "0.6"
 
 
-def length_unit(size: float) -> tuple[str, float]:
-    """Unit that suits a size in m, and how many of it make one metre."""
-    if size >= 3.0:
-        return "m", 1.0
-    return ("mm", 1e3) if size >= 3e-3 else ("µm", 1e6)
-
-
 def frame(figure: Figure, camera: Camera, bounds: tuple[Array, Array], area: Box) -> View:
     """Draw the coordinate box of a bounding box (3,), (3,), m, so that it fills the area; the view it is drawn in."""
     low, high = bounds
     longest = float((high - low).max())
     low, high = low - 0.03 * longest, high + 0.03 * longest
-    symbol, factor = length_unit(longest)
+    size, symbol = scale_for([longest], "m")
+    factor = 1 / size
     view = view_of(figure, camera, _corners(low, high), area)
     axes = pixel_axes(figure, zorder=1)
     ticks = [_ticks(view, k, low[k], high[k], factor) for k in range(3)]

@@ -14,11 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 
+from flexura.tables import Scale, scale_for
 from flexura.view.charts import plain
 from flexura.view.designs_shown import DesignsShown
 from flexura.view.meshes import Array
 from flexura.view.palette import INK
-from flexura.view.scales import Scale, colour_axis, limits_of, named, scale_for, ticks_within
+from flexura.view.scales import colour_axis, limits_of, named, ticks_within
 
 LEVELS = 8
 
@@ -74,7 +75,7 @@ def _title(axes: Axes, name: str, scale: Scale, x: Array, y: Array, values: Arra
         return f"{scale.label(name)}: no design has a value"
     for k, marker, gid in ((np.nanargmin(finite), "v", "lowest"), (np.nanargmax(finite), "^", "highest")):
         axes.plot(x[k], y[k], marker, color="white", mec=INK, ms=7, zorder=5, clip_on=False, gid=gid)
-    low, high = (scale.said(scale.size * float(own)) for own in (np.nanmin(finite), np.nanmax(finite)))
+    low, high = (scale.text(scale.size * float(own)) for own in (np.nanmin(finite), np.nanmax(finite)))
     return f"{name}\n▼ {low}   ▲ {high}"
 
 

@@ -12,12 +12,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from flexura.study.optimum import ActiveLimit, DesignSlice, Optimum
-from flexura.tables import quantity
+from flexura.tables import Scale, quantity, scale_for
 from flexura.view.charts import COLOURS, shortened, style
 from flexura.view.design_maps import HATCHED, draw_levels
 from flexura.view.meshes import Array
 from flexura.view.palette import INK
-from flexura.view.scales import Scale, scale_for, ticks_within
+from flexura.view.scales import ticks_within
 
 EDGES = (*COLOURS[1:], COLOURS[0])
 """Colours of the edges of limits, one after another."""

@@ -166,8 +166,7 @@ def _frequency(mode: Mode) -> str:
     """The frequency of a mode as a title says it."""
     if mode.is_rigid:
         return "0 Hz, rigid motion"
-    text = mode.frequency_text
-    return "frequency unknown" if text == "unknown" else f"{text} Hz"
+    return "frequency unknown" if mode.frequency_text == "unknown" else mode.frequency_text
 
 
 @verb

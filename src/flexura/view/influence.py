@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.study.influence import Sensitivity
+from flexura.tables import quantity
 from flexura.view.annotations import foot
 from flexura.view.bars import Bar, bar, draw_bars, ranked
 from flexura.view.charts import headline, shortened
 from flexura.view.figures import DPI, new_chart
 from flexura.view.files import save_figures
 from flexura.view.palette import INK
-from flexura.view.scales import scale_for
 
 MOST_PANELS = 6
 """Quantities of a picture."""
@@ -50,7 +50,7 @@ def draw_sensitivity(result: Sensitivity, *, dpi: float = DPI) -> Figure:
             continue
         draw_bars(axes, bars[k], "change per +1 %, %", most)
         value, unit = float(result.value[k]), result.units[k]
-        told = scale_for(value, unit).said(value) if np.isfinite(value) else "no value"
+        told = quantity(value, unit, 4) if np.isfinite(value) else "no value"
         title = f"{shortened(result.quantities[k], 40)}: {told}"
         axes.set_title(title, fontsize=8.5, color=INK, loc="left", parse_math=False)
         if not bars[k]:

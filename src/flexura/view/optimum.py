@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.study.optimum import ActiveLimit, Optimum, Pareto, slice_of
-from flexura.tables import counted, quantity
+from flexura.tables import counted, quantity, scale_for
 from flexura.view.annotations import foot
 from flexura.view.bars import Bar, draw_bars, ranked
 from flexura.view.charts import FAINT, headline, legend_above, shortened, style
@@ -22,7 +22,7 @@ from flexura.view.files import save_figures
 from flexura.view.meshes import Array
 from flexura.view.palette import INK
 from flexura.view.parallel import Coordinate, draw_parallel
-from flexura.view.scales import scale_for, ticks_within
+from flexura.view.scales import ticks_within
 
 FOUND, OTHER, MISSED = "#1f5fa8", "#b8860b", "#c2182b"
 
@@ -143,7 +143,7 @@ def _active(axes: Axes, result: Optimum) -> None:
         _words(axes, said)
         return
     scale = scale_for([own.per_percent for own in active], active[0].goal_unit)
-    bars = [_bar(own, own.per_percent / scale.size, scale.said(own.per_percent, 3)) for own in active]
+    bars = [_bar(own, own.per_percent / scale.size, scale.text(own.per_percent, 3)) for own in active]
     sign = "falls by" if active[0].falls else "rises by"
     draw_bars(axes, ranked(bars, scale.unit), scale.label(f"{shortened(active[0].goal, 24)} {sign}"), 3)
     axes.set_title("what 1 % of room in a limit buys", fontsize=7.5, color=INK, loc="left")

@@ -10,12 +10,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from flexura.tables import number
+from flexura.tables import number, scale_for
 from flexura.view.figures import new_chart
 from flexura.view.lettering import wrapped
 from flexura.view.meshes import Array
 from flexura.view.palette import INK
-from flexura.view.scales import colour_axis, limits_of, scale_for
+from flexura.view.scales import colour_axis, limits_of
 
 MOST_AXES = 12
 

@@ -14,6 +14,8 @@ from matplotlib.ticker import MaxNLocator
 from flexura.analysis import Stroke, StrokePose
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
+from flexura.mechanism import FORCE_UNITS, is_rotation
+from flexura.tables import number, quantity
 from flexura.view.annotations import Box, colour_scale, line_height, remark_lines, triad
 from flexura.view.camera import Camera, View
 from flexura.view.figures import DPI, new_figure
@@ -134,7 +136,7 @@ def pose_title(result: Stroke, pose: StrokePose) -> str:
     """What is prescribed at a pose, equal values of one unit together, in at most two lines."""
     names: dict[str, list[str]] = {}
     for name, value in pose.varied.items():
-        names.setdefault(_in_units(value, result.units[name]), []).append(name)
+        names.setdefault(quantity(value, result.units[name], 4), []).append(name)
     told = [
         f"{', '.join(own) if len(own) < 3 else f'{own[0]} and {len(own) - 1} more'} = {value}"
         for value, own in names.items()
@@ -143,30 +145,12 @@ def pose_title(result: Stroke, pose: StrokePose) -> str:
     return "\n".join(textwrap.wrap(whole, 42, max_lines=2, placeholder=" ..."))
 
 
-def _in_units(value: float, unit: str) -> str:
-    """What is prescribed: displacements in mm or degrees."""
-    if unit == "rad":
-        return f"{_number(np.degrees(value), 4)}\N{DEGREE SIGN}"
-    return f"{_number(1e3 * value, 4)} mm" if unit == "m" else f"{_number(value, 4)} {unit}"
-
-
 def _told(pose: StrokePose) -> str:
     """What holds a pose, and how far it is from yield."""
-    told = [f"{_number(force, 3)} {'N m' if _turns(name) else 'N'}" for name, force in pose.reaction.items()]
-    told += [f"f1 {_number(hertz, 4)} Hz" for hertz in pose.frequency_hz[:1]]
+    told = [quantity(force, FORCE_UNITS[is_rotation(name)], 4) for name, force in pose.reaction.items()]
+    told += [f"f1 {quantity(hertz, 'Hz')}" for hertz in pose.frequency_hz[:1]]
     margin = np.inf if pose.stress_margin is None else pose.stress_margin
-    return ", ".join(told) + (f"\nyields at {_number(margin, 3)} times this stress" if np.isfinite(margin) else "")
-
-
-def _number(value: float, digits: int) -> str:
-    """A number in so many digits, without an exponent where it is not far from one."""
-    if abs(value) < 1e-9:
-        return "0"
-    return f"{float(f'{value:.{digits}g}'):.10g}".replace("-", "\N{MINUS SIGN}")
-
-
-def _turns(name: str) -> bool:
-    return name.rpartition(".")[2].startswith("r")
+    return ", ".join(told) + (f"\nyields at {number(margin, 4)} times this stress" if np.isfinite(margin) else "")
 
 
 def _view(panel: _Panel, camera: Camera, outline: Array) -> View:

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from flexura.analysis import Stroke
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
-from flexura.tables import counted
+from flexura.mechanism import FORCE_UNITS, is_rotation
+from flexura.tables import counted, scale_for, suited
 from flexura.view.animation import Format, animate_stroke, encoded, writable
 from flexura.view.annotations import foot
 from flexura.view.charts import COLOURS, headline, legend_above, plain_axes, style, value_axis
@@ -19,6 +20,7 @@ from flexura.view.figures import DPI, new_chart
 from flexura.view.files import figure_files, make_folder, write_files
 from flexura.view.palette import INK
 from flexura.view.poses import draw_poses
+from flexura.view.scales import WIDE
 
 DOFS = ("x", "y", "z", "about x", "about y", "about z")
 
@@ -41,26 +43,30 @@ def save_stroke(result: Stroke, folder: Path | str, *, animate: Format | None = 
 
 @verb
 def draw_stroke(result: Stroke, *, dpi: float = DPI) -> Figure:
-    """Forces of the drives, natural frequencies tracked by shape, and support stiffness, all over the first drive.
+    """Forces of the drives, natural frequencies tracked by shape and how they change, support stiffness, and how far
+    driven nodes shift where they are not driven, all over the first drive.
 
-    Full lines: actuators free under the forces that hold the pose; dashed ones: actuators locked. Stiffness has a
-    logarithmic axis, translations and rotations one each. Raises OptionError for a stroke of fewer than two poses.
+    Full lines: actuators free under the forces that hold the pose; dashed ones: actuators locked. Axes are
+    logarithmic where values are far apart. Raises OptionError for a stroke of fewer than two poses.
     """
     if len(result.poses) < 2:
         raise OptionError("a stroke is drawn over at least two poses")
     first = next(iter(result.poses[0].varied))
-    unit, factor = SHOWN.get(result.units[first], (result.units[first], 1.0))
-    x = factor * np.array([pose.varied[first] for pose in result.poses])
-    figure = new_chart((9.0, 8.0), dpi)
-    panels = figure.subplots(2, 2)
+    along = np.array([pose.varied[first] for pose in result.poses])
+    scale = scale_for(along, result.units[first])
+    x = along / scale.size
+    figure = new_chart((12.6, 8.0), dpi)
+    panels = figure.subplots(2, 3)
     for axes in panels.ravel():
         plain_axes(axes)
     _forces(panels[0, 0], result, x)
     _frequencies(panels[0, 1], result, x)
-    _stiffness(panels[1, 0], result, x, slice(0, 3), "support stiffness, N/m")
-    _stiffness(panels[1, 1], result, x, slice(3, 6), "support stiffness, N m/rad")
+    _changes(panels[0, 2], result, x)
+    _stiffness(panels[1, 0], result, x, slice(0, 3), "N/m")
+    _stiffness(panels[1, 1], result, x, slice(3, 6), "N*m/rad")
+    _shifts(panels[1, 2], result, x)
     for axes in panels.ravel():
-        axes.set_xlabel(f"{first}, {unit}", fontsize=8)
+        axes.set_xlabel(scale.label(first), fontsize=8, parse_math=False)
         axes.set_xlim(x.min(), x.max())
         style(axes)
     headline(figure, f"{result.name}: over its stroke, {counted(len(result.poses), 'pose')}")
@@ -68,56 +74,74 @@ def draw_stroke(result: Stroke, *, dpi: float = DPI) -> Figure:
     return figure
 
 
-SHOWN = {"m": ("mm", 1e3), "rad": ("degrees", 180 / np.pi)}
-
-
-def _turns(name: str) -> bool:
-    return name.rpartition(".")[2].startswith("r")
-
-
 def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
     first = result.poses[0]
-    if first.move:
-        units = {name: "N m" if _turns(name) else "N" for name in first.move}
-        curves = {f"{name}, {unit}": [p.reaction[name] for p in result.poses] for name, unit in units.items()}
-    else:
-        curves = {
-            node: [1e3 * np.linalg.norm(p.displacement[node][:3]) for p in result.poses] for node in first.displacement
-        }
-    for k, (label, curve) in enumerate(curves.items()):
-        axes.plot(x, curve, color=COLOURS[k % len(COLOURS)], lw=1.4, label=label)
-    axes.set_ylabel("force or moment of the drive" if first.move else "displacement, mm", fontsize=8)
+    named = first.move or first.displacement
+    for k, name in enumerate(named):
+        if first.move:
+            unit, values = FORCE_UNITS[is_rotation(name)], np.array([p.reaction[name] for p in result.poses])
+        else:
+            unit, values = "m", np.array([np.linalg.norm(p.displacement[name][:3]) for p in result.poses])
+        scale = scale_for(values, unit)
+        axes.plot(x, values / scale.size, color=COLOURS[k % len(COLOURS)], lw=1.4, label=scale.label(name))
+    axes.set_ylabel("force or moment of the drive" if first.move else "displacement", fontsize=8)
     legend_above(axes)
 
 
 def _frequencies(axes: Axes, result: Stroke, x: np.ndarray) -> None:
     """Curves by mode, actuators free, and the first ones with actuators locked."""
-    tracked = result.frequencies_hz
-    for k in range(tracked.shape[1]):
-        positive = np.where(tracked[:, k] > 0, tracked[:, k], np.nan)
-        gap = np.isnan(np.concatenate([[np.nan], positive, [np.nan]]))
-        alone = np.flatnonzero(gap[:-2] & gap[2:])
-        colour, dots = COLOURS[k % len(COLOURS)], {"marker": "o", "markersize": 3, "markevery": list(alone)}
-        axes.plot(x, positive, color=colour, lw=1.4, label=f"mode {k + 1}", **(dots if len(alone) else {}))
+    _modes(axes, result, x, np.where(result.frequencies_hz > 0, result.frequencies_hz, np.nan))
     least = min(len(pose.frequency_hz_held) for pose in result.poses)
     for k in range(min(least, 2)):
         held = np.array([pose.frequency_hz_held[k] for pose in result.poses])
         axes.plot(x, np.where(held > 0, held, np.nan), color=INK, lw=0.9, ls="--", label="held" if k == 0 else None)
-    value_axis(axes, _drawn(axes))
+    _spread(axes)
     axes.set_ylabel("natural frequency, Hz", fontsize=8)
     legend_above(axes)
 
 
-def _stiffness(axes: Axes, result: Stroke, x: np.ndarray, own: slice, label: str) -> None:
-    stiffness = np.array([pose.support_stiffness[own] for pose in result.poses], dtype=float)
-    for k, name in enumerate(DOFS[own]):
-        if np.isfinite(stiffness[:, k]).any():
-            axes.plot(x, stiffness[:, k], color=COLOURS[k], lw=1.4, label=name)
-    value_axis(axes, _drawn(axes))
-    axes.set_ylabel(label, fontsize=8)
+def _modes(axes: Axes, result: Stroke, x: np.ndarray, values: np.ndarray) -> None:
+    """A curve for each mode: gaps where it is not among the lowest, dots where it is so at a single pose."""
+    first = len(result.poses[0].frequency_hz)
+    for k in range(values.shape[1]):
+        gap = np.isnan(np.concatenate([[np.nan], values[:, k], [np.nan]]))
+        alone = np.flatnonzero(gap[:-2] & gap[2:])
+        dots = {"marker": "o", "markersize": 3, "markevery": list(alone)} if len(alone) else {}
+        label = f"mode {k + 1}" if k < first else "another mode"
+        axes.plot(x, values[:, k], color=COLOURS[k % len(COLOURS)], lw=1.4, label=label, **dots)
+
+
+def _changes(axes: Axes, result: Stroke, x: np.ndarray) -> None:
+    """How much each frequency is off that of the least strained pose."""
+    _modes(axes, result, x, 100 * result.frequency_changes)
+    axes.set_ylabel("change of natural frequency, %", fontsize=8)
+
+
+def _shifts(axes: Axes, result: Stroke, x: np.ndarray) -> None:
+    """Curves by driven node."""
+    shifts = result.parasitic_shifts
+    scale = suited([own.tolist() for own in shifts.values()], "m")
+    for k, (node, own) in enumerate(shifts.items()):
+        axes.plot(x, own / scale.size, color=COLOURS[k % len(COLOURS)], lw=1.4, label=node)
+    axes.set_ylabel(scale.label("parasitic shift, not driven"), fontsize=8)
+    axes.set_visible(bool(shifts))
     legend_above(axes)
 
 
-def _drawn(axes: Axes) -> np.ndarray:
-    """Values of all curves."""
-    return np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines] or [np.empty(0)])
+def _stiffness(axes: Axes, result: Stroke, x: np.ndarray, own: slice, unit: str) -> None:
+    stiffness = np.array([pose.support_stiffness[own] for pose in result.poses], dtype=float)
+    scale = suited(stiffness.T.tolist(), unit)
+    for k, name in enumerate(DOFS[own]):
+        if np.isfinite(stiffness[:, k]).any():
+            axes.plot(x, stiffness[:, k] / scale.size, color=COLOURS[k], lw=1.4, label=name)
+    _spread(axes)
+    axes.set_ylabel(scale.label("support stiffness"), fontsize=8)
+    legend_above(axes)
+
+
+def _spread(axes: Axes) -> None:
+    """A logarithmic axis where the curves are far apart."""
+    values = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines] or [np.empty(0)])
+    known = values[np.isfinite(values) & (values > 0)]
+    if len(known) and known.max() > WIDE * known.min():
+        value_axis(axes, values)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.study.engine import StudyTable
-from flexura.tables import counted
+from flexura.tables import Scale, counted, scale_for
 from flexura.view.annotations import foot
 from flexura.view.charts import COLOURS, headline, legend_above, style, value_axis
 from flexura.view.design_maps import draw_map, legible
@@ -21,7 +21,7 @@ from flexura.view.figures import DPI, new_chart
 from flexura.view.files import save_figures
 from flexura.view.meshes import Array
 from flexura.view.parallel import Coordinate, draw_parallel
-from flexura.view.scales import WIDE, Scale, named, scale_for, ticks_within
+from flexura.view.scales import WIDE, named, ticks_within
 
 FAILED, DOUBTED = "#c2182b", "#8a5a00"
 """Colours of designs without a value, and of those that are not proven."""

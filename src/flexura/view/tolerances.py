@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import foremost
 from flexura.study.tolerances import Tolerance, Yield
-from flexura.tables import number
+from flexura.tables import Scale, number, scale_for
 from flexura.view.annotations import foot
 from flexura.view.bars import MOST_BARS
 from flexura.view.charts import FAINT, headline, shortened, style
 from flexura.view.figures import DPI, new_chart
 from flexura.view.files import save_figures
 from flexura.view.palette import INK
-from flexura.view.scales import Scale, scale_for, ticks_within
+from flexura.view.scales import ticks_within
 
 TOTAL, FIRST, LIMIT = "#9db9dc", "#1f5fa8", "#c2182b"
 
@@ -55,7 +55,7 @@ def draw_tolerance(result: Tolerance, *, dpi: float = DPI) -> Figure:
         scale = scale_for([*limits, own.nominal], own.unit)
         required = [one for one in result.yields if one.quantity == own.text]
         label = scale.label(shortened(own.text, 44))
-        left.set_title(f"nominal {scale.said(own.nominal)}" if np.isfinite(own.nominal) else "", fontsize=8, loc="left")
+        left.set_title(f"nominal {scale.text(own.nominal)}" if np.isfinite(own.nominal) else "", fontsize=8, loc="left")
         if len(limits) and np.ptp(limits) > ROUND_OFF * np.abs(limits).max():
             ends = _ends(limits, own.nominal, required)
             _histogram(left, edges, counts, scale)

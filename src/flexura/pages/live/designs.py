@@ -22,7 +22,7 @@ from flexura.analysis import (
     statics,
 )
 from flexura.errors import Exceeded, FlexuraError, OptionError, SolverError, foremost
-from flexura.mechanism import DOF_NAMES
+from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.pages.live.described import Described, scene_message
 from flexura.pages.live.followed import FollowedModes, Identified, lowest_shapes
 from flexura.pages.live.messages import Ask, Load, Response, told
@@ -31,6 +31,7 @@ from flexura.pages.viewer import Buffer, Drawing, facts_of, quick, scene_and_dra
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.systems import Ports
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 
@@ -298,8 +299,8 @@ def _moved(model: FullOrderModel, load: Load) -> tuple[Any, str]:
         raise OptionError(f"{load.dof} cannot move")
     wrench = np.zeros(6)
     wrench[k] = load.amplitude / own
-    unit = "m" if k < 3 else "rad"
-    text = f"with {load.dof} moved by {load.amplitude:.4g} {unit} by a {'force' if k < 3 else 'moment'} there, linear"
+    moved = quantity(load.amplitude, UNITS[k > 2], 4)
+    text = f"with {load.dof} moved by {moved} by a {'force' if k < 3 else 'moment'} there, linear"
     return statics(model, loads={node: wrench}), text
 
 

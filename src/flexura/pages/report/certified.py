@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from flexura.analysis import Mode
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
+from flexura.tables import number, quantity
 
 FIRST = 3
 """Frequencies that the summary tells."""
@@ -16,34 +19,32 @@ def certified_modes(subject: Subject) -> Content:
     """Frequencies with proven intervals, what moves, and which parts bend. Raises FlexuraError."""
     found = subject.modes
     meshed = any(mode.mesh_error is not None for mode in found.modes)
-    headings = ["mode", "Hz", "rad/s", "full Hz", "difference", "proven"] + ["meshes"] * meshed
-    headings += ["model error", "what moves", "flag"]
-    rows = []
     errors = found.model_errors
-    for mode, error in zip(found.modes, errors.texts, strict=True):
-        beside = "none" if mode.full_frequency_hz is None else f"{mode.full_frequency_hz:.5g}"
-        row = [str(mode.number), mode.frequency_text, f"{mode.angular_frequency:.5g}", beside, mode.difference_text]
-        row.append(mode.proven_text)
-        if meshed:
-            row.append("" if mode.mesh_error is None else f"within {100 * mode.mesh_error:.2g} %")
-        rows.append([*row, error, mode.motion.summary, mode.flag])
+    columns = {
+        "mode": [str(mode.number) for mode in found.modes],
+        "frequency [Hz]": [mode.frequency_cell for mode in found.modes],
+        "rad/s": [number(mode.angular_frequency) for mode in found.modes],
+        "full [Hz]": ["none" if (own := mode.full_frequency_hz) is None else own for mode in found.modes],
+        "difference": [mode.difference_text for mode in found.modes],
+        "proven": [mode.proven_text for mode in found.modes],
+    }
+    if meshed:
+        meshes = [mode.mesh_error for mode in found.modes]
+        columns["meshes"] = ["" if error is None else f"within {100 * error:.2g} %" for error in meshes]
+    columns["model error"] = errors.texts
+    columns["what moves"] = [mode.motion.summary for mode in found.modes]
+    if any(mode.flag for mode in found.modes):
+        columns["flag"] = [mode.flag for mode in found.modes]
     command = subject.commands("modes", ["-n", str(subject.n)], f"n={subject.n}")
     lines = [("order", f"{found.order} of {found.full_order}"), ("tolerance", f"{found.tolerance:g}")]
     lines += [("reduction", step) for step in found.steps]
     lines += [("evidence", line) for line in found.evidence.lines]
     lines.append(("complete", _complete(found.evidence.complete, found.evidence.is_counted)))
-    if not any(mode.flag for mode in found.modes):
-        headings, rows = headings[:-1], [row[:-1] for row in rows]
-    table = Table(
-        headings,
-        rows,
-        range(1, 4),
+    table = replace(
+        Table.of(columns, evidence=Evidence(command, lines, essential=True)),
+        numbers=range(1, 4),
         motions=[f"mode-{mode.number}" for mode in found.modes],
-        evidence=Evidence(command, lines, essential=True),
-        details=[
-            [*_proof(mode), ("model error", ": ".join(filter(None, (error, causes))))]
-            for mode, error, causes in zip(found.modes, errors.texts, errors.causes, strict=True)
-        ],
+        details=[_proof(mode) for mode in found.modes],
     )
     blocks: list[Block] = [
         Paragraph(
@@ -62,14 +63,14 @@ def certified_modes(subject: Subject) -> Content:
     blocks += [
         Bullets(
             [
-                f"{missed.frequency_hz:.5g} Hz is missing from the low-order model: {missed.summary}"
+                f"{quantity(missed.frequency_hz, 'Hz')} is missing from the low-order model: {missed.summary}"
                 for missed in found.evidence.missed
             ],
             "bad",
         )
     ] * bool(found.evidence.missed)
     hz = [mode.frequency_text for mode in found.modes[:FIRST]]
-    facts = [Fact(f"lowest {len(hz)} frequencies" if len(hz) > 1 else "lowest frequency", f"{', '.join(hz)} Hz")]
+    facts = [Fact(f"lowest {len(hz)} frequencies" if len(hz) > 1 else "lowest frequency", ", ".join(hz))]
     return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 

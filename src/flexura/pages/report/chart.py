@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.results import plain
+from flexura.tables import suited
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,11 @@ class Curve:
     values: Array
     style: Literal["line", "pinned", "bound"] = "line"
     upper: Array | None = None
+
+    def scaled(self, factor: float) -> Curve:
+        """The same, all values times a factor."""
+        upper = None if self.upper is None else factor * self.upper
+        return replace(self, values=factor * self.values, upper=upper)
 
     def to_data(self) -> dict[str, Any]:
         """Plain data; None where there is no value."""
@@ -43,12 +49,17 @@ class Mark:
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves of one unit over the x axis of the chart."""
+    """Curves of one SI unit over the x axis of the chart, which are shown in the unit that suits them."""
 
     label: str
     unit: str
     log: bool
     curves: Sequence[Curve]
+
+    def __post_init__(self) -> None:
+        scale = suited([own.values[np.isfinite(own.values)].tolist() for own in self.curves], self.unit)
+        object.__setattr__(self, "unit", scale.unit)
+        object.__setattr__(self, "curves", [own.scaled(1 / scale.size) for own in self.curves])
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexura.mechanism import Layout, Mechanism, command_of, matching, parameter_dimensions
+from flexura.mechanism import Layout, Mechanism, command_of, is_rotation, matching, parameter_dimensions
 from flexura.units import format_number, format_quantity
 
 POSED = {"displacement": "m", "rotation": "rad", "expansion": "m", "voltage": "V", "force": "N", "moment": "N*m"}
@@ -32,7 +32,7 @@ class Commands:
         pose = []
         for name, value in at.items():
             own = next((command_of(actuators[key]) for key in matching(name, actuators)), None)
-            kind = own or ("rotation" if name.rpartition(".")[2].startswith("r") else "displacement")
+            kind = own or ("rotation" if is_rotation(name) else "displacement")
             pose.append(f"{name}={format_number(value)} {POSED[kind]}")
         return Commands(file, tuple(settings), tuple(pose))
 

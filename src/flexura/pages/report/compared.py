@@ -7,6 +7,7 @@ import math
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
 from flexura.solid.verification import verify
+from flexura.tables import number, quantity
 from flexura.testing.virtual import FoundMode, virtual_test
 
 QUICK = 1_000_000
@@ -44,7 +45,7 @@ def against_the_solid(subject: Subject) -> Content:
 
 def _cell(value: object) -> str:
     if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.5g}"
+        return "" if math.isnan(value) else number(value)
     return "" if value is None else str(value)
 
 
@@ -77,7 +78,7 @@ def tested(subject: Subject) -> Content:
         "confidence",
     ]
     rows = [
-        [str(m.number), f"{m.bare_hz:.5g}", f"{m.mass_loaded_hz:.5g}", f"{100 * m.mass_effect:+.2f} %", *_identified(m)]
+        [str(m.number), number(m.bare_hz), number(m.mass_loaded_hz), f"{100 * m.mass_effect:+.2f} %", *_identified(m)]
         for m in found.modes
     ]
     hits, placements = len(found.measurement.recordings), len(list(found.test.placed()))
@@ -91,8 +92,8 @@ def tested(subject: Subject) -> Content:
         Table(headings, rows, range(11), evidence=Evidence(command, lines, essential=True)),
     ]
     if found.false_hz:
-        listed = ", ".join(f"{f:.5g}" for f in found.false_hz)
-        blocks.append(Paragraph(f"Identified where there is no mode: {listed} Hz", "warning"))
+        listed = ", ".join(quantity(f, "Hz") for f in found.false_hz)
+        blocks.append(Paragraph(f"Identified where there is no mode: {listed}", "warning"))
     missed = sum(m.identified_hz is None for m in found.modes)
     facts = [Fact("modes that the test would find", f"{len(found.modes) - missed} of {len(found.modes)}")]
     return Content(blocks, facts=facts, warnings=found.warnings)
@@ -104,4 +105,4 @@ def _identified(mode: FoundMode) -> list[str]:
     hz = mode.identified_hz
     errors = [f"{100 * (mode.error or 0.0):+.3f} %", f"{100 * mode.identified_damping:.3f}"]
     errors.append("" if mode.damping_error is None else f"{100 * mode.damping_error:+.1f} %")
-    return [f"{hz:.5g}", f"{2 * math.pi * hz:.5g}", *errors, f"{mode.mac:.3f}", f"{mode.confidence:.2f}"]
+    return [number(hz), number(2 * math.pi * hz), *errors, f"{mode.mac:.3f}", f"{mode.confidence:.2f}"]

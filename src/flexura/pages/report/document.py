@@ -6,8 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
+
 from flexura.pages.report.chart import Chart
 from flexura.pages.viewer import Shown
+from flexura.tables import text_columns
 
 Tone = Literal["", "soft", "warning", "bad", "good"]
 State = Literal["shown", "absent", "failed"]
@@ -57,6 +60,21 @@ class Table:
     evidence: Evidence | None = None
     details: Sequence[Sequence[tuple[str, str]]] = ()
     motions: Sequence[str] = ()
+
+    @staticmethod
+    def of(
+        columns: Mapping[str, Sequence[Any] | np.ndarray],
+        caption: str = "",
+        evidence: Evidence | None = None,
+        *,
+        left: int = 1,
+        motions: Sequence[str] = (),
+    ) -> Table:
+        """A table of columns by their headings, an SI unit in brackets where they have one, in units that suit; all but
+        the first `left` are set right."""
+        shown = text_columns({name: [*own] for name, own in columns.items()})
+        rows = [list(cells) for cells in zip(*shown.values(), strict=True)]
+        return Table([*shown], rows, range(left, len(shown)), caption, evidence, motions=motions)
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ def scene_content(subject: Subject, shown: Sequence[Shown]) -> Content:
 def _sheet(found: Modes) -> Figure:
     """The first modes on one sheet."""
     modes = found.modes[:MODES]
-    titles = [f"mode {mode.number}: {mode.frequency_text} Hz" for mode in modes]
+    titles = [f"mode {mode.number}: {mode.frequency_text}" for mode in modes]
     said = [mode.motion.summary for mode in modes]
     flags = [mode.flag for mode in modes]
     return draw_sheet(found.model, found.shapes[:, :, : len(modes)], titles, said, flags=flags)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import Freedom, Kinetostatics
 from flexura.errors import SolverError
-from flexura.mechanism import DOF_NAMES
+from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
 from flexura.pages.report.subject import Subject
-from flexura.tables import stiffness
+from flexura.tables import quantity
 
 ALIGNED = 5e-5
 """Components below this are zero in the digits that are shown."""
-ROUND_OFF = 1e-4
-"""Drifts below this, mm or mrad, are round-off."""
 
 
 def freedoms(subject: Subject) -> Content:
@@ -60,7 +57,11 @@ def freedoms(subject: Subject) -> Content:
         blocks.append(Paragraph("No actuators are described: coupling, amplification and workspace need them.", "soft"))
     blocks += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
     facts = [Fact(f"freedoms of {found.platform}", found.kind)]
-    facts += [Fact(f"reach {_along(own)}", _reach(own)) for own in found.freedoms if own.stroke is not None]
+    facts += [
+        Fact(f"range of commands {_along(own)}", f"± {quantity(own.stroke, UNITS[own.kind == 'R'], 4)}")
+        for own in found.freedoms
+        if own.stroke is not None
+    ]
     return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 
@@ -73,86 +74,35 @@ def _along(own: Freedom) -> str:
     return f"{word} ({', '.join(f'{x + 0.0:.4f}' for x in direction)})"
 
 
-def _reach(own: Freedom) -> str:
-    return "" if own.stroke is None else f"±{1e3 * own.stroke:.4g} {'mm' if own.kind == 'T' else 'mrad'}"
-
-
 def _freedoms(found: Kinetostatics, evidence: Evidence) -> Table:
-    headings = ("freedom", "axis", "through mm", "pitch mm/rad", "owned", "reach", "axis drifts", "yields at")
-    rows = []
-    for own in found.freedoms:
-        axis = _along(own)
-        through, pitch = "", ""
-        if own.kind == "R":
-            through = f"({', '.join(f'{1e3 * x:.4g}' for x in np.round(own.axis.point, 9) + 0.0)})"
-            pitch = f"{1e3 * own.axis.pitch:.3g}"
-        share = "" if np.isnan(own.share) else f"{100 * own.share:.1f} %"
-        drift = ""
-        if own.shift is not None and own.tilt is not None:
-            drift = f"{_clean(1e3 * own.shift):.3g} mm, {_clean(1e3 * own.tilt):.3g} mrad"
-        limit = (
-            "" if own.yield_stroke is None else f"{1e3 * own.yield_stroke:.4g} {'mm' if own.kind == 'T' else 'mrad'}"
-        )
-        limit += "" if own.yields_in_range else ", beyond linear theory"
-        kind = "rotation" if own.kind == "R" else "translation"
-        rows.append([kind, axis, through, pitch, share, _reach(own), drift, limit])
-    motions = [f"freedom-{k + 1}" for k in range(len(rows))]
-    return Table(headings, rows, range(2, 8), evidence=evidence, motions=motions)
-
-
-def _clean(value: float) -> float:
-    return 0.0 if abs(value) < ROUND_OFF else value
+    columns = found.freedom_columns() | {"axis": [_along(own) for own in found.freedoms]}
+    motions = [f"freedom-{k + 1}" for k in range(len(found.freedoms))]
+    return Table.of(columns, evidence=evidence, left=2, motions=motions)
 
 
 def _spectrum(found: Kinetostatics, evidence: Evidence) -> Table:
     own = found.spectrum
-    rows = [[str(k + 1), f"{1e6 * c:.4g}"] for k, c in enumerate(own.compliance)]
-    caption = f"compliances on one scale, rotations counted at {1e3 * own.length:.4g} mm"
-    return Table(["compliance", "um/N"], rows, (1,), caption, evidence)
+    caption = f"compliances on one scale, rotations counted at {quantity(own.length, 'm', 4)}"
+    return Table.of({"": range(1, 7), "compliance [m/N]": own.compliance}, caption, evidence)
 
 
 def _coupling(found: Kinetostatics, command: str) -> Table:
-    headings = ["per unit command", *(f"{c.name} [{c.unit.replace('*', '·')}]" for c in found.inputs)]
-    rows = [[_named(k), *(f"{x:.4g}" for x in found.coupling[k])] for k in range(6)]
-    rows.append(["input stiffness N/m", *(f"{x:.4g}" for x in found.input_stiffness)])
-    return Table(
-        headings, rows, range(1, len(headings)), "motion of the platform per unit of each command", Evidence(command)
-    )
-
-
-def _named(k: int) -> str:
-    return f"{DOF_NAMES[k]} {'m' if k < 3 else 'rad'}"
+    caption = "motion of the platform per unit of each command"
+    return Table.of(found.coupling_columns(), caption, Evidence(command))
 
 
 def _stiffness(found: Kinetostatics, command: str) -> Table:
-    headings = ["coordinate", "stiffness", "actuators free", "actuators locked", "unit", "workspace"]
-    rows = []
-    for k, dof in enumerate(DOF_NAMES):
-        free, locked = float(found.compliance_free[k, k]), float(found.compliance_locked[k, k])
-        low, high = found.workspace[k]
-        span = f"{low:.4g} to {high:.4g} {'m' if k < 3 else 'rad'}" if np.isfinite([low, high]).all() else "no limits"
-        unit = "N/m" if k < 3 else "N·m/rad"
-        own = stiffness(float(found.compliance[k, k]))
-        rows.append([dof, own, stiffness(free), stiffness(locked, free), unit, span])
-    if not found.inputs:
-        headings, rows = ["coordinate", "stiffness", "unit"], [[row[0], row[1], row[4]] for row in rows]
-    return Table(
-        headings,
-        rows,
-        (1, 2, 3, 5) if found.inputs else (1,),
-        "stiffness of the platform, one coordinate at a time",
-        Evidence(command),
-    )
+    caption = "stiffness of the platform, one coordinate at a time"
+    return Table.of(found.stiffness_columns(), caption, Evidence(command))
 
 
 def _compliance(found: Kinetostatics, command: str) -> Folded:
-    matrix: NDArray[np.float64] = found.compliance
-    rows = [[_named(k), *(f"{x:.4g}" for x in matrix[k])] for k in range(6)]
-    headings = [
-        "displacement",
-        *(f"{'F' if k < 3 else 'M'}{dof[1]} 1 {'N' if k < 3 else 'N·m'}" for k, dof in enumerate(DOF_NAMES)),
-    ]
-    table = Table(
-        headings, rows, range(1, 7), "displacement by unit forces and moments at the platform", Evidence(command)
-    )
+    """Rows of translations and of rotations, each in its unit."""
+    columns: dict[str, list[str]] = {"displacement": [*DOF_NAMES]}
+    for j, dof in enumerate(DOF_NAMES):
+        per = FORCE_UNITS[j > 2]
+        units = [f"{UNITS[k > 2]}/{per if j < 3 else f'({per})'}" for k in range(6)]
+        heading = f"{'F' if j < 3 else 'M'}{dof[1]} 1 {per.replace('*', ' ')}"
+        columns[heading] = [quantity(float(x), unit, 4) for x, unit in zip(found.compliance[:, j], units, strict=True)]
+    table = Table.of(columns, "displacement by unit forces and moments at the platform", Evidence(command))
     return Folded("6 x 6 compliance of the platform, actuators mounted and not driven", [table])

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import isfinite
 
 import numpy as np
 
 from flexura.analysis import MemberStress, Statics, preload, statics
 from flexura.linalg import ranked
-from flexura.mechanism import DOF_NAMES
+from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.pages.report.corners import MOST_SEARCHED, Corner, limited, told, worst_corners
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
 from flexura.reduction import Certificate, proven_text
-from flexura.tables import counted
+from flexura.tables import counted, number, quantity
 
 MOST = 12
 """Members that are shown, as many as the command prints."""
@@ -35,12 +36,11 @@ def static_response(subject: Subject) -> Content:
     options = [word for node in nodes for word in ("--node", node)]
     found = statics(subject.plan, subject.parameters)
     evidence = Evidence(subject.commands("statics", options), [("note", note) for note in found.notes], essential=True)
-    rows = [[node, *(f"{x:.5g}" for x in found.displacement(node))] for node in nodes]
-    headings = ["node", *(f"{dof} {'m' if k < 3 else 'rad'}" for k, dof in enumerate(DOF_NAMES))]
-    blocks: list[Block] = [Table(headings, rows, range(1, 7), "displacements, linear", evidence)]
+    moved = np.array([found.displacement(node) for node in nodes]).reshape(-1, 6)
+    columns = {f"{dof} [{UNITS[k > 2]}]": moved[:, k] for k, dof in enumerate(DOF_NAMES)}
+    blocks: list[Block] = [Table.of({"node": nodes, **columns}, "displacements, linear", evidence)]
     if found.readings:
-        read = [[name, f"{value:.6g}"] for name, value in found.readings.items()]
-        blocks.append(Table(["sensor", "reading, SI"], read, (1,), evidence=Evidence(evidence.command)))
+        blocks.append(Table.of(found.reading_columns(), evidence=Evidence(evidence.command)))
     blocks += _warned(found)
     return Content(blocks, warnings=found.warnings, shown=(found,))
 
@@ -71,7 +71,7 @@ def stresses(subject: Subject) -> Content:
     count = len(every) - sum(len(own.rows) for own in blocks if isinstance(own, Table))
     blocks += [Paragraph(f"and {counted(count, 'member')} under other commands or with less", "soft")] * (count > 0)
     factors = [own.factor_to_yield for own in every if own.factor_to_yield is not None]
-    facts = [Fact("least factor to yield", f"{min(factors):.4g}")] if factors and isfinite(min(factors)) else []
+    facts = [Fact("least factor to yield", number(min(factors), 4))] if factors and isfinite(min(factors)) else []
     if not facts:
         blocks.append(Paragraph("No margin: the materials have no yield stress (`yield_stress`).", "warning"))
     warnings = tuple({str(own): own for found in shown for own in found.warnings}.values())
@@ -104,16 +104,17 @@ def _stressed(
         [word for own in given for word in ("--actuator", own)],
         f"actuators={corner.commands!r}" if corner.commands else "",
     )
-    rows = []
-    for m in members:
-        factor = "" if m.factor_to_yield is None else f"{m.factor_to_yield:.4g}"
-        rows.append([m.name, f"{1e-6 * (m.von_mises or 0):.5g}", factor, f"{m.position:.2f} of its length"])
+    columns = {
+        "member": [m.name for m in members],
+        "von Mises [Pa]": [m.von_mises for m in members],
+        "factor to yield": ["" if m.factor_to_yield is None else number(m.factor_to_yield, 4) for m in members],
+        "at": [f"{m.position:.2f} of its length" for m in members],
+    }
     lines = [("state", state), ("stress", "von Mises, with notch factors"), *(("note", note) for note in notes)]
     units = {own.channel.name: own.channel.unit for own in subject.inputs}
-    named = ", ".join(f"{name} at {value:.6g} {units[name]}" for name, value in corner.commands.items())
+    named = ", ".join(f"{name} at {quantity(value, units[name])}" for name, value in corner.commands.items())
     caption = f"most stressed with {named}" if given else f"the largest stresses under {state}"
-    headings = ["member", "von Mises MPa", "factor to yield", "at"]
-    return Table(headings, rows, (1, 2), caption, Evidence(command, lines, essential=True))
+    return replace(Table.of(columns, caption, Evidence(command, lines, essential=True)), numbers=(1, 2))
 
 
 def buckling(subject: Subject) -> Content:
@@ -136,21 +137,23 @@ def buckling(subject: Subject) -> Content:
     numbers = range(1, len(headings), 2)
     blocks: list[Block] = [Table(headings, rows, numbers, evidence=Evidence(command, essential=True))]
     factors = found.buckling_factors(FACTORS)
-    told = ", ".join(f"{f:.5g}" for f in factors) or "none: no load of this direction buckles it"
+    told = ", ".join(number(f) for f in factors) or "none: no load of this direction buckles it"
     blocks.append(Table(["what", "value"], [["buckling factors on all loads", told]], (1,), evidence=Evidence(command)))
     forces = list(found.axial_force.items())
     order = ranked([max(abs(f) for f in own) for _, own in forces])[:10]
-    rows = [[forces[i][0], *(f"{f:.4g}" for f in forces[i][1])] for i in order]
-    blocks.append(Table(["member", "least axial force N", "largest N"], rows, (1, 2), evidence=Evidence(command)))
+    columns = {"member": [forces[i][0] for i in order]}
+    for k, heading in enumerate(("least axial force [N]", "largest [N]")):
+        columns[heading] = [forces[i][1][k] for i in order]
+    blocks.append(Table.of(columns, evidence=Evidence(command)))
     blocks += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
-    facts = [Fact("buckles at", f"{factors[0]:.5g} times the loads")] if len(factors) else []
+    facts = [Fact("buckles at", f"{number(factors[0])} times the loads")] if len(factors) else []
     return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
 
 def _frequency(own: Certificate, k: int) -> list[str]:
     hz, lower, upper = (float(values[k]) for values in (own.frequency_hz, own.lower_hz, own.upper_hz))
     interval = (lower if isfinite(lower) else None, upper if isfinite(upper) else None)
-    return [f"{hz:.5g}", proven_text(hz, interval, bool(own.is_indexed[k]), upper == 0)]
+    return [number(hz), proven_text(hz, interval, bool(own.is_indexed[k]), upper == 0)]
 
 
 def _warned(found: Statics) -> list[Block]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from itertools import zip_longest
 
 import numpy as np
@@ -19,7 +19,7 @@ from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.chart import Chart, Curve, Mark, Panel
 from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Paragraph, Table
 from flexura.pages.report.subject import Subject
-from flexura.tables import counted
+from flexura.tables import counted, number
 from flexura.units import format_number
 
 MOST_PAIRS = 12
@@ -28,7 +28,6 @@ SPREAD = 24
 """Frequencies of a chart's table, beside the resonances."""
 LONGEST = 44
 """Characters of the label of a resonance."""
-PREFIXES = {-1: (1e3, "m"), -2: (1e6, "µ"), -3: (1e9, "n")}
 
 
 def frequency_responses(subject: Subject) -> Content:
@@ -104,9 +103,7 @@ def _moves(words: str, platform: str | None) -> str:
 
 def response_chart(name: str, found: FrequencyResponse, group: ResponseGroup, platform: str | None) -> Chart:
     """Magnitude over phase of responses of one unit, resonances marked with what moves in them."""
-    factor, unit = scaled_unit(max(float(np.abs(curve.H).max()) for curve in group.curves), group.unit)
-    unit = unit.replace("*", "·")
-    size = [Curve(curve.label, factor * np.abs(curve.H)) for curve in group.curves]
+    size = [Curve(curve.label, np.abs(curve.H)) for curve in group.curves]
     angle = [Curve(curve.label, phase_in_degrees(curve.H)) for curve in group.curves]
     marks = []
     for k, (hz, words) in enumerate(zip_longest(found.resonances_hz, found.resonance_motions, fillvalue="")):
@@ -114,50 +111,28 @@ def response_chart(name: str, found: FrequencyResponse, group: ResponseGroup, pl
         marks.append(Mark(float(hz), label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}…", str(k + 1)))
     hertz = ", ".join(f"{hz:.4g}" for hz in found.resonances_hz)
     said = f"{counted(len(size), 'curve')}, {counted(len(marks), 'resonance')}" + (f": {hertz} Hz" if marks else "")
-    panels = [Panel("magnitude", unit, True, size), Panel("phase", "deg", False, angle)]
+    panels = [Panel("magnitude", group.unit, True, size), Panel("phase", "deg", False, angle)]
     title = f"Frequency responses in {group.unit}"
     return Chart(name, title, said, "frequency", "Hz", True, found.frequency_hz, panels, marks)
 
 
-def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
-    """A factor and a prefix of the unit with which the largest value lies near one; of angles and lengths only."""
-    if unit.partition("/")[0] not in ("m", "rad") or not largest > 0:
-        return 1.0, unit
-    factor, prefix = PREFIXES.get(max(-3, math.floor(math.log10(largest) / 3)), (1.0, ""))
-    return factor, prefix + unit
-
-
 def _gains(found: FrequencyResponse, evidence: Evidence) -> Table:
-    size = np.abs(found.response)
-    peak, hz = size.max(axis=0), found.frequency_hz
-    order = [(i, j) for i in range(len(found.outputs)) for j in range(len(found.inputs))]
-    shown = [(i, j) for i, j in order if peak[i, j] > 1e-9 * np.sqrt(peak[i].max() * peak[:, j].max())]
-    rows = []
-    for i, j in shown[:MOST_PAIRS]:
-        own, out, into = size[:, i, j], found.outputs[i].name, found.inputs[j].name
-        rows.append(
-            [
-                f"{out} / {into}",
-                f"{own[0]:.5g}",
-                f"{own.max():.5g}",
-                f"{hz[int(own.argmax())]:.5g}",
-                found.unit(out, into),
-            ]
-        )
-    headings = ["output / input", f"at {hz[0]:.5g} Hz", "largest", "at Hz", "unit"]
-    caption = "gains and peaks" + (f" of {MOST_PAIRS} of {len(shown)} pairs" if len(shown) > MOST_PAIRS else "")
-    return Table(headings, rows, (1, 2, 3), caption, evidence)
+    columns = found.gain_columns()
+    count = len(columns["peak"])
+    caption = "gains and peaks" + (f" of {MOST_PAIRS} of {count} pairs" if count > MOST_PAIRS else "")
+    return Table.of({name: own[:MOST_PAIRS] for name, own in columns.items()}, caption, evidence, left=2)
 
 
 def _resonances(found: FrequencyResponse, command: str) -> Table:
     rows = [
-        [str(k + 1), f"{hz:.5g}", f"{zeta:.4g}", words]
+        (str(k + 1), float(hz), "" if zeta == "" else number(float(zeta), 4), words)
         for k, (hz, zeta, words) in enumerate(
             zip_longest(found.resonances_hz, found.ratios, found.resonance_motions, fillvalue="")
         )
     ]
-    headings = ["resonance", "Hz", "damping ratio", "what moves"]
-    return Table(headings, rows, (1, 2), "resonances in the band", Evidence(command))
+    headings = ("resonance", "frequency [Hz]", "damping ratio", "what moves")
+    columns = {name: [row[k] for row in rows] for k, name in enumerate(headings)}
+    return replace(Table.of(columns, "resonances in the band", Evidence(command)), numbers=(1, 2))
 
 
 def _values(found: FrequencyResponse, group: ResponseGroup, command: str) -> Table:
@@ -165,11 +140,10 @@ def _values(found: FrequencyResponse, group: ResponseGroup, command: str) -> Tab
     hz = found.frequency_hz
     wanted = np.concatenate([np.geomspace(hz[0], hz[-1], SPREAD), found.resonances_hz])
     chosen = np.unique(np.abs(hz[:, None] - wanted).argmin(axis=0))
-    columns = [values for curve in group.curves for values in (np.abs(curve.H), phase_in_degrees(curve.H))]
-    headings = [
-        "Hz",
-        *(f"{' / '.join(c.pairs[0])} {what}" for c in group.curves for what in (group.unit.replace("*", "·"), "deg")),
-    ]
-    rows = [[f"{hz[k]:.5g}", *(f"{values[k]:.5g}" for values in columns)] for k in chosen]
-    note = f"{len(rows)} of {len(hz)} frequencies; the command writes all, phases within half a turn"
-    return Table(headings, rows, range(len(headings)), note, Evidence(command))
+    columns = {"frequency [Hz]": hz[chosen]}
+    for curve in group.curves:
+        pair = " / ".join(curve.pairs[0])
+        columns[f"{pair} [{group.unit}]"] = np.abs(curve.H)[chosen]
+        columns[f"{pair} phase [deg]"] = phase_in_degrees(curve.H)[chosen]
+    note = f"{len(chosen)} of {len(hz)} frequencies; the command writes all, phases within half a turn"
+    return Table.of(columns, note, Evidence(command), left=0)

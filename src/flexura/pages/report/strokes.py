@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis import Stroke, StrokePose, stroke
+from flexura.analysis import Stroke, stroke
 from flexura.errors import foremost
+from flexura.mechanism import FORCE_UNITS, is_rotation
 from flexura.pages.report.chart import Chart, Curve, Panel
 from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
-from flexura.tables import counted
+from flexura.tables import counted, number, quantity, scale_for
 
 Array = NDArray[np.float64]
 MOST = 41
 """Poses that the command prints."""
-MODES = 6
+MODES, MOST_MODES = 6, 9
+"""Frequencies of a pose, and curves of modes, of which some may be among the lowest at a part of the poses alone."""
+FAR = 30.0
+"""Ratio of positive values from which on their axis is logarithmic."""
 MOST_WARNINGS = 3
 
 
@@ -44,7 +49,7 @@ def over_the_stroke(subject: Subject) -> Content:
         Paragraph(
             "Large displacements and rotations; frequencies with actuators free under the forces that hold the pose."
         ),
-        ChartFigure(_chart(found), table),
+        ChartFigure(_chart(found), table) if len(found.poses) > 1 else table,
     ]
     if found.warnings:
         blocks.append(Bullets(foremost(found.warnings, MOST_WARNINGS), "warning"))
@@ -52,23 +57,14 @@ def over_the_stroke(subject: Subject) -> Content:
     least = min((margin for margin, _ in margins), default=None)
     facts = [Fact("poses reached", f"{len(found.poses)}")]
     if least is not None and isfinite(least):
-        facts.append(Fact("least factor to yield over the stroke", _factor(least)))
+        facts.append(Fact("least factor to yield over the stroke described", number(least, 4)))
     lowest = min((pose.frequency_hz[0] for pose in found.poses if pose.frequency_hz), default=None)
     if lowest is not None:
-        told = f"{lowest:.5g} Hz" if lowest >= 0 else "none: unstable at every pose"
+        told = quantity(lowest, "Hz") if lowest >= 0 else "none: unstable at every pose"
         facts.append(Fact("lowest frequency over the stroke", told))
     # a scene is of one pose: about another one the stroke stands in its curves alone
     shown = () if subject.plan.is_posed else (found,)
     return Content(blocks, facts=facts, warnings=found.warnings, shown=shown)
-
-
-def _factor(value: float | None) -> str:
-    return "" if value is None or not isfinite(value) else f"{value:.3g}"
-
-
-def _scale(name: str) -> tuple[float, str]:
-    """What multiplies a prescribed displacement, and its unit."""
-    return (1.0, "rad") if name.rpartition(".")[2].startswith("r") else (1e3, "mm")
 
 
 def _along(found: Stroke) -> tuple[Array, str, str]:
@@ -76,11 +72,11 @@ def _along(found: Stroke) -> tuple[Array, str, str]:
     varied = [pose.varied for pose in found.poses]
     name = next(iter(varied[0]), "")
     if name:
-        factor, unit = _scale(name) if name in found.poses[0].move else (1.0, found.units[name])
-        values = factor * np.array([own[name] for own in varied])
+        values = np.array([own[name] for own in varied])
+        scale = scale_for(values, found.units[name])
         for own in (values, values[::-1]):
             if (np.diff(own) > 0).all():
-                return values, name, unit
+                return values / scale.size, name, scale.unit
     return np.arange(1.0, len(varied) + 1), "pose", ""
 
 
@@ -88,23 +84,23 @@ def _chart(found: Stroke) -> Chart:
     x, label, unit = _along(found)
     order = np.argsort(x, kind="stable")
     poses = [found.poses[k] for k in order]
-    n = min(MODES, found.frequencies_hz.shape[1])
-    tracked = found.frequencies_hz[order]
+    hertz, changes = found.frequencies_hz[order][:, :MOST_MODES], found.frequency_changes[order][:, :MOST_MODES]
+    named = [f"mode {k + 1}" if k < len(found.poses[0].frequency_hz) else "another mode" for k in range(hertz.shape[1])]
     panels = [
-        Panel(
-            "natural frequency", "Hz", True, [Curve(f"mode {k + 1} at the first pose", tracked[:, k]) for k in range(n)]
-        )
+        _panel("natural frequency, each curve one mode by its shape", "Hz", [*zip(named, hertz.T, strict=True)]),
+        _panel("change of frequency", "%", [*zip(named, 100 * changes.T, strict=True)]),
     ]
     for name in poses[0].move:
-        turns = _scale(name)[1] == "rad"
         force = np.array([pose.reaction[name] + 0.0 for pose in poses])
-        panels.append(
-            Panel("moment to hold" if turns else "force to hold", "N·m" if turns else "N", False, [Curve(name, force)])
-        )
+        what = "moment to hold" if is_rotation(name) else "force to hold"
+        panels.append(_panel(what, FORCE_UNITS[is_rotation(name)], [(name, force)]))
+    shifts = [(node, own[order]) for node, own in found.parasitic_shifts.items()]
+    if shifts:
+        panels.append(_panel("parasitic shift, in directions that are not driven", "m", shifts))
     support = np.array([pose.support_stiffness[:3] for pose in poses])
-    shown = [Curve(f"k{axis}", support[:, k]) for k, axis in enumerate("xyz") if np.isfinite(support[:, k]).any()]
+    shown = [(f"k{axis}", support[:, k]) for k, axis in enumerate("xyz") if np.isfinite(support[:, k]).any()]
     if shown:
-        panels.append(Panel("support stiffness", "N/m", True, shown))
+        panels.append(_panel("support stiffness", "N/m", shown))
     margins = np.array([np.nan if p.stress_margin is None else p.stress_margin for p in poses])
     if np.isfinite(margins).any():
         limit = Curve("yield", np.ones(len(poses)), "bound")
@@ -121,17 +117,14 @@ def _chart(found: Stroke) -> Chart:
     return Chart("stroke", f"{found.name} {title}", said, label, unit, False, x[order], panels)
 
 
+def _panel(label: str, unit: str, curves: Sequence[tuple[str, Array]]) -> Panel:
+    """Curves of one unit, in equal ratios only where their values are far apart: a change of a few per cent is seen."""
+    known = np.concatenate([own[np.isfinite(own)] for _, own in curves])
+    far = len(known) > 0 and float(known.min()) > 0 and float(known.max()) > FAR * float(known.min())
+    return Panel(label, unit, far, [Curve(name, own) for name, own in curves])
+
+
 def _table(found: Stroke, command: str) -> Table:
-    first = found.poses[0]
-    changing = {**first.load, **first.actuators}
-    headings = [f"{name} {found.units[name]}" for name in changing]
-    for name in first.move:
-        turns = _scale(name)[1] == "rad"
-        headings += [f"{name} {'rad' if turns else 'mm'}", "force N·m" if turns else "force N"]
-    n = min(len(first.frequency_hz), MODES)
-    headings += [*(f"f{k + 1} Hz" for k in range(n)), *(f"k{axis} N/m" for axis in "xyz"), "to yield", "to buckle"]
-    every = max(1, -(-len(found.poses) // MOST))
-    rows = [_row(pose, list(changing)) for pose in found.poses[::every]]
     proven = all(pose.proven for pose in found.poses)
     lines = [
         (
@@ -141,13 +134,4 @@ def _table(found: Stroke, command: str) -> Table:
         ("poses", f"{len(found.poses)}, each reached by a path of equilibria from the undeformed configuration"),
         *(("note", note) for note in found.notes),
     ]
-    return Table(headings, rows, range(len(headings)), "poses", Evidence(command, lines, essential=True))
-
-
-def _row(pose: StrokePose, changing: list[str]) -> list[str]:
-    cells = [f"{pose.varied[name]:.5g}" for name in changing]
-    for name, value in pose.move.items():
-        cells += [f"{_scale(name)[0] * value:.5g}", f"{pose.reaction[name] + 0.0:.5g}"]
-    cells += [f"{f:.5g}" for f in pose.frequency_hz[:MODES]]
-    cells += ["driven" if np.isnan(k) else f"{k:.4g}" for k in pose.support_stiffness[:3]]
-    return [*cells, _factor(pose.stress_margin), _factor(pose.buckling_factor)]
+    return Table.of(found.short_columns(MOST, MODES), "poses", Evidence(command, lines, essential=True), left=0)

@@ -13,7 +13,7 @@ from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fac
 from flexura.pages.report.figures import doubts_figure
 from flexura.pages.report.subject import Subject
 from flexura.pages.report.summary import grouped
-from flexura.tables import counted
+from flexura.tables import counted, in_mm, quantity, vector
 from flexura.units import format_quantity
 
 T = TypeVar("T")
@@ -51,7 +51,7 @@ def understood(subject: Subject) -> Content:
         heading = f"{counted(len(found.minor), 'assumption')} that move no frequency by 1 %"
         every = Evidence(subject.commands("check", ["--all"], posed=False))
         blocks.append(Folded(heading, [Bullets(grouped(found.minor), "soft"), every]))
-    facts = [Fact("mass", f"{found.mass.mass:.6g} kg"), Fact("warnings", str(len(found.doubts)))]
+    facts = [Fact("mass", quantity(found.mass.mass, "kg")), Fact("warnings", str(len(found.doubts)))]
     return Content(blocks, facts=facts, warnings=found.doubts)
 
 
@@ -73,10 +73,9 @@ def _few(named: Mapping[str, T], most: int = 20) -> list[tuple[str, T]]:
 
 
 def _overview(found: CheckReport) -> Table:
-    x, y, z = (round(1e3 * c, 6) + 0.0 for c in found.mass.centre)
     rows = [
-        ["mass", f"{found.mass.mass:.6g} kg"],
-        ["centre of mass", f"({x:.5g}, {y:.5g}, {z:.5g}) mm"],
+        ["mass", quantity(found.mass.mass, "kg")],
+        ["centre of mass", f"({in_mm(found.mass.centre)}) mm"],
         ["degrees of freedom", f"full order {found.full_order}, low order {found.low_order} before modes are kept"],
         ["damping", found.damping],
         ["actuators, sensors", f"{len(found.actuators)}, {len(found.sensors)}"],
@@ -84,18 +83,10 @@ def _overview(found: CheckReport) -> Table:
     if found.rigid_body_modes:
         rows.append(["rigid-body modes", str(found.rigid_body_modes)])
     if found.lowest_hz is not None:
-        lower, upper = found.lowest_hz
-        sharp = f"{lower:.5g}" == f"{upper:.5g}"
-        text = f"{upper:.5g} Hz" if sharp else f"between {lower:.5g} and {upper:.5g} Hz"
-        rows.append(
-            [
-                "lowest frequency",
-                f"{text}, proven" if lower > 0 else f"below {upper:.2g} Hz, indistinguishable from zero",
-            ]
-        )
+        rows.append(["lowest frequency", found.lowest_text])
     rows += [[f"load on {node}", _wrench(own)] for node, own in _few(found.loads)]
     if any(found.gravity):
-        rows.append(["gravity", f"{_vector(found.gravity)} m/s^2"])
+        rows.append(["gravity", vector(found.gravity, "m/s^2")])
     if found.is_preloaded:
         rows.append(["preloaded", "stiffness, and all that follows from it, is about the state under these loads"])
     return Table(["what", "in the model"], rows)
@@ -103,29 +94,20 @@ def _overview(found: CheckReport) -> Table:
 
 def _wrench(own: Iterable[float]) -> str:
     wrench = list(own)
-    parts = [f"{_vector(w)} {unit}" for w, unit in ((wrench[:3], "N"), (wrench[3:], "N·m")) if any(w)]
+    parts = [vector(w, unit) for w, unit in ((wrench[:3], "N"), (wrench[3:], "N*m")) if any(w)]
     return ", ".join(parts) or "none"
 
 
-def _vector(components: Iterable[float]) -> str:
-    return f"({', '.join(f'{c + 0.0:.5g}' for c in components)})"
-
-
 def _parts(found: CheckReport, command: str) -> Table:
-    headings = ("substructure", "copies", "members", "elements", "nodes", "interior DOFs", "mass kg", "interface")
-    rows = []
-    for s in found.substructures:
-        numbers = (s.copies, s.members, s.elements, s.nodes, s.interior_dofs)
-        shown = ", ".join(s.interface[:4]) + (f", ... ({len(s.interface)})" if len(s.interface) > 4 else "")
-        rows.append([s.name, *map(str, numbers), f"{s.mass:.5g}", shown])
-    return Table(headings, rows, range(1, 7), "substructures", Evidence(command))
+    return replace(Table.of(found.substructure_columns(), "substructures", Evidence(command)), numbers=range(1, 7))
 
 
 def _bodies(found: CheckReport, command: str) -> list[Block]:
     if not found.rigid_bodies:
         return []
-    rows = [[name, f"{mass:.6g}"] for name, mass in list(found.rigid_bodies.items())[:MOST]]
-    blocks: list[Block] = [Table(["rigid body", "mass kg"], rows, (1,), "rigid bodies", Evidence(command))]
+    shown = list(found.rigid_bodies.items())[:MOST]
+    columns = {"rigid body": [name for name, _ in shown], "mass [kg]": [mass for _, mass in shown]}
+    blocks: list[Block] = [Table.of(columns, "rigid bodies", Evidence(command))]
     more = len(found.rigid_bodies) - MOST
     return [*blocks, Paragraph(f"and {more} more rigid bodies; --json has all", "soft")] if more > 0 else blocks
 
@@ -152,7 +134,7 @@ def _described(value: object, unit: str) -> str:
     """A value of a description; an expression as it is written."""
     if isinstance(value, Expression):
         return str(value)
-    return f"{value:.6g} {unit}".strip() if isinstance(value, float) else ""
+    return quantity(value, unit) if isinstance(value, float) else ""
 
 
 def _parameters(subject: Subject) -> Block:

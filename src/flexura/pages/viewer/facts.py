@@ -9,6 +9,7 @@ import numpy as np
 
 from flexura.mechanism import (
     DOF_NAMES,
+    STIFFNESS_UNITS,
     Box,
     Cylinder,
     Dashpot,
@@ -21,10 +22,11 @@ from flexura.mechanism import (
     Spring,
     Tube,
     evaluated,
+    is_rotation,
 )
 from flexura.pages.viewer.scene import Fact
-from flexura.pages.viewer.units import digits, shown
 from flexura.structure import FullOrderModel, Part, Plan
+from flexura.tables import number, quantity, scale_for
 from flexura.view import Kind
 
 PROFILES = {"leaf": "leaf flexure", "notch": "notch flexure", "two_axis": "two-axis notch", "round": "round notch"}
@@ -71,7 +73,7 @@ class Facts:
                 dofs = " ".join(dof for dof, own in zip(DOF_NAMES, held, strict=True) if own)
                 found.append(("held", "in all directions" if held.all() else dofs))
             at = 1e3 * self.model.geometry.positions[node]
-            found.append(("at", f"{', '.join(digits(x + 0.0) for x in at)} mm"))
+            found.append(("at", f"{', '.join(number(x + 0.0, 4) for x in at)} mm"))
         return tuple(found)
 
     def _own(self, prototype: str, key: str, kind: Kind) -> list[Fact]:
@@ -81,7 +83,7 @@ class Facts:
                 return self._body(part, key, evaluated(described.bodies[key], self.values))
             case Kind.MASS:
                 mass = evaluated(described.masses[key], self.values)
-                return [("kind", "point mass"), ("mass", shown(_number(mass.mass), "kg")), ("at", mass.node)]
+                return [("kind", "point mass"), ("mass", quantity(_number(mass.mass), "kg", 4)), ("at", mass.node)]
             case Kind.SPRING:
                 return _coupling("spring", evaluated(described.springs[key], self.values))
             case Kind.DASHPOT:
@@ -115,12 +117,12 @@ class Facts:
             )
             section = evaluated(own, self.values)
             found = [("kind", f"link, {section.shape}"), *_sizes(section)]
-        found.append(("length", shown(float(self.model.geometry.parts[part.name].length[k]), "m")))
+        found.append(("length", quantity(float(self.model.geometry.parts[part.name].length[k]), "m", 4)))
         found.append(("material", member.material))
         if part.name in self.model.matrices:
             elements = slice(part.first[k], part.first[k] + part.counts[k])
             M = self.model.matrices[part.name].elements.M[elements]
-            found.append(("mass", shown(float((M[:, 0, 0] + 2 * M[:, 0, 6] + M[:, 6, 6]).sum()), "kg")))
+            found.append(("mass", quantity(float((M[:, 0, 0] + 2 * M[:, 0, 6] + M[:, 6, 6]).sum()), "kg", 4)))
         found.append(("between", " and ".join(member.nodes)))
         return found
 
@@ -133,26 +135,29 @@ class Facts:
             case Plate(length=a, width=b, thickness=c):
                 found.append(("plate", _product((a, b, c))))
             case Cylinder(diameter=d, length=length):
-                found.append(("cylinder", f"diameter {shown(_number(d), 'm')}, length {shown(_number(length), 'm')}"))
+                sizes = (quantity(_number(size), "m", 4) for size in (d, length))
+                found.append(("cylinder", "diameter {}, length {}".format(*sizes)))
             case _:
                 found.append(("drawn as", "the box of this mass and inertia"))
         if body.solid is not None:
             found.append(("material", body.solid.material))
-        moments = np.linalg.eigvalsh(np.asarray(inertia, dtype=float)) * 1e9
-        found.append(("mass", shown(float(mass), "kg")))
-        found.append(("principal inertias", f"{', '.join(digits(own) for own in moments)} g mm²"))
+        moments = np.linalg.eigvalsh(np.asarray(inertia, dtype=float))
+        scale = scale_for(moments, "kg*m^2")
+        found.append(("mass", quantity(float(mass), "kg", 4)))
+        told = ", ".join(number(own / scale.size, 4) for own in moments)
+        found.append(("principal inertias", f"{told} {scale.unit}"))
         return found
 
     def _actuator(self, actuator: Any) -> list[Fact]:
         found: list[Fact] = [("kind", f"actuator: {actuator.type.replace('_', ' ')}")]
         if isinstance(actuator, PiezoStack):
-            found = [("kind", "piezo stack"), ("stiffness", shown(_number(actuator.stiffness), "N/m"))]
+            found = [("kind", "piezo stack"), ("stiffness", quantity(_number(actuator.stiffness), "N/m", 4))]
             units = {"free_stroke": "m", "blocked_force": "N", "gain": "m/V", "mass": "kg"}
         else:
             units = {"limit": "N·m" if actuator.type == "moment" else "N"}
         for name, unit in units.items():
             if value := getattr(actuator, name, None):
-                found.append((name.replace("_", " "), shown(_number(value), unit)))
+                found.append((name.replace("_", " "), quantity(_number(value), unit, 4)))
         if nodes := getattr(actuator, "nodes", ()):
             found.append(("at" if len(nodes) == 1 else "between", " and ".join(nodes)))
         return found
@@ -168,15 +173,14 @@ def _coupling(word: str, element: Spring | Dashpot) -> list[Fact]:
     """Of a spring or a dashpot whose numbers are resolved."""
     found: list[Fact] = [("kind", word)]
     if isinstance(element, Dashpot):
-        own, quantity, units = element.damping, "damping", ("N·s/m", "N·m·s/rad")
+        own, what, units = element.damping, "damping", ("N*s/m", "N*m*s/rad")
     else:
-        own, quantity, units = element.stiffness, "stiffness", ("N/m", "N·m/rad")
+        own, what, units = element.stiffness, "stiffness", STIFFNESS_UNITS
     for name in DOF_NAMES if own is not None else ():
         if value := _number(getattr(own, name)):
-            unit = units[name[0] == "r"]
-            found.append((f"{quantity} {name}", shown(value, unit) if unit == "N/m" else f"{digits(value)} {unit}"))
+            found.append((f"{what} {name}", quantity(value, units[is_rotation(name)], 4)))
     if own is None:
-        found.append((quantity, "a 6 x 6 matrix"))
+        found.append((what, "a 6 x 6 matrix"))
     found.append(("between", " and ".join([*element.nodes, "ground"][:2])))
     return found
 
@@ -186,20 +190,20 @@ def _sizes(described: Any) -> list[Fact]:
     if isinstance(described, Rectangle) or getattr(described, "type", "") == "leaf":
         return [("section", _product((described.thickness, described.width)))]
     if isinstance(described, Tube):
-        return [("section", f"outer {shown(_number(described.outer_diameter), 'm')}, inner "
-                            f"{shown(_number(described.inner_diameter), 'm')}")]  # fmt: skip
+        return [("section", f"outer {quantity(_number(described.outer_diameter), 'm', 4)}, inner "
+                            f"{quantity(_number(described.inner_diameter), 'm', 4)}")]  # fmt: skip
     found: list[Fact] = []
     for name in type(described).model_fields:
         value = getattr(described, name)
         if isinstance(value, float) and (value or name != "shift"):
-            unit = {"angle": "rad", "A": "m²", "Iy": "m⁴", "Iz": "m⁴", "J": "m⁴", "ky": "", "kz": ""}.get(name, "m")
-            found.append((name.replace("_", " "), shown(value, unit)))
+            unit = {"angle": "rad", "A": "m^2", "Iy": "m^4", "Iz": "m^4", "J": "m^4", "ky": "", "kz": ""}.get(name, "m")
+            found.append((name.replace("_", " "), quantity(value, unit, 4)))
     return found
 
 
 def _product(sizes: Any) -> str:
     """Sizes of a box, mm."""
-    return f"{' x '.join(digits(1e3 * _number(size)) for size in sizes)} mm"
+    return f"{' x '.join(number(1e3 * _number(size), 4) for size in sizes)} mm"
 
 
 def _listed(names: list[str]) -> str:

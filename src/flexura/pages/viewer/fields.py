@@ -12,8 +12,8 @@ from flexura.analysis import Stresses, element_strains, energies
 from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.geometry import Drawing
 from flexura.pages.viewer.scene import ByPart, Colouring
-from flexura.pages.viewer.units import digits, shown
 from flexura.structure import FullOrderModel
+from flexura.tables import number, quantity
 from flexura.view import Grid, Kind
 
 Array = NDArray[np.float64]
@@ -93,9 +93,9 @@ def stress_colouring(values: Array, largest: float | None = None) -> Colouring |
 
 def stress_by_part(drawing: Drawing, stresses: Stresses) -> tuple[ByPart, ...]:
     """Largest stress of each member, and how far it is from yield."""
-    most = {own.name: shown(own.von_mises, "Pa") for own in stresses.members if own.von_mises is not None}
+    most = {own.name: quantity(own.von_mises, "Pa", 4) for own in stresses.members if own.von_mises is not None}
     margin = {
-        own.name: f"at {digits(own.factor_to_yield)} times this"
+        own.name: f"at {number(own.factor_to_yield, 4)} times this"
         for own in stresses.members
         if own.factor_to_yield is not None and np.isfinite(own.factor_to_yield)
     }

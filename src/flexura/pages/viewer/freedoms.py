@@ -11,7 +11,7 @@ from flexura.pages.viewer.fields import DISPLACEMENT, Energy
 from flexura.pages.viewer.geometry import Drawing, still, vibrating
 from flexura.pages.viewer.motions import shown_axis
 from flexura.pages.viewer.scene import Fact, ShownMotion
-from flexura.pages.viewer.units import digits, shown
+from flexura.tables import number, quantity
 
 WORDS = {"R": "rotation", "T": "translation"}
 
@@ -38,11 +38,11 @@ def freedom_motions(drawing: Drawing, result: Kinetostatics) -> Iterator[ShownMo
 
 def drift_motions(drawing: Drawing, result: Drift) -> Iterator[ShownMotion]:
     """The screw axis at rest and the displaced one; nothing moves."""
-    facts: list[Fact] = [("shift", shown(result.distance, "m")), ("tilt", shown(result.tilt, "rad"))]
+    facts: list[Fact] = [("shift", quantity(result.distance, "m", 4)), ("tilt", quantity(result.tilt, "rad", 4))]
     yield ShownMotion(
         id="drift",
         group="drift",
-        title=f"drift of the axis: {shown(result.distance, 'm')}, {shown(result.tilt, 'rad')}",
+        title=f"drift of the axis: {quantity(result.distance, 'm', 4)}, {quantity(result.tilt, 'rad', 4)}",
         **still(drawing),
         colours=(DISPLACEMENT,),
         axes=(shown_axis(result.rest, "undeformed"), shown_axis(result.displaced, "displaced")),
@@ -61,20 +61,20 @@ def _response(drawing: Drawing, result: Kinetostatics, freedom: Freedom) -> np.n
 
 def _facts(result: Kinetostatics, freedom: Freedom) -> list[Fact]:
     unit = "rad" if freedom.kind == "R" else "m"
-    found: list[Fact] = [("twist", ", ".join(digits(own) for own in freedom.twist))]
+    found: list[Fact] = [("twist", ", ".join(number(own, 4) for own in freedom.twist))]
     if np.isfinite(freedom.share):
         found.append(("share that the actuators own", f"{100 * freedom.share:.3g} %"))
     if freedom.stroke is not None:
-        found.append(("stroke to either side", shown(freedom.stroke, unit)))
+        found.append(("stroke to either side", quantity(freedom.stroke, unit, 4)))
     if freedom.yield_stroke is not None:
         beyond = "" if freedom.yields_in_range else ", beyond what linear theory holds for"
-        found.append(("something yields at", shown(freedom.yield_stroke, unit) + beyond))
+        found.append(("something yields at", quantity(freedom.yield_stroke, unit, 4) + beyond))
     if freedom.shift is not None:
-        found.append(("axis shifts at the end of the stroke", shown(freedom.shift, "m")))
+        found.append(("axis shifts at the end of the stroke", quantity(freedom.shift, "m", 4)))
     if freedom.tilt is not None:
-        found.append(("axis tilts there", shown(freedom.tilt, "rad")))
+        found.append(("axis tilts there", quantity(freedom.tilt, "rad", 4)))
     found += [
-        (f"command of {own.name}", f"{digits(value)} {own.unit}/{unit}")
+        (f"command of {own.name}", quantity(value, f"{own.unit}/{unit}", 4))
         for own, value in zip(result.inputs, freedom.command, strict=False)
         if value
     ]

@@ -21,8 +21,8 @@ from flexura.pages.viewer.fields import (
 )
 from flexura.pages.viewer.geometry import Drawing, displaced, vibrating
 from flexura.pages.viewer.scene import Arrow, Axis, Fact, ShownMotion, Triple
-from flexura.pages.viewer.units import digits, shown
 from flexura.systems import Ports
+from flexura.tables import number, quantity
 from flexura.view import Solids, mode_scale, stresses_along
 
 Array = NDArray[np.float64]
@@ -60,8 +60,7 @@ def frequency(mode: Mode) -> str:
     """The frequency of a mode in words, as far as it is proven."""
     if mode.is_rigid:
         return "0 Hz, rigid motion"
-    text = mode.frequency_text
-    return "frequency unknown" if text == "unknown" else f"{text} Hz"
+    return "frequency unknown" if mode.frequency_text == "unknown" else mode.frequency_text
 
 
 def mode_facts(mode: Mode, model_error: str) -> list[Fact]:
@@ -88,15 +87,15 @@ def static_motions(drawing: Drawing, result: Statics) -> Iterator[ShownMotion]:
     largest = moved.largest_motion()
     driven = [own for own in result.actuators if own.command]
     units = {out.channel.name: out.channel.unit for out in Ports(drawing.model.design).outputs()}
-    facts: list[Fact] = [("largest displacement", shown(largest, "m"))]
-    facts += [(f"{own.name}: command", f"{digits(own.command)} {own.unit}") for own in driven]
+    facts: list[Fact] = [("largest displacement", quantity(largest, "m", 4))]
+    facts += [(f"{own.name}: command", quantity(own.command, own.unit, 4)) for own in driven]
     facts += [(own.name, _state(own)) for own in driven]
-    facts += [(name, shown(value, units[name])) for name, value in result.readings.items()]
+    facts += [(name, quantity(value, units[name], 4)) for name, value in result.readings.items()]
     margin = stresses.factor_to_yield
     if margin is not None and np.isfinite(margin):
-        facts.append(("something yields at", f"{digits(margin)} times these loads"))
+        facts.append(("something yields at", f"{number(margin, 4)} times these loads"))
     energy = Energy(drawing, u)
-    loads = [f"{name}: {digits(own.command)} {own.unit}" for name, own in ((o.name, o) for o in driven)]
+    loads = [f"{name}: {quantity(own.command, own.unit, 4)}" for name, own in ((o.name, o) for o in driven)]
     colours = (DISPLACEMENT, stress_colouring(values), energy.colouring(0))
     yield ShownMotion(
         id="statics",
@@ -114,8 +113,8 @@ def static_motions(drawing: Drawing, result: Statics) -> Iterator[ShownMotion]:
 def _state(own: ActuatorState) -> str:
     """What an actuator does."""
     if own.unit == "N*m":
-        return f"turns by {shown(own.elongation, 'rad')}, moment {shown(own.force, 'N·m')}"
-    return f"elongation {shown(own.elongation, 'm')}, force {shown(own.force, 'N')}"
+        return f"turns by {quantity(own.elongation, 'rad', 4)}, moment {quantity(own.force, 'N*m', 4)}"
+    return f"elongation {quantity(own.elongation, 'm', 4)}, force {quantity(own.force, 'N', 4)}"
 
 
 def load_arrows(drawing: Drawing, result: Statics) -> Iterator[Arrow]:
@@ -128,11 +127,11 @@ def load_arrows(drawing: Drawing, result: Statics) -> Iterator[Arrow]:
         at = triple(model.positions[model.plan.topology.numbers([node])[0]])
         for own, unit in ((wrench[:3], "N"), (wrench[3:], "N·m")):
             if np.any(own):
-                yield Arrow(at, unit_vector(own), f"{node}: {shown(float(np.linalg.norm(own)), unit)}")
+                yield Arrow(at, unit_vector(own), f"{node}: {quantity(float(np.linalg.norm(own)), unit, 4)}")
     if any(result.gravity):
         g = np.array(result.gravity)
         low, high = drawing.solids.bounds()
-        label = f"gravity {digits(float(np.linalg.norm(g)))} m/s²"
+        label = f"gravity {quantity(float(np.linalg.norm(g)), 'm/s^2', 4)}"
         yield Arrow(triple(np.array([*((low + high) / 2)[:2], high[2]])), unit_vector(g), label)
 
 
@@ -141,9 +140,9 @@ def preload_motions(drawing: Drawing, result: Preload) -> Iterator[ShownMotion]:
     u = drawing.model.node_displacements(result.displacement_vector[:, None])[:, :, 0]
     moved = drawing.moved(u)
     factor = result.buckling_factor
-    told = f"buckles at {digits(factor)} times these loads" if np.isfinite(factor) else "does not buckle"
+    told = f"buckles at {number(factor, 4)} times these loads" if np.isfinite(factor) else "does not buckle"
     forces = {
-        name: shown(least if abs(least) > abs(most) else most, "N")
+        name: quantity(least if abs(least) > abs(most) else most, "N", 4)
         for name, (least, most) in result.axial_force.items()
     }
     yield ShownMotion(
@@ -153,7 +152,7 @@ def preload_motions(drawing: Drawing, result: Preload) -> Iterator[ShownMotion]:
         **displaced(moved, visible_factor(moved)),
         subtitle=told,
         colours=(DISPLACEMENT,),
-        facts=(("buckling", told), ("largest displacement", shown(moved.largest_motion(), "m"))),
+        facts=(("buckling", told), ("largest displacement", quantity(moved.largest_motion(), "m", 4))),
         by_part=(by_part(drawing, "axial force", MEMBERS, forces),),
         warnings=tuple(str(own) for own in result.warnings),
     )
@@ -165,7 +164,7 @@ def _buckling(drawing: Drawing, result: Preload, forces: Mapping[str, str]) -> I
     shapes = drawing.model.node_displacements(result.buckling_shapes(SHAPES))
     for k, factor in enumerate(result.buckling_factors(SHAPES)):
         moved = drawing.moved(shapes[:, :, k])
-        told = f"{digits(factor)} times these loads"
+        told = f"{number(factor, 4)} times these loads"
         yield ShownMotion(
             id=f"buckling-{k + 1}",
             group="buckling",

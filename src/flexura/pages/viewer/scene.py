@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from flexura.pages.viewer.buffers import Buffer
+from flexura.tables import scales_of
 
 Triple = tuple[float, float, float]
 Fact = tuple[str, str]
@@ -37,13 +38,19 @@ class ShownPart:
 
 @dataclass(frozen=True)
 class Colouring:
-    """What colours the points of a motion: shares (v,) of the largest; None for the size of the displacement."""
+    """What colours the points of a motion: shares (v,) of the largest; None for the size of the displacement. `scales`
+    are the units in which it is written, the largest first: the name of each, its size, and from which value on."""
 
     key: str
     label: str
     unit: str
     largest: float | None
     values: Buffer | None
+    scales: tuple[tuple[str, float, float], ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        scales = tuple((scale.unit, scale.size, least) for scale, least in scales_of(self.unit))
+        object.__setattr__(self, "scales", scales)
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from flexura.analysis import Stroke, StrokePose
 from flexura.errors import foremost
+from flexura.mechanism import FORCE_UNITS, STIFFNESS_UNITS, is_rotation
 from flexura.pages.viewer.fields import DISPLACEMENT, stress_by_part, stress_colouring
 from flexura.pages.viewer.geometry import PAGE, Drawing, displaced
 from flexura.pages.viewer.motions import shown_axis
 from flexura.pages.viewer.scene import Fact, Poses, ShownMotion
-from flexura.pages.viewer.units import digits, shown
+from flexura.tables import number, quantity, scale_for
 from flexura.view import moved_solids
 
 Array = NDArray[np.float64]
@@ -55,10 +56,9 @@ def stroke_poses(drawing: Drawing, result: Stroke) -> tuple[list[ShownMotion], l
             )
         )
     first = next(iter(result.poses[0].varied), "share")
-    factor, unit = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}.get(
-        result.units.get(first, ""), (1.0, result.units.get(first, ""))
-    )
-    values = tuple(factor * result.poses[k].varied.get(first, result.poses[k].share) for k in chosen)
+    along = [result.poses[k].varied.get(first, result.poses[k].share) for k in chosen]
+    scale = scale_for(along, result.units.get(first, ""))
+    values, unit = tuple((np.array(along) / scale.size).tolist()), scale.unit
     way = Poses("stroke", f"stroke: {first}", tuple(own.id for own in motions), first, values, unit)
     notes = [f"{len(chosen)} of {count} poses of the stroke are shown"] if len(chosen) < count else []
     return motions, [way], notes
@@ -66,26 +66,21 @@ def stroke_poses(drawing: Drawing, result: Stroke) -> tuple[list[ShownMotion], l
 
 def _where(result: Stroke, pose: StrokePose) -> str:
     """What is prescribed at a pose."""
-    told = [f"{name} = {_number(value, result.units[name])}" for name, value in pose.varied.items()]
+    told = [f"{name} = {quantity(value, result.units[name], 4)}" for name, value in pose.varied.items()]
     return ", ".join(told[:3]) + (f" and {len(told) - 3} more" if len(told) > 3 else "")
-
-
-def _number(value: float, unit: str) -> str:
-    return shown(value, unit) if unit in ("m", "rad", "N", "N·m") else f"{digits(value)} {unit}"
 
 
 def _facts(pose: StrokePose) -> list[Fact]:
     """What holds a pose, its frequencies, its support stiffness, how far it is from yield."""
     found: list[Fact] = []
     for name, force in pose.reaction.items():
-        found.append((f"force at {name}", shown(force, "N·m" if name.rpartition(".")[2].startswith("r") else "N")))
-    hertz = [shown(own, "Hz") for own in pose.frequency_hz[:3]]
+        found.append((f"force at {name}", quantity(force, FORCE_UNITS[is_rotation(name)], 4)))
+    hertz = [quantity(own, "Hz") for own in pose.frequency_hz[:3]]
     found.append(("natural frequencies", ", ".join(hertz) + ("" if pose.proven else " (not proven)")))
     for k, stiffness in enumerate(pose.support_stiffness):
         if np.isfinite(stiffness):
-            own = shown(stiffness, "N/m") if k < 3 else f"{digits(stiffness)} N·m/rad"
-            found.append((f"support stiffness {DOFS[k]}", own))
-    found.append(("strain energy", f"{digits(1e3 * pose.energy)} mJ"))
+            found.append((f"support stiffness {DOFS[k]}", quantity(stiffness, STIFFNESS_UNITS[k > 2], 4)))
+    found.append(("strain energy", quantity(pose.energy, "J", 4)))
     if pose.stress_margin is not None and np.isfinite(pose.stress_margin):
-        found.append(("yields", f"at {digits(pose.stress_margin)} times this stress, in {pose.stress_member}"))
+        found.append(("yields", f"at {number(pose.stress_margin, 4)} times this stress, in {pose.stress_member}"))
     return found

@@ -11,8 +11,8 @@ from flexura.pages.viewer.fields import DISPLACEMENT
 from flexura.pages.viewer.geometry import Drawing, still, vibrating
 from flexura.pages.viewer.motions import triple
 from flexura.pages.viewer.scene import Arrow, Fact, ShownMotion
-from flexura.pages.viewer.units import digits
 from flexura.solid.verification import ShapePairs, Verification
+from flexura.tables import quantity
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement
 from flexura.view import mode_scale
@@ -25,14 +25,14 @@ def paired_motions(drawing: Drawing, result: Correlation) -> Iterator[ShownMotio
         moved = [drawing.moved(np.real(u)) for u in shapes]
         factor = min((mode_scale(own) for own in moved if own.largest_motion() > 0), default=0.0)
         facts: tuple[Fact, ...] = (
-            ("test", f"{digits(pair.test_hz)} Hz, damping {100 * pair.damping_ratio:.3g} %"),
-            ("model", f"{digits(pair.model_hz)} Hz, {100 * pair.error:+.2g} %"),
+            ("test", f"{quantity(pair.test_hz, 'Hz')}, damping {100 * pair.damping_ratio:.3g} %"),
+            ("model", f"{quantity(pair.model_hz, 'Hz')}, {100 * pair.error:+.2g} %"),
             ("MAC", f"{pair.mac:.3f}"),
             ("not represented by the model's shapes", f"{100 * pair.expansion_error:.3g} %"),
         )
         titles = (
-            f"test mode {pair.test}: {digits(pair.test_hz)} Hz",
-            f"model mode {pair.model}: {digits(pair.model_hz)} Hz",
+            f"test mode {pair.test}: {quantity(pair.test_hz, 'Hz')}",
+            f"model mode {pair.model}: {quantity(pair.model_hz, 'Hz')}",
         )
         for what, title, own in zip(("test", "model"), titles, moved, strict=True):
             yield ShownMotion(
@@ -53,17 +53,17 @@ def verified_motions(drawing: Drawing, result: Verification) -> Iterator[ShownMo
     solid = np.asarray(pairs.solid.solution.shapes)
     for k, hz in enumerate(result.frequency_hz):
         known = result.uncertainty[k] if k < len(result.uncertainty) else None
-        facts: list[Fact] = [("solid", f"{digits(hz)} Hz")]
+        facts: list[Fact] = [("solid", f"{quantity(hz, 'Hz')}")]
         facts.append(("known to", f"{100 * known:.2g} %" if known is not None else "unknown: of one mesh alone"))
         moved = drawing.moved(solid[:, :, k])
         own, number, mac, error = row.frequency_hz[k], row.number[k], row.mac[k], row.error[k]
-        shapes = [("solid", f"mode {k + 1} of the solid: {digits(hz)} Hz", moved)]
+        shapes = [("solid", f"mode {k + 1} of the solid: {quantity(hz, 'Hz')}", moved)]
         if own is None or mac is None or error is None:
             subtitle = f"{pairs.label}: no mode of this shape"
         else:
-            facts += [(pairs.label, f"{digits(own)} Hz, {100 * error:+.2g} %"), ("MAC", f"{mac:.4f}")]
+            facts += [(pairs.label, f"{quantity(own, 'Hz')}, {100 * error:+.2g} %"), ("MAC", f"{mac:.4f}")]
             subtitle = f"{pairs.label}: {100 * error:+.2g} %, MAC {mac:.4f}"
-            title = f"mode {number} of the beams: {digits(own)} Hz"
+            title = f"mode {number} of the beams: {quantity(own, 'Hz')}"
             shapes.append(("beams", title, drawing.moved(pairs.beams[:, :, k])))
         for what, title, shape in shapes:
             yield ShownMotion(

@@ -18,13 +18,9 @@ from flexura.records import Record
 from flexura.results import Tabular
 from flexura.study.optimum.saved import save_design
 from flexura.study.questions import Margins, OfThePart
-from flexura.tables import Facts, Table, counted, percent, quantity
+from flexura.tables import Facts, Table, counted, percent, quantity, scale_for
 
 Array = NDArray[np.float64]
-
-
-_EVERYDAY = {"m": ("mm", 1e-3), "Pa": ("MPa", 1e6), "kg": ("g", 1e-3)}
-"""What a gain is told per, in place of an SI unit, and its size."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,8 +69,8 @@ class ActiveLimit(Record):
         if not self.multiplier:
             return f"{name}: holds with equality and costs nothing"
         less = "less of " if self.falls else "of "
-        unit, size = _EVERYDAY.get(self.unit, (self.unit if self.unit not in ("", "1") else "unit", 1.0))
-        per = f"{quantity(size * self.multiplier, self.goal_unit, 4)} per {unit}"
+        size, unit = scale_for([self.value], self.unit)
+        per = f"{quantity(size * self.multiplier, self.goal_unit, 4)} per {unit or 'unit'}"
         way = "more" if self.gives_way_upwards else "less"
         if not self.per_percent:
             return f"{name}: room in it buys {per} {less}{self.goal}"

@@ -31,10 +31,14 @@ export interface Part {
   dots?: Range;
 }
 
+/** Units in which a quantity is written, the largest first: the name of each, its size in SI, and from which value on. */
+export type Scales = [name: string, size: number, least: number][];
+
 export interface Quantity {
   key: string;
   label: string;
   unit: string;
+  scales: Scales;
   largest: number | null;
   values: Buffer | null; // shares of the largest; null: the size of the displacement
 }

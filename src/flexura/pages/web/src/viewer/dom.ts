@@ -1,3 +1,5 @@
+import type { Scales } from "../scene";
+
 type Child = Node | string | null | undefined | false;
 type Attributes = Record<string, string | number | boolean | null | ((event: never) => void)>;
 
@@ -36,23 +38,10 @@ export function unique(stem: string): string {
   return `fx-${stem}-${counted}`;
 }
 
-const PREFIXES: [number, string][] = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
-
-/** A number of three digits with a prefixed unit: 0.0123, "m" gives "12.3 mm". */
-export function quantity(value: number, unit: string): string {
-  if (!Number.isFinite(value)) return "unknown";
-  if (!/^(m|Pa|N|J|s|Hz)$/.test(unit) || value === 0) return `${digits(value)}${unit ? ` ${unit}` : ""}`;
-  const [factor, prefix] = PREFIXES.find(([own]) => Math.abs(value) >= own * 0.9995) ?? PREFIXES[PREFIXES.length - 1];
-  return `${digits(value / factor)} ${prefix}${unit}`;
-}
-
-/** Numbers of three digits with the prefixed unit of the first, the largest. */
-export function alike(values: number[], unit: string): string[] {
-  const [largest] = values;
-  const [number, own] = quantity(largest, unit).split(" ");
-  const factor = largest === 0 || Number(number) === 0 ? 1 : PREFIXES.find(([, prefix]) => `${prefix}${unit}` === own)?.[0];
-  if (factor === undefined) return values.map((value) => quantity(value, unit));
-  return values.map((value) => `${digits(value / factor)} ${own ?? unit}`.trim());
+/** SI values of three digits, the largest first, in the unit that suits the largest. */
+export function quantities(values: number[], scales: Scales): string[] {
+  const [unit, size] = scales.find(([, own, least]) => (values[0] ? Math.abs(values[0]) >= least : own === 1)) ?? ["", 1];
+  return values.map((value) => (Number.isFinite(value) ? `${digits(value / size)} ${unit}`.trim() : "unknown"));
 }
 
 /** A place in a mechanism of a size, m, told to a thousandth of the size. */

@@ -1,6 +1,6 @@
 import type { Motion, Quantity } from "../scene";
 import { gradient } from "./colourmap";
-import { alike, h, quantity } from "./dom";
+import { h, quantities } from "./dom";
 
 /** The colour bar: what the colours of a quantity mean. */
 export class ColourBar {
@@ -32,13 +32,13 @@ export function barTitle(own: Quantity): string {
 export function barTicks(own: Quantity): string[] {
   const shares = [1, 0.75, 0.5, 0.25, 0];
   const { largest } = own;
-  return largest === null ? shares.map((share) => `${100 * share} %`) : alike(shares.map((share) => share * largest), own.unit);
+  return largest === null ? shares.map((share) => `${100 * share} %`) : quantities(shares.map((share) => share * largest), own.scales);
 }
 
 /** A share of the largest value of a quantity in its unit; of the largest where that is not known. */
 export function valueText(own: Quantity, share: number): string {
   if (own.largest === null) return `${Math.round(100 * share)} % of largest`;
-  return quantity(share * own.largest, own.unit);
+  return quantities([share * own.largest], own.scales)[0];
 }
 
 /** What is under the pointer. */
