@@ -118,7 +118,7 @@ def test_leaf_that_carries_a_block(verify):
     case = Case(
         "Short wide leaf with a block",
         SOLID,
-        "Rayleigh with corrections: plate, warping, shear",
+        "Rayleigh with corrections: plate, warping, shear, root at the block",
         "A clamped leaf of 10 x 10 x 0.3 mm carries a block of 10 x 10 x 8 mm, Al-7075; plain beams miss up to 27 %.",
     )
     leaf = fx.describe.Leaf(width=10e-3, thickness=0.3e-3)

@@ -352,23 +352,29 @@ def test_without_lateral_contraction_a_leaf_bends_as_a_beam():
     assert abs(plate - none).max() <= 1e-14 * abs(none).max()
 
 
-def test_check_tells_what_is_corrected_and_doubts_the_rest():
-    wide = chain({"leaf": flexure()})
-    report = fx.check(wide)
-    assert report.corrections == {"leaf": ("plate", "warping", "shear", "root")}
-    assert report.ends == {"leaf": ("clamped", "free")}
-    assert not report.doubts
-    assert {d.kind for d in fx.check(wide.model_copy(update={"corrections": "none"})).doubts} == {"wide"}
-    steep = fx.describe.Notch(width=8e-3, contour=fx.describe.CircularContour(radius=5e-3, web=2e-3))
-    m = chain({"notch": flexure(profile=steep)})
-    assert {d.kind for d in fx.check(m.model_copy(update={"corrections": "none"})).doubts} == {"steep"}
-    assert {d.kind for d in fx.check(m).doubts} == {"measured"}
-    steeper = fx.describe.Notch(width=8e-3, contour=fx.describe.CircularContour(radius=5e-3, web=6e-3))
-    assert [d.kind for d in fx.check(chain({"notch": flexure(profile=steeper)})).doubts] == [
-        "steep",
-        "measured",
-        "evidence",
-    ]
-    short = fx.describe.Leaf(width=40e-3, thickness=0.5e-3)
-    doubts = fx.check(chain({"leaf": flexure(profile=short)}, ground=("a", "b"), bodies={})).doubts
-    assert "short" in {d.kind for d in doubts}
+@pytest.mark.parametrize(
+    "profile",
+    [
+        LEAF,
+        fx.describe.Leaf(width=40e-3, thickness=0.5e-3),
+        fx.describe.Notch(width=8e-3, contour=fx.describe.CircularContour(radius=5e-3, web=2e-3)),
+        fx.describe.Notch(width=8e-3, contour=fx.describe.CircularContour(radius=5e-3, web=6e-3)),
+    ],
+)
+def test_check_tells_what_is_corrected_and_how_far_off_it_may_be(profile):
+    """Short, wide and steep members are no mistakes: assumptions say by how much beams, roots and ground are off."""
+    described = chain({"member": flexure(profile=profile)}, bodies={"tip": tip("b")})
+    report, plain = (fx.check(described.model_copy(update={"corrections": c})) for c in ("auto", "none"))
+    is_leaf = isinstance(profile, fx.describe.Leaf)
+    own = ("plate", "warping", "shear", *(() if is_leaf else ("notch",)), "root")
+    assert report.corrections == {"member": own} and plain.corrections == {}
+    assert report.ends["member"][0] == "clamped"
+    for kind, corrected, uncorrected in (
+        ("beam", "taken as a corrected beam", "taken as a plain beam"),
+        ("root", "taken as a large one", "without the correction for roots"),
+        ("ground", "not drawn", "not drawn"),
+    ):
+        for said, words in ((report, corrected), (plain, uncorrected)):
+            texts = [d.text for d in said.doubts if d.kind == kind]
+            assert texts and all(words in text for text in texts)
+    assert {d.kind for d in (*report.doubts, *plain.doubts)} <= {"beam", "root", "ground"}
