@@ -288,7 +288,8 @@ def test_what_is_proven_and_how_far_the_part_may_be_are_columns_of_their_own():
     columns = dict(zip(headings, zip(*rows, strict=True), strict=True))
     assert list(columns["model error"]) == list(found.model_errors.texts)
     assert list(columns["proven"]) == [mode.proven_text for mode in found.modes]
-    assert "no evidence: no two-axis notch was measured" in columns["evidence"][2]
+    assert "two-axis notch" in found.model_errors.reason[2]
+    assert f"no evidence: {found.model_errors.reason[2]}" in columns["evidence"][2]
     assert f"{found.model_errors.texts[3]}: " in columns["evidence"][3] and "beam, -" in columns["evidence"][3]
     assert "an estimate from measured errors, not a proof" in section
 
