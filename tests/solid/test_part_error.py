@@ -19,7 +19,15 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 KNOWN_TO = 0.005
 """Relative error of the solids."""
 
-QUICK = ("leaf_guide_3", "angle_pivot_1")
+QUICK = (
+    "leaf_guide_3",
+    "notch_guide_1",
+    "folded_guide_1",
+    "cross_pivot_1",
+    "angle_pivot_1",
+    "bridge_1",
+    "three_leaves_2",
+)
 
 
 @pytest.fixture(scope="module")
