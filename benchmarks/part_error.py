@@ -38,8 +38,9 @@ POINTS = 20
 STEPS = 99
 """Displacements are kept as whole numbers, the largest of a mode as this."""
 
-SIZE, GROWTH, CURVATURE = 1.3, 0.7, 1.0
-"""Size of tetrahedra, how fast they grow away from fine places, and how many a radius of curvature is long."""
+SIZE, MESH, FINER = 1.3, (0.7, 1.0), (0.4, 2.0)
+"""Size of tetrahedra, how fast they grow away from fine places and how many a radius of curvature is long; a mesh that
+netgen makes where it cannot make the first."""
 
 FALL = 10.0
 """Least distance of elements of one order less from those of the higher one, over that of these from the limit."""
@@ -97,8 +98,12 @@ def meshed(mechanism: fx.Mechanism, model: fx.FullOrderModel) -> tuple[WholePart
     """The part in tetrahedra that take some 100 000 DOFs and are within half a per cent, and their order."""
     contours = [own.profile.contour.shape for own in flexures(mechanism) if isinstance(own.profile, Notch)]
     order = 4 if any(shape != "corner_filleted" for shape in contours) else 3
-    elements.GRADING, elements.CURVATURE = GROWTH, CURVATURE
-    return WholePart(model, order, SIZE, told(None)), order
+    for elements.GRADING, elements.CURVATURE in (MESH, FINER):
+        try:
+            return WholePart(model, order, SIZE, told(None)), order
+        except fx.SolverError:
+            continue
+    raise fx.SolverError("netgen could not mesh the part")
 
 
 def flexures(mechanism: fx.Mechanism) -> list[Flexure]:
