@@ -36,7 +36,7 @@ ROOT_NOT_DRAWN = (-1.0, 0.5)
 ROOT_LEFT_OUT = (0.0, 1.2)
 """Share of a root's flexibility that a model without it lacks."""
 
-BODY = (0.25, 1.2)
+BODY = (0.1, 1.2)
 """Share of the estimated flexibility of a body that it has."""
 
 AT_NOTCH = 3.5
@@ -57,7 +57,7 @@ DIRECTIONS = ("stretch", "twist", "thickness bending", "thickness bending", "wid
 
 WARPING, ROOT = CORRECTIONS.index("warping"), CORRECTIONS.index("root")
 
-QUICKER = 2.0
+QUICKER = 2.6
 """Squared frequency of twisting vibrations of notches, at most, over that of the model."""
 
 UNEVEN = 1.3
