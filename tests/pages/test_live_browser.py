@@ -145,6 +145,15 @@ def test_model_errors_are_those_of_the_design_at_which_the_hand_rests(live):
     shot(live, "live_model_errors")
 
 
+def test_help_opens_wherever_the_page_is_focused(live):
+    live.locator("body").press("?")
+    expect(live.locator("dialog[open]")).to_have_count(1)
+    live.keyboard.press("Escape")
+    expect(live.locator("dialog[open]")).to_have_count(0)
+    number(live, "thickness").press("?")
+    expect(live.locator("dialog[open]")).to_have_count(0)
+
+
 def test_undo_and_redo(live):
     typed(live, "thickness", "0.4")
     follows(live, thickness=0.4)

@@ -21,19 +21,27 @@ def facts_of(sections: Sequence[Section]) -> list[tuple[Fact, str, str]]:
 
 
 def warnings_of(sections: Sequence[Section]) -> Iterator[Block]:
-    """What failed, and the first warnings of every section, none twice."""
+    """A verdict, what failed, and the first warnings of every section, equal ones once with the sections that give
+    them."""
     failed = [f"{own.heading} could not be made: see there." for own in sections if own.content.state == "failed"]
+    given: dict[str, list[str]] = {}
+    for own in sections:
+        for text in grouped(own.content.warnings):
+            given.setdefault(text, []).append(own.heading)
+    made = sum(own.content.state == "shown" for own in sections)
+    verdict = f"{counted(made, 'section')} could be made, {len(failed) or 'none'} could not; "
+    verdict += f"{counted(len(given), 'warning')}." if given else "no warnings."
+    yield Paragraph(verdict, "bad" if failed else "" if given else "good")
     if failed:
         yield Bullets(failed, "bad")
     texts: list[str] = []
-    seen: set[str] = set()
-    for own in sections:
-        fresh = [text for text in grouped(own.content.warnings) if text not in seen]
-        seen |= set(fresh)
-        texts += [f"{own.heading}: {text}" for text in fresh[:MOST_WARNINGS]]
+    for heading in dict.fromkeys(headings[0] for headings in given.values()):
+        fresh = [(text, headings) for text, headings in given.items() if headings[0] == heading]
+        texts += [f"{', '.join(headings)}: {text}" for text, headings in fresh[:MOST_WARNINGS]]
         if len(fresh) > MOST_WARNINGS:
-            texts.append(f"{own.heading}: and {counted(len(fresh) - MOST_WARNINGS, 'more warning')} there")
-    yield Bullets(texts, "warning") if texts else Paragraph("No warnings.", "good")
+            texts.append(f"{heading}: and {counted(len(fresh) - MOST_WARNINGS, 'more warning')} there")
+    if texts:
+        yield Bullets(texts, "warning")
 
 
 def grouped(warnings: Sequence[Any]) -> list[str]:

@@ -59,7 +59,7 @@ export class App {
       pin: () => this.pin(),
       save: () => this.saving.open(this.opened?.file ?? ""),
     };
-    this.refresh = watchTools(this.history, tools, () => this.opened !== null && !this.pins.isFull);
+    this.refresh = watchTools(this.history, tools, () => this.opened !== null && !this.pins.isFull, () => this.stage.help());
   }
 
   /** What became of the connection. */

@@ -25,6 +25,11 @@ export class Stage {
     return this.busy;
   }
 
+  /** Open the list of keys, or close it. */
+  help(): void {
+    this.viewer?.toggleHelp?.();
+  }
+
   /** Tell what is new of the parts. */
   tell(facts: Facts): void {
     this.busy = this.busy.then(() => {

@@ -2,8 +2,8 @@ import type { History } from "./history";
 
 type Tool = "undo" | "redo" | "reset" | "pin" | "save";
 
-/** Buttons and keys of the page: Ctrl+Z and Ctrl+Y (or with Shift), but where text is typed. What is returned sets which can be pressed. */
-export function watchTools(history: History, act: Record<Tool, () => void>, canPin: () => boolean): () => void {
+/** Buttons and keys of the page: Ctrl+Z and Ctrl+Y (or with Shift), and ? for help, but where text is typed. What is returned sets which can be pressed. */
+export function watchTools(history: History, act: Record<Tool, () => void>, canPin: () => boolean, help: () => void): () => void {
   const button = (name: string) => document.getElementById(`live-${name}`) as HTMLButtonElement;
   for (const name of Object.keys(act) as Tool[]) button(name).addEventListener("click", () => act[name]());
   button("theme").addEventListener("click", () => {
@@ -13,7 +13,9 @@ export function watchTools(history: History, act: Record<Tool, () => void>, canP
   });
   document.addEventListener("keydown", (event) => {
     const typing = event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "radio";
-    if (!(event.ctrlKey || event.metaKey) || typing) return;
+    if (typing || event.target instanceof HTMLSelectElement || event.defaultPrevented) return;
+    if (event.key === "?") return help();
+    if (!(event.ctrlKey || event.metaKey)) return;
     const key = event.key.toLowerCase();
     const name = key === "z" ? (event.shiftKey ? "redo" : "undo") : key === "y" ? "redo" : null;
     if (name === null) return;

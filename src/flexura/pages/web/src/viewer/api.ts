@@ -20,5 +20,6 @@ export interface Viewer {
   show(id: string | null): void;
   select(part: string | null): void;
   tell(facts: Fact[][]): void;
+  toggleHelp?(): void; // where something moves
   dispose(): void;
 }
