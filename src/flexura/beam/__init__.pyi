@@ -34,7 +34,8 @@ from flexura.beam.element import mass_coefficients as mass_coefficients
 from flexura.beam.element import partial_flexibility as partial_flexibility
 from flexura.beam.element import phi as phi
 from flexura.beam.element import root_coefficients as root_coefficients
-from flexura.beam.element import rooted_matrices as rooted_matrices
+from flexura.beam.element import root_mass as root_mass
+from flexura.beam.element import rooted_stiffness as rooted_stiffness
 from flexura.beam.element import shape_functions as shape_functions
 from flexura.beam.element import stiffness as stiffness
 from flexura.beam.element import stiffness_coefficients as stiffness_coefficients

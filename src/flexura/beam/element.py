@@ -218,17 +218,25 @@ def in_planes(A: FloatArray) -> FloatArray:
     return np.moveaxis(A[..., rows, columns].reshape(-1, k, k, 2), 0, -1)
 
 
-def rooted_matrices(C: FloatArray, M: FloatArray, L: Real, roots: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the stiffness of elements between nodes that their ends are joined to by elastic roots, and what these
-    change of their mass (theory eqs. F23, F24).
+def rooted_stiffness(C: FloatArray, L: Real) -> FloatArray:
+    """Return the stiffness of elements between nodes that their ends are joined to by elastic roots (theory eq. F23).
 
-    With C of element and roots in series the stiffness is K = B^T C^-1 B, B = [-D, I], which has the rigid motions of
-    any element. The ends are T u = u - R K u of the nodes' displacements u, so that the mass is T^T M T; rigid motions
-    keep theirs.
+    With C of element and roots in series it is K = B^T C^-1 B, B = [-D, I], which has the rigid motions of any element.
 
-    All `in_planes`: C (3, 3, 2, n), flexibility with the roots, as of `flexibility`; M (6, 6, 2, n), mass of the
-    element itself; L: (n,) m; roots: (2, 3, 3, 2, n), flexibility of those at ends i and j, element axes. Returns K and
-    the change of M (6, 6, 2, n), which `PLANE_BASIS` takes to (12, 12).
+    Both `in_planes`: C (3, 3, 2, n), flexibility with the roots, as of `flexibility`; L: (n,) m. Returns (6, 6, 2, n),
+    which `PLANE_BASIS` takes to (12, 12).
+    """
+    return _spread(_turned(_spread(_inverse_of_three(C), L)), L)
+
+
+def root_mass(C: FloatArray, M: FloatArray, L: Real, roots: FloatArray) -> FloatArray:
+    """Return what elastic roots change of the mass of elements (theory eq. F24).
+
+    With K of `rooted_stiffness` the ends are T u = u - R K u of the nodes' displacements u, so that the mass is
+    T^T M T; rigid motions keep theirs.
+
+    All `in_planes`: C (3, 3, 2, n) and L (n,) as of `rooted_stiffness`; M (6, 6, 2, n), mass of the element itself;
+    roots: (2, 3, 3, 2, n), flexibility of those at ends i and j, element axes. Returns the change of M (6, 6, 2, n).
     """
     W = _inverse_of_three(C)
     Z = np.concatenate([-_product(roots[0], _turned(_moved(W, L))), _product(roots[1], W)])
@@ -236,7 +244,7 @@ def rooted_matrices(C: FloatArray, M: FloatArray, L: Real, roots: FloatArray) ->
     P = np.einsum("kign,kjgn->ijgn", Z, Y) / 2
     Y = Y + np.concatenate([_turned(_moved(P, L)), -P])
     change = _spread(Y, L)
-    return _spread(_turned(_spread(W, L)), L), -(change + _turned(change))
+    return -(change + _turned(change))
 
 
 def _product(A: FloatArray, B: FloatArray) -> FloatArray:

@@ -107,11 +107,11 @@ class PoleFrame:
         *lead, c, e, k = coefficients.shape
         if not self.is_fixed:
             M = (coefficients @ table.mass_basis).reshape(*lead, c, e, 12, 12)
-            m = self.Xt @ M @ self.Xd
-            band = np.zeros((*lead, c, e + 1, 6, 18))
+            m = self.Xt @ self._with_roots(M, table) @ self.Xd
+            band = np.zeros((*m.shape[:-4], c, e + 1, 6, 18))
             band[..., 1:, :, :12] = m[..., 6:, :]
             band[..., :-1, :, 6:] += m[..., :6, :]
-            return self._with_roots(band, table)
+            return band
         if self._mass_bases is None or self._mass_bases[0] != k:
             self._mass_bases = k, self._mass_basis(table.mass_basis)
         padded = np.zeros((*lead, c, (e + 2) * k))
@@ -120,26 +120,29 @@ class PoleFrame:
         found = _contracted(pairs, self._mass_bases[1])
         return self._with_roots(found.reshape(*lead, c, e + 1, 6, 18), table)
 
-    def _with_roots(self, band: Array, table: Elements) -> Array:
-        """The masses with what elastic roots change of them."""
-        rooted, _, change = table.rooted
-        c, e = np.nonzero(np.isin(self.elements, rooted))
+    def _with_roots(self, A: Array, table: Elements) -> Array:
+        """The `masses` with what elastic roots change of them; of a frame that is not fixed those of the elements
+        (..., c, e, 12, 12) in their own axes."""
+        c, e = np.nonzero(np.isin(self.elements, table.rooted))
         if not len(c):
-            return band
-        own = change[..., np.searchsorted(rooted, self.elements[c, e]), :]
+            return A
+        own = table.root_mass[..., np.searchsorted(table.rooted, self.elements[c, e]), :]
         if not self.is_fixed:
-            m = (own @ PLANE_BASIS).reshape(*own.shape[:-1], 12, 12)
-            m = self.Xt[..., c, e, :, :] @ m @ self.Xd[..., c, e, :, :]
+            m = own @ PLANE_BASIS
         else:
             if self._root_basis is None:
                 turned = self.Xt[c, e, None] @ PLANE_BASIS.reshape(-1, 12, 12) @ self.Xd[c, e, None]
                 self._root_basis = turned.reshape(len(c), 72, 144)
-            m = _contracted(own.reshape(-1, len(c), 72), self._root_basis).reshape(*own.shape[:-1], 12, 12)
-        if m.ndim > band.ndim - 1:
-            band = np.broadcast_to(band, (*m.shape[:-3], *band.shape[-4:])).copy()
-        band[..., c, e + 1, :, :12] += m[..., 6:, :]
-        band[..., c, e, :, 6:] += m[..., :6, :]
-        return band
+            m = _contracted(own.reshape(-1, len(c), 72), self._root_basis)
+        m = m.reshape(*own.shape[:-1], 12, 12)
+        if m.ndim > A.ndim - 1:
+            A = np.broadcast_to(A, (*m.shape[:-3], *A.shape[-4:])).copy()
+        if not self.is_fixed:
+            A[..., c, e, :, :] += m
+        else:
+            A[..., c, e + 1, :, :12] += m[..., 6:, :]
+            A[..., c, e, :, 6:] += m[..., :6, :]
+        return A
 
     def _mass_basis(self, basis: Array) -> Array:
         """(c, e + 1, 2 k, 108) from that of an element in its own axes (k, 144)."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import PLANE_BASIS, block_rotation, element_mass, flexibility, in_planes, rigid_arm, rooted_matrices
+from flexura.beam import PLANE_BASIS, block_rotation, element_mass, flexibility, in_planes, rigid_arm, root_mass
 from flexura.errors import OptionError, SolverError
 from flexura.reduction.chain import ChainGroup, kinematics
 from flexura.structure import TAPERED_PIECES, Cut, ElementSlice, FullOrderModel, block_diagonal
@@ -189,7 +189,7 @@ def _chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> Se
         roots[at, end] = root
     at = np.flatnonzero(roots.any(axis=(1, 2, 3)))
     springs = np.stack([in_planes(roots[at, end]) for end in (0, 1)])
-    change = rooted_matrices(in_planes(C[at]), in_planes(m[at]), beam.length[at], springs)[1]
+    change = root_mass(in_planes(C[at]), in_planes(m[at]), beam.length[at], springs)
     m[at] += (change.reshape(72, -1).T @ PLANE_BASIS).reshape(-1, 12, 12)
     own = (np.concatenate([Xi, Xj], axis=-2), C, m, beam.length)
     steps = np.cumsum(cut.counts[group.elements], axis=1)

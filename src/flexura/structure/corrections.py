@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam import SectionProperties, rectangle, strip, wedge
+from flexura.duals import with_slopes_of
 from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
+from flexura.structure.stacking import common
 from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
@@ -197,17 +199,20 @@ class _Slices(NamedTuple):
 def _slices(group: SectionGroup, values: Array, L: Array, count: int, notch: Bools) -> _Slices:
     """Cut notches into `count` slices; `notch` (m, 1) tells which follow wedge theory."""
     sizes = group.sizes(values, L, np.arange(count + 1) / count)
-    lead = np.broadcast_shapes(values.shape[:-1], L.shape[:-1])
-    extents = [np.broadcast_to(h, (*lead, len(group.index), count + 1)) for h in (sizes[0], sizes[-1])]
-    dx = L / count
-    beam = [wedge.beam_flexibility(dx, h) for h in extents]
-    if notch.any():
-        steep = [wedge.notch_flexibility(dx, h) for h in extents]
-        own = [(np.where(notch, s[0], b[0]), np.where(notch, s[1], b[1])) for s, b in zip(steep, beam, strict=True)]
-    else:
-        own = beam
-    middle = [(h[..., 1:] + h[..., :-1]) / 2 for h in extents]
-    return _Slices(dx[..., None], own[0], own[1], beam[0], beam[1], middle[0], middle[1])
+    dx, found = common(L, 1) / count, []
+    for extent in (common(sizes[0], 2), common(sizes[-1], 2)):
+        if found and with_slopes_of(extent, found[0][-1]) is None and np.array_equal(extent, found[0][-1]):
+            found.append(found[0])
+            continue
+        lead = np.broadcast_shapes(extent.shape[:-2], dx.shape[:-1])
+        h = np.broadcast_to(extent, (*lead, len(group.index), count + 1))
+        own = beam = wedge.beam_flexibility(dx, h)
+        if notch.any():
+            steep = wedge.notch_flexibility(dx, h, beam)
+            own = np.where(notch, steep[0], beam[0]), np.where(notch, steep[1], beam[1])
+        found.append((own, beam, (h[..., 1:] + h[..., :-1]) / 2, h))
+    (y, beam_y, width, _), (z, beam_z, thickness, _) = found
+    return _Slices(dx[..., None], y, z, beam_y, beam_z, width, thickness)
 
 
 def _notch(

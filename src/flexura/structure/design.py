@@ -19,7 +19,6 @@ from flexura.structure.geometry import Geometry
 from flexura.structure.part import DiscreteElement, PartMatrices
 from flexura.structure.plan import Plan
 from flexura.structure.pose import Posed
-from flexura.structure.stacking import joined_along
 from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
@@ -136,8 +135,7 @@ class Design(Record):
     @cached_property
     def elements(self) -> Elements:
         """The elements of all prototypes in one table."""
-        lengths = joined_along([g.length for g in self.geometry.parts.values()], -1)
-        roots = self.plan.roots
+        lengths, roots = self.geometry.lengths, self.plan.roots
         fillets = roots.fillets(self.values, self.geometry)
         return self.plan.members.elements(self.values, lengths, roots.of(self.values, self.geometry), fillets)
 

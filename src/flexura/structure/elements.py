@@ -113,37 +113,45 @@ class Elements:
             K[..., at, :, :] = element.stiffness_from_flexibility(C, self.length[..., at])
         if self._roots is None:
             return K
-        at, soft, _ = self.rooted
+        soft = self._rooted_stiffness()
         whole = zeros((*np.broadcast_shapes(K.shape[:-3], soft.shape[:-2]), *K.shape[-3:]), K, soft)
         whole[...] = K
-        whole[..., at, :, :] = element.combine(soft, element.PLANE_BASIS, 12)
+        whole[..., self.rooted, :, :] = element.combine(soft, element.PLANE_BASIS, 12)
         return whole
 
     @cached_property
-    def rooted(self) -> tuple[Index, Array, Array]:
-        """Elements (r,) with elastic roots, their stiffness and what the roots change of their mass, both (..., r, 72)
-        in `PLANE_BASIS`; `mass_coefficients` lack it."""
-        if self._roots is None:
-            return np.empty(0, dtype=np.intp), np.empty((0, 72)), np.empty((0, 72))
+    def rooted(self) -> Index:
+        """Elements (r,) with elastic roots."""
+        return np.empty(0, dtype=np.intp) if self._roots is None else np.unique(self._roots[0])
+
+    def _rooted_stiffness(self) -> Array:
+        """Stiffness (..., r, 72) of `rooted` elements in `PLANE_BASIS`."""
+        C = self.flexibility_coefficients[..., self.rooted, :]
+        L = np.broadcast_to(self.length[..., self.rooted], C.shape[:-1]).reshape(-1)
+        K = element.rooted_stiffness(_in_planes(C, self.flexibility_basis), L)
+        return np.moveaxis(K.reshape(72, *C.shape[:-1]), 0, -1)
+
+    @cached_property
+    def root_mass(self) -> Array:
+        """What elastic roots change of the mass of `rooted` elements (..., r, 72), in `PLANE_BASIS`;
+        `mass_coefficients` lack it."""
+        assert self._roots is not None
         at, ends, own = self._roots
-        rooted = np.unique(at)
+        rooted = self.rooted
         C, M = (table[..., rooted, :] for table in (self.flexibility_coefficients, self.mass_coefficients))
         lead = np.broadcast_shapes(C.shape[:-1], M.shape[:-1])
-        roots = [zeros((*lead, C.shape[-1]), own) for _ in (0, 1)]
-        for end, table in enumerate(roots):
+        springs = []
+        for end in (0, 1):
             mine = np.flatnonzero(ends == end)
-            table[..., np.searchsorted(rooted, at[mine]), :] = element.root_coefficients(own[..., mine, :], 0.0, end)
-        (C, M), springs = (
-            [_in_planes(np.broadcast_to(table, (*lead, table.shape[-1])), basis) for table, basis in tables]
-            for tables in (
-                ((C, self.flexibility_basis), (M, self.mass_basis)),
-                [(table, self.flexibility_basis) for table in roots],
-            )
+            root = zeros((*own.shape[:-2], len(rooted), C.shape[-1]), own)
+            root[..., np.searchsorted(rooted, at[mine]), :] = element.root_coefficients(own[..., mine, :], 0.0, end)
+            springs.append(_in_planes(np.broadcast_to(root, (*lead, root.shape[-1])), self.flexibility_basis))
+        C, M = (
+            _in_planes(np.broadcast_to(table, (*lead, table.shape[-1])), basis)
+            for table, basis in ((C, self.flexibility_basis), (M, self.mass_basis))
         )
         L = np.broadcast_to(self.length[..., rooted], lead).reshape(-1)
-        found = element.rooted_matrices(C, M, L, np.stack(springs))
-        K, change = (np.moveaxis(A.reshape(72, *lead), 0, -1) for A in found)
-        return rooted, K, change
+        return np.moveaxis(element.root_mass(C, M, L, np.stack(springs)).reshape(72, *lead), 0, -1)
 
     @cached_property
     def _own_mass(self) -> Array:
@@ -158,11 +166,11 @@ class Elements:
         """Mass (..., e, 12, 12)."""
         if self._roots is None:
             return self._own_mass
-        at, _, change = self.rooted
+        change = self.root_mass
         lead = np.broadcast_shapes(self._own_mass.shape[:-3], change.shape[:-2])
         M = zeros((*lead, *self._own_mass.shape[-3:]), self._own_mass, change)
         M[...] = self._own_mass
-        M[..., at, :, :] += element.combine(change, element.PLANE_BASIS, 12)
+        M[..., self.rooted, :, :] += element.combine(change, element.PLANE_BASIS, 12)
         return M
 
     @cached_property

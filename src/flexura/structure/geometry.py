@@ -48,6 +48,11 @@ class Geometry(Record):
         return found
 
     @cached_property
+    def lengths(self) -> Array:
+        """Lengths (..., m), m, of the members of all prototypes."""
+        return joined_along([own.length for own in self.parts.values()], -1)
+
+    @cached_property
     def turning(self) -> Array:
         """(..., i, 6, 6): displacements in global axes from those in the axes of instances.
 

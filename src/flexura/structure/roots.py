@@ -238,24 +238,24 @@ class Roots:
 
     def _sizes(self, values: Array, geometry: Geometry) -> tuple[Array, Array, Array, Array]:
         """Width and thickness (..., r), m, of the members at these ends, and of all members (..., m, 2)."""
-        b, t = self._table.end_sizes(values, joined_along([own.length for own in geometry.parts.values()], -1))
+        b, t = self._table.end_sizes(values, geometry.lengths)
         return b[..., self.members, self.ends], t[..., self.members, self.ends], b, t
 
     def _modulus(self, values: Array, copies: Index | slice, own: Array) -> Array:
         """Young's modulus (..., k) of the blocks that copies end in, Pa; `own` (..., k) where it is unknown."""
+        members = np.array([member for _, _, member, _ in self._ends], dtype=np.intp)
+        every = [own_body.modulus(values)[..., None] for _, _, own_body in self._bodies]
+        E = joined_along([*every, self._table.moduli(values)[0][..., members]], -1)
         for column in self._host.T[:, copies]:
-            for number in np.unique(column[column >= 0]).tolist():
-                E = (
-                    self._bodies[number][2].modulus(values)
-                    if number < len(self._bodies)
-                    else self._table.moduli(values)[0][..., self._ends[number - len(self._bodies)][2]]
-                )
-                own = np.where(column == number, E[..., None], own)
+            own = np.where(column >= 0, E[..., column], own)
         return own
 
-    def _boxes(self, values: Array, geometry: Geometry, b: Array, t: Array) -> tuple[Array, Array, Array, Bools]:
+    def _boxes(
+        self, values: Array, geometry: Geometry, placed: tuple[Array, Array, Array], b: Array, t: Array
+    ) -> tuple[Array, Array, Array, Bools]:
         """Centres (..., h, 3), axes (..., h, 3, 3) as rows, half sizes (..., h, 3), global frame, of all hosts, and
-        which of them (h,) are cylinders about their first axis; b, t (..., m, 2) of all members, m."""
+        which of them (h,) are cylinders about their first axis; `placed` as of `_placed` of those that are members; b,
+        t (..., m, 2) of all members, m."""
         centres, axes, halves = [], [], []
         if self._bodies:
             nodes = np.array([node for node, _, _ in self._bodies], dtype=np.intp)
@@ -265,8 +265,8 @@ class Roots:
                 axes.append((own @ np.swapaxes(geometry.Q[..., instance, :, :], -1, -2))[..., None, :, :])
                 halves.append(half[..., None, :])
         if self._ends:
-            node, instance, member, end = np.array(self._ends, dtype=np.intp).T
-            where, own, length = self._placed(geometry, node, instance, member, end)
+            _, _, member, end = np.array(self._ends, dtype=np.intp).T
+            where, own, length = placed
             inward = (0.5 - end)[:, None] * length[..., None]
             centres.append(where + inward * own[..., 0, :])
             axes.append(own)
@@ -281,7 +281,7 @@ class Roots:
         """Where ends of members are (..., k, 3), global frame, their axes (..., k, 3, 3) and lengths (..., k)."""
         parts = geometry.parts.values()
         R = joined_along([own.R for own in parts], -3)[..., member, :, :]
-        length = joined_along([own.length for own in parts], -1)[..., member]
+        length = geometry.lengths[..., member]
         offset = joined_along([own.offsets for own in parts], -3)[..., member, end, :]
         Q = geometry.Q[..., instance, :, :]
         arm = (Q @ offset[..., None])[..., 0]
@@ -298,21 +298,26 @@ class Roots:
         if not self._host.shape[-1]:
             return large
         ends = self.ends[self._row]
-        where, axes, _ = self._placed(geometry, self._node, self._instance, self._member, ends)
-        # x leads from the block into the member
-        x, y, z = axes[..., 0, :] * (1.0 - 2.0 * ends)[:, None], axes[..., 1, :], axes[..., 2, :]
-        centre, turn, half, is_round = self._boxes(values, geometry, *of_all)
-        more = max(t.ndim - 1, turn.ndim - 3, half.ndim - 2, where.ndim - 2) - (x.ndim - 2)
-        ways = np.stack([z, -z, y, -y, -x]).reshape(len(SIDES), *(1,) * more, *x.shape)
-        found: Array = np.array(-np.inf)
-        for host in self._host.T:
-            own = turn[..., host, :, :]
-            place = (own @ (where - centre[..., host, :])[..., None])[..., 0]
-            behind = (own @ x[..., None])[..., 0]
-            place = place - t[..., None] * behind
-            towards = (own @ ways[..., None])[..., 0]
-            away = _exit(place, towards, half[..., host, :], is_round[host])
-            found = -_lesser(-found, -np.where(host >= 0, away, -np.inf))
+        own = np.stack([self._node, self._instance, self._member, ends])
+        others = np.array(self._ends, dtype=np.intp).reshape(-1, 4).T
+        where, axes, length = self._placed(geometry, *np.concatenate([own, others], axis=1))
+        k = len(ends)
+        placed = where[..., k:, :], axes[..., k:, :, :], length[..., k:]
+        where, axes = where[..., :k, :], axes[..., :k, :, :]
+        centre, turn, half, is_round = self._boxes(values, geometry, placed, *of_all)
+        host = self._host
+        own = turn[..., host, :, :]
+        towards = own @ np.swapaxes(axes, -1, -2)[..., None, :, :]
+        place = (own @ (where[..., None, :] - centre[..., host, :])[..., None])[..., 0]
+        into = (1.0 - 2.0 * ends)[:, None]  # x leads from the block into the member where it is 1
+        place = place - (t[..., None] * into)[..., None] * towards[..., 0]
+        on, back = _exit(place, towards, half[..., host, :], is_round[host])
+        behind = np.where(into > 0, back[0], on[0])
+        sides = (on[2], back[2], on[1], back[1], behind)
+        every = np.where(host >= 0, np.stack(sides), -np.inf)
+        found = every[..., 0]
+        for other in np.moveaxis(every[..., 1:], -1, 0):
+            found = -_lesser(-found, -other)
         return np.where(self._unknown[:, None], large, np.moveaxis(found, 0, -1))
 
     def of(self, values: Array, geometry: Geometry) -> tuple[Index, Index, Array] | None:
@@ -357,8 +362,7 @@ class Roots:
             up, down, side = (np.where(is_rod, across, own) for own in (up, down, side))
         b, t = (own[..., self._row] for own in sizes[:2])
         up, down = (_lesser(own, t / 2 + DEEP * behind) for own in (up, down))
-        length = joined_along([own.length for own in geometry.parts.values()], -1)
-        E, nu, length = E[..., self._member], nu[..., self._member], length @ self._runs
+        E, nu, length = E[..., self._member], nu[..., self._member], geometry.lengths @ self._runs
         radii = self._radii(values, t, up - t / 2, down - t / 2)
         C = root_flexibility(
             self._modulus(values, slice(None), E), nu, b, t, length, up - t / 2, down - t / 2, side - b / 2, radii
@@ -370,27 +374,34 @@ class Roots:
         return C if len(self) == len(self._row) else (self._row == np.arange(len(self))[:, None]).astype(float) @ C
 
 
-def _exit(place: Array, towards: Array, half: Array, is_round: Bools) -> Array:
-    """How far it is (ways, ..., k), m, from points at (..., k, 3) in the axes of boxes, or of cylinders about their
-    first axis, of half sizes (..., k, 3) to where the ways towards (ways, ..., k, 3) leave them; below zero from
-    outside."""
-    found: Array = np.array(np.inf)
-    for axis in range(3):
-        slope, at, room = towards[..., axis], place[..., axis], half[..., axis]
-        steep, sense = np.abs(plain(slope)) > ALONG, np.sign(plain(slope))
+def _exit(place: Array, towards: Array, half: Array, is_round: Bools) -> tuple[Array, Array]:
+    """How far it is (3, ...), m, from points at (..., 3) in the axes of boxes, or of cylinders about their first axis,
+    of half sizes (..., 3) to where ways along the columns of `towards` (..., 3, 3) leave them, and ways against these;
+    below zero from outside."""
+    found: list[Array] = [np.array(np.inf)] * 2
+    any_round = bool(is_round.any())
+    ways = [np.stack([towards[..., axis, column] for column in range(3)]) for axis in range(3)]
+    ways = [own.reshape(3, *(1,) * (place.ndim - towards.ndim + 1), *own.shape[1:]) for own in ways]
+    for axis, slope in enumerate(ways):
+        at, room = place[..., axis], half[..., axis]
+        size, sense = np.abs(plain(slope)), np.sign(plain(slope))
         off = np.where(plain(at) > 0, at, -at) - room
         beyond = np.where(plain(off) > 0, -off, np.inf)  # along a face, beside it
-        away = np.where(steep, (room - sense * at) / np.where(steep, sense * slope, 1.0), beyond)
-        found = _lesser(found, np.where(is_round, np.inf, away) if axis and is_round.any() else away)
-    if is_round.any():
-        across, at = towards[..., 1:], place[..., 1:]
-        a, b = (across * across).sum(axis=-1), (across * at).sum(axis=-1)
-        c = half[..., 1] ** 2 - (at * at).sum(axis=-1)
+        ahead, steep = sense * at, size > ALONG
+        size = np.where(steep, sense * slope, 1.0)
+        for way, distance in enumerate((room - ahead, room + ahead)):
+            away = np.where(steep, distance / size, beyond)
+            found[way] = _lesser(found[way], np.where(is_round, np.inf, away) if axis and any_round else away)
+    if any_round:
+        a, b = (ways[1] * y + ways[2] * z for y, z in ((ways[1], ways[2]), (place[..., 1], place[..., 2])))
+        c = half[..., 1] ** 2 - place[..., 1] ** 2 - place[..., 2] ** 2
         steep, is_in = plain(a) > ALONG, plain(c) > 0
         inside, unit = np.where(is_round & is_in & steep, c, 1.0), np.where(steep, a, 1.0)
-        away = np.where(is_in, (np.sqrt(b * b + unit * inside) - b) / unit, c / (2 * half[..., 1]))
-        found = _lesser(found, np.where(is_round & (steep | ~is_in), away, np.inf))
-    return found
+        root, outside = np.sqrt(b * b + unit * inside), c / (2 * half[..., 1])
+        for way, along in enumerate((b, -b)):
+            away = np.where(is_in, (root - along) / unit, outside)
+            found[way] = _lesser(found[way], np.where(is_round & (steep | ~is_in), away, np.inf))
+    return found[0], found[1]
 
 
 def _lesser(a: Array, b: Array) -> Array:

@@ -28,8 +28,9 @@ def common(own: Array, axes: int) -> Array:
 
 def joined_along(arrays: Sequence[Array], axis: int) -> Array:
     """Arrays one behind the other along an axis, counted from the last; some may lack the design axis before it."""
-    leads = [own.shape[:axis] for own in arrays]
-    if len(set(leads)) > 1:
+    leads = {own.shape[:axis] for own in arrays}
+    if len(leads) > 1:
         lead = np.broadcast_shapes(*leads)
-        arrays = [np.broadcast_to(own, (*lead, *own.shape[axis:])) for own in arrays]
+        some = [own for own in arrays if own.shape[axis]] or arrays[:1]
+        arrays = [own if own.shape[:axis] == lead else np.broadcast_to(own, (*lead, *own.shape[axis:])) for own in some]
     return np.concatenate(arrays, axis=axis)
