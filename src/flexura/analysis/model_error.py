@@ -26,10 +26,13 @@ Array = NDArray[np.float64]
 MIXED = 0.15
 """Part of a shape in another one from which the modes are mixed."""
 
-COVERAGE = 1.2
+COVERAGE = 1.3
 """By how much half widths that are added are widened, so that 95 % of frequencies of whole solids lie inside."""
 
-LEFT = 0.03
+SOFTEST = 0.1
+"""The least that an assumption may leave of a compliance."""
+
+LEFT = 0.035
 """How far off, relative, a compliance may be by what no evidence is kept of: where members meet, and their mass."""
 
 NO_GROUP = ""
@@ -229,7 +232,7 @@ def errors_of(
         by_itself = own.place if own.kind in ("body", "ground") else ""
         alike.setdefault((own.kind, own.reason or own.text, by_itself), []).append(own)
     middle, spread = np.zeros(n), {own.group: np.zeros(n) for own in found}
-    effects, unknown = [], []
+    effects, unknown, least = [], [], np.ones(n)
     for (kind, text, _), same in alike.items():
         places = tuple(dict.fromkeys(own.place for own in same))
         if same[0].share is None:
@@ -239,12 +242,14 @@ def errors_of(
         pairs = [(own.share or (0.0, 0.0), own.flexibility) for own in same]
         low, high = (added(np.sum([share[k] * E for share, E in pairs], axis=0)) for k in (0, 1))
         middle += (low + high) / 2
+        least *= np.maximum(1 + COVERAGE * np.minimum(low, 0.0), SOFTEST)
         spread[same[0].group] += (high - low) / 2
         effects.append(Effect(kind, places, text, *np.sort([value(low), value(high)], axis=0)))
     spread[NO_GROUP] = np.full(n, LEFT)
     spread = {group: COVERAGE * own for group, own in spread.items()}
     half = np.sqrt(sum(own**2 for own in spread.values()))
-    ends = np.sort([value(middle - half), value(middle + half)], axis=0)
+    # all assumptions at their least multiply, and there is no less than that
+    ends = np.sort([value(np.maximum(middle - half, least / (1 + LEFT) - 1)), value(middle + half)], axis=0)
     without = sum((own.share for own in unknown), np.zeros(n))
     ends[:, without >= UNCOVERED] = np.nan
     most = [max(unknown, key=lambda own: own.share[k], default=None) for k in range(n)]
