@@ -162,7 +162,7 @@ def test_the_part_lies_within_the_model_error(name: str) -> None:
     found = fx.modes(fx.loads(text), n=len(truth))
     for hz, own, part in zip(found.frequency_hz, found.model_error, truth, strict=True):
         assert own is not None and 1 + own[0] <= part / hz <= 1 + own[1]
-        assert own[1] - own[0] < (0.2 if hz < 8000 else 0.55)  # leaves that twist by themselves
+        assert own[1] - own[0] < (0.25 if hz < 8000 else 0.7)  # leaves that twist by themselves
 
 
 def test_what_makes_the_model_error_is_said_with_its_mode() -> None:
