@@ -138,7 +138,7 @@ class MemberCorrections:
 def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
     """Factors, (..., m, n) or 1, of uniform strips; b, t, nu, L: (..., m, 1)."""
     plate, warping = active[:, :1], active[:, 1:2]
-    J = rectangle(b, t, nu).J
+    J, constant = rectangle(b, t, nu).J, strip.warping_constant(b, t)
     edges = np.arange(n + 1) / n
     every = []
     for share, span, start in _cases(clamped):
@@ -148,8 +148,8 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
         if plate.any():
             case[:2] = [strip.anticlastic_compliance(nu, side, *place) for side in (b, t)]
         if warping.any():
-            constants = (strip.warping_constant(b, t), strip.secondary_constant(nu, J, b, t, place[0]))
-            case[2] = strip.warping_compliance(nu, J, *constants, *place)
+            secondary = strip.secondary_constant(nu, J, b, t, place[0])
+            case[2] = strip.warping_compliance(nu, J, constant, secondary, *place)
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(own)) for own in zip(*every, strict=True))
     return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
