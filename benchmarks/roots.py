@@ -3,8 +3,8 @@
 Writes src/flexura/beam/roots.csv, a row for each pair of distances from the leaf's faces to the block's, each width and
 each Poisson's ratio; rows that are there already are kept, so that it goes on where it was interrupted. With --wide
 prints what blocks give that reach beyond the sides of the leaf too, over those as wide as it. With --errors writes
-src/flexura/analysis/root_errors.csv: how far off what is interpolated is for roots that lie between those rows, and
-where the block is wider than the leaf.
+src/flexura/analysis/root_errors.csv: how far off what is interpolated is for roots that lie between those rows, where
+the block is wider or narrower than the leaf, and outside of the table.
 
 The solid is meshed with 27-node bricks on a grid that is graded to the corners of the joint. Its flexibility under a
 rigid face at the end of the leaf, less that of the same leaf on a rigid block, less that of the same block under a
@@ -51,7 +51,8 @@ GAUSS = np.polynomial.legendre.leggauss(3)
 
 @dataclass(frozen=True)
 class Joint:
-    """A leaf of thickness 1 on a block that reaches `up` and `down` beyond its faces, `wider` beyond its sides."""
+    """A leaf of thickness 1 on a block that reaches `up` and `down` beyond its faces, `wider` beyond its sides; below
+    zero the leaf reaches beyond those of the block."""
 
     up: float
     down: float
@@ -91,8 +92,12 @@ def grid(joint: Joint) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     z = np.concatenate([down, inner, up])
     side = graded(joint.width / 2, min(0.25, joint.width / 6) / joint.fine, 2.0)
     y = joint.width / 2 - side[::-1]
-    if joint.wider:
+    if joint.wider > 0:
         y = np.concatenate([y, joint.width / 2 + graded(joint.wider, 0.25, 2.0)[1:]])
+    elif joint.wider:  # graded to the side of the block, on both sides of it
+        at = joint.width / 2 + joint.wider
+        inner, outer = (graded(own, min(0.25, own / 3) / joint.fine, 2.0) for own in (at, -joint.wider))
+        y = np.concatenate([at - inner[::-1], at + outer[1:]])
     return x, y, z
 
 
@@ -171,7 +176,7 @@ def root(joint: Joint) -> np.ndarray:
     edges = grid(joint)
     x, y, z = ((e[1:] + e[:-1]) / 2 for e in edges)
     in_leaf = (x > 0)[:, None, None] & (y < joint.width / 2)[:, None] & (np.abs(z) < 0.5)
-    in_block = (x < 0)[:, None, None] & np.ones((len(y), len(z)), dtype=bool)
+    in_block = (x < 0)[:, None, None] & (y < joint.width / 2 + joint.wider)[:, None] & np.ones(len(z), dtype=bool)
     points = [np.sort(np.concatenate([e, (e[1:] + e[:-1]) / 2])) for e in edges]
     X = np.stack(np.meshgrid(*points, indexing="ij"), axis=-1).reshape(-1, 3)
     eps = 1e-9
@@ -195,7 +200,8 @@ def wanted() -> list[Joint]:
 
 
 def compared() -> list[Joint]:
-    """Joints that are not in the table: between its rows, and with blocks that are wider than the leaf."""
+    """Joints that are not in the table: between its rows, with blocks that are wider or narrower than the leaf, and
+    outside of it."""
     between = [
         Joint(2.0, 1.0, 8.0, 0.3), Joint(7.0, 0.3, 3.0, 0.3), Joint(2.5, 2.5, 20.0, 0.33), Joint(5.0, 0.0, 20.0, 0.33),
         Joint(0.3, 0.3, 10.0, 0.3), Joint(11.0, 11.0, 1.0, 0.25), Joint(0.8, 0.8, 1.5, 0.3), Joint(6.0, 6.0, 6.0, 0.3),
@@ -206,13 +212,19 @@ def compared() -> list[Joint]:
         Joint(2.0, 2.0, width, 0.3, wider)
         for width, wider in ((1.0, 0.5), (1.0, 1.0), (1.0, 5.0), (5.0, 1.0), (5.0, 2.0), (5.0, 5.0), (5.0, 15.0))
     ]
-    beside += [Joint(2.0, 2.0, 20.0, 0.3, wider) for wider in (1.0, 5.0, 20.0)]
+    beside += [Joint(2.0, 2.0, 20.0, 0.3, wider) for wider in (1.0, 5.0)]
     return [
         *between,
         *beside,
         Joint(5.0, 0.0, 5.0, 0.3, 5.0),
         Joint(0.5, 0.5, 5.0, 0.3, 5.0),
         Joint(11.0, 11.0, 5.0, 0.3, 5.0),
+        *(Joint(2.0, 2.0, width, 0.3, -share * width) for width in (5.0, 20.0) for share in (0.05, 0.125, 0.25)),
+        *(Joint(2.0, 2.0, width, 0.3) for width in (0.4, 60.0, 100.0)),
+        Joint(2.0, 2.0, 0.4, 0.3, 2.0),
+        *(Joint(2.0, 2.0, width, nu) for width in (3.0, 12.0) for nu in (0.05, 0.1, 0.45, 0.48)),
+        Joint(0.07, 0.0, 5.0, 0.3),
+        Joint(0.07, 0.07, 20.0, 0.3),
     ]
 
 
@@ -235,7 +247,7 @@ def compare() -> None:
         rows[key] = [*key, *(f"{off[name]:.4f}" for name in DOMINANT), Path(__file__).name]
         text = io.StringIO()
         text.write("# Relative errors of the flexibility of elastic roots that are interpolated, against solids.\n")
-        text.write("# Sizes over the thickness of the leaf; wider: the block beside each side of the leaf.\n")
+        text.write("# Sizes over the leaf's thickness; wider: the block beside each of its sides, below 0 narrower.\n")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerows([[*columns, *DOMINANT, "script"], *rows.values()])
         write_file(ERRORS, lambda path, text=text: path.write_text(text.getvalue()))

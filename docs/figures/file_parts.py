@@ -222,6 +222,43 @@ ground: {foot: clamped}
     return sheet
 
 
+def roots() -> Sheet:
+    """A leaf whose end in a block gives, with fillets, and whose end in a clamp does not."""
+    fragment = """\
+flexures:
+  blade:
+    nodes: [foot, head]
+    root: [rigid, elastic]
+    fillet: [0 mm, 3 mm]"""
+    rest = """
+nodes: {foot: [0, 0, 0], head: [40 mm, 0, 0]}
+materials: {steel: spring-steel}
+flexures:
+  blade: {material: steel, reference: z, profile: {type: leaf, width: 18 mm, thickness: 1.6 mm}}
+bodies:
+  block:
+    centre: [50 mm, 0, 0]
+    solid: {shape: box, size: [20 mm, 18 mm, 22 mm], material: steel}
+    carries: [head]
+ground: {foot: clamped}
+"""
+    sheet = Sheet(
+        "The root of a leaf in a block gives, with fillets in its corners; a rigid one does not", fragment, 180
+    )
+    parts = solids(fx.assemble(mechanism(rest, fragment)), look=LOOK)
+    area = Area(sheet.left + 50, 30, WIDTH - 60, 150)
+    drawn = Scene(sheet, area, (1, -89), 1e3 * parts.points)
+    drawn.draw(parts)
+    angles = np.linspace(0, np.pi / 2, 9)
+    for side in (1, -1):
+        arc = [(37 + 3 * np.sin(a), -9, side * (3.8 - 3 * np.cos(a))) for a in angles]
+        drawn.path(arc, colour=INK, width=1.4)
+    drawn.name((38.2, -9, 1.4), "fillet", (-34, -34))
+    drawn.name((0, -9, 0), "rigid", (-4, 34))
+    drawn.name((41, -9, -1), "elastic", (-40, 44))
+    return sheet
+
+
 def springs() -> Sheet:
     """A spring to ground, and one between two nodes with axes that are turned."""
     fragment = """\
@@ -369,6 +406,7 @@ PICTURES: tuple[Callable[[], Sheet], ...] = (
     links,
     profiles,
     ends,
+    roots,
     springs,
     bodies,
     superelements,

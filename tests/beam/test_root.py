@@ -14,7 +14,7 @@ from skfem.helpers import ddot, sym_grad, trace
 import flexura as fx
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, fillet_shares, root_coefficients, root_flexibility
 from flexura.duals import Dual
-from flexura.structure import Design
+from flexura.structure import Design, assemble
 
 NAMES = ("u_u", "rx_rx", "v_v", "v_rz", "rz_rz", "w_w", "w_ry", "ry_ry", "u_w", "u_ry", "v_rx", "rx_rz")
 
@@ -110,11 +110,13 @@ def component_of(basis, dof):
 
 @pytest.mark.parametrize(("up", "down"), [(2.0, 2.0), (4.0, 0.7), (9.0, 0.2)])
 def test_wide_leaves_are_in_plane_strain(up, down):
+    """As wide as the widest of the table, and beyond."""
     C = plane_strain(up, down)
-    own = {name: 40 * value for name, value in root(up=up, down=down).items()}
-    assert own["ry_ry"] == pytest.approx(C[2, 2], rel=0.03)
-    if down < 0.5:  # small beside the rotation elsewhere
-        assert own["u_ry"] == pytest.approx(C[0, 2], rel=0.08)
+    for b in (40.0, 120.0):
+        own = {name: b * value for name, value in root(b=b, up=up, down=down).items()}
+        assert own["ry_ry"] == pytest.approx(C[2, 2], rel=0.03)
+        if down < 0.5:  # small beside the rotation elsewhere
+            assert own["u_ry"] == pytest.approx(C[0, 2], rel=0.08)
 
 
 JOINTS = {  # length, thickness and width of the leaf, thickness of the blocks, offset, Poisson's ratio: Hz
@@ -248,9 +250,62 @@ def test_derivatives_through_roots_and_fillets():
         (f"fillet: [0 mm, 0.5 mm], root: rigid, {PROFILE}", "an end with a rigid root has no fillet"),
         (f"fillet: [1 mm, 2 mm, 3 mm], {PROFILE}", "for both ends or as a pair"),
         ("fillet: 0.5 mm, profile: {type: round, contour: {shape: circular, radius: 3 mm, web: 1 mm}}", "leaves"),
+        (f"fillet: -0.5 mm, {PROFILE}", "must be non-negative"),
     ],
 )
 def test_fillets_that_make_no_sense_are_told(more, said):
     with pytest.raises(fx.ModelError, match=said) as told:
         fx.loads(LEAF.format(more=more))
-    assert "fillet" in str(told.value)
+    assert "flexures.leaf.fillet" in str(told.value) and "(found " in str(told.value)
+
+
+def test_a_tube_has_no_fillet():
+    tube = "section: {shape: tube, outer_diameter: 4 mm, inner_diameter: 3 mm}"
+    text = LEAF.format(more=PROFILE).replace(
+        "root: rigid, section: block}\n  free", f"fillet: 0.5 mm, {tube}}}\n  free"
+    )
+    with pytest.raises(fx.ModelError) as told:
+        fx.loads(text)
+    for said in ("links.fixed.fillet", "leaves and rectangles", "found 0.5 mm", "hint: leave it out"):
+        assert said in str(told.value)
+
+
+IN_LINE = """
+flexura: 1
+materials: {{al: {{E: 71.7 GPa, nu: 0.33, rho: 2810 kg/m^3}}}}
+sections: {{arm: {{shape: rectangle, width: 10 mm, thickness: 4 mm}}}}
+nodes: {{o: [0, 0, 0], a: [8 mm, 0, 0], b: [11.6 mm, 0, 0]}}
+links: {{fixed: {{nodes: [o, a], material: al, reference: y, root: rigid, section: arm}}}}
+flexures: {{own: {{nodes: [a, b], material: al, reference: y, {profile}}}}}
+bodies:
+  block: {{centre: [19.6 mm, 0, 0], carries: [b], solid: {{shape: box, size: [16 mm, 20 mm, 20 mm], material: al}}}}
+ground: {{o: clamped}}
+"""
+NOTCH = "profile: {type: notch, width: 10 mm, contour: {shape: circular, radius: 1.8 mm, web: 0.4 mm}}"
+AS_THICK = "profile: {type: leaf, width: 10 mm, thickness: 4 mm}"
+
+
+def roots_of(text):
+    """Members with an elastic root, at which end, and its flexibility."""
+    full = assemble(fx.Plan(fx.loads(text)).at_rest())
+    roots = full.plan.roots
+    found = roots.of(full.values, full.geometry)
+    names = [key for part in full.plan.parts.values() for key in part.members]
+    own = [(names[m], end) for m, end in zip(roots.members.tolist(), roots.ends.tolist(), strict=True)]
+    return dict(zip(own, found[2], strict=True)) if found else {}
+
+
+@pytest.mark.parametrize("profile", [NOTCH, AS_THICK])
+def test_members_as_thick_as_what_they_run_into_have_no_root_there(profile):
+    """A notch of 4 mm at its ends in an arm of 4 mm, and two members in line: what is left is the root in the body."""
+    assert set(roots_of(IN_LINE.format(profile=profile))) == {("own", 1)}
+
+
+def test_a_notch_in_a_body_has_the_root_of_its_end_section():
+    """The flanks are its own: a web of 0.4 mm or of 1.7 mm, or a leaf as thick as the end, leave the same root."""
+    thicker = NOTCH.replace("radius: 1.8 mm, web: 0.4 mm", "radius: 2 mm, web: 1.7435596 mm")
+    notch, other, leaf = (roots_of(IN_LINE.format(profile=own))["own", 1] for own in (NOTCH, thicker, AS_THICK))
+    np.testing.assert_allclose(notch, leaf, rtol=1e-6, atol=1e-6 * np.abs(leaf).max())
+    np.testing.assert_allclose(other, leaf, rtol=1e-6, atol=1e-6 * np.abs(leaf).max())
+    web = roots_of(IN_LINE.format(profile=AS_THICK.replace("thickness: 4 mm", "thickness: 0.4 mm")))["own", 1]
+    assert web[7] > 10 * notch[7]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.elastic_bodies import Wrenches, loaded_solids, place_of
 from flexura.analysis.measured_members import MemberErrors, ratios_of, stiffness_errors
+from flexura.analysis.measured_roots import root_shares, unlike
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
 from flexura.errors import SolverError
 from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
 ROOT_DRAWN = (-0.2, 0.2)
-"""How far off, relative, the flexibility of a root is whose block is drawn."""
+"""How far off at least, relative, the flexibility of a root is whose block is drawn."""
 
 ROOT_TWIST = (-0.9, 0.3)
 """The same of its twist, which a member that vibrates by itself warps less than a torque of one size does."""
@@ -102,16 +103,16 @@ class _Beam(NamedTuple):
 
 
 class _Root(NamedTuple):
-    """A root: prototype, element and end there, its flexibility (6, 6), element axes, and what is assumed of it."""
+    """A root: prototype, element and end there, parts of its flexibility (6, 6), element axes, each with its share, and
+    what is assumed of it."""
 
     name: str
     element: int
     end: int
-    flexibility: Array
+    parts: Sequence[tuple[Array, Interval]]
     place: str
     text: str
     group: str
-    share: Interval
 
 
 class Assumptions:
@@ -129,8 +130,9 @@ class Assumptions:
         found = [own for beam in self._beams for own in self._of_beam(beam, wrenches[beam.name], moved[beam.name])]
         for own in self._roots:
             force = wrenches[own.name][own.end][:, own.element]
-            E = np.einsum("icj,cd,idk->jk", force, own.flexibility, force)
-            found.append(Assumption("root", own.place, own.text, own.group, E, own.share))
+            for flexibility, share in own.parts:
+                E = np.einsum("icj,cd,idk->jk", force, flexibility, force)
+                found.append(Assumption("root", own.place, own.text, own.group, E, share))
         for body in loaded_solids(self._full, wrenches, self._values):
             kind = "ground" if body.solid.held else "body"
             least, most = BODY if body.is_sure else GROUND
@@ -217,9 +219,6 @@ def _errors(
     return errors, ratios_of(form, length)[0], "corrected beam" if corrected else "plain beam"
 
 
-_ROOTS = ("joint with a block that is not drawn, taken as a large one", "joint with a block")
-
-
 def _roots(full: FullOrderModel) -> Iterator[_Root]:
     """Every elastic root, and those that are left out."""
     plan, first = full.plan, 0
@@ -229,19 +228,42 @@ def _roots(full: FullOrderModel) -> Iterator[_Root]:
         first += len(part.connectivity)
     for roots, is_in in ((plan.roots, True), (plan.roots_left_out, False)):
         found = roots.of(full.values, full.geometry)
-        for k in range(len(roots) if found else 0):
-            elements, ends, flexibility = found  # type: ignore[misc]
-            name, key, first = where[roots.members[k]]
-            end, drawn = int(ends[k]), bool(roots.is_known[k])
-            C = combine(root_coefficients(flexibility[k], 0.0, end), COUPLED_FLEXIBILITY_BASIS, 6)
-            share, text = (ROOT_DRAWN if drawn else ROOT_NOT_DRAWN), _ROOTS[drawn]
+        if found is None:
+            continue
+        copies, ratios = roots.ratios(full.values, full.geometry)
+        measured, words = root_shares(ratios), unlike(ratios)
+        for k, (element, end, flexibility) in enumerate(zip(*found, strict=True)):
+            name, key, start = where[roots.members[k]]
+            own, drawn = np.flatnonzero(copies == k), bool(roots.is_known[k])
+            odd = max(words[i] for i in own)
+            group, text = "root", "joint with a block"
+            shares = [ROOT_DRAWN, ROOT_TWIST, ROOT_DRAWN, ROOT_DRAWN] if drawn else [ROOT_NOT_DRAWN] * 4
+            if not drawn:
+                group, text = "root not drawn", "joint with a block that is not drawn, taken as a large one"
+            if drawn or odd:
+                text += f" {odd}" * bool(odd)
+                least, most = measured[own, :, 0].min(axis=0).tolist(), measured[own, :, 1].max(axis=0).tolist()
+                pairs = zip(shares, least, most, strict=True)
+                shares = [(min(share[0], low), max(share[1], high)) for share, low, high in pairs]
             if not is_in:
-                share, text = ROOT_LEFT_OUT, "rigid joint, without the correction for roots"
-            group = "root" if drawn else "root not drawn"
-            twist = np.zeros_like(C)
-            twist[3, 3] = C[3, 3]
-            yield _Root(name, int(elements[k]) - first, end, C - twist, place_of(name, key), text, group, share)
-            if is_in and drawn:
-                share, text = ROOT_TWIST, "joint with a block, in twist"
-            group += " in twist"
-            yield _Root(name, int(elements[k]) - first, end, twist, place_of(name, key), text, group, share)
+                shares, text = [ROOT_LEFT_OUT] * 4, "rigid joint, without the correction for roots"
+            C = combine(root_coefficients(flexibility, 0.0, int(end)), COUPLED_FLEXIBILITY_BASIS, 6)
+            parts = dict(zip(("stretch", "twist", "thickness", "width"), _directions(C), strict=True))
+            both = dict(zip(parts, shares, strict=True))
+            at = name, int(element) - start, int(end)
+            twist = [(parts.pop("twist"), both["twist"])]
+            rest = [(part, both[direction]) for direction, part in parts.items()]
+            in_twist = f"{text}, in twist" if is_in and drawn else text
+            yield _Root(*at, rest, place_of(name, key), text, group)
+            yield _Root(*at, twist, place_of(name, key), in_twist, f"{group} in twist")
+
+
+def _directions(C: Array) -> list[Array]:
+    """A root's flexibility (6, 6) as that in stretch, twist, thickness bending and width bending, with couplings in the
+    bending."""
+    parts = [np.zeros_like(C) for _ in range(4)]
+    parts[0][0, 0], parts[1][3, 3] = C[0, 0], C[3, 3]
+    for part, plane, own in ((parts[2], (0, 2, 4), 0), (parts[3], (1, 3, 5), 3)):
+        part[np.ix_(plane, plane)] = C[np.ix_(plane, plane)]
+        part[own, own] = 0.0
+    return parts

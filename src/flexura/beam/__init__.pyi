@@ -50,6 +50,9 @@ from flexura.beam.geometric import geometric_basis as geometric_basis
 from flexura.beam.geometric import geometric_stiffness as geometric_stiffness
 from flexura.beam.geometric import tapered_geometric_basis as tapered_geometric_basis
 from flexura.beam.root import FAR as FAR
+from flexura.beam.root import RATIOS as RATIOS
+from flexura.beam.root import THINNEST as THINNEST
+from flexura.beam.root import WIDTHS as WIDTHS
 from flexura.beam.root import fillet_shares as fillet_shares
 from flexura.beam.root import root_flexibility as root_flexibility
 from flexura.beam.section import SectionProperties as SectionProperties

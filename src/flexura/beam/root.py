@@ -27,6 +27,9 @@ WIDTHS = (0.7, 40.0)
 RATIOS = (0.2, 0.4)
 """Least and largest Poisson's ratio that is known."""
 
+THINNEST = 0.15
+"""Least block beside the leaf's faces, over its thickness, that is known."""
+
 _HALF = 0.7
 """Distance of a face from the leaf, over its thickness, that lies in the middle of the scale."""
 
@@ -111,7 +114,9 @@ def root_flexibility(
     """Return the flexibility of the elastic root of a leaf, beyond leaf and block with rigid faces (theory eq. F21).
 
     It is interpolated between roots of solid elements as products of factors, so that no load does negative work.
-    What lies farther outside of `FAR`, `WIDTHS` and `RATIOS` than `MARGIN` counts as there. The twist of a wide leaf
+    What lies farther outside of `FAR`, `WIDTHS` and `RATIOS` than `MARGIN` counts as there: narrower and wider leaves
+    bend and stretch their roots as those with the same load per width, and narrower ones twist them as rods that are as
+    thick, with the cube of their width. The twist of a wide leaf
     warps its root the more the longer it is, up to its width: as the warping of a strip of length L (theory eq. F22).
 
     A block that is wider than the leaf is not the plate that one as wide is beside a narrow leaf: it gives as one that
@@ -123,7 +128,8 @@ def root_flexibility(
     (..., 12), x leading from the block into the leaf: u_u, rx_rx, v_v, v_rz, rz_rz, w_w, w_ry, ry_ry, u_w, u_ry, v_rx,
     rx_rz in m/N, 1/N and 1/(N m). Raises nothing.
     """
-    width = _between(b / t, WIDTHS[0] / MARGIN, WIDTHS[1] * MARGIN)
+    slender = b / t
+    width = _between(slender, WIDTHS[0] / MARGIN, WIDTHS[1] * MARGIN)
     nu = _between(nu, RATIOS[0] / MARGIN, RATIOS[1] * MARGIN)
     above, below = (_between(beyond / t, FLUSH, FAR - 0.5) for beyond in (up, down))
     if np.any(plain(wider) > 0):
@@ -135,7 +141,9 @@ def root_flexibility(
     if fillets is not None:
         _fillet(entries, *(radius / t for radius in fillets))
     _warp(entries, 1.0 / _twisted(entries, width, _warping(nu, b, L)))
-    along, across = (_powers(1.0 / own, 4) for own in (width, t))
+    narrow = np.where(plain(slender) < plain(width), width / slender, 1.0)
+    _warp(entries, narrow * narrow)
+    along, across = (_powers(1.0 / own, 4) for own in (slender, t))
     soft = 1.0 / E
     return columns(*(own * (soft * along[w] * across[n]) for own, w, n in zip(entries, _POWERS, _LENGTHS, strict=True)))
 

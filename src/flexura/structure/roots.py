@@ -353,6 +353,20 @@ class Roots:
     def flexibility(self, values: Array, geometry: Geometry, E: Array, nu: Array) -> Array:
         """Flexibilities (..., r, 12) of all roots, as `root_flexibility` gives them, x leading into the member; E, Pa,
         and nu (..., m) of the members."""
+        b, t, up, down, side, behind = self._joints(values, geometry)
+        E, nu, length = E[..., self._member], nu[..., self._member], geometry.lengths @ self._runs
+        radii = self._radii(values, t, up, down)
+        C = root_flexibility(self._modulus(values, slice(None), E), nu, b, t, length, up, down, side, radii)
+        is_rod = self._is_rod[self._row]
+        if is_rod.any():
+            C = np.where(is_rod[:, None], C @ ROD, C)
+        thick = _lesser(np.where(plain(behind) > 0, behind / (2 * t), 0.0), np.array(1.0)) * self._weight
+        C = thick[..., None] * C
+        return C if len(self) == len(self._row) else (self._row == np.arange(len(self))[:, None]).astype(float) @ C
+
+    def _joints(self, values: Array, geometry: Geometry) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """Width and thickness of the members at all copies, how far the block reaches beyond their faces along z and
+        against it, at least beyond their sides, and behind them, each (..., k), m."""
         sizes = self._sizes(values, geometry)
         up, down, left, right, behind = np.moveaxis(self.reach(values, geometry, sizes), -1, 0)
         side = _lesser(left, right)
@@ -362,16 +376,19 @@ class Roots:
             up, down, side = (np.where(is_rod, across, own) for own in (up, down, side))
         b, t = (own[..., self._row] for own in sizes[:2])
         up, down = (_lesser(own, t / 2 + DEEP * behind) for own in (up, down))
-        E, nu, length = E[..., self._member], nu[..., self._member], geometry.lengths @ self._runs
-        radii = self._radii(values, t, up - t / 2, down - t / 2)
-        C = root_flexibility(
-            self._modulus(values, slice(None), E), nu, b, t, length, up - t / 2, down - t / 2, side - b / 2, radii
-        )
-        if is_rod.any():
-            C = np.where(is_rod[:, None], C @ ROD, C)
-        thick = _lesser(np.where(plain(behind) > 0, behind / (2 * t), 0.0), np.array(1.0)) * self._weight
-        C = thick[..., None] * C
-        return C if len(self) == len(self._row) else (self._row == np.arange(len(self))[:, None]).astype(float) @ C
+        return b, t, up - t / 2, down - t / 2, side - b / 2, behind
+
+    def ratios(self, values: Array, geometry: Geometry) -> tuple[Index, Array]:
+        """For all copies that have a root, which one (k,), and (k, 5) Poisson's ratio, and over the thickness the
+        width, how far the block reaches beyond one face and beyond the other, the larger first, and beyond the sides;
+        for one design. What lies beside its block, as where members meet off their axes, counts as wide as it."""
+        b, t, up, down, side, behind = self._joints(values, geometry)
+        nu = self._table.moduli(values)[2][self._member]
+        larger, smaller = np.maximum(up, down), np.minimum(up, down)
+        side = np.where(side < -b / 2, 0.0, np.minimum(side, FAR * b))
+        found = np.stack([nu, b / t, *(np.minimum(own / t, FAR) for own in (larger, smaller)), side / t], axis=-1)
+        has = (larger > SAME * t) & (behind > 0)
+        return self._row[has], found[has]
 
 
 def _exit(place: Array, towards: Array, half: Array, is_round: Bools) -> tuple[Array, Array]:
