@@ -11,7 +11,7 @@ What a block is, by the words behind its fence:
     ```sh                lines that start with `flexura` are run
 
 A first line `# file: NAME` also writes the block to that file. In expected output a line `...` stands for any lines.
-To rewrite the output of console blocks: PYTHONPATH=tests python -m helpers.doc_snippets docs/tutorial.md
+To rewrite the output of console and text blocks: PYTHONPATH=tests python -m helpers.doc_snippets docs/tutorial.md
 """
 
 from __future__ import annotations
@@ -306,7 +306,8 @@ def workshop() -> Iterator[None]:
 
 
 def rewrite(path: Path) -> None:
-    """Replace the output in console blocks by what the commands print; output with `...` in it is left alone."""
+    """Replace the output in console blocks by what the commands print, and text by what the Python before it prints;
+    output with `...` in it is left alone, and text that is met."""
     page = Page(path)
     lines = path.read_text(encoding="utf-8").splitlines()
     fresh: dict[int, tuple[int, list[str]]] = {}
@@ -314,8 +315,12 @@ def rewrite(path: Path) -> None:
         for block in page.blocks:
             if block.file:
                 Path(block.file).write_text(block.text, encoding="utf-8")
+            before, page.printed = page.printed, None
             if block.language == "python":
-                page.run_python(block)
+                page.printed = page.run_python(block)
+            expected = block.text.splitlines()
+            if block.language == "text" and before is not None and mismatch(expected, before) and "..." not in expected:
+                fresh[block.line - 1] = (len(expected), [text.rstrip() for text in before.splitlines()])
             for command in commands(block) if block.language in ("console", "sh") else ():
                 found = run_command(command.text)
                 if found is not None and command.expected and "..." not in map(str.strip, command.expected):

@@ -184,6 +184,8 @@ def frequency_errors(
 
     Modes that all assumptions together mix have the margins of all that they are mixed of.
     """
+    if not len(squared):
+        return NO_ERRORS
     scale, base = 1 / np.outer(squared, squared), np.diag(1 / squared)
     found = Assumptions(full).of(force_changes(full, states)) if found is None else found
 
