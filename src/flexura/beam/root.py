@@ -8,6 +8,7 @@ finite elements of them (benchmarks/roots.py), between which is interpolated her
 from __future__ import annotations
 
 import csv
+import math
 from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.beam._columns import FloatArray, Real, columns
-from flexura.duals import moves, plain
+from flexura.duals import plain
 
 FAR = 12.0
 """Distance from the middle of the leaf to the block's faces, over the thickness, from which it counts as far."""
@@ -88,6 +89,9 @@ MARGIN = 1.1
 
 FLUSH = -1e-9
 """Block beside the leaf's face, over its thickness, that counts as flush but for round-off."""
+
+ROWS = 16
+"""Places whose factors are one product of matrices."""
 
 _MIRRORED = np.array([1.0, 1, 1, 1, 1, 1, 1, 1, -1, -1, -1, -1])
 """Signs of a joint upside down."""
@@ -190,22 +194,24 @@ def _hat(x: Real, points: FloatArray, k: int) -> Real:
     return np.where(plain(least) > 0, least, 0.0)
 
 
-def _factors_at(*scales: Real) -> list[FloatArray]:
-    """The 12 factors of the flexibility (...) at places on the scales of nu, width, up and down, each (...)."""
+def _factors_at(nu: Real, *scales: Real) -> list[FloatArray]:
+    """The 12 factors of the flexibility (...) at nu and at places on the scales of width, up and down, each (...).
+
+    Products are of `ROWS` places at a time: libraries sum those of other sizes in another order, and what a place gives
+    would depend on how many others there are.
+    """
     coefficients, counts = _fitted()
-    shape = np.broadcast_shapes(*map(np.shape, scales))
-    terms: FloatArray | None = None
-    for scale, count in zip(scales, counts, strict=True):
-        flat = np.ravel(plain(scale))
-        if terms is None and (flat == flat[:1]).all() and not moves(scale):  # one for all: nothing to multiply
-            coefficients = np.tensordot(float(flat[0]) ** np.arange(count), coefficients, axes=1)
-            continue
-        powers = np.stack(_powers(np.broadcast_to(scale, shape).reshape(-1), count))
-        terms = powers if terms is None else (terms[:, None] * powers).reshape(-1, powers.shape[-1])
-    if terms is None:
-        return [np.asarray(own) for own in coefficients.ravel()]
-    found = coefficients.reshape(-1, 12).T @ terms
-    return [own.reshape(shape) for own in found]
+    shape = np.broadcast_shapes(np.shape(nu), *map(np.shape, scales))
+    count = math.prod(shape)
+    terms: FloatArray = np.ones((count, 1))
+    for scale, powers in zip(scales, counts[1:], strict=True):
+        own = np.stack(_powers(np.broadcast_to(scale, shape).reshape(-1), powers), axis=-1)
+        terms = (terms[:, :, None] * own[:, None, :]).reshape(count, -1)
+    filled = np.concatenate([terms, np.zeros((-count % ROWS, terms.shape[1]))]).reshape(-1, ROWS, terms.shape[1])
+    by_nu = coefficients.reshape(counts[0], -1, 12).swapaxes(0, 1).reshape(-1, counts[0] * 12)
+    found = np.moveaxis((filled @ by_nu).reshape(-1, by_nu.shape[1])[:count], -1, 0).reshape(counts[0], 12, count)
+    weights = np.stack(_powers(np.broadcast_to(nu, shape).reshape(-1), counts[0]))[:, None]
+    return [factor.reshape(shape) for factor in (found * weights).sum(axis=0)]
 
 
 def _powers(x: Real, count: int) -> list[Real]:
