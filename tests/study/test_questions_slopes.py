@@ -14,7 +14,8 @@ TEXT = (EXAMPLES / "guide" / "guide.yaml").read_text()
 GUIDE = fx.loads(TEXT)
 HUNG = fx.loads(TEXT + "\ngravity: [0, 0, -9.81 m/s^2]\nloads: {carriage: {force: [1 N, 0, -20 N]}}\n")
 NAMES = ("length", "width", "thickness", "distance")
-AT = {"thickness": 4.5e-4}
+AT = {"thickness": 4.8e-4}
+"""Where differences of the width and thickness do not leave the widths over thickness that roots are known of."""
 
 BLOCK = """
 flexura: 1
@@ -41,7 +42,7 @@ def eighth_order(value, at, step):
 def test_slopes_of_frequencies_are_those_of_full_order_modes(model):
     found = questions(model, "f1, f4, f(carriage.x)").slopes(AT, NAMES)
     assert found.is_exact.all()
-    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.8e-4, "distance": 0.05}
     for p, name in enumerate(NAMES):
 
         def hertz(value, name=name):
@@ -56,7 +57,7 @@ def test_slopes_of_stiffness_and_compliance_are_those_of_the_verb(model):
     asked = "stiffness(x), compliance(carriage.x, carriage.ry), compliance(leaf1.head.z, ry)"
     found = questions(model, asked).slopes(AT, NAMES)
     assert found.is_exact.all()
-    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.8e-4, "distance": 0.05}
     for p, name in enumerate(NAMES):
 
         def read(value, name=name):
@@ -153,7 +154,7 @@ def test_slopes_of_responses_are_those_of_the_dynamic_stiffness():
     model = fx.loads(f"{UNDAMPED}\ndamping: {damping}\n")
     found = questions(model, [f"frf({out}, x, {hz} Hz)" for out, hz in RESPONSES]).slopes(AT, NAMES)
     assert found.is_exact.all()
-    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.8e-4, "distance": 0.05}
     for p, name in enumerate(NAMES):
         read = lambda x, name=name: solved(model, {**AT, name: x}, RESPONSES, "carriage.tx")  # noqa: E731
         wanted = eighth_order(read, at[name], 2e-4 * at[name])
@@ -179,7 +180,7 @@ def test_the_peak_at_the_end_of_a_band_has_the_slope_there():
     np.testing.assert_allclose(found.slope[0], found.slope[1], rtol=1e-12)
 
 
-DAMPED = BLOCK.replace("parameters:", "parameters:\n  c: {value: 20 N*s/m}\n  kp: {value: 80 N/mm}\n  z: {value: 0.05}")
+DAMPED = BLOCK.replace("parameters:", "parameters:\n  c: {value: 20 kg/s}\n  kp: {value: 80 N/mm}\n  z: {value: 0.05}")
 STACK = """
 nodes: {wall: [-20 mm, 0, 0]}
 ground: {wall: clamped}
@@ -250,7 +251,7 @@ damping: {loss_factor: eta/10, rayleigh: {frequencies: [40 Hz, 400 Hz], ratios: 
 def test_slopes_of_responses_with_all_that_damps_are_those_of_the_dynamic_stiffness():
     """Of the verb with a direct solution: dashpots, loss factors of members and of the rest under loads, Rayleigh's."""
     model = fx.loads(LOSSY)
-    at = {"length": 0.06, "thickness": 4.5e-4, "distance": 0.05, "c": 3.0, "eta": 0.03, "z": 0.01}
+    at = {"length": 0.06, "thickness": 4.8e-4, "distance": 0.05, "c": 3.0, "eta": 0.03, "z": 0.01}
     asked = (("carriage.tx", 47.2), ("carriage.ry:velocity", 300.0))
     found = questions(model, [f"frf({out}, ground.tx, {hz} Hz)" for out, hz in asked]).slopes(AT, list(at))
     assert found.is_exact.all()
@@ -267,7 +268,7 @@ def test_slopes_of_responses_by_ratios_are_those_of_their_values():
         fx.loads(f"{UNDAMPED}\ndamping: {{ratio: 0.01}}\n"), "frf(ry, x, 300 Hz), frf_peak(x, x, 20 Hz, 80 Hz)"
     )
     found = own.slopes(AT, ["length", "thickness"])
-    for p, (name, value) in enumerate({"length": 0.06, "thickness": 4.5e-4}.items()):
+    for p, (name, value) in enumerate({"length": 0.06, "thickness": 4.8e-4}.items()):
         wanted = eighth_order(lambda x, name=name: own.values({**AT, name: x}).value[0], value, 5e-4 * value)
         size = abs(found.value / value)
         assert (abs(found.slope[:, p] - wanted) < 1e-7 * np.maximum(abs(wanted), size)).all()
@@ -298,7 +299,7 @@ def test_a_reach_moves_so_that_its_stress_stays_that_of_yield(model):
     """The stress at the stroke of other designs is that of the verb."""
     found = questions(model, "reach(x)").slopes(AT, NAMES)
     assert found.is_exact.all()
-    at, h = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}, 1e-3
+    at, h = {"length": 0.06, "width": 0.02, "thickness": 4.8e-4, "distance": 0.05}, 1e-3
     for p, name in enumerate(NAMES):
 
         def excess(step, p=p, name=name):
@@ -349,7 +350,7 @@ def test_slopes_along_what_drives_a_pose_are_those_of_strokes():
     asked = ("stiffness(x)", "compliance(x, ry)", "compliance(z, ry)", "stiffness(y)")
     found = questions(GUIDE, [f"{text} at x = 3 mm, y = 0.02 mm" for text in asked]).slopes(AT, NAMES)
     assert found.is_exact.all()
-    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.8e-4, "distance": 0.05}
     for p, name in enumerate(NAMES):
 
         def read(value, name=name):
@@ -371,7 +372,7 @@ def test_slopes_at_a_pose_are_those_of_strokes():
     texts = ("force(y)", "stress(leaf1)", "margin", "stiffness(z)", "compliance(ry, z)", "buckling", "f1", "f3")
     found = questions(GUIDE, [f"{text} {POSE}" for text in texts]).slopes(AT, NAMES)
     assert found.is_exact.all()
-    at = {"length": 0.06, "width": 0.02, "thickness": 4.5e-4, "distance": 0.05}
+    at = {"length": 0.06, "width": 0.02, "thickness": 4.8e-4, "distance": 0.05}
     for p, name in enumerate(NAMES):
 
         def read(value, name=name):
