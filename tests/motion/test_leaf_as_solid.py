@@ -27,7 +27,7 @@ materials: {{m: {{E: 210 GPa, nu: 0.3, rho: 7800 kg/m^3}}}}
 nodes: {{a: [0, 0, 0], b: [100 mm, 0, 0]}}
 flexures:
   leaf:
-    {{nodes: [a, b], material: m, reference: y, elements: 20, ends: [clamped, clamped],
+    {{nodes: [a, b], material: m, reference: y, elements: 20, ends: [clamped, clamped], root: rigid,
      profile: {{type: leaf, width: 30 mm, thickness: 0.5 mm}}}}
 ground: {{a: clamped, b: {{fixed: [rx, ry, rz]}}}}
 """

@@ -19,6 +19,10 @@ UNSETTLED = 1e-6
 """Change of the root of the work of loads, relative, in the last correction of their response."""
 
 
+FURTHER, STEP = 4, 64.0
+"""How often a shift below all eigenvalues is tried again, and so many times as far below."""
+
+
 def residuals(pencil: Pencil, pairs: Eigenpairs) -> Array:
     """Relative residuals (k,) of eigenpairs of K x = lambda M x in the norm that bounds the eigenvalue (theory eq. 56).
 
@@ -49,13 +53,14 @@ def _weinstein(pencil: Pencil, values: Array, vectors: Array) -> tuple[Array, fl
     least = float(elastic.min()) if len(elastic) else 1.0
     shift = 0.0 if len(elastic) == len(values) else 2 * float(values.min(initial=0.0)) - least
     Mx = pencil.M @ vectors
-    try:
-        y = solution(pencil, Mx, shift)
-    except SolverError:
-        if shift:
-            raise
-        shift = -least  # soft enough to look singular
-        y = solution(pencil, Mx, shift)
+    for further in (True,) * FURTHER + (False,):
+        try:
+            y = solution(pencil, Mx, shift)
+            break
+        except SolverError:
+            if not further:
+                raise
+            shift = STEP * shift if shift else -least  # soft enough to look singular
     r = (values - shift) * y - vectors
     size = np.einsum("ik,ik->k", vectors, Mx)
     return np.sqrt(np.abs(np.einsum("ik,ik->k", r, pencil.M @ r)) / size), shift
