@@ -120,7 +120,7 @@ def rpr_moving() -> None:
     """A mode of the platform with its stacks in motion."""
     result = fx.modes(fx.load(HERE.parents[1] / "examples" / "rpr" / "rpr_piezo.yaml"), n=4)
     mode = result.modes[3]
-    title = f"mode 4: {mode.frequency_text} Hz"
+    title = f"mode 4: {mode.frequency_text}"
     moving = fx.view.animate_mode(result.model, result.shapes[:, :, 3], title=title, subtitle=mode.motion.summary)
     fx.view.save_animation(moving, HERE / "rpr_moving.webp")
 

@@ -258,8 +258,11 @@ def test_of_500_moves_the_last_wins_and_others_are_dropped(guide):
     assert shown["rows"][0]["text"] == f"{truth[0]:.5g}"
 
 
-def test_two_pages_do_not_see_one_another(guide):
-    with talk(guide) as (a, _), talk(guide) as (b, _):
+def test_two_pages_do_not_see_one_another(copy):
+    """Leaves of twice the thickness between rigid joints are 2^3 as stiff."""
+    text = copy.read_text(encoding="utf-8")
+    copy.write_text(text.replace("reference: x\n", "reference: x\n        root: rigid\n"), encoding="utf-8")
+    with served(copy) as own_file, talk(own_file) as (a, _), talk(own_file) as (b, _):
         thin, thick = a.ask({"thickness": 0.3}), b.ask({"thickness": 0.6})
         own = a.all_of(thin)["picture"]["rows"][0]["hz"], b.all_of(thick)["picture"]["rows"][0]["hz"]
     assert own[1] / own[0] == pytest.approx(2**1.5, rel=0.03)

@@ -76,8 +76,8 @@ def test_the_first_screen_has_the_numbers_and_the_moving_mechanism(opened, repor
 def test_a_row_shows_its_motion(opened, report):
     opened.page.goto(report.as_uri())
     opened.page.get_by_role("button", name="show mode-4 in 3-D").click()
-    hz = fx.modes(mechanism()).modes[3].frequency_text
-    opened.page.locator("#scene figure").get_by_text(f"mode 4: {hz} Hz").first.wait_for()
+    frequency = fx.modes(mechanism()).modes[3].frequency_text
+    opened.page.locator("#scene figure").get_by_text(f"mode 4: {frequency}").first.wait_for()
 
 
 def test_charts_read_out_what_frequency_response_finds(opened, report):

@@ -255,7 +255,14 @@ def test_the_part_stands_in_a_mechanism(tmp_path):
     beam = fx.Mechanism(
         nodes={"a": (0, 0, 0), "b": (2 * SIZE[0], 0, 0)},
         links={
-            "bar": fx.describe.Link(nodes=("a", "b"), material="Al-7075-T6", reference="z", section=section, elements=8)
+            "bar": fx.describe.Link(
+                nodes=("a", "b"),
+                material="Al-7075-T6",
+                reference="z",
+                section=section,
+                elements=8,
+                root=("rigid", "rigid"),
+            )
         },
         ground={"a": "clamped"},
     )
@@ -275,11 +282,16 @@ def load_make():
 
 
 def as_members(**changes):
-    """The guide of the example with leaves of our own."""
+    """The guide of the example with leaves of our own between rigid faces, as its are."""
     guide = fx.load(EXAMPLE / "guide.yaml")
     profile = fx.describe.Leaf(width=20e-3, thickness=0.5e-3)
     leaf = fx.describe.Flexure(
-        nodes=("foot", "head"), material="spring-steel", reference="x", profile=profile, **changes
+        nodes=("foot", "head"),
+        material="spring-steel",
+        reference="x",
+        profile=profile,
+        root=("rigid", "rigid"),
+        **changes,
     )
     own = guide.substructures["leaf"].model_copy(update={"superelements": {}, "flexures": {"blade": leaf}})
     return fx.with_solid_parts(guide.model_copy(update={"substructures": {"leaf": own}}))

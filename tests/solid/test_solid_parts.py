@@ -17,6 +17,7 @@ import flexura as fx
 from flexura.beam import member_frame, rectangle, rigid_arm
 from flexura.cli import main
 from flexura.errors import ModelError, OptionError
+from flexura.mechanism import with_rigid_roots
 from flexura.solid.fem import reduced
 from flexura.solid.fem.cache import cache_folder
 from flexura.solid.fem.condensation import constraint_modes
@@ -363,14 +364,17 @@ def test_a_mirrored_pair_is_symmetric():
 
 
 def stepped(fidelity="solid", **more):
-    """Describe a cantilever of a thin and a thick leaf, which meet at `b`."""
+    """Describe a cantilever of a thin and a thick leaf, which meet at `b`; its face at `a` is rigid."""
     shared = {"material": "Al-7075-T6", "reference": "z"}
     return fx.Mechanism(
         fidelity=fidelity,
         nodes={"a": (0, 0, 0), "b": (10e-3, 0, 0), "c": (20e-3, 0, 0)},
         flexures={
             "thin": fx.describe.Flexure(
-                nodes=("a", "b"), profile=fx.describe.Leaf(width=8e-3, thickness=1e-3), **shared
+                nodes=("a", "b"),
+                profile=fx.describe.Leaf(width=8e-3, thickness=1e-3),
+                root=("rigid", "elastic"),
+                **shared,
             ),
             "thick": fx.describe.Flexure(
                 nodes=("b", "c"), profile=fx.describe.Leaf(width=8e-3, thickness=2e-3), **shared
@@ -444,7 +448,8 @@ def test_amplifier_halves_are_those_of_the_whole_solid():
 
 
 def test_parts_of_the_rpr_mechanism():
-    mechanism = fx.load("examples/rpr/rpr.yaml")
+    """Faces of parts are rigid, and so are the joints of the corrected beams."""
+    mechanism = with_rigid_roots(fx.load("examples/rpr/rpr.yaml"))
 
     def solid(members, names):
         update = {"fidelity": "solid"}

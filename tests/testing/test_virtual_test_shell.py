@@ -101,7 +101,7 @@ def test_a_record_that_is_too_short_is_told_first_of_every_hammer(tmp_path):
         ("mass: 5 g", "mass: -5 g", "test.accelerometers.ax.mass", "a mass must be non-negative"),
         ("az: {node: stage, direction: z, at: [30 mm, 30 mm, 5 mm], mass: 8 g}", "az: pickup", "test.accelerometers.az",
          "this is the name of none of the sensors"),
-        ("duration: 5 s", "duration: 0.1 s", "test", "of 100 ms at 400 Hz has 40 samples; at least 64 are needed"),
+        ("duration: 5 s", "duration: 0.1 s", "test", "a record of 0.1 s at 400 Hz has 40 samples; at least 64"),
         ("pulse: 12 ms", "pulse: 2 s", "test", "a pulse of 2 s in a record of 5 s: it takes at most a quarter of it"),
         ("pulse: 12 ms", "pulse: 1 ms", "test", "a pulse of 1 ms at 400 Hz has 0.4 samples; at least 4 are needed"),
         ("[bz, cz]", "[bz, bz]", "test", "placement second holds an accelerometer twice"),
