@@ -44,7 +44,10 @@ def certified_modes(subject: Subject) -> Content:
         Table.of(columns, evidence=Evidence(command, lines, essential=True)),
         numbers=range(1, 4),
         motions=[f"mode-{mode.number}" for mode in found.modes],
-        details=[_proof(mode) for mode in found.modes],
+        details=[
+            [*_proof(mode), ("model error", ": ".join(filter(None, (error, causes))))]
+            for mode, error, causes in zip(found.modes, errors.texts, errors.causes, strict=True)
+        ],
     )
     blocks: list[Block] = [
         Paragraph(
