@@ -265,7 +265,7 @@ studies:
     tolerance:
       vary: {t: {normal: 5 um, within: 2}}
       require: f1 >= 20 Hz"""
-    sheet = Sheet("Samplings of sweeps, an optimum at its limit, and the spread of what is asked", fragment, 400)
+    sheet = Sheet("Samplings of sweeps, an optimum at its limit, and the spread of quantities", fragment, 400)
     grid = np.stack(np.meshgrid(np.linspace(0.1, 0.9, 4), np.linspace(0.1, 0.9, 4)), axis=-1).reshape(-1, 2)
     latin = qmc.LatinHypercube(2, rng=np.random.default_rng(3)).random(16)
     sobol = qmc.Sobol(2, rng=np.random.default_rng(1)).random(16)

@@ -10,7 +10,7 @@ import flexura as fx
 from flexura.gallery import entries
 from helpers.doc_snippets import ROOT
 
-MICROMETRES = r" (-?[\d.]+) µm by piezo 150 V"
+MILLIMETRES = r" (-?[\d.]+) mm by piezo 150 V"
 
 
 @pytest.fixture
@@ -27,21 +27,21 @@ def plan(name):
 def test_what_an_amplifier_gives_out_is_its_ratio_times_what_the_stack_elongates(table):
     """Within what finite turns and hinges that stretch take of the published ratio of the arms."""
     lever = plan("lever")
-    found = re.fullmatch("tip.z" + MICROMETRES, table.stroke(lever))
+    found = re.fullmatch("tip.z" + MILLIMETRES, table.stroke(lever))
     assert found is not None
     own = fx.stroke(lever, steps=3, n=1, nodes=("stack_head", "tip")).poses[-1].displacement
     arms = lever.parameter_values()
     ratio = arms["output_arm"] / arms["input_arm"]
-    assert float(found[1]) * 1e-6 == pytest.approx(ratio * own["stack_head"][2], rel=0.02)
+    assert float(found[1]) * 1e-3 == pytest.approx(ratio * own["stack_head"][2], rel=0.02)
     assert table.freedoms(lever) == "1R"
 
 
 def test_two_jaws_tell_how_far_they_part(table):
     gripper = plan("gripper")
-    found = re.fullmatch("opening" + MICROMETRES, table.stroke(gripper))
+    found = re.fullmatch("opening" + MILLIMETRES, table.stroke(gripper))
     assert found is not None
     moved = fx.stroke(gripper, steps=3, n=1, nodes=("side1.tip", "side2.tip")).poses[-1].displacement
-    assert float(found[1]) == pytest.approx(1e6 * (moved["side1.tip"][0] - moved["side2.tip"][0]), rel=5e-3)
+    assert float(found[1]) == pytest.approx(1e3 * (moved["side1.tip"][0] - moved["side2.tip"][0]), rel=5e-3)
 
 
 def test_without_a_described_motion_the_stroke_is_what_actuators_reach(table):
