@@ -45,7 +45,7 @@ class SubstructureSummary:
 
 
 MODES = 6
-"""Lowest modes that what is taken for granted must move to be a doubt."""
+"""Lowest modes beyond rigid motions, one of which what is taken for granted must move to be a doubt."""
 
 MOST_NAMED = 4
 """Of each kind, in a notebook."""
@@ -177,7 +177,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
     stage("proving what moves freely")
     free, dead = free_motions(full), plan.loads
     stage("working out how far the part may be")
-    worth, minor = _assumed(full)
+    worth, minor = _assumed(full, free.rigid_body_modes or 0)
     stage("looking at shapes and sizes")
     bars, solid_bodies = solids_of(full)
     found, unseen = clashes(full, bars, solid_bodies)
@@ -220,12 +220,13 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
     )
 
 
-def _assumed(full: FullOrderModel) -> tuple[list[Doubt], list[Doubt]]:
-    """What is taken for granted, by whether it moves one of the six lowest frequencies by 1 % or not."""
+def _assumed(full: FullOrderModel, rigid: int) -> tuple[list[Doubt], list[Doubt]]:
+    """What is taken for granted, by whether it moves one of the six lowest frequencies beyond those of `rigid` motions
+    by 1 % or not."""
     if not full.order:
         return [], []
     try:
-        errors, hz = model_errors_of_modes(full, min(MODES, full.order))
+        errors, hz = model_errors_of_modes(full, min(rigid + MODES, full.order))
     except SolverError as error:
         return [Doubt("proof", "mechanism", f"how far the part may be from the model is not known: {error}")], []
     return assumed(errors, hz)

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexura.analysis.assumptions import Assumption, Assumptions, Interval
 from flexura.analysis.internal_forces import force_changes
 from flexura.linalg import count_below
+from flexura.modal import assignment
 from flexura.reduction import chained, lowest_pairs
 from flexura.structure import FullOrderModel
 
@@ -192,7 +192,7 @@ def frequency_errors(
     def periods(flexibility: Array) -> Array:
         """1/omega^2 (n,) with a flexibility, in the order of shapes without it."""
         values, shapes = np.linalg.eigh(base + scale * flexibility)
-        mode, number = linear_sum_assignment(-(shapes**2))
+        mode, number = assignment(-(shapes**2))
         order = np.empty(len(squared), dtype=np.intp)
         order[mode] = number
         return values[order][:n]
