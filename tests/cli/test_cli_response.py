@@ -171,7 +171,7 @@ def test_a_discrete_state_space_is_written(beam, flexura, tmp_path):
         (("kinetostatics", "--platform", "root"), "held"),
         (("frequency-response", "--band", "1,100 Hz", "--out", "h.uff"), "must be named .csv"),
         (("frequency-response", "--band", "1 Hz,2 s"), "no frequency"),
-        (("export", "--out", "x.xyz"), "no format"),
+        (("export", "--out", "x.xyz"), "no known format"),
         (("export", "--out", "x.uff", "--what", "response"), "--band"),
     ],
 )

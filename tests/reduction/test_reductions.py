@@ -169,7 +169,10 @@ def test_interface_reduction_converges_from_above():
         (fx.interface_reduction, "how many"),
         (lambda low: fx.interface_reduction(fx.condense(low, 6), n=3), "before other steps"),
         (lambda low: low.compliance(["upr1.b.top"]), "static_at"),
-        (lambda low: fx.condense(low, [f"platform.{dof}" for dof in ("tx", "ty", "tz", "rx", "ry")]), "do not tell"),
+        (
+            lambda low: fx.condense(low, [f"platform.{dof}" for dof in ("tx", "ty", "tz", "rx", "ry")]),
+            "do not distinguish the lowest modes",
+        ),
     ],
 )
 def test_impossible_steps_are_refused(step, words):

@@ -38,7 +38,9 @@ COMMANDS = {
         "Natural frequencies and mode shapes, low-order and full-order side by side, with evidence.",
     ),
     "check": _Command(
-        "description", "check_command", "Summary of the model in a mechanism file, and every warning about it."
+        "description",
+        "check_command",
+        "Summary of a mechanism file, and warnings: what may not be meant, and what moves a frequency by 1 % or more.",
     ),
     "buckling": _Command(
         "modes",
