@@ -90,7 +90,8 @@ def test_set_replaces_a_parameter(run, tmp_path: Path) -> None:
         ]
         for t in ("0.5 mm", "1 mm")
     )
-    # between rigid roots stiffness goes with the cube of the thickness; 13/35 of each leaf's mass moves with the 37.8 g of the carriage
+    # between rigid roots stiffness goes with the cube of the thickness;
+    # 13/35 of each leaf's mass moves with the 37.8 g of the carriage
     carriage, leaf = 37.8, 7850 * 20e-3 * 60e-3 * 0.5e-3 * 1e3
     heavier = (carriage + 4 * leaf * 13 / 35) / (carriage + 2 * leaf * 13 / 35)
     assert thick / thin == pytest.approx((8 / heavier) ** 0.5, rel=1e-3)

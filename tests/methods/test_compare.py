@@ -11,6 +11,7 @@ import pytest
 import flexura as fx
 from flexura.deadline import checkpoint
 from flexura.linalg import lowest
+from flexura.mechanism import with_rigid_roots
 from flexura.methods import Comparison, Solution, compare
 from flexura.methods.finite_elements import finite_elements
 from flexura.methods.pairing import pair
@@ -280,8 +281,8 @@ class TestMechanisms:
         assert found["lumped parameter"].counterpart == (1,)
 
     def test_modes_that_change_places(self) -> None:
-        """Modes 6 and 7 of the amplifier, within half a percent of each other, change places in the reduction."""
-        row = rows(compare(load("amplifier"), methods=["constraint_modes"]))["constraint modes alone"]
+        """Modes 6 and 7 of the amplifier between rigid roots, within half a percent of each other, change places."""
+        row = rows(compare(with_rigid_roots(load("amplifier")), methods=["constraint_modes"]))["constraint modes alone"]
         assert row.counterpart == (1, 2, 3, 4, 5, 7, 6)
         assert row.missed == ()
 
