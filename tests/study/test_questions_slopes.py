@@ -341,7 +341,7 @@ def test_slopes_of_couplings_are_those_of_kinetostatics(pose):
             return np.array([moved, moved / abs(own.elongation[0, 0])])
 
         np.testing.assert_allclose(found.value, read(values[name]), rtol=1e-9)
-        wanted = eighth_order(read, values[name], 0.01 * values[name])
+        wanted = eighth_order(read, values[name], 2e-3 * values[name])
         atol = 1e-7 * abs(found.value / values[name])
         assert (abs(found.slope[:, p] - wanted) < 1e-6 * abs(wanted) + atol).all()
 

@@ -360,7 +360,7 @@ def test_the_shell_tells_the_nearest_design_where_there_is_no_model_to_write(tmp
     done = flexura("optimize", GUIDE, *limit, "--out", out)
     refused(done, "no design meets the limits")
     assert not out.exists()
-    assert "nearest" in done.stdout and "200 µm" in done.stdout
+    assert "nearest" in done.stdout and "0.2 mm (at its lower bound)" in done.stdout
 
 
 def test_the_largest_of_several_is_a_limit_of_each_of_them():
