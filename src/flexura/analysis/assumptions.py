@@ -235,6 +235,8 @@ def _roots(full: FullOrderModel) -> Iterator[_Root]:
         for k, (element, end, flexibility) in enumerate(zip(*found, strict=True)):
             name, key, start = where[roots.members[k]]
             own, drawn = np.flatnonzero(copies == k), bool(roots.is_known[k])
+            if not len(own):  # off its block in this design: there is no root
+                continue
             odd = max(words[i] for i in own)
             group, text = "root", "joint with a block"
             shares = [ROOT_DRAWN, ROOT_TWIST, ROOT_DRAWN, ROOT_DRAWN] if drawn else [ROOT_NOT_DRAWN] * 4

@@ -311,7 +311,7 @@ class Roots:
         place = (own @ (where[..., None, :] - centre[..., host, :])[..., None])[..., 0]
         into = (1.0 - 2.0 * ends)[:, None]  # x leads from the block into the member where it is 1
         place = place - (t[..., None] * into)[..., None] * towards[..., 0]
-        on, back = _exit(place, towards, half[..., host, :], is_round[host])
+        on, back = _exit(place, towards, half[..., host, :], is_round[host], t[..., None])
         behind = np.where(into > 0, back[0], on[0])
         sides = (on[2], back[2], on[1], back[1], behind)
         every = np.where(host >= 0, np.stack(sides), -np.inf)
@@ -391,10 +391,11 @@ class Roots:
         return self._row[has], found[has]
 
 
-def _exit(place: Array, towards: Array, half: Array, is_round: Bools) -> tuple[Array, Array]:
+def _exit(place: Array, towards: Array, half: Array, is_round: Bools, t: Array) -> tuple[Array, Array]:
     """How far it is (3, ...), m, from points at (..., 3) in the axes of boxes, or of cylinders about their first axis,
     of half sizes (..., 3) to where ways along the columns of `towards` (..., 3, 3) leave them, and ways against these;
-    below zero from outside."""
+    below zero from outside. Ways along a face, beside it, end the sooner the farther off they are, at once from half of
+    the member's thickness t (...) on, so that roots fade as members slide off their blocks."""
     found: list[Array] = [np.array(np.inf)] * 2
     any_round = bool(is_round.any())
     ways = [np.stack([towards[..., axis, column] for column in range(3)]) for axis in range(3)]
@@ -403,7 +404,8 @@ def _exit(place: Array, towards: Array, half: Array, is_round: Bools) -> tuple[A
         at, room = place[..., axis], half[..., axis]
         size, sense = np.abs(plain(slope)), np.sign(plain(slope))
         off = np.where(plain(at) > 0, at, -at) - room
-        beyond = np.where(plain(off) > 0, -off, np.inf)  # along a face, beside it
+        is_off = plain(off) > 0
+        beyond = np.where(is_off, t * (t - 2 * off) / np.where(is_off, off, 1.0), np.inf)
         ahead, steep = sense * at, size > ALONG
         size = np.where(steep, sense * slope, 1.0)
         for way, distance in enumerate((room - ahead, room + ahead)):
