@@ -23,7 +23,7 @@ nodes:
   foot: [0, 0, 0]
   tip: [side * 100 mm, 0, 0]
 links:
-  rod: {nodes: [foot, tip], material: steel, elements: 8, section: {shape: circle, diameter: t}}
+  rod: {nodes: [foot, tip], material: steel, elements: 8, root: rigid, section: {shape: circle, diameter: t}}
 ground: {foot: clamped}
 """
 
