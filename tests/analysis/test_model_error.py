@@ -15,10 +15,14 @@ CLAMPED = fx.describe.Support(fixed=fx.describe.DOF_NAMES)
 FREE_BEAM = 4.730041  # first root of cos x cosh x = 1 (Blevins, Formulas for Natural Frequency and Mode Shape, 1979)
 
 
+def first_hz(solid: ElasticSolid) -> float:
+    return float(np.sqrt(solid.modes[0][0]) / (2 * np.pi))
+
+
 def test_a_slender_box_has_the_frequency_of_a_free_beam() -> None:
     L, h = 0.1, 0.002
     beam = FREE_BEAM**2 / (2 * np.pi * L**2) * np.sqrt(E * h**2 / 12 / RHO)
-    assert ElasticSolid((L, 0.003, h), E, NU, RHO).first_hz == pytest.approx(beam, rel=5e-3)
+    assert first_hz(ElasticSolid((L, 0.003, h), E, NU, RHO)) == pytest.approx(beam, rel=5e-3)
 
 
 def test_a_square_plate_has_the_frequencies_of_leissa() -> None:
@@ -34,7 +38,7 @@ def test_a_square_plate_has_the_frequencies_of_leissa() -> None:
 def test_a_slender_cylinder_has_the_frequency_of_a_free_rod() -> None:
     L, d = 0.1, 0.004
     rod = FREE_BEAM**2 / (2 * np.pi * L**2) * np.sqrt(E * d**2 / 16 / RHO)
-    assert ElasticSolid((d, d, L), E, NU, RHO, True).first_hz == pytest.approx(rod, rel=5e-3)
+    assert first_hz(ElasticSolid((d, d, L), E, NU, RHO, True)) == pytest.approx(rod, rel=5e-3)
 
 
 def test_a_box_yields_to_bending_as_a_beam_does() -> None:
@@ -81,7 +85,7 @@ def test_a_box_that_is_held_yields_as_a_cantilever() -> None:
     found = np.diag(solid.flexibility(end, wrench))
     np.testing.assert_allclose(found, [L / (E * b**2), 12 * L / (E * b**4)], rtol=0.02)
     first = 3.5160 / (2 * np.pi * L**2) * np.sqrt(E * b**2 / 12 / RHO)  # Blevins 1979
-    assert solid.first_hz == pytest.approx(first, rel=0.02)
+    assert first_hz(solid) == pytest.approx(first, rel=0.02)
 
 
 def on_block(size: tuple[float, ...], mass: float | None = None, material: str = "own") -> fx.Mechanism:

@@ -14,8 +14,8 @@ import pytest
 from flexura import verify
 from flexura.errors import ModelError, OptionError
 from flexura.mechanism import Mechanism
-from flexura.solid.verification import whole_modes
-from flexura.solid.whole import elements
+from flexura.solid.whole import ORDER, WholeModes, WholePart, elements
+from flexura.structure import assemble
 from helpers.shell import flexura
 
 ng = pytest.importorskip("ngsolve")
@@ -49,6 +49,10 @@ def joint(y: float, **changes) -> Mechanism:
             **changes,
         }
     )
+
+
+def whole_modes(model: Mechanism, n: int = 6, order: int = ORDER, size: float = 1.0) -> WholeModes:
+    return WholePart(assemble(model), order, size, lambda _: None).modes(n, order)
 
 
 @pytest.mark.parametrize(

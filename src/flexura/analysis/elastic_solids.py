@@ -119,11 +119,6 @@ class ElasticSolid:
             raise SolverError(f"a solid of {sides} mm is too slender for an estimate of how it gives")
         return squared[rigid:], shapes[:, rigid:].reshape(3, n, -1)
 
-    @property
-    def first_hz(self) -> float:
-        """Its lowest elastic natural frequency, Hz."""
-        return float(np.sqrt(self.modes[0][0]) / (2 * np.pi))
-
     def flexibility(self, patches: Sequence[Patch], wrenches: Array) -> Array:
         """Products of deflection and load (k, k), J, for k loads at once: wrenches (p, 6, k), N and N m, on patches.
 

@@ -7,4 +7,3 @@ from flexura.solid.verification.verify import verify as verify
 from flexura.solid.verification.whole import WholeMode as WholeMode
 from flexura.solid.verification.whole import WholeVerification as WholeVerification
 from flexura.solid.whole import WholeModes as WholeModes
-from flexura.solid.whole import whole_modes as whole_modes

@@ -108,7 +108,7 @@ class WholeVerification(Tabular):
 def whole(
     model: Mechanism, parameters: Mapping[str, ArrayLike] | None, n: int, size: float, say: Say
 ) -> WholeVerification:
-    """The `n` lowest modes of the part as one solid beside the described model. Raises as `whole_modes`."""
+    """The `n` lowest modes of the part as one solid beside the described model. Raises as `WholePart`."""
     began, single = time.perf_counter(), one_design(parameters)
     beams = as_beams(model)
     described, rigid = assemble(beams, single), assemble(with_rigid_roots(beams), single)

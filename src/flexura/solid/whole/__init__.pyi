@@ -1,4 +1,3 @@
 from flexura.solid.whole.modes import ORDER as ORDER
 from flexura.solid.whole.modes import WholeModes as WholeModes
 from flexura.solid.whole.modes import WholePart as WholePart
-from flexura.solid.whole.modes import whole_modes as whole_modes

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from flexura.arguments import verb
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import SingularError, factorise_large
-from flexura.mechanism import Mechanism
-from flexura.solid.fem import as_beams
 from flexura.solid.whole.elements import Elements, meshed
 from flexura.solid.whole.lumped import Lumped
 from flexura.solid.whole.pieces import Block, beyond, is_ground, pieces_of, thickness
 from flexura.solid.whole.shapes import part_of
-from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]
@@ -58,31 +55,12 @@ class WholeModes:
     notes: tuple[str, ...] = ()
 
 
-@verb
-def whole_modes(
-    model: Mechanism | Plan | FullOrderModel,
-    parameters: Mapping[str, ArrayLike] | None = None,
-    n: int = 6,
-    order: int = ORDER,
-    size: float = 1.0,
-    announce: Say | None = None,
-) -> WholeModes:
-    """The `n` lowest modes of the part itself as one solid of curved tetrahedra, nothing rigid but what is held.
-
-    Members and bodies are one piece where they touch; point masses, springs and piezo stacks act on mean motions of
-    patches. `size` of the tetrahedra is relative to the thickness of what they are in. Raises ModelError for what
-    cannot be drawn, OptionError for what does not fit into memory, and SolverError.
-    """
-    began = time.perf_counter()
-    if isinstance(model, Mechanism):
-        model = as_beams(model)
-    part = WholePart(assemble(model, parameters), order, size, announce or (lambda _: None))
-    return part.modes(n, order, began=began)
-
-
 class WholePart:
     """The part of a mechanism, drawn and meshed once, whose modes are found for some orders and stiffnesses.
 
+    Members and bodies are one piece where they touch, and nothing is rigid but what is held; point masses, springs and
+    piezo stacks act on mean motions of patches. `size` of the tetrahedra is relative to the thickness of what they are
+    in. Raises ModelError for what cannot be drawn, OptionError for what does not fit into memory, and SolverError.
     `order` is the largest that will be asked for: memory for it is looked at before anything is solved.
     """
 
@@ -108,11 +86,9 @@ class WholePart:
         """Numbers of the blocks that move."""
         return frozenset(range(len(self.part.pieces.blocks))) - self.held
 
-    def modes(
-        self, n: int, order: int, stiffer: Collection[int] = (), *, factor: float = 1.0, began: float | None = None
-    ) -> WholeModes:
+    def modes(self, n: int, order: int, stiffer: Collection[int] = (), *, factor: float = 1.0) -> WholeModes:
         """The `n` lowest modes with elements of some order, some pieces `factor` times as stiff."""
-        began = time.perf_counter() if began is None else began
+        began = time.perf_counter()
         elements = Elements(self.part, self.mesh, order, self._say, dict.fromkeys(stiffer, factor))
         lumped = Lumped(self.model, self.part, elements)
         self._say("factorising")
