@@ -13,6 +13,13 @@ BODY, FLEXURE = "#4f8fd0", "#e0701c"
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 """Faces of a box whose normals point outward."""
+SCALES = {
+    "": [["", 1.0, 0.0]],
+    "m": [["m", 1.0, 1.0], ["mm", 1e-3, 0.0]],
+    "J": [["J", 1.0, 1.0], ["mJ", 1e-3, 0.0]],
+    "Pa": [["MPa", 1e6, 1e6], ["Pa", 1.0, 0.0]],
+}
+"""Units, the largest first: the name of each, its size, and from which value on."""
 
 
 def buffer(values: Any, dtype: str, scale: float | None = None) -> dict[str, Any]:
@@ -25,6 +32,11 @@ def buffer(values: Any, dtype: str, scale: float | None = None) -> dict[str, Any
 
 def box(low: list[float], high: list[float]) -> np.ndarray:
     return np.array(low) + CORNERS * (np.array(high) - np.array(low))
+
+
+def quantity(key: str, label: str, unit: str, largest: float | None, values: Any) -> dict[str, Any]:
+    """What colours a motion, with the units that it is written in."""
+    return {"key": key, "label": label, "unit": unit, "largest": largest, "values": values, "scales": SCALES[unit]}
 
 
 def motion(ident: str, displacement: np.ndarray, **more: Any) -> dict[str, Any]:
@@ -40,9 +52,7 @@ def motion(ident: str, displacement: np.ndarray, **more: Any) -> dict[str, Any]:
         "nature": "vibration",
         "factor": 1.0,
         "largest": None,
-        "colours": [
-            {"key": "displacement", "label": "displacement", "unit": "", "largest": None, "values": None},
-        ],
+        "colours": [quantity("displacement", "displacement", "", None, None)],
         "axes": [],
         "arrows": [],
         "facts": [],
@@ -67,10 +77,10 @@ def motions_of(points: np.ndarray) -> list[dict[str, Any]]:
     upward[8:16, 2] = 0.02
     sideways[:8, 1] = 0.02
     shares = buffer(np.array([0] * 8 + [128, 254] * 4 + [255] * 3), "u8", 1 / 254)
-    moved = {"key": "displacement", "label": "displacement", "unit": "", "largest": None, "values": None}
-    energy = {"key": "energy", "label": "strain energy", "unit": "J", "largest": 0.002, "values": shares}
-    stress = {"key": "stress", "label": "stress", "unit": "Pa", "largest": 2e8, "values": shares}
-    in_metres = moved | {"unit": "m", "largest": 0.002}
+    moved = quantity("displacement", "displacement", "", None, None)
+    energy = quantity("energy", "strain energy", "J", 0.002, shares)
+    stress = quantity("stress", "stress", "Pa", 2e8, shares)
+    in_metres = quantity("displacement", "displacement", "m", 0.002, None)
     screw = {"at": [0, 0, 0], "direction": [0, 1, 0], "pitch": 0.001, "label": "screw, pitch 1 mm"}
     arrow = {"at": [0.05, 0, 0.02], "direction": [0, 0, 1], "label": "1 N"}
     facts = [["frequency", "22.44 Hz"]]

@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
-from flexura.pages.report.scale import ticks
+from flexura.pages.report.scale import ends, ticks
 from flexura.pages.report.summary import grouped
 from helpers.shell import flexura
 
@@ -416,3 +416,9 @@ def test_strict_writes_nothing_where_there_are_warnings(tmp_path):
 )
 def test_numbers_of_axes_are_plain_where_they_are_not_far_from_one(axis, texts):
     assert " ".join(text for _, text in ticks(*axis)) == texts
+
+
+@pytest.mark.parametrize("log", [False, True])
+@pytest.mark.parametrize("values", [[5e-324], [0.0, 5e-324], [-5e-324, 5e-324]])
+def test_axes_of_numbers_that_round_off_left_are_those_of_zero(values, log):
+    assert ends(np.array(values), log, "N") == ends(np.zeros(1), log, "N")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.beam import skew
 from flexura.duals import plain
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import factorise
+from flexura.linalg import factorise, is_definite
 from flexura.motion.elements import Frames
 from flexura.motion.loads import NO_LOADS, Loads
 from flexura.motion.model import Forces, MovingModel
@@ -195,12 +195,17 @@ class Equations:
 
     def at_rest(self) -> Equilibrium:
         """The state without loads and with nothing moved. Raises SolverError where it is free to move."""
-        try:
-            return self.solve(self.model.rest, NO_LOADS, np.zeros(len(self.drives)))
-        except SolverError:
+        nowhere = np.zeros(len(self.drives))
+        tangent, _ = self.tangent(self.model.rest, NO_LOADS, nowhere)
+        K, rows = tangent.K, sp.csr_matrix(tangent.rows)
+        diagonal = K.diagonal()
+        softness = np.reciprocal(np.where(diagonal > 0, diagonal, diagonal.max(initial=1.0)))
+        springs = sp.diags(np.reciprocal(rows.power(2) @ softness))  # they hold what is driven
+        if not is_definite((K + rows.T @ springs @ rows).tocsc()):
             raise SolverError(
                 "the undeformed mechanism is free to move: hold or move all of it; flexura check lists what is free"
-            ) from None
+            )
+        return self.solve(self.model.rest, NO_LOADS, nowhere)
 
     def solver(self, tangent: Tangent) -> Callable[[Array, Array], tuple[Array, Array]]:
         """What gives steps (n,) or (n, k) towards equilibrium, and the forces (d,) of the drives after them, from the

@@ -14,6 +14,8 @@ ANGLES = (1, 2, 5, 10, 15, 30, 45, 90, 180, 360)
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 PLAIN = (1e-3, 1e4)
 """Between these numbers of logarithmic axes are plain; the script of pages has the same."""
+TINY = 1e-300
+"""Smaller numbers, such as round-off of a force that is zero, are drawn as zero: parts of their range underflow."""
 LONG = 1e6
 """Up to here those of even axes are."""
 
@@ -41,6 +43,7 @@ class Scale:
 
 def ends(values: Array, log: bool, unit: str) -> tuple[float, float]:
     """Ends on round numbers that hold all finite values, on a logarithmic axis the positive ones."""
+    values = np.where(np.abs(values) < TINY, 0.0, values)
     shown = values[np.isfinite(values) & ((values > 0) | (not log))]
     if not len(shown):
         return (0.1, 10.0) if log else (-1.0, 1.0)
