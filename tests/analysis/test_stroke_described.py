@@ -57,7 +57,7 @@ def test_it_is_written_and_read_again(tmp_path):
     (tmp_path / "leaf.yaml").write_text(MOTION, encoding="utf-8")
     (tmp_path / "more.yaml").write_text("flexura: 1\nextends: leaf.yaml\nmotion: {steps: 3}\n", encoding="utf-8")
     assert len(fx.stroke(fx.load(tmp_path / "more.yaml")).poses) == 3
-    assert "b.z mm" in flexura("stroke", tmp_path / "leaf.yaml").stdout
+    assert "b.z [mm]" in flexura("stroke", tmp_path / "leaf.yaml").stdout
 
 
 @pytest.mark.parametrize(
