@@ -89,6 +89,7 @@ from flexura.sensitivity import response_sensitivities as response_sensitivities
 from flexura.sizes import size_limits as size_limits
 from flexura.solid.fem import with_solid_parts as with_solid_parts
 from flexura.solid.verification import Verification as Verification
+from flexura.solid.verification import WholeVerification as WholeVerification
 from flexura.solid.verification import verify as verify
 from flexura.structure import FullOrderModel as FullOrderModel
 from flexura.structure import Plan as Plan

@@ -40,6 +40,7 @@ EXAMPLES = GUIDE.parents[1]
 DIMENSIONLESS = {
     *("relative error", "relative", "mac", "space mac", "likeness", "damping ratio", "loss factor", "confidence"),
     *("identified damping ratio", "frequency spread", "damping spread", "modal phase collinearity", "independence"),
+    *("uncertainty", "difference", "beams", "roots", "bodies", "ground"),
     *("factor to yield", "position", "variance reduction", "relative standard deviation"),
     *("stress margin", "stress position", "buckling factor", "model error, lower", "model error, upper"),
 }

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 import flexura as fx
 from flexura.results import Result
+from flexura.solid.verification import WholeMode
 from helpers.tested_stage import STAGE, TEST
 
 NAME = "<script>alert('&')</script>"
@@ -184,6 +185,11 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "TimeResponse": time_response,
     "Tolerance": lambda: fx.tolerance(guide(), vary={"thickness": "± 1 %"}, ask="f1, mass", samples=24, workers=1),
     "Verification": lambda: fx.verify(guide(), n=1, size=2.0),
+    "WholeVerification": lambda: fx.WholeVerification(
+        *("a guide", {"thickness": 5e-4}),
+        (WholeMode(54.1, 2e-3, 54.35, 0.999, 4.6e-3, 1e-3, -2e-3, -1e-3, None), WholeMode(803.0, 4e-3)),
+        *(3, 1.0, 4000, 90000, 0.05, 20.0, ("ground: held on a face",)),
+    ),
     "VirtualTest": virtual_test,
 }
 """How to make one of each public class of results, by its name."""

@@ -98,7 +98,11 @@ class WholeVerification(Tabular):
         """A row for each mode."""
         names = tuple(WholeMode.__dataclass_fields__)
         rows = {name: [getattr(mode, name) for mode in self.modes] for name in names}
-        return {"mode": list(range(1, len(self.modes) + 1)), **rows}
+        headings = {"frequency_hz": "frequency [Hz]", "described_hz": "described [Hz]"}
+        return {
+            "mode": list(range(1, len(self.modes) + 1)),
+            **{headings.get(name, name): own for name, own in rows.items()},
+        }
 
     def __repr__(self) -> str:
         worst = max((m.difference for m in self.modes if m.difference is not None), key=abs, default=None)
