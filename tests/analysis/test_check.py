@@ -72,14 +72,16 @@ def test_a_soft_spring_to_the_ground_is_no_rigid_motion() -> None:
     lower, upper = report.lowest_hz
     assert lower <= upper < lower * (1 + 1e-3)
     assert lower == pytest.approx(0.03, rel=1e-4)  # mass and spring alone
-    assert [d.kind for d in report.doubts] == ["mechanism"] * 5
-    assert all(d.text.startswith("free to move") for d in report.doubts)
+    free = [d for d in report.doubts if d.kind == "mechanism"]
+    assert {d.kind for d in report.doubts} <= {"mechanism", "root"}
+    assert sum(len(d.places) for d in free) == 5
+    assert all(d.text.startswith("free to move") for d in free)
 
 
 def test_what_nothing_holds_is_said_once() -> None:
     report = fx.check(guide(ground={}))
     assert report.rigid_body_modes == 6
-    assert [d.kind for d in report.doubts] == ["ungrounded"]
+    assert [d.kind for d in report.doubts if d.kind != "beam"] == ["ungrounded"]
 
 
 @pytest.mark.parametrize("tx", [1e-9, 1e-15, 1e-21, 1e-28])
@@ -103,8 +105,9 @@ def test_free_motions_within_a_mechanism_are_doubts() -> None:
     springs = {"s": fx.describe.Spring(nodes=("rider", "table"), stiffness=fx.describe.DiagonalStiffness(ty=1e3))}
     report = fx.check(guide(bodies={**guide().bodies, "rider": rider}, springs=springs))
     free = [d for d in report.doubts if d.kind == "mechanism"]
-    assert len(free) == 5
-    assert all(d.place.startswith("rider.") and "free to move" in d.text for d in free)
+    assert len({place for d in free for place in d.places}) == sum(len(d.places) for d in free) == 5
+    assert all(place.startswith("rider.") for d in free for place in d.places)
+    assert all("free to move" in d.text for d in free)
 
 
 def test_leaves_of_many_elements_are_proven() -> None:
