@@ -119,4 +119,4 @@ def test_commands_are_told_as_far_as_strokes_go():
     for found in (linear, fx.kinetostatics(amplifier, platform="output")):
         (own,) = (w for w in found.warnings if w.kind == "stiffness")
         assert own.value == pytest.approx(large / abs(linear.displacement("output")[2]), rel=2e-3)
-        assert f"output, which differs most, moves 1.03 times as far, {1e6 * large:.4g} um in" in str(own)
+        assert f"output, which differs most, moves 1.03 times as far, {1e3 * large:.4g} mm in" in str(own)

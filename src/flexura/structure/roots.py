@@ -242,13 +242,17 @@ class Roots:
         return b[..., self.members, self.ends], t[..., self.members, self.ends], b, t
 
     def _modulus(self, values: Array, copies: Index | slice, own: Array) -> Array:
-        """Young's modulus (..., k) of the blocks that copies end in, Pa; `own` (..., k) where it is unknown."""
+        """Young's modulus (..., k) of the blocks that copies end in, Pa, the mean of all members that are one block;
+        `own` (..., k) where it is unknown."""
         members = np.array([member for _, _, member, _ in self._ends], dtype=np.intp)
         every = [own_body.modulus(values)[..., None] for _, _, own_body in self._bodies]
         E = joined_along([*every, self._table.moduli(values)[0][..., members]], -1)
-        for column in self._host.T[:, copies]:
-            own = np.where(column >= 0, E[..., column], own)
-        return own
+        hosts = self._host.T[:, copies]
+        if not len(hosts):
+            return own
+        total = sum(np.where(column >= 0, E[..., column], 0.0) for column in hosts)
+        count = (hosts >= 0).sum(axis=0)
+        return np.where(count > 0, total / np.maximum(count, 1), own)
 
     def _boxes(
         self, values: Array, geometry: Geometry, placed: tuple[Array, Array, Array], b: Array, t: Array
