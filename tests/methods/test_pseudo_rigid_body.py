@@ -148,12 +148,12 @@ def test_ungrounded_it_moves_and_weighs_as_a_whole(name):
 
 
 def test_it_is_the_limit_of_rigid_links_and_light_flexures():
-    """The amplifier has offsets, mirror images, a loop and a spring; arms of a metal 10^4 times as stiff."""
+    """The amplifier has offsets, mirror images, a loop, a spring; arms of a metal 10^4 times as stiff, rigid roots."""
     amplifier = load("amplifier")
     metal = amplifier.material("aluminium")
     quarter = amplifier.substructures["quarter"]
-    light = {k: v.model_copy(update={"material": "light"}) for k, v in quarter.flexures.items()}
-    stiff = {k: v.model_copy(update={"material": "stiff"}) for k, v in quarter.links.items()}
+    light = {k: v.model_copy(update={"material": "light", "root": "rigid"}) for k, v in quarter.flexures.items()}
+    stiff = {k: v.model_copy(update={"material": "stiff", "root": "rigid"}) for k, v in quarter.links.items()}
     limit = amplifier.model_copy(
         update={
             "materials": {
