@@ -65,8 +65,8 @@ def test_compliances_are_not_there_unless_asked_for():
     ],
 )
 def test_frequencies_of_poses_are_proven(file, move):
-    """The last one pushes the leaves far beyond buckling."""
-    found = fx.stroke(fx.load(EXAMPLES / file), move=move, steps=3, n=5)
+    """The last pushes the leaves far beyond buckling; its fifth and sixth are a pair, which six modes keep whole."""
+    found = fx.stroke(fx.load(EXAMPLES / file), move=move, steps=3, n=6)
     for pose in found.poses:
         assert pose.proven
         interval, hertz = np.array(pose.frequency_interval_hz), np.array(pose.frequency_hz)
