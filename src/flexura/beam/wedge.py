@@ -51,10 +51,8 @@ def notch_flexibility(
 
 def _with_kinks(slices: FloatArray, kink: FloatArray, weight: FloatArray, beam: FloatArray) -> FloatArray:
     """Slices (..., k) with the fans at k + 1 sections, where the functions `kink` (..., k) jump, times `weight`."""
-    jump = np.zeros_like(weight)
-    jump[..., :-1] = kink
-    jump[..., 1:] -= kink
-    jump *= weight
+    none = 0.0 * kink[..., :1]
+    jump = (np.concatenate([kink, none], axis=-1) - np.concatenate([none, kink], axis=-1)) * weight
     total = (slices - beam).sum(axis=-1, keepdims=True) + jump.sum(axis=-1, keepdims=True)
     slices = slices - beam
     slices[..., :-1] += jump[..., 1:-1] / 2
