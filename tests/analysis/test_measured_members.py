@@ -66,6 +66,9 @@ def test_rows_are_met_at_their_own_ratios(measuring: ModuleType) -> None:
         ratios = tuple(float(row[name]) for name in RATIOS_OF if row[name])
         form, length = measuring.described(row["kind"], ratios)
         kind, own = ratios_of(form, length)
+        if kind != row["kind"]:  # circular notches that are right-circular have rows of their own
+            assert (kind, row["kind"]) == ("right-circular notch", "circular notch")
+            continue
         np.testing.assert_allclose(own, ratios)
         own_errors, mesh = np.array([float(row[name]) for name in ERRORS]), float(row["mesh"])
         found = errors(form, length, row["beam"], elements=100, integration="tapered")

@@ -29,6 +29,9 @@ MIXED = 0.15
 COVERAGE = 1.3
 """By how much half widths that are added are widened, so that 95 % of frequencies of whole solids lie inside."""
 
+STIFF = -0.5
+"""Relative change of a compliance up to which effects add."""
+
 SOFTEST = 0.1
 """The least that an assumption may leave of a compliance."""
 
@@ -250,8 +253,10 @@ def errors_of(
     spread[NO_GROUP] = np.full(n, LEFT)
     spread = {group: COVERAGE * own for group, own in spread.items()}
     half = np.sqrt(sum(own**2 for own in spread.values()))
-    # all assumptions at their least multiply, and there is no less than that
-    ends = np.sort([value(np.maximum(middle - half, least / (1 + LEFT) - 1)), value(middle + half)], axis=0)
+    low = middle - half
+    # sums end where all assumptions at their least multiply
+    low = np.where(low < STIFF, np.maximum(low, np.minimum(least / (1 + LEFT) - 1, STIFF)), low)
+    ends = np.sort([value(low), value(middle + half)], axis=0)
     without = sum((own.share for own in unknown), np.zeros(n))
     ends[:, without >= UNCOVERED] = np.nan
     most = [max(unknown, key=lambda own: own.share[k], default=None) for k in range(n)]
