@@ -89,7 +89,9 @@ class Roots:
         ]
         copies = self._copies(wanted) if wanted else {}
         rows = [key for key in wanted if copies[key]]
-        self.members, self.ends = np.array(rows, dtype=np.intp).reshape(-1, 2).T
+        ended: Index = np.array(rows, dtype=np.intp).reshape(-1, 2)
+        self.members: Index = ended[:, 0]
+        self.ends: Index = ended[:, 1]
         self.elements: Index = members.first[self.members + self.ends] - self.ends
         self._is_rod: Bools = members.is_round[self.members]
         self.held: Array = np.zeros((len(members.counts), 2))
@@ -201,7 +203,9 @@ class Roots:
         self._weight = np.concatenate([np.empty(0), *weight])
         self._node, self._instance, self._member = (own[copies] for own in (self._node, self._instance, self._member))
         self._host, self._unknown = self._host[copies], self._unknown[copies]
-        self.members, self.ends, self.elements = self.members[rows], self.ends[rows], self.elements[rows]
+        self.members = self.members[rows]
+        self.ends = self.ends[rows]
+        self.elements = self.elements[rows]
         self._is_rod = self._is_rod[rows]
         self._keep_used()
         runs = [self._run(geometry, sizes, k) for k in range(len(copies))]

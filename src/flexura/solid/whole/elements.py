@@ -60,7 +60,9 @@ class Elements:
     def __init__(
         self, part: Part, mesh: Any, order: int, announce: Callable[[str], None], stiffer: Mapping[int, float]
     ) -> None:
-        self._ng, self.part, self.mesh = need("ngsolve", "solid"), part, mesh
+        self._ng = need("ngsolve", "solid")
+        self.part: Part = part
+        self.mesh: Any = mesh
         mesh.Curve(order)
         self._space: Any = self._ng.VectorH1(mesh, order=order, dirichlet="held")
         self._free: Index = np.flatnonzero(np.array(self._space.FreeDofs()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,7 +18,7 @@ from flexura.linalg import SingularError, factorise_large
 from flexura.solid.whole.elements import Elements, meshed
 from flexura.solid.whole.lumped import Lumped
 from flexura.solid.whole.pieces import Block, beyond, is_ground, pieces_of, thickness
-from flexura.solid.whole.shapes import part_of
+from flexura.solid.whole.shapes import Part, part_of
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]
@@ -70,10 +71,12 @@ class WholePart:
         if not SIZES[0] <= size <= SIZES[1]:
             raise OptionError(f"the size of the tetrahedra is from {SIZES[0]:g} to {SIZES[1]:g}, not {size!r}")
         model.plan.refuse_loads("the part as one solid", model.values)
-        self.model, self.size, self._say = model, size, say
+        self.model: FullOrderModel = model
+        self.size: float = size
+        self._say = say
         say("drawing the whole part")
-        self.part = part_of(pieces_of(model))
-        self.mesh = meshed(self.part, order, size, say)
+        self.part: Part = part_of(pieces_of(model))
+        self.mesh: Any = meshed(self.part, order, size, say)
 
     @property
     def held(self) -> frozenset[int]:

@@ -32,7 +32,7 @@ LEAST = 1e-3
 FEWEST = 6
 """Modes that are looked at at least, as `modes` has them."""
 
-NO_EVIDENCE = {
+NO_EVIDENCE: dict[str, tuple[str, ...]] = {
     "a stroke until something yields": ("reach",),
     "a force that holds a pose": ("force",),
     "a buckling factor": ("buckling",),
