@@ -24,7 +24,7 @@ POSES = {
 SMALL = 1e-2
 """Size of readings, beside the largest of their kind, below which errors are told over this size."""
 
-STEPS = (0.01, 0.0075)
+STEPS = (0.01, 0.009, 0.0075)
 """Steps of differences: small beside the twentieth of the thickness of its leaves over which the lowest buckling factor
 of the XY stage veers from its third."""
 

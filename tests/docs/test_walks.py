@@ -74,6 +74,9 @@ MODULUS, POISSON, STEEL, ALUMINIUM = 206e9, 0.2956, 7850.0, 2700.0
 BENDING = np.array([MODULUS, MODULUS / (1 - POISSON**2)])
 """Modulus in bending of a beam, and of a plate that is much wider than thick, Pa."""
 
+ROOT_LENGTH = 16.67 / (12 * np.pi)
+"""Length of leaf, over its thickness, that turns as an elastic root: O'Donnell (1960), J. Appl. Mech. 27, 461."""
+
 
 class Walk:
     """What was read since the front page."""
@@ -141,8 +144,8 @@ def code_of(page: str) -> list[str]:
 
 
 def stiffness() -> np.ndarray:
-    """Stiffness of one parallelogram, N/m, of beams and of plates: two leaves, clamped and guided."""
-    return 24 * BENDING * WIDTH * THICKNESS**3 / 12 / LENGTH**3
+    """Stiffness of one parallelogram, N/m, of beams and of plates: two leaves, guided between elastic roots."""
+    return 24 * BENDING * WIDTH * THICKNESS**3 / 12 / (LENGTH**3 * (1 + 6 * ROOT_LENGTH * THICKNESS / LENGTH))
 
 
 def frequency() -> np.ndarray:

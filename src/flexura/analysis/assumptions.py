@@ -49,6 +49,10 @@ GROUND = (0.0, 1.2)
 GOES_ON = 0.05
 """How much more, relative, a member may give than between rigid faces where it goes on in a like section."""
 
+RIGID_FACE = 2.0
+"""How far what it ends in reaches beyond both its faces, over its thickness, from which that is a rigid face to it; one
+thickness less, it goes on."""
+
 EVERYTHING = 1e30
 """Flexibility, J, of what is not known at all: beside it nothing else counts."""
 
@@ -178,6 +182,9 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
         return
     _, _, nu, G = part.table.moduli(full.values)
     b, t = (own[:, 0].tolist() for own in part.table.end_sizes(full.values, lengths))
+    counts = [len(own.members) for own in full.plan.parts.values()]
+    before = sum(counts[: [*full.plan.parts].index(name)])
+    beyond = full.plan.roots.beyond[before : before + len(part.members)]
     for m, (key, member) in enumerate(part.members.items()):
         own, length = slice(part.first[m], part.first[m + 1]), float(lengths[m])
         errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
@@ -187,8 +194,12 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
             J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
             quicker = _quicker(b[m], t[m], length, float(nu[m]), J) if kind == "leaf" else QUICKER
             uneven = 1 / quicker - 1, 0.0
-        if not part.table.corrections.active[m, ROOT]:
-            pairs = ((min(low, 0.0), max(high, 0.0) + GOES_ON) for low, high in pairs)
+        is_rooted = part.table.corrections.active[m, ROOT]
+        goes_on = float(np.clip(RIGID_FACE - beyond[m].min(), 0.0, 1.0)) if is_rooted else 1.0
+        pairs = (
+            (low + goes_on * (min(low, 0.0) - low), high + goes_on * (max(high, 0.0) + GOES_ON - high))
+            for low, high in pairs
+        )
         shares = [None if errors.reason else pair for pair in pairs]
         yield _Beam(name, own, place_of(name, key), kind, taken_as, shares, uneven, errors.reason)
 

@@ -73,8 +73,8 @@ class Roots:
 
     members: (r,), their place among all members; ends: (r,), 0 or 1; elements: (r,), the elements that hold the roots.
     Copies of a substructure's member that end in different blocks have the mean of their roots. `which`: the ends
-    (m, 2) of the members of every part that are looked at. `held` (m, 2): how far the ends of all members are held
-    flat, from 0 to 1, as their roots take them to be.
+    (m, 2) of the members of every part that are looked at. `beyond` (m, 2): how far the blocks of the ends of all
+    members reach beyond both faces together, over the thickness.
     """
 
     def __init__(self, parts: dict[str, Part], topology: Topology, members: Members, which: dict[str, Bools]) -> None:
@@ -94,7 +94,7 @@ class Roots:
         self.ends: Index = ended[:, 1]
         self.elements: Index = members.first[self.members + self.ends] - self.ends
         self._is_rod: Bools = members.is_round[self.members]
-        self.held: Array = np.zeros((len(members.counts), 2))
+        self.beyond: Array = np.zeros((len(members.counts), 2))
         self._list([copies[key] for key in rows])
 
     def __len__(self) -> int:
@@ -188,8 +188,7 @@ class Roots:
         up, down, _, _, behind = reach.T
         beyond = np.maximum(up, t / 2) + np.maximum(down, t / 2) - t
         thicker = (beyond > SAME * t) & (behind > 0)
-        held = np.where(thicker, np.minimum(beyond / (HELD * t), 1.0), 0.0)
-        np.maximum.at(self.held, (self.members[self._row], self.ends[self._row]), held)
+        np.maximum.at(self.beyond, (self.members[self._row], self.ends[self._row]), np.where(thicker, beyond / t, 0.0))
         near = np.round(np.clip(reach / t[:, None], -FAR, FAR) / SAME)
         kept, weight = [], []
         for row in np.unique(self._row[thicker]).tolist():
@@ -212,6 +211,11 @@ class Roots:
         self._runs: Array = np.zeros((len(self._table.counts), len(runs)))
         for k, run in enumerate(runs):
             np.add.at(self._runs[:, k], run, 1.0)
+
+    @property
+    def held(self) -> Array:
+        """How far the ends of all members (m, 2) are held flat, from 0 to 1, as their roots take them to be."""
+        return np.minimum(self.beyond / HELD, 1.0)
 
     def _run(self, geometry: Geometry, sizes: tuple[Array, ...], copy: int) -> list[int]:
         """The members that a copy goes on in, in line and of one section, itself first."""

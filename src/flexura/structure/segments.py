@@ -18,6 +18,10 @@ from flexura.structure.value_table import Index
 
 Array = NDArray[np.float64]
 
+FADED = 1e-8
+"""Flexibility of a root, beside that of its element, up to which it is rigid: that of a member which slides off its
+block fades, and as a spring would cost every other stiffness its digits."""
+
 
 @dataclass(frozen=True)
 class PlacedMember:
@@ -91,6 +95,7 @@ def segments(
         e = np.repeat(np.arange(len(counts)), counts)
         at_start, at_end = np.zeros(len(e), bool), np.zeros(len(e), bool)
         at_start[start[:-1]], at_end[start[1:] - 1] = True, True
+        least = FADED * matrices.elements.member_C.diagonal(axis1=1, axis2=2)
         G = model.design.node_transforms(name, np.arange(part.n_nodes))
         T = matrices.T
         for copy, (path, offset) in enumerate(zip(placed.paths, placed.offset, strict=True)):
@@ -106,8 +111,10 @@ def segments(
                 dof[here, end] = plan.topology.dof[plan.topology.root[offset + at]]
                 for k in np.flatnonzero(here & (own.root[e, end] >= 0)) if roots else ():
                     inside = n + np.arange(6)
-                    both = np.concatenate([dof[k, end], inside])
-                    springs.append((both, X[k, end].copy(), own.roots[own.root[e[k], end]]))
+                    both, C = np.concatenate([dof[k, end], inside]), own.roots[own.root[e[k], end]]
+                    if (C.diagonal() <= least[e[k]]).all():
+                        continue
+                    springs.append((both, X[k, end].copy(), C))
                     dof[k, end], X[k, end] = inside, np.eye(6)
                     n += 6
             kinds.append(first_kind + own.kind)
