@@ -70,7 +70,7 @@ def test_the_example_runs_and_everything_in_it_shows() -> None:
     assert "<iframe" in found["fx.show(found)"][0]["text/html"]
     assert {"text/html"} == kinds["guide"] == kinds["found"] == kinds["stroke"]
     assert (
-        f"{fx.modes(fx.load(GUIDE), {'thickness': 0.6e-3}, n=1).frequency_hz[0]:.5g}"
+        f"{fx.modes(fx.load(GUIDE), {'thickness': 0.6e-3}, n=3).frequency_hz[0]:.5g}"
         in found["fx.modes(guide, design.parameters, n=3)"][0]["text/html"]
     )
 

@@ -15,9 +15,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
 
 from flexura.beam import rigid_arm
 from flexura.mechanism import (
@@ -308,9 +306,12 @@ def beam_stiffness(form: Any, length: float, nu: float, beam: str, elements: int
     """Stiffness (6,), N/m and N m, of `member_between_faces` in the order of ERRORS: about the middle of a symmetric
     member its six motions part."""
     model = assemble(member_between_faces(form, length, nu, beam, elements, integration))
-    rows = model.design.node_rows(model.plan.topology.numbers(["b"])).toarray()
-    inverse = np.linalg.inv(rigid_arm(np.array([length / 2, 0.0, 0.0])))
-    C = inverse @ rows @ splu(sp.csc_matrix(model.K)).solve(np.ascontiguousarray(rows.T)) @ inverse.T
+    (own,) = (own.elements.member_C for own in model.matrices.values() if len(own.elements.member_C))
+    # flexibilities of its elements add up; a matrix of many stiff ones and a thin web has lost this
+    middle = np.zeros((len(own), 3))
+    middle[:, 0] = length / 2 - np.arange(1, len(own) + 1) * length / len(own)
+    arm = rigid_arm(middle)
+    C = (arm @ own @ np.swapaxes(arm, -1, -2)).sum(axis=0)
     return 1 / C.diagonal()[[0, 3, 4, 2, 5, 1]]
 
 
