@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import Progress
-from rich.table import Table
 
 from flexura.cli.options import File, Json, Settings, Strict, print_result, read
-from flexura.cli.tables import console_of_width
+from flexura.cli.tables import columns_table, console_of_width
 from flexura.errors import OptionError
+from flexura.tables import quantity
 
 if TYPE_CHECKING:
     from flexura.testing.updating import CalibratedParameter, Calibration, Sample
@@ -184,35 +183,23 @@ def _is_list(path: Path) -> bool:
     return "frequency" in [cell.strip() for cell in first.split(",")]
 
 
-def _table(*headings: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for k, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if k == 0 else "right")
-    return table
-
-
 def print_calibration(result: Calibration) -> None:
     """Print parameters with intervals, frequencies before and after, and what the data cannot determine."""
     console = console_of_width()
     how = "maximum of the posterior" if result.method == "map" else "least squares"
     together = ", with ".join(m.name for m in (result.mechanism, *result.also))
     console.print(f"{together}: calibrated, {how}", style="bold", markup=False)
-    table = _table("parameter", "start", "calibrated", "95 % interval", "variance reduction", "prior from")
-    for p in result.parameters:
-        mark = " at bound" if p.at_bound else ""
-        reduction = f"{100 * p.variance_reduction:.0f} %"
-        table.add_row(p.name, _size(p, p.start), _size(p, p.value) + mark, _range(p), reduction, p.reason)
-    console.print(table)
+    parameters = {
+        "parameter": [p.name for p in result.parameters],
+        "start": [_size(p, p.start) for p in result.parameters],
+        "calibrated": [_size(p, p.value) + (" at bound" if p.at_bound else "") for p in result.parameters],
+        "95 % interval": [_range(p, p.interval) for p in result.parameters],
+        "variance reduction": [f"{100 * p.variance_reduction:.0f} %" for p in result.parameters],
+        "prior from": [p.reason for p in result.parameters],
+    }
+    console.print(columns_table(parameters))
     if result.modes:
-        has_mac = any(m.mac is not None for m in result.modes)
-        last = [*(["MAC"] if has_mac else []), *(["of"] if result.also else [])]
-        table = _table("mode", "measured Hz", "start", "calibrated", "error", "in sigma", *last)
-        for m in result.modes:
-            row = [str(m.number), f"{m.measured_hz:.5g}", f"{100 * m.start_error:+.2f} %", f"{m.calibrated_hz:.5g}"]
-            row += [f"{100 * m.error:+.2f} %", f"{m.error / m.sigma:+.1f}"]
-            row += [f"{m.mac:.3f}" if m.mac is not None else ""] if has_mac else []
-            table.add_row(*row, *([escape(m.configuration)] if result.also else []))
-        console.print(table)
+        console.print(columns_table(_mode_columns(result)))
     chi = f"chi-square {result.start_chi_square:.4g} before, {result.chi_square:.4g} after"
     console.print(f"{chi}, {result.residuals} data; {result.evaluations} evaluations")
     if result.unresolved:
@@ -248,17 +235,32 @@ def _print_sampled(result: Calibration, sampled: Sample) -> None:
     if not sampled.is_settled:
         console.print("these are too few to check the intervals: more draws, or fewer free parameters")
         return
-    table = _table("parameter", "95 % interval of the draws")
-    for p, (low, high) in zip(result.parameters, sampled.interval, strict=True):
-        table.add_row(p.name, f"{_size(p, low)} to {_size(p, high)}")
-    console.print(table)
+    drawn = [_range(p, own) for p, own in zip(result.parameters, sampled.interval, strict=True)]
+    console.print(
+        columns_table({"parameter": [p.name for p in result.parameters], "95 % interval of the draws": drawn})
+    )
 
 
-def _range(p: CalibratedParameter) -> str:
-    return f"{_size(p, p.interval[0])} to {_size(p, p.interval[1])}"
+def _mode_columns(result: Calibration) -> dict[str, list[Any]]:
+    modes = result.modes
+    columns: dict[str, list[Any]] = {
+        "mode": [m.number for m in modes],
+        "measured [Hz]": [m.measured_hz for m in modes],
+        "start": [f"{100 * m.start_error:+.2f} %" for m in modes],
+        "calibrated [Hz]": [m.calibrated_hz for m in modes],
+        "error": [f"{100 * m.error:+.2f} %" for m in modes],
+        "in sigma": [f"{m.error / m.sigma:+.1f}" for m in modes],
+    }
+    if any(m.mac is not None for m in modes):
+        columns["MAC"] = ["" if m.mac is None else f"{m.mac:.3f}" for m in modes]
+    if result.also:
+        columns["of"] = [m.configuration for m in modes]
+    return columns
+
+
+def _range(p: CalibratedParameter, interval: tuple[float, float]) -> str:
+    return f"{_size(p, interval[0])} to {_size(p, interval[1])}"
 
 
 def _size(p: CalibratedParameter, value: float) -> str:
-    if p.unit == "m":
-        return f"{1e3 * value:.4g} mm"
-    return f"{value:.4g}" + (f" {p.unit}" if p.unit not in ("", "1") else "")
+    return quantity(value, p.unit, 4)

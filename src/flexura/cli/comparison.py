@@ -11,6 +11,7 @@ from rich.table import Table
 from flexura.cli.options import File, Json, Settings, named, print_result, read, seconds_of
 from flexura.cli.progress import steps_shown
 from flexura.cli.tables import console_of_width
+from flexura.tables import Scale, number, quantity, scale_for
 
 if TYPE_CHECKING:
     from flexura.methods import Comparison, ComparisonRow
@@ -59,17 +60,18 @@ def print_comparison(result: Comparison) -> None:
     """Print one row a method: order, the frequency of every mode compared, worst error, time; then the notes."""
     console = console_of_width()
     against = f"errors against {result.reference}" if result.reference else "nothing to hold them against"
-    console.print(f"{result.name}: frequencies in Hz, {against}", style="bold", markup=False)
+    scale = scale_for([hz for row in result.rows for hz in row.frequency_hz], "Hz")
+    console.print(f"{result.name}: frequencies in {scale.unit}, {against}", style="bold", markup=False)
     columns = max((_highest(row, result.n) for row in result.rows), default=0)
     for first in range(0, columns, BLOCK):
         modes = range(first, min(first + BLOCK, columns))
-        console.print(_table(result, modes, is_last=first + BLOCK >= columns))
+        console.print(_table(result, modes, scale, is_last=first + BLOCK >= columns))
     for row in result.rows:
         for text in _remarks(row, columns):
             console.print(f"{row.method}: {text}", markup=False)
 
 
-def _table(result: Comparison, modes: range, is_last: bool) -> Table:
+def _table(result: Comparison, modes: range, scale: Scale, is_last: bool) -> Table:
     """A block of modes; order comes with the first, worst error and time with the last."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("method")
@@ -81,7 +83,7 @@ def _table(result: Comparison, modes: range, is_last: bool) -> Table:
         if row.failure:
             continue
         of_mode = dict(zip(row.counterpart, row.frequency_hz, strict=True))
-        frequencies = [f"{of_mode[k + 1]:.5g}" if k + 1 in of_mode else "-" for k in modes]
+        frequencies = [number(of_mode[k + 1] / scale.size) if k + 1 in of_mode else "-" for k in modes]
         order = ["" if row.order is None else str(row.order)] if before else []
         table.add_row(row.method, *order, *frequencies, *(_last_cells(row, result.reference) if after else []))
     return table
@@ -95,7 +97,7 @@ def _highest(row: ComparisonRow, n: int) -> int:
 def _last_cells(row: ComparisonRow, reference: str) -> list[str]:
     worst = row.worst_error
     error = "" if row.method == reference else "-" if worst is None else f"{100 * worst:+.2g} %"
-    return [error, _duration(row.seconds)]
+    return [error, quantity(row.seconds, "s", 3)]
 
 
 def _remarks(row: ComparisonRow, columns: int) -> list[str]:
@@ -105,19 +107,9 @@ def _remarks(row: ComparisonRow, columns: int) -> list[str]:
     said = [row.note] if row.note else []
     if row.missed:
         said.append(f"has no mode {', '.join(map(str, row.missed))}")
-    strange = [f"{f:.5g}" for f, k in zip(row.frequency_hz, row.counterpart, strict=True) if k is None or k > columns]
+    strange = [
+        quantity(f, "Hz") for f, k in zip(row.frequency_hz, row.counterpart, strict=True) if k is None or k > columns
+    ]
     if strange:
-        said.append(f"has {', '.join(strange)} Hz beside the modes compared")
+        said.append(f"has {', '.join(strange)} beside the modes compared")
     return said
-
-
-def _duration(seconds: float | None) -> str:
-    if seconds is None:
-        return ""
-    return (
-        f"{seconds:.2f} s"
-        if seconds >= 1
-        else f"{1e3 * seconds:.2g} ms"
-        if seconds < 0.01
-        else f"{1e3 * seconds:.0f} ms"
-    )

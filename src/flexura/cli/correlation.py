@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from flexura.cli.options import (
     Channels,
@@ -24,7 +24,8 @@ from flexura.cli.options import (
     read,
     selected,
 )
-from flexura.cli.tables import console_of_width
+from flexura.cli.tables import columns_table, console_of_width
+from flexura.tables import percent, quantity
 
 if TYPE_CHECKING:
     from flexura.testing.correlation import Correlation, ModePair
@@ -132,15 +133,12 @@ def print_correlation(result: Correlation, written: list[Path]) -> None:
     console = console_of_width()
     title = f"{result.test_name} against {result.name}: {len(result.pairs)} of {len(result.test_hz)} test modes paired"
     console.print(title, style="bold", markup=False)
-    table = _table("test", "Hz", "damping", "model", "Hz", "difference", "MAC", "in space", "not represented")
-    for pair in result.pairs:
-        table.add_row(*_cells(pair))
-    console.print(table)
+    console.print(columns_table(_pair_columns(result.pairs), left=0))
     if result.unpaired_test:
-        found = ", ".join(f"{k} ({result.test_hz[k - 1]:.5g} Hz)" for k in result.unpaired_test)
+        found = ", ".join(f"{k} ({quantity(result.test_hz[k - 1], 'Hz')})" for k in result.unpaired_test)
         console.print(f"test modes without a counterpart: {found}", style="red", markup=False)
     if result.unpaired_model:
-        found = ", ".join(f"{k} ({result.model_hz[k - 1]:.5g} Hz)" for k in result.unpaired_model)
+        found = ", ".join(f"{k} ({quantity(result.model_hz[k - 1], 'Hz')})" for k in result.unpaired_model)
         console.print(f"modes of the model that the test has not: {found}", style="red", markup=False)
     if len(result.pairs) > 1:
         for name, values in (("test", result.self_orthogonality), ("test and model", result.cross_orthogonality)):
@@ -166,40 +164,38 @@ def np_diagonal(values: Any) -> Any:
     return np.diag(np.diagonal(values))
 
 
-def _cells(pair: ModePair) -> list[str]:
-    space = "" if len(pair.model_space) == len(pair.test_space) == 1 else f"{pair.space_mac:.3f}"
-    return [
-        str(pair.test),
-        f"{pair.test_hz:.5g}",
-        f"{100 * pair.damping_ratio:.2g} %",
-        str(pair.model),
-        f"{pair.model_hz:.5g}",
-        f"{100 * pair.error:+.2f} %",
-        f"{pair.mac:.3f}",
-        space,
-        f"{100 * pair.expansion_error:.2g} %",
-    ]
+def _pair_columns(pairs: Sequence[ModePair]) -> dict[str, list[Any]]:
+    is_space = [len(own.model_space) > 1 or len(own.test_space) > 1 for own in pairs]
+    return {
+        "test": [own.test for own in pairs],
+        "measured [Hz]": [own.test_hz for own in pairs],
+        "damping": [percent(own.damping_ratio, 2) for own in pairs],
+        "model": [own.model for own in pairs],
+        "computed [Hz]": [own.model_hz for own in pairs],
+        "difference": [f"{100 * own.error:+.2f} %" for own in pairs],
+        "MAC": [f"{own.mac:.3f}" for own in pairs],
+        "in space": [f"{own.space_mac:.3f}" if space else "" for own, space in zip(pairs, is_space, strict=True)],
+        "not represented": [percent(own.expansion_error, 2) for own in pairs],
+    }
 
 
 def _print_channels(console: Console, result: Correlation) -> None:
     """Where channels sit in the model, and which disagree."""
-    table = _table("channel", "reads", "found by", "mm away", "CoMAC", "gain", left=(0, 1, 2))
     rows = list(zip(result.matched, result.comac, result.gain, result.used, strict=True))
-    for match, own, gain, used in rows[:MOST_CHANNELS]:
-        away = "" if match.distance is None else f"{1e3 * match.distance:.3g}"
-        table.add_row(
-            match.channel.name,
-            match.node,
-            match.how,
-            away,
-            f"{own:.3f}",
-            f"{gain:.2f}" + ("" if used else "  left out"),
-        )
-    console.print(table)
+    shown = rows[:MOST_CHANNELS]
+    columns = {
+        "channel": [match.channel.name for match, *_ in shown],
+        "reads": [match.node for match, *_ in shown],
+        "found by": [match.how for match, *_ in shown],
+        "away [m]": [match.distance for match, *_ in shown],
+        "CoMAC": [f"{own:.3f}" for _, own, _, _ in shown],
+        "gain": [f"{gain:.2f}" + ("" if used else "  left out") for _, _, gain, used in shown],
+    }
+    console.print(columns_table(columns, left=3))
     if len(rows) > MOST_CHANNELS:
         console.print(f"and {len(rows) - MOST_CHANNELS} more channels", markup=False)
     for lost in result.unmatched:
-        near = "" if lost.distance is None else f"; nearest is {lost.nearest}, {1e3 * lost.distance:.3g} mm away"
+        near = "" if lost.distance is None else f"; nearest is {lost.nearest}, {quantity(lost.distance, 'm', 3)} away"
         console.print(f"{lost.channel.name} is left out: {lost.reason}{near}", style="red", markup=False)
 
 
@@ -209,28 +205,24 @@ def print_placement(result: SensorPlacement, written: list[Path]) -> None:
     count, modes = len(result.sensors), len(result.frequency_hz)
     title = f"{result.name}: {count} of {len(result.candidates)} candidates for the first {modes} modes"
     console.print(title, style="bold", markup=False)
-    table = _table("", "sensor", "at, mm", "direction", "independence", left=(1, 2, 3))
-    for k, name in enumerate(result.sensors):
-        at, way = (_vector(v, factor) for v, factor in ((result.positions[k], 1e3), (result.directions[k], 1.0)))
-        turn = "about " if result.turns[k] else ""
-        table.add_row(str(k + 1), name, at, turn + way, f"{result.independence[k]:.3f}")
-    console.print(table)
+    turned = ["about " if turns else "" for turns in result.turns]
+    columns = {
+        "": [str(k + 1) for k in range(count)],
+        "sensor": result.sensors,
+        "at, mm": [_vector(own, 1e3) for own in result.positions],
+        "direction": [turn + _vector(own, 1.0) for turn, own in zip(turned, result.directions, strict=True)],
+        "independence": [f"{own:.3f}" for own in result.independence],
+    }
+    console.print(columns_table(columns, left=4))
     console.print(
         f"largest MAC of two modes {result.worst_mac:.3f}, condition {result.condition:.3g};"
-        f" {100 * result.information:.3g} % of the information of all candidates; {result.exchanges} exchanges",
+        f" {percent(result.information)} of the information of all candidates; {result.exchanges} exchanges",
         markup=False,
     )
     for note in result.notes:
         console.print(note, markup=False)
     for path in written:
         console.print(f"wrote {path}", markup=False)
-
-
-def _table(*headings: str, left: tuple[int, ...] = ()) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for k, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if k in left else "right", overflow="fold")
-    return table
 
 
 def _vector(values: Any, factor: float) -> str:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
-from rich.table import Table
 
 from flexura.cli.options import Channels, Json, Plot, Repeated, band_of, print_result, selected
-from flexura.cli.tables import console_of_width, left
+from flexura.cli.tables import columns_table, console_of_width, left
+from flexura.tables import counted, number, percent, scale_for
 
 if TYPE_CHECKING:
     from flexura.testing.measurement import IdentifiedModes
@@ -76,41 +74,38 @@ def identify_command(
 
 def print_identified(result: IdentifiedModes, written: list[Path]) -> None:
     """Print the modes with their evidence, those of every setup side by side, and notes."""
-    from flexura.tables import counted
-
     console = console_of_width()
     n, p, m = len(result.poles), len(result.outputs), len(result.inputs)
     title = f"{result.name}: {counted(n, 'mode')} from {counted(p, 'output')} and {counted(m, 'input')}"
     console.print(title, style="bold", markup=False)
     several = len(result.setups) > 1
-    headings = ("Hz", "rad/s", "damping %", "+- Hz", "+- damping", "confidence", "MPC", "MPD deg")
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("mode", *headings, *(["setups"] if several else [])):
-        table.add_column(heading, justify="right")
-    for k, (hz, zeta, e) in enumerate(zip(result.frequency_hz, result.damping_ratio, result.evidence, strict=True)):
-        off = hz * e.frequency_spread
-        row = [
-            left(hz, off),
-            left(abs(result.poles[k]), 2 * pi * off),
-            left(100 * zeta, 100 * zeta * e.damping_spread, 4),
-        ]
-        row += [
-            f"{off:.1g}",
-            f"{100 * e.damping_spread:.2g} %" if e.damping_spread < 0.995 else "all of it",
-            f"{e.confidence:.2f}",
-            f"{e.modal_phase_collinearity:.3f}",
-            f"{e.mean_phase_deviation_deg:.2g}",
-        ]
-        table.add_row(str(k + 1), *row, *([f"{e.setups} of {len(result.setups)}"] if several else []))
-    console.print(table)
+    scale = scale_for(result.frequency_hz, "Hz")
+    spread = [e.frequency_spread for e in result.evidence]
+    off = [own * hz / scale.size for own, hz in zip(spread, result.frequency_hz, strict=True)]
+    columns: dict[str, list[Any]] = {
+        "mode": list(range(1, n + 1)),
+        scale.heading("frequency"): [
+            left(hz / scale.size, own) for hz, own in zip(result.frequency_hz, off, strict=True)
+        ],
+        scale.heading("+-"): [f"{own:.1g}" for own in off],
+        "damping": [
+            f"{left(100 * zeta, 100 * zeta * e.damping_spread, 4)} %"
+            for zeta, e in zip(result.damping_ratio, result.evidence, strict=True)
+        ],
+        "+- damping": [
+            percent(e.damping_spread, 2) if e.damping_spread < 0.995 else "all of it" for e in result.evidence
+        ],
+        "confidence": [f"{e.confidence:.2f}" for e in result.evidence],
+        "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in result.evidence],
+        "MPD": [f"{e.mean_phase_deviation_deg:.2g}°" for e in result.evidence],
+    }
     if several:
-        table = Table(box=None, pad_edge=False, header_style="bold")
-        table.add_column("setup")
-        table.add_column("modes, Hz")
-        for own in result.setups:
-            table.add_row(escape(own.name), ", ".join(f"{f:.6g}" for f in own.frequency_hz))
-        console.print(table)
-    console.print(f"synthesis error {100 * result.synthesis_error:.2g} %", markup=False)
+        columns["setups"] = [f"{e.setups} of {len(result.setups)}" for e in result.evidence]
+    console.print(columns_table(columns, left=0))
+    if several:
+        each = [", ".join(number(f / scale.size, 6) for f in own.frequency_hz) for own in result.setups]
+        console.print(columns_table({"setup": [own.name for own in result.setups], scale.heading("modes"): each}, 2))
+    console.print(f"synthesis error {percent(result.synthesis_error, 2)}", markup=False)
     for note in result.notes:
         console.print(note, markup=False)
     for path in written:

@@ -11,12 +11,13 @@ import typer
 from rich.table import Table
 
 from flexura.cli.options import File, Json, Settings, print_result, say, settings_of
-from flexura.cli.tables import console_of_width
+from flexura.cli.tables import columns_table, console_of_width
 from flexura.errors import OptionError
+from flexura.tables import Scale, number, quantity, scale_for
 
 if TYPE_CHECKING:
     from flexura.mechanism import Mechanism
-    from flexura.solid.verification import SolidRow, Verification, VerificationRow, WholeVerification
+    from flexura.solid.verification import Verification, VerificationRow, WholeVerification
 
 GAP = 2
 """Spaces between columns."""
@@ -116,10 +117,16 @@ def print_verification(result: Verification, written: list[Path]) -> None:
     """
     console = console_of_width()
     against = "errors against the converged solid" if result.solids else "no solid yet: modes by their own numbers"
-    console.print(f"{result.name}: frequencies in Hz, {against}", style="bold", markup=False)
+    hz = [own for row in (*result.rows, *result.solids) for own in row.frequency_hz if own is not None]
+    scale = scale_for(hz, "Hz")
+    console.print(f"{result.name}: frequencies in {scale.unit}, {against}", style="bold", markup=False)
     left = _columns(result)
     modes = [
-        [f"mode {k + 1}", *(_cell(row, k) for row in result.rows if not row.failure), *_solid_cells(result, k)]
+        [
+            f"mode {k + 1}",
+            *(_cell(row, k, scale) for row in result.rows if not row.failure),
+            *_solid_cells(result, k, scale),
+        ]
         for k in range(max([len(result.frequency_hz), *(len(row.frequency_hz) for row in result.rows)]))
     ]
     while modes:
@@ -141,8 +148,7 @@ def print_whole(result: WholeVerification, written: list[Path]) -> None:
     """Print a row for every mode of the whole part, then what is held how and lumped, and the mesh."""
     console = console_of_width()
     console.print(f"{result.name}: the part as one solid beside the described model", style="bold", markup=False)
-    columns = [[name, *cells] for name, cells in result.columns().items()]
-    console.print(_table(columns, bold=False))
+    console.print(columns_table(result.columns()))
     said = [
         "difference: described over whole; beams: beam theory; roots, bodies, ground: what elastic roots lower, and",
         "what rigid bodies and a rigid ground would raise",
@@ -185,33 +191,29 @@ def _columns(result: Verification) -> list[list[str]]:
 
 
 def _seconds(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+    return quantity(seconds, "s", 3)
 
 
-def _cell(row: VerificationRow, k: int) -> str:
+def _cell(row: VerificationRow, k: int, scale: Scale) -> str:
     """A frequency with its error, marked where the two shapes differ visibly."""
     hz = row.frequency_hz[k] if k < len(row.frequency_hz) else None
-    if hz is None:
-        return "none"
-    if not row.error:
-        return f"{hz:.5g}"
+    if hz is None or not row.error:
+        return _with_error(hz, None, scale)
     mac = row.mac[k]
-    return _with_error(hz, row.error[k], "*" if mac is not None and mac < POOR else "")
+    return _with_error(hz, row.error[k], scale, "*" if mac is not None and mac < POOR else "")
 
 
-def _solid_cells(result: Verification, k: int) -> list[str]:
+def _solid_cells(result: Verification, k: int, scale: Scale) -> list[str]:
     if not result.solids:
         return []
-    return [*(_solid_cell(solid, k) for solid in result.solids), f"{result.frequency_hz[k]:.5g}"]
+    solids = [_with_error(solid.frequency_hz[k], solid.error[k], scale) for solid in result.solids]
+    return [*solids, _with_error(result.frequency_hz[k], None, scale)]
 
 
-def _solid_cell(solid: SolidRow, k: int) -> str:
-    hz = solid.frequency_hz[k]
-    return "none" if hz is None else _with_error(hz, solid.error[k], "")
-
-
-def _with_error(hz: float, error: float | None, mark: str) -> str:
-    return f"{hz:.5g}{mark}" + ("" if error is None else f" {100 * error:+.2f}%")
+def _with_error(hz: float | None, error: float | None, scale: Scale, mark: str = "") -> str:
+    if hz is None:
+        return "none"
+    return f"{number(hz / scale.size)}{mark}" + ("" if error is None else f" {100 * error:+.2f}%")
 
 
 def _remarks(result: Verification) -> list[str]:
@@ -241,7 +243,8 @@ def _remarks(result: Verification) -> list[str]:
     )
     if result.mass_error is not None:
         said.append(
-            f"mass of members {result.beam_mass:.5g} kg as beams, {result.solid_mass:.5g} kg as solids"
+            f"mass of members {quantity(result.beam_mass, 'kg')} as beams,"
+            f" {quantity(result.solid_mass, 'kg')} as solids"
             f" ({'equal' if abs(result.mass_error) < 1e-6 else f'{100 * result.mass_error:+.2g} %'})"
         )
     return said

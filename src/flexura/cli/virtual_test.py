@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 
 from flexura.cli.options import File, Json, Plot, Ratio, Settings, band_of, print_result, read, say
-from flexura.cli.tables import console_of_width
+from flexura.cli.tables import columns_table, console_of_width
+from flexura.tables import ends, percent, quantity
 
 if TYPE_CHECKING:
     from flexura.testing.updating import MeasuredFrequencies
-    from flexura.testing.virtual import FoundMode, VirtualTest
+    from flexura.testing.virtual import VirtualTest
 
 
 def virtual_test_command(
@@ -74,53 +73,50 @@ def print_virtual_test(result: VirtualTest, written: list[Path], measured: Measu
     placements = list(result.test.placed())
     hits = len(result.measurement.recordings)
     title = f"{result.name}: {hits} hits, {len(placements)} placement{'s' * (len(placements) != 1)}"
-    console.print(f"{title}, {result.band[0]:.4g} to {result.band[1]:.4g} Hz", style="bold", markup=False)
+    console.print(f"{title}, {ends(result.band, 'Hz')}", style="bold", markup=False)
     nothing = result.identified is None
     for note in dict.fromkeys(result.notes) if nothing else ():
         console.print(note, markup=False)
-    table = _table("mode", "no sensors Hz", "sensors on Hz", "mass effect", "identified Hz", "rad/s", "off")
-    for heading in ("damping %", "off", "MAC", "confidence", *(["measured rad/s"] if measured is not None else [])):
-        table.add_column(heading, justify="right")
-    for k, mode in enumerate(result.modes):
-        row = [
-            str(mode.number),
-            f"{mode.bare_hz:.5g}",
-            f"{mode.mass_loaded_hz:.5g}",
-            f"{100 * mode.mass_effect:+.2f} %",
-        ]
-        row += ["", "", "", f"({100 * mode.damping_ratio:.3g})", "", "", ""] if nothing else _identified(mode)
-        if measured is not None:
-            own = measured.by_number.get(k + 1)
-            row.append("" if own is None else f"{2 * math.pi * own:.5g}")
-        table.add_row(*row)
-    console.print(table)
+    console.print(columns_table(_mode_columns(result, measured)))
     if len(placements) > 1 and not nothing:
-        table = _table("mode", *(f"{p} Hz" for p in placements), *(f"{p} off" for p in placements))
-        for mode in result.modes:
-            pairs = [mode.placement_hz[p] for p in placements]
-            off = ["missed" if f is None else f"{100 * (f / t - 1):+.3f} %" for t, f in pairs]
-            table.add_row(str(mode.number), *(f"{t:.5g}" for t, _ in pairs), *off)
-        console.print(table)
+        pairs = {p: [mode.placement_hz[p] for mode in result.modes] for p in placements}
+        columns: dict[str, list[Any]] = {"mode": [mode.number for mode in result.modes]}
+        columns |= {f"{p} [Hz]": [true for true, _ in own] for p, own in pairs.items()}
+        for p, own in pairs.items():
+            columns[f"{p} off"] = ["missed" if f is None else f"{100 * (f / t - 1):+.3f} %" for t, f in own]
+        console.print(columns_table(columns))
     if result.false_hz:
-        listed = ", ".join(f"{f:.5g}" for f in result.false_hz)
-        console.print(f"identified where there is no mode, Hz: {listed}", markup=False)
+        listed = ", ".join(quantity(f, "Hz") for f in result.false_hz)
+        console.print(f"identified where there is no mode: {listed}", markup=False)
     for note in () if nothing else dict.fromkeys(result.notes):
         console.print(note, markup=False)
     for path in written:
         console.print(f"wrote {path}", markup=False)
 
 
-def _table(*headings: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in headings:
-        table.add_column(heading, justify="right")
-    return table
-
-
-def _identified(mode: FoundMode) -> list[str]:
-    if mode.identified_hz is None or mode.identified_damping is None or mode.mac is None or mode.confidence is None:
-        return ["missed", "", "", f"({100 * mode.damping_ratio:.3g})", "", "", ""]
-    errors = [f"{100 * (mode.error or 0.0):+.3f} %", f"{100 * mode.identified_damping:.3f}"]
-    errors.append("" if mode.damping_error is None else f"{100 * mode.damping_error:+.1f} %")
-    hz = mode.identified_hz
-    return [f"{hz:.5g}", f"{2 * math.pi * hz:.5g}", *errors, f"{mode.mac:.3f}", f"{mode.confidence:.2f}"]
+def _mode_columns(result: VirtualTest, measured: MeasuredFrequencies | None) -> dict[str, list[Any]]:
+    """True and identified modes; damping that nothing was identified for is the true one, in brackets."""
+    modes = result.modes
+    columns: dict[str, list[Any]] = {
+        "mode": [mode.number for mode in modes],
+        "no sensors [Hz]": [mode.bare_hz for mode in modes],
+        "sensors on [Hz]": [mode.mass_loaded_hz for mode in modes],
+        "mass effect": [f"{100 * mode.mass_effect:+.2f} %" for mode in modes],
+        "identified [Hz]": [mode.identified_hz for mode in modes],
+        "off": [
+            "" if result.identified is None else "missed" if mode.error is None else f"{100 * mode.error:+.3f} %"
+            for mode in modes
+        ],
+        "damping": [
+            f"({percent(mode.damping_ratio)})"
+            if mode.identified_damping is None
+            else f"{100 * mode.identified_damping:.3f} %"
+            for mode in modes
+        ],
+        "its error": ["" if mode.damping_error is None else f"{100 * mode.damping_error:+.1f} %" for mode in modes],
+        "MAC": ["" if mode.mac is None else f"{mode.mac:.3f}" for mode in modes],
+        "confidence": ["" if mode.confidence is None else f"{mode.confidence:.2f}" for mode in modes],
+    }
+    if measured is not None:
+        columns["measured [Hz]"] = [measured.by_number.get(k + 1) for k in range(len(modes))]
+    return columns

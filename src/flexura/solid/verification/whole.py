@@ -74,22 +74,21 @@ class WholeVerification(Tabular):
     notes: tuple[str, ...] = ()
 
     def _view(self) -> Iterator[Facts | Table]:
-        yield Table({name: list(cells) for name, cells in self.columns().items()}, "modes")
+        yield Table(self.columns(), "modes")
         yield Facts({"cells": self.cells, "DOFs": self.dofs, **{f"note {k + 1}": t for k, t in enumerate(self.notes)}})
 
-    def columns(self) -> dict[str, list[str]]:
-        """The columns of the table of modes as text."""
+    def columns(self) -> dict[str, list[Any]]:
+        """The columns of the table of modes, as they are shown."""
 
         def signed(name: str) -> list[str]:
             values = [getattr(mode, name) for mode in self.modes]
             return ["" if value is None else f"{100 * value:+.2f} %" for value in values]
 
-        described = [mode.described_hz for mode in self.modes]
         return {
-            "mode": [str(k + 1) for k in range(len(self.modes))],
-            "whole [Hz]": [f"{mode.frequency_hz:.5g}" for mode in self.modes],
+            "mode": list(range(1, len(self.modes) + 1)),
+            "whole [Hz]": [mode.frequency_hz for mode in self.modes],
             "known to": [percent(mode.uncertainty, 2) for mode in self.modes],
-            "described [Hz]": ["none" if hz is None else f"{hz:.5g}" for hz in described],
+            "described [Hz]": [mode.described_hz for mode in self.modes],
             "difference": signed("difference"),
             **{name: signed(name) for name in ("beams", "roots", "bodies", "ground")},
         }
