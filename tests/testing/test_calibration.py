@@ -390,7 +390,7 @@ def test_command(tmp_path):
     more = ["--free", "kx,mass", "--out", str(out), "--plot", str(pictures), "--draws", "200"]
     run = CliRunner().invoke(app, ["calibrate", *names, *more])
     assert run.exit_code == 0, run.output
-    for words in ("kx", "variance reduction", "measured Hz", "draws, worth", "wrote"):
+    for words in ("kx", "variance reduction", "measured [Hz]", "draws, worth", "wrote"):
         assert words in run.output
     assert fx.load(out).parameters["kx"].value == pytest.approx(5e3, rel=0.02)
     assert (pictures / "calibration.png").stat().st_size > 5000
