@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexura.beam import UniformBeam
 from flexura.errors import OptionError
 from flexura.structure.assembler import full_order
-from flexura.structure.elements import TAPERED_PIECES, ElementSlice
+from flexura.structure.elements import TAPERED_PIECES, Cut, ElementSlice
 from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.value_table import Index
@@ -95,7 +95,7 @@ def segments(
         e = np.repeat(np.arange(len(counts)), counts)
         at_start, at_end = np.zeros(len(e), bool), np.zeros(len(e), bool)
         at_start[start[:-1]], at_end[start[1:] - 1] = True, True
-        least = FADED * matrices.elements.member_C.diagonal(axis1=1, axis2=2)
+        is_root = _springy(own, matrices.elements) if roots else np.zeros(own.root.shape, dtype=bool)
         G = model.design.node_transforms(name, np.arange(part.n_nodes))
         T = matrices.T
         for copy, (path, offset) in enumerate(zip(placed.paths, placed.offset, strict=True)):
@@ -109,12 +109,11 @@ def segments(
                 six, at = slice(6 * end, 6 * end + 6), nodes[here, end]
                 X[here, end] = T[e[here], six, six] @ G[copy, at]
                 dof[here, end] = plan.topology.dof[plan.topology.root[offset + at]]
-                for k in np.flatnonzero(here & (own.root[e, end] >= 0)) if roots else ():
+                for k in np.flatnonzero(here & is_root[e, end]):
                     inside = n + np.arange(6)
-                    both, C = np.concatenate([dof[k, end], inside]), own.roots[own.root[e[k], end]]
-                    if (C.diagonal() <= least[e[k]]).all():
-                        continue
-                    springs.append((both, X[k, end].copy(), C))
+                    springs.append(
+                        (np.concatenate([dof[k, end], inside]), X[k, end].copy(), own.roots[own.root[e[k], end]])
+                    )
                     dof[k, end], X[k, end] = inside, np.eye(6)
                     n += 6
             kinds.append(first_kind + own.kind)
@@ -134,6 +133,15 @@ def segments(
     beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
     kind, dof, X = (np.concatenate(parts) for parts in (kinds, dofs, ends))
     return Segments(model, beam, kind, dof, X, tuple(members), n, K, M)
+
+
+def _springy(own: Cut, elements: ElementSlice) -> NDArray[np.bool_]:
+    """Which ends (e, 2) of elements have roots that give."""
+    least = FADED * elements.member_C.diagonal(axis1=1, axis2=2)
+    gives = (
+        [(own.roots[k].diagonal(axis1=1, axis2=2) > least).any(axis=1) for k in own.root.T] if len(own.roots) else []
+    )
+    return np.asarray((own.root >= 0) & (np.stack(gives, axis=1) if gives else False), dtype=bool)
 
 
 def _with_springs(K: sp.csc_matrix, springs: list[tuple[Index, Array, Array]]) -> sp.csc_matrix:
