@@ -182,9 +182,7 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
         return
     _, _, nu, G = part.table.moduli(full.values)
     b, t = (own[:, 0].tolist() for own in part.table.end_sizes(full.values, lengths))
-    counts = [len(own.members) for own in full.plan.parts.values()]
-    before = sum(counts[: [*full.plan.parts].index(name)])
-    beyond = full.plan.roots.beyond[before : before + len(part.members)]
+    beyond = full.plan.roots.beyond[full.plan.roots.first[name] :]
     for m, (key, member) in enumerate(part.members.items()):
         own, length = slice(part.first[m], part.first[m + 1]), float(lengths[m])
         errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))

@@ -72,7 +72,7 @@ class Roots:
     """The ends (r,) of members of all prototypes that are rooted in something thicker.
 
     members: (r,), their place among all members; ends: (r,), 0 or 1; elements: (r,), the elements that hold the roots.
-    Copies of a substructure's member that end in different blocks have the mean of their roots. `which`: the ends
+    `first`: the place of the first member of every part. Copies of a substructure's member that end in different blocks have the mean of their roots. `which`: the ends
     (m, 2) of the members of every part that are looked at. `beyond` (m, 2): how far the blocks of the ends of all
     members reach beyond both faces together, over the thickness.
     """
@@ -80,12 +80,12 @@ class Roots:
     def __init__(self, parts: dict[str, Part], topology: Topology, members: Members, which: dict[str, Bools]) -> None:
         self._parts, self._topology, self._table = parts, topology, members
         first = np.cumsum([0, *(len(part.members) for part in parts.values())])
-        self._first = dict(zip(parts, first.tolist(), strict=False))
+        self.first: dict[str, int] = dict(zip(parts, first.tolist(), strict=False))
         self._bodies: list[tuple[int, int, BodyElement]] = []
         self._ends: list[tuple[int, int, int, int]] = []
         self._next: dict[tuple[int, int, int], tuple[int, int, int, int]] = {}
         wanted = [
-            (self._first[name] + m, end) for name, part in parts.items() for m, end in np.argwhere(which[name]).tolist()
+            (self.first[name] + m, end) for name, part in parts.items() for m, end in np.argwhere(which[name]).tolist()
         ]
         copies = self._copies(wanted) if wanted else {}
         rows = [key for key in wanted if copies[key]]
@@ -113,7 +113,7 @@ class Roots:
         meeting: dict[int, list[tuple[int, int, int, int]]] = {}
         stiff: set[int] = set()
         for name, copies in topology.copies.items():
-            part, first = self._parts[name], self._first[name]
+            part, first = self._parts[name], self.first[name]
             inner = {node for nodes, _, _ in part.superelements.values() for node in nodes}
             for instance, offset in zip(copies.number, copies.offset, strict=True):
                 for node, body in part.bodies.values():
@@ -148,7 +148,7 @@ class Roots:
         for name, part in self._parts.items():
             for m, key in enumerate(part.members):
                 for end in (0, 1):
-                    place = self._first[name] + m, end
+                    place = self.first[name] + m, end
                     keys[place] = origin_of(name), key, end
                     together.setdefault(keys[place], []).extend(found.get(place, []))
         return {place: together[keys[place]] if place in found else [] for place in wanted}
