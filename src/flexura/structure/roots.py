@@ -72,9 +72,9 @@ class Roots:
     """The ends (r,) of members of all prototypes that are rooted in something thicker.
 
     members: (r,), their place among all members; ends: (r,), 0 or 1; elements: (r,), the elements that hold the roots.
-    `first`: the place of the first member of every part. Copies of a substructure's member that end in different blocks have the mean of their roots. `which`: the ends
-    (m, 2) of the members of every part that are looked at. `beyond` (m, 2): how far the blocks of the ends of all
-    members reach beyond both faces together, over the thickness.
+    `first`: the place of the first member of every part. Copies of a substructure's member that end in different blocks
+    have the mean of their roots. `which`: the ends (m, 2) of the members of every part that are looked at. `beyond`
+    (m, 2): how far the blocks of the ends of all members reach beyond both faces together, over the thickness.
     """
 
     def __init__(self, parts: dict[str, Part], topology: Topology, members: Members, which: dict[str, Bools]) -> None:
