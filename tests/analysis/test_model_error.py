@@ -246,6 +246,46 @@ def test_members_without_evidence_have_no_model_error() -> None:
     assert any(doubt.kind == "evidence" for doubt in fx.check(mechanism).doubts)
 
 
+def _pivot(ratio: float, elements: int) -> fx.Mechanism:
+    """A body on a right-circular notch of radius 5 mm."""
+    return fx.loads(
+        f"""flexura: 1
+materials: {{m: {{E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3}}}}
+nodes: {{a: [0, 0, 0], b: [10 mm, 0, 0]}}
+flexures:
+  h:
+    nodes: [a, b]
+    material: m
+    reference: z
+    profile: {{type: notch, width: 10 mm, contour: {{shape: circular, radius: 5 mm, web: {5 / ratio} mm}}}}
+    elements: {elements}
+bodies: {{p: {{centre: [10 mm, 0, 0], mass: 1 kg, inertia: [100 kg*mm^2, 100 kg*mm^2, 100 kg*mm^2], carries: [b]}}}}
+ground: {{a: clamped}}
+corrections: none
+"""
+    )
+
+
+@pytest.mark.parametrize(("ratio", "elements", "size"), [(10, 3, 0.3), (20, 4, 0.4), (200, 20, 0.14)])
+def test_too_few_elements_are_said_also_without_evidence(ratio: float, elements: int, size: float) -> None:
+    """A notch of which beams were not measured, radius over web 200, among them."""
+    few, many = (fx.modes(_pivot(ratio, n), n=3) for n in (elements, 400))
+    text = f"right-circular notch in {elements} elements, where more are needed"
+    (effect,) = (own for own in few.model_errors.effects if own.text == text)
+    assert abs(effect.low[0]) > size
+    assert few.frequency_hz[0] * (1 + effect.low[0]) == pytest.approx(many.frequency_hz[0], rel=2e-3)
+    assert not [own for own in many.model_errors.effects if own.kind == "elements" and own.low.min() < -1e-3]
+
+
+def test_short_elements_cost_static_responses_no_digits() -> None:
+    """Rotation of a thin notch, in 400 stiff elements but for a few: the integral of 12 / (E b h^3)."""
+    R, b, E, t = 5e-3, 10e-3, 70e9, 5e-3 / 50
+    theta = np.linspace(-np.pi / 2, np.pi / 2, 200_001)
+    exact = np.trapezoid(12 * R * np.cos(theta) / (E * b * (t + 2 * R * (1 - np.cos(theta))) ** 3), theta)
+    found = fx.kinetostatics(_pivot(50, 400), platform="p").compliance[4, 4]
+    assert found == pytest.approx(float(exact), rel=1e-6)
+
+
 def test_resonances_have_the_model_error_of_their_modes() -> None:
     """In a band that leaves out the first mode, at low and full order; a time response notes those below a tenth
     of its sampling rate."""

@@ -53,6 +53,9 @@ RIGID_FACE = 2.0
 """How far what it ends in reaches beyond both its faces, over its thickness, from which that is a rigid face to it; one
 thickness less, it goes on."""
 
+FEW = 1e-4
+"""Relative change of a member's stiffness by more elements from which it is looked at."""
+
 EVERYTHING = 1e30
 """Flexibility, J, of what is not known at all: beside it nothing else counts."""
 
@@ -77,9 +80,9 @@ squared over that of the mode squared (R. D. Blevins, Formulas for Natural Frequ
 class Assumption:
     """What the description takes for granted, and how wrong that may be.
 
-    `kind`: beam, root, body or ground; `place`: what it is about; `text`: what is assumed. `flexibility` (k, k), J, is
-    that of the forces of k motions; `share`: the least and the most of it that is to be added, None where there is no
-    evidence, for a `reason`. Assumptions of one `group` are wrong alike.
+    `kind`: beam, elements, root, body or ground; `place`: what it is about; `text`: what is assumed. `flexibility`
+    (k, k), J, is that of the forces of k motions; `share`: the least and the most of it that is to be added, None where
+    there is no evidence, for a `reason`. Assumptions of one `group` are wrong alike.
     """
 
     kind: str
@@ -93,8 +96,8 @@ class Assumption:
 
 class _Beam(NamedTuple):
     """A member: prototype, its elements there, what it is called and of what kind it is, the shares in each of
-    DIRECTIONS, of bending first by moments and then between parallel ends, and of uneven twist, None where there are
-    none, and why there are none in DIRECTIONS."""
+    DIRECTIONS, of bending first by moments and then between parallel ends, those by the number of elements, and that
+    of uneven twist, None where there are none, and why there are none in DIRECTIONS."""
 
     name: str
     elements: slice
@@ -102,6 +105,7 @@ class _Beam(NamedTuple):
     kind: str
     taken_as: str
     shares: Sequence[Interval | None]
+    few: Sequence[float]
     uneven: Interval | None
     reason: str
 
@@ -161,6 +165,10 @@ class Assumptions:
             mean = np.einsum("e,iej->ij", bend / bend.sum(), (forces[0][:, own, about] + forces[1][:, own, about]) / 2)
             moment = bend.sum() * mean.T @ mean
             parts += [moment, E[along] + E[about] - moment]
+        if max(map(abs, beam.few)) > FEW:
+            E = np.tensordot(np.array(beam.few), [(part + part.T) / 2 for part in parts], axes=1)
+            text = f"{beam.kind} in {len(C)} elements, where more are needed"
+            yield Assumption("elements", beam.place, text, text, E, (1.0, 1.0))
         named: list[tuple[str, Array, Interval | None]] = [*zip(DIRECTIONS, parts, beam.shares, strict=True)]
         if beam.uneven is not None:
             twist, torque = C[:, 3, 3], force[:, :, 3]
@@ -186,7 +194,7 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
     for m, (key, member) in enumerate(part.members.items()):
         own, length = slice(part.first[m], part.first[m + 1]), float(lengths[m])
         errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
-        pairs = zip(errors.least.tolist(), errors.most.tolist(), strict=True)
+        pairs = zip((errors.least - errors.elements).tolist(), (errors.most - errors.elements).tolist(), strict=True)
         uneven = None
         if part.table.corrections.active[m, WARPING]:
             J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
@@ -199,7 +207,9 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
             for low, high in pairs
         )
         shares = [None if errors.reason else pair for pair in pairs]
-        yield _Beam(name, own, place_of(name, key), kind, taken_as, shares, uneven, errors.reason)
+        yield _Beam(
+            name, own, place_of(name, key), kind, taken_as, shares, errors.elements.tolist(), uneven, errors.reason
+        )
 
 
 def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:

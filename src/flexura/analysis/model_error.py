@@ -132,9 +132,9 @@ def interval_text(interval: Interval | None) -> str:
         return "no evidence"
     if max(map(abs, interval)) < LEAST:
         return f"below {100 * LEAST:g} %"
-    low, high = (100 * own for own in interval)
-    digits = 1 if max(abs(low), abs(high)) < 9.95 else 0
-    return f"{low:+.{digits}f} to {high:+.{digits}f} %"
+    digits = 1 if max(map(abs, interval)) < 0.0995 else 0
+    low, high = (f"{100 * own:+.{digits}f}" for own in interval)
+    return f"{low} %" if low == high else f"{low} to {high} %"
 
 
 def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Array]:
