@@ -102,7 +102,7 @@ def test_linear_answers_have_the_derivatives_of_differences(example):
                 ]
             )
 
-        slope, apart = derivative(there, values[name], steps=(0.01, 0.0075))
+        slope, apart = derivative(there, values[name], steps=(0.02, 0.015))
         relative = abs(values[name]) / np.abs(size)
         assert (apart * relative < 1e-6 * np.maximum(1.0, np.abs(slope) * relative)).all(), name
         allowed = 1e-7 * np.maximum(1.0, np.abs(slope) * relative) + 2 * apart * relative

@@ -190,6 +190,20 @@ def test_units_and_slopes():
         np.testing.assert_allclose(moved.slope[k], difference, rtol=1e-4, atol=1e-9 * np.abs(C).max() / sizes[k])
 
 
+@pytest.mark.parametrize("wider", [0.0, 0.3, 5.0])
+@pytest.mark.parametrize("size", ["b", "up", "nu"])
+def test_roots_have_no_corners(size, wider):
+    """Slopes of flexibilities over sizes, on a scale of logarithms, change by little in little steps."""
+    least, most = {"b": (0.4, 70), "up": (0.02, 40), "nu": (0.15, 0.45)}[size]
+    x = np.exp(np.linspace(np.log(least), np.log(most), 40_001))
+    sizes = {"nu": 0.3, "b": 5.0, "L": 9.0, "up": 1.7, "down": 0.6} | {size: Dual(x, x[None])}
+    nu, b, L, up, down = sizes.values()
+    C = root_flexibility(1.0, nu, b, 1.0, L, up, down, wider)
+    scale = np.abs(C.value).max(axis=0)
+    steps = np.abs(np.diff(C.slope[0], axis=0)) / scale
+    assert (steps[:, scale > 1e-9] < 0.02).all()
+
+
 FILLETS = {  # fillets of a leaf of NGSolve's plane strain, E = t = 1, nu = 0.3: block up, down, radius: flexibility ry
     (2, 2, 0.25): 2.758,
     (2, 2, 0.5): 0.841,

@@ -22,6 +22,12 @@ from flexura.duals import plain
 FAR = 12.0
 """Distance from the middle of the leaf to the block's faces, over the thickness, from which it counts as far."""
 
+NEAR_FAR = 0.5
+"""How far from there that is rounded, over the thickness."""
+
+NEAR_WIDE = 8.0
+"""How far from the end of the largest width that is rounded, over the thickness."""
+
 WIDTHS = (0.7, 40.0)
 """Least and largest width over thickness that is known."""
 
@@ -45,6 +51,12 @@ _LENGTHS = (1, 3, 1, 2, 3, 1, 2, 3, 1, 2, 2, 3)
 
 CUBE = 2.0
 """Block beside the leaf's faces, over its thickness, that goes with `_WIDE`; more of a wide block hardly gives."""
+
+NEAR_CUBE = 0.2
+"""How far from there that is rounded, over the thickness."""
+
+NEAR_POINT = 0.05
+"""How far from a column of `_WIDE` its corner is rounded, in the logarithm of width over thickness."""
 
 NEAR_SIDE = 0.1
 """Block beside the leaf's sides, over its thickness, from which half of it counts as wide."""
@@ -85,7 +97,7 @@ LEAF = (6.0, 0.4)
 """Length of the leaves of the table: over their thickness, or over their width where that is more."""
 
 MARGIN = 1.1
-"""How far beyond a range, as a factor, it goes on: a ratio at its very edge then has derivatives."""
+"""How far beyond a range, as a factor, it goes on, so that what is at its edge has one slope."""
 
 FLUSH = -1e-9
 """Block beside the leaf's face, over its thickness, that counts as flush but for round-off."""
@@ -118,7 +130,7 @@ def root_flexibility(
     """Return the flexibility of the elastic root of a leaf, beyond leaf and block with rigid faces (theory eq. F21).
 
     It is interpolated between roots of solid elements as products of factors, so that no load does negative work.
-    What lies farther outside of `FAR`, `WIDTHS` and `RATIOS` than `MARGIN` counts as there: narrower and wider leaves
+    What lies outside of `FAR`, `WIDTHS` and `RATIOS` counts as there, within `MARGIN`: narrower and wider leaves
     bend and stretch their roots as those with the same load per width, and narrower ones twist them as rods that are as
     thick, with the cube of their width. The twist of a wide leaf
     warps its root the more the longer it is, up to its width: as the warping of a strip of length L (theory eq. F22).
@@ -133,12 +145,12 @@ def root_flexibility(
     rx_rz in m/N, 1/N and 1/(N m). Raises nothing.
     """
     slender = b / t
-    width = _between(slender, WIDTHS[0] / MARGIN, WIDTHS[1] * MARGIN)
-    nu = _between(nu, RATIOS[0] / MARGIN, RATIOS[1] * MARGIN)
-    above, below = (_between(beyond / t, FLUSH, FAR - 0.5) for beyond in (up, down))
+    width, nu = _within(slender, *WIDTHS, NEAR_WIDE), _within(nu, *RATIOS)
+    above, below = (_between(beyond / t, FLUSH, FAR - 0.5 + NEAR_FAR) for beyond in (up, down))
+    above, below = (own - _over(own - (FAR - 0.5), NEAR_FAR) for own in (above, below))
     if np.any(plain(wider) > 0):
-        room = np.where(plain(wider) > 0, wider, 0.0) / t
-        room = np.where(plain(room) < FAR, room, FAR)
+        room = _between(wider / t, 0.0, FAR + NEAR_FAR)
+        room = room - _over(room - FAR, NEAR_FAR)
         entries = _beside(room * (1 + NEAR_SIDE / FAR) / (room + NEAR_SIDE), nu, width, above, below)
     else:
         entries = _entries(nu, width, above, below)
@@ -166,18 +178,15 @@ def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
 
 def _beside(share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
     """Flexibilities without units of a leaf on a wider block, from 0, as wide as the leaf, to 1, wide."""
-    far = np.where(plain(width) > CUBE, width, CUBE)
-    up, down = (np.where(plain(beyond) > plain(far), beyond + share * (far - beyond), beyond) for beyond in (up, down))
+    far = CUBE + _over(width - CUBE, NEAR_CUBE)
+    up, down = (beyond - share * _over(beyond - far, NEAR_CUBE) for beyond in (up, down))
     entries = _entries(nu, width, up, down)
     cube = ((up + down) / CUBE) ** 3
     away = share * cube * 1.03125 / (cube + 0.25)  # half of it where both faces are some 0.6 thicknesses away
-    at, points = np.log(width), np.log(_WIDE_AT)
-    hats = [away * _hat(at, points, k) for k in range(len(points))]
-    scale = {
-        place: np.exp(sum(np.log(ratio) / 2 * hat for ratio, hat in zip(ratios, hats, strict=True)))
-        for place, ratios in _WIDE.items()
-    }  # of displacements; twice that of flexibilities
-    plate = 1.0 + share * (_hat(at, np.log([3.0, 8.0]), 1) - 1.0)
+    at, ratios = np.log(width), np.log([*_WIDE.values()]) / 2  # of displacements, half of those of flexibilities
+    scale = {place: np.exp(away * own) for place, own in zip(_WIDE, _linear(at, np.log(_WIDE_AT), ratios), strict=True)}
+    (beside,) = _linear(at, np.log([3.0, 8.0]), np.array([[0.0, 1.0]]))
+    plate = 1.0 + share * (beside - 1.0)
     for place, (first, second) in _COUPLED.items():
         entries[place] = entries[place] * (scale[first] * scale[second] * (plate if first == 2 else 1.0))
     for place, own in scale.items():
@@ -185,13 +194,15 @@ def _beside(share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Re
     return entries
 
 
-def _hat(x: Real, points: FloatArray, k: int) -> Real:
-    """1 at a point, 0 at its neighbours and linear between; beyond the ends as at them."""
-    x = _between(x, float(points[0]), float(points[-1]))
-    left = (x - points[k - 1]) / (points[k] - points[k - 1]) if k else 1.0 + 0.0 * x
-    right = (points[k + 1] - x) / (points[k + 1] - points[k]) if k + 1 < len(points) else 1.0 + 0.0 * x
-    least = np.where(plain(left) < plain(right), left, right)
-    return np.where(plain(least) > 0, least, 0.0)
+def _linear(x: Real, points: FloatArray, values: FloatArray) -> list[Real]:
+    """Linear between values (n, points), n of them, rounded at the points; beyond the ends as there."""
+    corners = [_over(x - point, NEAR_POINT) for point in points.tolist()]
+    slopes = np.pad(np.diff(values) / np.diff(points), ((0, 0), (1, 1)))
+    turns = np.diff(slopes).tolist()
+    return [
+        first + sum(turn * corner for turn, corner in zip(own, corners, strict=True))
+        for first, own in zip(values[:, 0].tolist(), turns, strict=True)
+    ]
 
 
 def _factors_at(nu: Real, *scales: Real) -> list[FloatArray]:
@@ -226,6 +237,20 @@ def _between(x: Real, least: float, most: float) -> FloatArray:
     """What lies outside of a range at its edge; there with the slopes of x."""
     x = np.where(plain(x) < least, least, x)
     return np.where(plain(x) > most, most, x)
+
+
+def _over(x: Real, width: Real) -> Real:
+    """What of x is above zero, rounded where x is between minus and plus a width: three derivatives do not jump."""
+    u = _between((x + width) / (2 * width), 0.0, 1.0)
+    near = 2 * width * u**4 * (2.5 - 3 * u + u * u)
+    return np.where(plain(x) > plain(width), x, near)
+
+
+def _within(x: Real, least: float, most: float, near: float | None = None) -> Real:
+    """x in a range; outside it goes on, ever more slowly, to an end that is `MARGIN` times as far, rounded where that
+    is the most by `near`."""
+    low, high = least / MARGIN, most * MARGIN
+    return x + _over(low - x, least - low) - _over(x - high, near or high - most)
 
 
 def fillet_shares(radii: FloatArray, step: Real, n: int) -> tuple[FloatArray, FloatArray]:
