@@ -47,6 +47,13 @@ def test_what_differs_by_more_than_it_may_is_a_warning():
         found.raise_warnings()
 
 
+def test_numbers_have_the_model_error_of_the_verb_that_gives_them():
+    found = fx.published(guide({"ask": "f1", "value": "50 Hz"}, {"ask": "reach(carriage.x)", "value": "2 mm"}))
+    assert found.model_error[0] == pytest.approx(fx.modes(guide(), n=1).model_error[0], abs=1e-5)
+    assert found.model_error[1] is None and "no evidence" in found.model_error_reason[1]
+    assert found.to_dict()["model_error"][0] == list(found.model_error[0])
+
+
 def test_what_has_no_answer_is_a_warning():
     found = fx.published(guide({"ask": "f1 at carriage.x = 500 mm", "value": "50 Hz"}))
     assert np.isnan(found.value[0]) and not found.is_met[0]

@@ -156,7 +156,7 @@ def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Arr
         np.append(still, found.high),
         ("a rigid motion, whose frequency is zero",) * rigid + found.reason,
         tuple(replace(e, low=np.append(still, e.low), high=np.append(still, e.high)) for e in found.effects),
-        tuple(replace(own, share=np.append(0 * still, own.share)) for own in found.unknown),
+        tuple(replace(own, share=np.append(np.zeros(rigid), own.share)) for own in found.unknown),
         np.append(still, found.middle),
         {group: np.append(still, own) for group, own in found.spread.items()},
     ), np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi)

@@ -181,6 +181,7 @@ def print_front(result: Pareto) -> None:
         own = [quantity(float(v), unit) for v, unit in zip(result.designs[k], result.parameter_units, strict=True)]
         table.add_row(str(k), *goals, *own)
     console.print(table)
+    print_model_errors(console, result)
     _print_rest(result)
 
 

@@ -302,6 +302,8 @@ def test_a_front_is_the_same_again_and_its_designs_are_saved(tmp_path):
     found = front()
     assert [own.words for own in told][59:61] == ["generations", "designs of the front"]
     assert np.array_equal(found.values, front().values) and len(found) >= 3
+    middle = fx.modes(found.mechanism, found.pick(len(found) // 2), n=1).model_error[0]
+    assert found.model_error["f1"] == pytest.approx(middle, abs=1e-5) and found.model_error["mass"] is None
     assert found.designs[[0, -1], 0] == pytest.approx([0.3e-3, 0.6e-3], rel=1e-6)
     for row in (0, len(found) - 1):
         hz = fx.modes(fx.load(GUIDE), found.pick(row), n=1, order="full").modes[0].frequency_hz

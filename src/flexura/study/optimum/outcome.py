@@ -270,6 +270,14 @@ def pareto_of(task: Task, mixed: Mixed, found: Front, seed: int) -> Pareto:
     if not len(designs):
         text = "no design was found that meets the limits: there is no front"
         warnings.append(Exceeded("limit", "", float("nan"), 0.0, "1", text))
+    margins = None
+    if len(designs):
+        k = len(designs) // 2
+        at = {**task.fixed, **dict(zip(task.names, designs[k].tolist(), strict=True))}
+        found_there = dict(
+            zip((own.text for own in task.wording.questions.quantities), quantities[k].tolist(), strict=True)
+        )
+        margins = Margins(task.plan, at, (), f"design {k}", formulas, found_there)
     notes = [
         "NSGA-II found the front, and each design was made the best in one goal without loss in the others;"
         " none of this proves that no better one is elsewhere"
@@ -294,4 +302,5 @@ def pareto_of(task: Task, mixed: Mixed, found: Front, seed: int) -> Pareto:
         task.fixed,
         tuple(notes),
         tuple(warnings),
+        margins,
     )

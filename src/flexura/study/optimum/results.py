@@ -243,18 +243,19 @@ class Optimum(OfThePart, Tabular):
 
 
 @dataclass(frozen=True, repr=False)
-class Pareto(Tabular):
+class Pareto(OfThePart, Tabular):
     """Designs of which none is better than another in all goals.
 
     `designs` (N, P) are SI values of the variables `names`, `values` (N, g) the `goals`, in their `units`, ordered by
     the first goal; `residual` (N,) what the conditions of an optimum are missed by (NaN where one variable takes some
-    values alone), and `failures` why designs had no answer.
+    values alone), and `failures` why designs had no answer. `margins` has model errors of the goals at the design in
+    the middle of the front.
     """
 
     _shown = ("name", "goals", "values")
     _told = (
         *("name", "goals", "units", "names", "designs", "values", "residual", "seed", "evaluations", "tried"),
-        "failures",
+        *("failures", "model_error", "model_error_reason"),
     )
 
     name: str
@@ -273,6 +274,7 @@ class Pareto(Tabular):
     parameters: Mapping[str, float]
     notes: tuple[str, ...] = ()
     warnings: tuple[Exceeded, ...] = ()
+    margins: Margins | None = field(default=None, repr=False, compare=False)
 
     def __len__(self) -> int:
         return len(self.designs)

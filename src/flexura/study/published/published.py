@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis import interval_text
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_roots
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design, plan_of
-from flexura.study.questions import Formula, Questions, formula
+from flexura.study.questions import Formula, Margins, Questions, formula
 from flexura.tables import Facts, Table, percent, quantity
 
 Array = NDArray[np.float64]
@@ -28,12 +29,16 @@ class Published(Tabular):
     """What is asked of a mechanism, `value` (n,), beside what others give for it, `published` (n,), SI, in `units`.
 
     `within` (n,) is the largest relative difference that the description grants; a warning tells of each that is
-    larger, and of numbers that could not be worked out, which are NaN. `notes` say what answers leave out, and where a
+    larger, and of numbers that could not be worked out, which are NaN. `margins` (n,) have the model error of each,
+    worked out when first asked for. `notes` say what answers leave out, and where a
     name of what is asked is that of a parameter, too.
     """
 
     _shown = ("name", "asked")
-    _told = ("name", "asked", "units", "value", "published", "difference", "within", "is_met", "source")
+    _told = (
+        *("name", "asked", "units", "value", "published", "difference", "within", "is_met", "source"),
+        *("model_error", "model_error_reason"),
+    )
 
     name: str
     asked: tuple[str, ...]
@@ -42,6 +47,7 @@ class Published(Tabular):
     published: Array
     within: Array
     source: tuple[str, ...]
+    margins: tuple[Margins, ...]
     warnings: tuple[Exceeded, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -56,6 +62,16 @@ class Published(Tabular):
         return np.abs(self.difference) <= self.within
 
     @property
+    def model_error(self) -> tuple[tuple[float, float] | None, ...]:
+        """Where the part's values lie: between 1 + low and 1 + high times `value`; None where there is no evidence."""
+        return tuple(own.intervals[text] for own, text in zip(self.margins, self.asked, strict=True))
+
+    @property
+    def model_error_reason(self) -> tuple[str, ...]:
+        """Why a number has no model error; empty where it has."""
+        return tuple(own.reasons.get(text, "") for own, text in zip(self.margins, self.asked, strict=True))
+
+    @property
     def cells(self) -> dict[str, tuple[str, ...]]:
         """Columns of text for readers, with units."""
 
@@ -68,6 +84,7 @@ class Published(Tabular):
             "published": told(self.published),
             "difference": tuple(map(percent, self.difference.tolist())),
             "within": tuple(map(percent, self.within.tolist())),
+            "model error": tuple(map(interval_text, self.model_error)),
             "source": self.source,
         }
 
@@ -104,7 +121,7 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     at = one_design(parameters)
     pairs = [_pair(plan, own, k) for k, own in enumerate(listed)]
     here, given = np.empty((2, len(listed)))
-    reasons, notes = [""] * len(listed), []
+    reasons, notes, margins = [""] * len(listed), list[str](), dict[str, Margins]()
     for root in dict.fromkeys(own.root for own in listed):
         own_plan = plan if root == "elastic" else plan_of(with_rigid_roots(plan.mechanism), parameters)
         mine = [k for k, own in enumerate(listed) if own.root == root]
@@ -115,6 +132,7 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
         for k in mine:
             here[k], given[k] = (float(side.evaluate(known)) for side in pairs[k])
             reasons[k] = str(answers.reason[0])
+        margins[root] = Margins(own_plan, at, (), "", [pairs[k][0] for k in mine], known)
         notes += questions.notes
     values = {name: float(own) for name, own in plan.parameter_values(at).items()}
     within = np.array([evaluated(own, values).within for own in listed], dtype=float)
@@ -125,7 +143,16 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     missed = _missed(texts, here / given - 1, within, sources, reasons)
     units = tuple(left.unit for left, _ in pairs)
     return Published(
-        plan.mechanism.name, texts, units, here, given, within, sources, tuple(missed), tuple(dict.fromkeys(notes))
+        plan.mechanism.name,
+        texts,
+        units,
+        here,
+        given,
+        within,
+        sources,
+        tuple(margins[own.root] for own in listed),
+        tuple(missed),
+        tuple(dict.fromkeys(notes)),
     )
 
 
