@@ -48,8 +48,8 @@ def press(page: Page, *keys: str) -> None:
 
 def front(page: Page) -> None:
     """At rest, from the front, in parallel projection, without labels: x to the right, z up, at one scale."""
-    page.get_by_role("radio", name="at rest").check()
-    page.get_by_role("checkbox", name="marks of doubts").uncheck()
+    page.get_by_role("radio", name="undeformed").check()
+    page.get_by_role("checkbox", name="warning marks").uncheck()
     press(page, "o", "1")
 
 

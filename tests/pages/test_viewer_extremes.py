@@ -70,7 +70,7 @@ def test_what_is_empty_is_shown_as_such(show, what):
         scene |= {"size": 0.0, "bounds": [[0, 0, 0], [0, 0, 0]], "points": buffer(np.empty((0, 3)), "f32")}
         scene |= {name: buffer(np.empty((0, n)), "u32") for name, n in (("triangles", 3), ("lines", 2), ("dots", 1))}
     page = show(scene)
-    assert page.get_by_role("radio", name="at rest").is_checked()
+    assert page.get_by_role("radio", name="undeformed").is_checked()
     assert page.get_by_role("button", name="play").is_disabled()
     if what == "motions":
         assert like(picture(page), BODY).sum() > 5000

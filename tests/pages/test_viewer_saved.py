@@ -143,7 +143,7 @@ def test_what_is_hidden_is_not_saved(show):
 
 def test_at_rest_nothing_moves(show):
     page = show(two_boxes(name="a/b: c"))
-    page.get_by_role("radio", name="at rest").check()
+    page.get_by_role("radio", name="undeformed").check()
     name, data = saved(page, "save as GLB")
     own = Glb(data)
     assert name == "a-b-c-at-rest.glb"

@@ -48,7 +48,7 @@ export class MotionList {
           groups.length > 1 && h("div", { class: "fx-group" }, group),
           ...list.filter((own) => own.group === group).map((own) => item(own.id, own.title, own.subtitle, own.flag)),
         ]),
-        item("", "at rest", "", ""),
+        item("", "undeformed", "", ""),
       ),
       this.about,
     );

@@ -66,7 +66,7 @@ export class Panel {
       { class: "fx-toggles" },
       toggle("seeThrough", "see through bodies"),
       toggle("ghost", "undeformed outline"),
-      toggle("marks", "marks of doubts"),
+      toggle("marks", "warning marks"),
       toggle("parallel", "parallel projection"),
     );
   }
