@@ -286,6 +286,28 @@ def test_short_elements_cost_static_responses_no_digits() -> None:
     assert found == pytest.approx(float(exact), rel=1e-6)
 
 
+def test_modes_that_cannot_be_found_again_have_no_model_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise fx.SolverError("no convergence")
+
+    found = fx.modes(_pivot(20, 10), n=2)
+    monkeypatch.setattr("flexura.analysis.model_error.lowest_pairs", fails)
+    assert found.model_error == (None, None) and found.model_errors.reason == ("no convergence",) * 2
+
+
+def test_rigid_motions_hold_no_energy_in_what_was_not_measured() -> None:
+    floating = fx.loads(
+        """flexura: 1
+materials: {m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3}}
+sections: {own: {shape: constants, A: 1 mm^2, Iy: 1 mm^4, Iz: 2 mm^4, J: 1 mm^4}}
+nodes: {a: [0, 0, 0], b: [50 mm, 0, 0]}
+links: {rod: {nodes: [a, b], material: m, section: own, reference: z}}
+"""
+    )
+    (unknown,) = fx.modes(floating, n=8).model_errors.unknown
+    assert np.array_equal(unknown.share > 0.1, [False] * 6 + [True] * 2)
+
+
 def test_resonances_have_the_model_error_of_their_modes() -> None:
     """In a band that leaves out the first mode, at low and full order; a time response notes those below a tenth
     of its sampling rate."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.assumptions import Assumption, Assumptions, Interval
 from flexura.analysis.internal_forces import force_changes
+from flexura.errors import SolverError
 from flexura.linalg import count_below
 from flexura.modal import assignment
 from flexura.reduction import chained, lowest_pairs
@@ -139,12 +140,15 @@ def interval_text(interval: Interval | None) -> str:
 
 def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Array]:
     """Model errors of the first `n` frequencies, and these, Hz. Errors of rigid motions, and all beyond MOST
-    coordinates, are NaN."""
+    coordinates or without modes, are NaN."""
     nothing = np.full(n, np.nan)
     if full.order > MOST:
         return ModelError(nothing, nothing, (f"not worked out beyond {MOST} coordinates",) * n, ()), nothing
     apart = chained(full)
-    pairs = lowest_pairs(apart, min(n + MORE, full.order))
+    try:
+        pairs = lowest_pairs(apart, min(n + MORE, full.order))
+    except SolverError as error:
+        return ModelError(nothing, nothing, (str(error),) * n, ()), nothing
     at = np.flatnonzero(pairs.values > 0)
     vectors = apart.recover(pairs.vectors[:, at])
     vectors = vectors / np.sqrt(np.einsum("ik,ik->k", vectors, full.M @ vectors))
