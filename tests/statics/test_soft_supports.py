@@ -13,7 +13,6 @@ def suspended(k: float) -> fx.Mechanism:
         material="spring-steel",
         reference="x",
         elements=100,
-        root="rigid",  # equal elements, whose stiffness has no round-off in common motions
         profile=fx.describe.Leaf(width=20e-3, thickness=0.5e-3),
     )
     inertia = (1e-2, 1e-2, 1e-2)

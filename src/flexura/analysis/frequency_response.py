@@ -17,10 +17,10 @@ from flexura.analysis.motion import motions
 from flexura.analysis.response_meshes import response_meshes
 from flexura.arguments import verb
 from flexura.errors import Exceeded, OptionError, SolverError
-from flexura.linalg import count_below, inverse_roots, least_pivot, scaled
+from flexura.linalg import count_below, inverse_roots, scaled
 from flexura.mechanism import Damping, Mechanism
 from flexura.methods import ExactResponse
-from flexura.reduction import LowOrderModel, Reduction, reduce, state_of
+from flexura.reduction import LowOrderModel, Reduction, lost_work, reduce, state_of
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of, stiffness_and_mass
 from flexura.systems import (
@@ -61,9 +61,6 @@ TOLERANCE = 1e-4
 
 PEAK_POINTS = 32
 """Points beside every resonance on each of its sides, equally far from each other on its circle of Nyquist."""
-
-ROUND_OFF = 1e-15
-"""Relative error of a solution with a matrix whose diagonal is scaled to one, times its least pivot."""
 
 SEEN = 1e-4
 """Part of a response from which its round-off is said."""
@@ -459,10 +456,12 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
 
 def _lost_digits(built: System) -> tuple[Exceeded, ...]:
     """That round-off in the stiffness, which a direct solution takes as it is stored, may be seen."""
-    lost = min(ROUND_OFF / max(least_pivot(built.K), ROUND_OFF), 1.0)
-    if lost < SEEN or built.flexibility.shift:
+    if built.flexibility.shift:
         return ()
-    text = f"supports are so soft beside members that round-off may change a direct solution by {100 * lost:.1g} %"
+    lost = min(lost_work(built.K, built.flexibility(built.B), built.B), 1.0)
+    if lost < SEEN:
+        return ()
+    text = f"so much is soft beside stiff elements that round-off may change a direct solution by {100 * lost:.1g} %"
     return (Exceeded("proof", "", lost, SEEN, "1", f"{text} below the first resonance; method modal keeps the digits"),)
 
 

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, count_below, inverse_roots, least_pivot
+from flexura.linalg import Eigenpairs, count_below, inverse_roots
 from flexura.records import Record
+from flexura.reduction import lost_work
 from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_clusters
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.systems import DampingLaw, Ports, System, damping_law, load_of, system
@@ -26,9 +27,8 @@ Complex = NDArray[np.complex128]
 BEYOND = 4.0
 """Modes up to so many times the highest frequency have the modal damping ratios that are described."""
 
-LEAST_PIVOT = 1e-11
-"""Least pivot of the stiffness, its diagonal scaled to one, from which the round-off of a direct solution is not seen.
-"""
+SEEN = 1e-4
+"""Part of a static response from which the round-off of a direct solution is seen."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,7 +52,8 @@ class SlopedResponse(Record):
     @property
     def is_known(self) -> bool:
         """Whether its digits are more than round-off."""
-        return least_pivot(self._system.K) > LEAST_PIVOT
+        own = self._system
+        return not own.flexibility.shift and lost_work(own.K, own.flexibility(own.B), own.B) < SEEN
 
     @cached_property
     def _modes(self) -> Eigenpairs:

@@ -24,6 +24,7 @@ from flexura.reduction.equal_branches import split as split
 from flexura.reduction.flexibility import WELL as WELL
 from flexura.reduction.flexibility import Flexibility as Flexibility
 from flexura.reduction.flexibility import flexibility as flexibility
+from flexura.reduction.flexibility import lost_work as lost_work
 from flexura.reduction.flexibility import stored_flexibility as stored_flexibility
 from flexura.reduction.interface import interface_reduction as interface_reduction
 from flexura.reduction.intervals import RESOLVED as RESOLVED

@@ -82,7 +82,7 @@ def flexibility(model: FullOrderModel) -> Flexibility:
 
     def solve(loads: Array) -> Array:
         moved = stored(loads)
-        return moved if _stands(model.K, moved, loads) else _by_energies(model)(loads)
+        return moved if lost_work(model.K, moved, loads) <= LOST else _by_energies(model)(loads)
 
     return Flexibility(0.0, solve)
 
@@ -98,11 +98,13 @@ def _by_energies(model: FullOrderModel) -> Flexibility:
     return Flexibility(shift, lambda loads: own.recover(static_response(own.pencil, own.forces(loads), shift)))
 
 
-def _stands(K: Any, moved: Array, loads: Array) -> bool:
-    """True where round-off in K as it is stored does no work that matters on displacements (n, k) under loads."""
+def lost_work(K: Any, moved: Array, loads: Array) -> float:
+    """The most that round-off in K (n, n) as it is stored changes the work of loads (n, k) on their displacements,
+    relative."""
     size = np.abs(moved)
     lost = EPS * np.einsum("ik,ik->k", size, abs(K) @ size)
-    return bool((lost <= LOST * np.abs(np.einsum("ik,ik->k", moved, loads))).all())
+    work = np.abs(np.einsum("ik,ik->k", moved, loads))
+    return float(np.divide(lost, work, out=np.where(lost > 0, np.inf, 0.0), where=work > 0).max(initial=0.0))
 
 
 def _is_held(own: ChainedModel) -> bool:
