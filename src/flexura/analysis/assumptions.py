@@ -46,6 +46,12 @@ AT_NOTCH = 3.5
 GROUND = (0.0, 1.2)
 """Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
 
+ASKEW = (-1.3, -0.5)
+"""Share of what is held by the nearer edge of a face that is not square to the member."""
+
+SQUARE = 1e-4
+"""Slope squared of a face from which it is not square to its member."""
+
 GOES_ON = 0.05
 """How much more, relative, a member may give than between rigid faces where it goes on in a like section."""
 
@@ -250,6 +256,7 @@ def _roots(full: FullOrderModel) -> Iterator[_Root]:
         if found is None:
             continue
         copies, ratios = roots.ratios(full.values, full.geometry)
+        slants = roots.slants(full.values, full.geometry)
         measured, words = root_shares(ratios), unlike(ratios)
         for k, (element, end, flexibility) in enumerate(zip(*found, strict=True)):
             name, key, start = where[roots.members[k]]
@@ -268,6 +275,8 @@ def _roots(full: FullOrderModel) -> Iterator[_Root]:
                 shares = [(min(share[0], low), max(share[1], high)) for share, low, high in pairs]
             if not is_in:
                 shares, text = [ROOT_LEFT_OUT] * 4, "rigid joint, without the correction for roots"
+            steep = float((slants[k] ** 2).sum())
+            shares = [(max(low - steep / (1 + steep), -1.0), high) for low, high in shares]
             C = combine(root_coefficients(flexibility, 0.0, int(end)), COUPLED_FLEXIBILITY_BASIS, 6)
             parts = dict(zip(("stretch", "twist", "thickness", "width"), _directions(C), strict=True))
             both = dict(zip(parts, shares, strict=True))
@@ -277,6 +286,22 @@ def _roots(full: FullOrderModel) -> Iterator[_Root]:
             in_twist = f"{text}, in twist" if is_in and drawn else text
             yield _Root(*at, rest, place_of(name, key), text, group)
             yield _Root(*at, twist, place_of(name, key), in_twist, f"{group} in twist")
+            if steep > SQUARE:
+                m = roots.members[k] - roots.first[name]
+                stiff = _cut(full, name, int(m), int(element) - start, int(end), slants[k])
+                yield _Root(*at, [(stiff, ASKEW)], place_of(name, key), "end at an angle to its block", "askew")
+
+
+def _cut(full: FullOrderModel, name: str, m: int, element: int, end: int, slopes: Array) -> Array:
+    """Flexibility (6, 6), element axes, of what of a member is held by the nearer edge of a face that is not square to
+    it, of slopes (2,) towards y and z: in plane strain a quarter of its size times the slope squared."""
+    part, own = full.plan.parts[name], full.matrices[name].elements.member_C[element]
+    step = full.geometry.parts[name].length[m] / (part.first[m + 1] - part.first[m])
+    sizes = [size[m, end] for size in part.table.end_sizes(full.values, full.geometry.parts[name].length)]
+    held = 0.25 * np.array(sizes) * slopes**2 / (1 + 0.12 * slopes**2)
+    found = np.zeros((6, 6))
+    found[4, 4], found[5, 5] = own[4, 4] * held[1] / step, own[5, 5] * held[0] / step
+    return found
 
 
 def _directions(C: Array) -> list[Array]:

@@ -89,6 +89,12 @@ class ShiftInvert:
             values, vectors = spla.eigsh(
                 self.K, count, M=self.M, sigma=self.shift, OPinv=operator, v0=start, ncv=basis, maxiter=RESTARTS, tol=0
             )
+        except spla.ArpackNoConvergence as error:  # the last of many copies: sought beside those that are found
+            values, vectors = np.real(error.eigenvalues), np.real(error.eigenvectors)
+            if not len(values):
+                raise SolverError(f"the eigenvalue search did not converge: {error}") from None
+            rest = self.nearest(count - len(values), np.hstack([known, orthonormal(vectors, self.M)]))
+            values, vectors = np.append(values, rest.values), np.hstack([vectors, rest.vectors])
         except spla.ArpackError as error:
             raise SolverError(f"the eigenvalue search did not converge: {error}") from None
         order = np.argsort(values)

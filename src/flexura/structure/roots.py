@@ -48,6 +48,12 @@ that gives is in the root."""
 DEEP = 0.5
 """How far the root reaches along its block, over the depth of this: what is further off bends as the block does."""
 
+FACING = 0.3
+"""Cosine between a member and the normal of a face from which it may end at that face."""
+
+TINY = 1e-30
+"""What keeps the axis of a cylinder from having a direction away from it."""
+
 ALONG = 1e-9
 """Cosine below which a direction is along a face."""
 
@@ -303,34 +309,61 @@ class Roots:
         """How far blocks reach, from a thickness behind the middle of the end faces (..., k, 5), m: along the member's
         z and against it, along its y and against it, and on behind it, for every copy. Below zero where the end is
         off."""
-        b, t, *of_all = self._sizes(values, geometry) if sizes is None else sizes
-        b, t = b[..., self._row], t[..., self._row]
-        far = np.full(t.shape, np.inf)
-        large = np.stack([far] * len(SIDES), axis=-1)
+        sizes = self._sizes(values, geometry) if sizes is None else sizes
+        t = sizes[1][..., self._row]
+        large = np.stack([np.full(t.shape, np.inf)] * len(SIDES), axis=-1)
         if not self._host.shape[-1]:
             return large
-        ends = self.ends[self._row]
-        own = np.stack([self._node, self._instance, self._member, ends])
-        others = np.array(self._ends, dtype=np.intp).reshape(-1, 4).T
-        where, axes, length = self._placed(geometry, *np.concatenate([own, others], axis=1))
-        k = len(ends)
-        placed = where[..., k:, :], axes[..., k:, :, :], length[..., k:]
-        where, axes = where[..., :k, :], axes[..., :k, :, :]
-        centre, turn, half, is_round = self._boxes(values, geometry, placed, *of_all)
-        host = self._host
-        own = turn[..., host, :, :]
-        towards = own @ np.swapaxes(axes, -1, -2)[..., None, :, :]
-        place = (own @ (where[..., None, :] - centre[..., host, :])[..., None])[..., 0]
-        into = (1.0 - 2.0 * ends)[:, None]  # x leads from the block into the member where it is 1
+        place, towards, half, is_round = self._in_blocks(values, geometry, sizes)
+        into = (1.0 - 2.0 * self.ends[self._row])[:, None]  # x leads from the block into the member where it is 1
         place = place - (t[..., None] * into)[..., None] * towards[..., 0]
-        on, back = _exit(place, towards, half[..., host, :], is_round[host], t[..., None])
+        on, back = _exit(place, towards, half, is_round, t[..., None])
         behind = np.where(into > 0, back[0], on[0])
         sides = (on[2], back[2], on[1], back[1], behind)
-        every = np.where(host >= 0, np.stack(sides), -np.inf)
+        every = np.where(self._host >= 0, np.stack(sides), -np.inf)
         found = every[..., 0]
         for other in np.moveaxis(every[..., 1:], -1, 0):
             found = -_lesser(-found, -other)
         return np.where(self._unknown[:, None], large, np.moveaxis(found, 0, -1))
+
+    def _in_blocks(
+        self, values: Array, geometry: Geometry, sizes: tuple[Array, Array, Array, Array]
+    ) -> tuple[Array, Array, Array, Bools]:
+        """For every copy and host (..., k, hosts, :), in the axes of the host: where the middle of the end face is, the
+        axes of the member as columns, half sizes of the host, and whether (k, hosts) that is a cylinder."""
+        own = np.stack([self._node, self._instance, self._member, self.ends[self._row]])
+        others = np.array(self._ends, dtype=np.intp).reshape(-1, 4).T
+        where, axes, length = self._placed(geometry, *np.concatenate([own, others], axis=1))
+        k = len(self._row)
+        placed = where[..., k:, :], axes[..., k:, :, :], length[..., k:]
+        where, axes = where[..., :k, :], axes[..., :k, :, :]
+        centre, turn, half, is_round = self._boxes(values, geometry, placed, *sizes[2:])
+        own = turn[..., self._host, :, :]
+        towards = own @ np.swapaxes(axes, -1, -2)[..., None, :, :]
+        place = (own @ (where[..., None, :] - centre[..., self._host, :])[..., None])[..., 0]
+        return place, towards, half[..., self._host, :], is_round[self._host]
+
+    def slants(self, values: Array, geometry: Geometry) -> Array:
+        """Slopes (r, 2) of the faces that roots are at, towards the member's y and z, the steepest of all copies; zero
+        where faces are square to the member or not known; for one design."""
+        slants = np.zeros((len(self), 2))
+        if not self._host.shape[-1]:
+            return slants
+        sizes = self._sizes(values, geometry)
+        place, towards, half, is_round = self._in_blocks(values, geometry, sizes)
+        radius = np.hypot(place[..., 1], place[..., 2])
+        normals = np.broadcast_to(np.eye(3), (*place.shape, 3)).copy()
+        normals[is_round, 1:] = 0.0
+        normals[is_round, 1, 1:] = (place[..., 1:] / np.maximum(radius, TINY)[..., None])[is_round]
+        slopes = np.abs(normals @ towards)
+        off = np.abs(np.abs(place) - half)
+        off[is_round, 1] = np.abs(radius - half[..., 1])[is_round]
+        off[slopes[..., 0] < FACING] = np.inf
+        nearest = np.take_along_axis(slopes, off.argmin(axis=-1)[..., None, None], axis=-2)[..., 0, :]
+        found = nearest[..., 1:] / np.maximum(nearest[..., :1], FACING)
+        is_at = (self._host >= 0) & ~self._unknown[:, None] & (off.min(axis=-1) < sizes[1][self._row, None] / 2)
+        np.maximum.at(slants, self._row, np.where(is_at[..., None], found, 0.0).max(axis=1))
+        return slants
 
     def of(self, values: Array, geometry: Geometry) -> tuple[Index, Index, Array] | None:
         """Elements and ends (r,) that have roots, and their flexibilities (..., r, 12); None without any."""
