@@ -141,10 +141,10 @@ def test_what_is_hidden_is_not_saved(show):
     assert "base" not in [node["name"] for node in own.json["nodes"]]
 
 
-def test_at_rest_nothing_moves(show):
+def test_undeformed_nothing_moves(show):
     page = show(two_boxes(name="a/b: c"))
     page.get_by_role("radio", name="undeformed").check()
     name, data = saved(page, "save as GLB")
     own = Glb(data)
-    assert name == "a-b-c-at-rest.glb"
+    assert name == "a-b-c-undeformed.glb"
     assert "animations" not in own.json and "targets" not in own.mesh("base")["primitives"][0]
