@@ -10,7 +10,7 @@ from functools import cache
 from html import escape
 from itertools import islice
 from math import isfinite, isnan, pi
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -101,6 +101,11 @@ def quantity(value: float | None, unit: str, digits: int = 5) -> str:
     return "" if value is None else suited([[value]], unit).text(value, digits)
 
 
+def in_hz(value: SupportsFloat, digits: int = 5) -> str:
+    """A frequency in Hz, in kHz from 10 kHz on."""
+    return quantity(float(value), "Hz", digits)
+
+
 def percent(value: float | None, digits: int = 3) -> str:
     """A share or a relative error in per cent; empty where it is not known."""
     return "" if value is None or isnan(value) else f"{number(100 * value, digits)} %"
@@ -111,9 +116,11 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}" if count == 1 else f"{count} {re.sub('(?<![aeiou])y$', 'ie', what)}s"
 
 
-def ends(interval: tuple[float, float], unit: str) -> str:
-    """An interval of SI values with its unit."""
-    return " to ".join(quantity(end, unit) for end in interval)
+def ends(interval: tuple[float, float], unit: str, digits: int = 5) -> str:
+    """An interval of SI values in one unit."""
+    low, high = interval
+    scale = scale_for(interval, unit)
+    return f"{number(low / scale.size, digits)} to {scale.text(high, digits)}"
 
 
 def vector(components: Iterable[float], unit: str) -> str:

@@ -27,7 +27,7 @@ from flexura.reduction import low_order
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble, full_order, plan_of, solids_of
 from flexura.systems import Ports, damping_law
-from flexura.tables import Facts, Table, counted, number, quantity
+from flexura.tables import Facts, Table, counted, in_hz, number, quantity
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class CheckReport(Result):
             return ""
         lower, upper = (quantity(hz, "Hz") for hz in self.lowest_hz)
         if self.lowest_hz[0] <= 0:
-            return f"below {quantity(self.lowest_hz[1], 'Hz', 2)}, indistinguishable from zero"
+            return f"below {in_hz(self.lowest_hz[1], 2)}, indistinguishable from zero"
         return f"{upper}, proven" if lower == upper else f"between {lower} and {upper}, proven"
 
     def substructure_columns(self) -> dict[str, Any]:
@@ -259,7 +259,7 @@ def _channels(full: FullOrderModel) -> dict[str, Any]:
         ratios = sorted({law.ratio, *law.ratios, *(ratio for _, ratio in law.bands)} - {0.0})
         words.append(f"modal damping ratios {', '.join(f'{z:g}' for z in ratios)}")
     if law.alpha or law.beta:
-        words.append(f"Rayleigh, alpha {law.alpha:.4g} 1/s, beta {law.beta:.4g} s")
+        words.append(f"Rayleigh, alpha {law.alpha:.4g} 1/s, beta {quantity(law.beta, 's', 4)}")
     if H.nnz and abs(H).max() > 0:
         words.append("structural damping")
     if C.nnz:
@@ -294,7 +294,7 @@ def _coarse_meshes(full: FullOrderModel) -> list[Doubt]:
     errors = frequency_errors(full, u, hz)
     doubts: dict[str, Doubt] = {}
     for f, error, part in zip(hz, errors.share / 2, errors.part, strict=True) if errors else ():
-        warning = mesh_warning("", f"a mode at {f:.4g} Hz", error, part)
+        warning = mesh_warning("", f"a mode at {in_hz(f, 4)}", error, part)
         if warning is not None:
             doubts.setdefault(part, Doubt("mesh", part, warning.text))
     return list(doubts.values())

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexura.analysis.doubts import Doubt
 from flexura.convex import crossed, overlapping_bounds, separations, shared
 from flexura.structure import ROUND, Bars, Bodies, FullOrderModel
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -351,8 +352,8 @@ def _place(at: Array) -> str:
 
 
 def _volume(volume: float) -> str:
-    return f"{1e9 * volume:.3g} mm^3"
+    return quantity(volume, "m^3", 3)
 
 
 def _length(length: float) -> str:
-    return f"{1e3 * length:.3g} mm"
+    return quantity(length, "m", 3)

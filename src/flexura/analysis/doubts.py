@@ -13,6 +13,7 @@ from flexura.analysis.elastic_bodies import drawn_solids, node_of, place_of
 from flexura.analysis.model_error import ModelError, interval_text
 from flexura.mechanism import CORRECTIONS, Link
 from flexura.structure import FullOrderModel
+from flexura.tables import in_hz, quantity
 
 Array = NDArray[np.float64]
 
@@ -103,13 +104,14 @@ def assumed(errors: ModelError, hz: Array) -> tuple[list[Doubt], list[Doubt]]:
         most = np.nan_to_num(np.maximum(np.abs(own.low), np.abs(own.high)))
         order = [k for k in np.argsort(-most, kind="stable")[:MOST_MODES] if most[k] >= WORTH] or [int(most.argmax())]
         moved = [
-            f"mode {k + 1} ({hz[k]:.4g} Hz) by {interval_text((float(own.low[k]), float(own.high[k])))}" for k in order
+            f"mode {k + 1} ({in_hz(hz[k], 4)}) by {interval_text((float(own.low[k]), float(own.high[k])))}"
+            for k in order
         ]
         doubt = Doubt.about(own.kind, own.places, f"{own.text}; moves {', '.join(moved)}")
         doubts[int(most.max() < WORTH)].append(doubt)
     for own in errors.unknown:
         most = int(own.share.argmax())
-        held = f"{own.share[most]:.0%} of the energy of mode {most + 1} ({hz[most]:.4g} Hz)"
+        held = f"{own.share[most]:.0%} of the energy of mode {most + 1} ({in_hz(hz[most], 4)})"
         text = f"no evidence of how far beams are off: {own.reason}; holds {held}"
         doubts[int(own.share[most] < WORTH)].append(Doubt.about("evidence", own.places, text))
     return doubts
@@ -140,7 +142,7 @@ def outside_doubts(full: FullOrderModel, values: Mapping[str, Any], told: Collec
         reach, size = body.distance(full.geometry.positions[far]), max(body.solid.size)
         if reach > OUTSIDE * size:
             text = (
-                f"{names[far]} lies {1e3 * reach:.3g} mm outside the solid of {1e3 * size:.3g} mm: "
+                f"{names[far]} lies {quantity(reach, 'm', 3)} outside the solid of {quantity(size, 'm', 3)}: "
                 "what leads there is taken as rigid and without mass; add links or bodies for it"
             )
             doubts.setdefault(body.kind, Doubt("reach", body.kind, text))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexura.beam import rigid_arm
 from flexura.records import Record
 from flexura.structure import FullOrderModel, Part, PartGeometry, PartMatrices, node_dofs, rigid_mass
+from flexura.tables import in_hz, quantity
 
 Array = NDArray[np.float64]
 
@@ -87,11 +88,11 @@ class Evidence(Record):
         residuals = (("full", self.full_residual), ("low-order", self.low_residual))
         free = f"; {self.rigid_body_modes} rigid-body modes" if self.rigid_body_modes else ""
         return (
-            f"mass {self.model_mass.mass:.6g} kg, as described to {self.mass_error:.1g};"
+            f"mass {quantity(self.model_mass.mass, 'kg', 6)}, as described to {self.mass_error:.1g};"
             f" inertia to {self.inertia_error:.1g}",
             f"rigid-body motions strain nothing: residual {self.rigid_body_residual:.1g}{free}",
             "eigen-residuals: " + ", ".join(f"{name} {value:.1g}" for name, value in residuals if value is not None),
-            f"Sturm count below {self.sturm_below_hz:.5g} Hz: {'' if self.is_counted else 'at most '}{self.sturm_count}"
+            f"Sturm count below {in_hz(self.sturm_below_hz)}: {'' if self.is_counted else 'at most '}{self.sturm_count}"
             f" of the full order, {self.reported_below} {found_in}",
         )
 

@@ -11,6 +11,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, bracket, leading
 from flexura.reduction import Certificate, ChainedModel, certificate, chained, lowest_pairs
 from flexura.structure import FullOrderModel
+from flexura.tables import in_hz
 
 LOOSE = 3e-5
 """Part of the highest frequency looked at below which a motion counts as all but free."""
@@ -65,17 +66,17 @@ def _judged(own: ChainedModel, pairs: Eigenpairs, proof: Certificate) -> FreeMot
     doubts = _rigid(own, pairs, rigid)
     for k in range(rigid, len(hz)):
         if not (lower[k] > 0 and proof.is_indexed[k]):
-            text = f"free to move, or held by less than round-off hides (below {upper[k]:.2g} Hz); {HINT}"
+            text = f"free to move, or held by less than round-off hides (below {in_hz(upper[k], 2)}); {HINT}"
         elif upper[k] < LOOSE * hz[-1]:
-            text = f"all but free to move ({hz[k]:.2g} Hz); {HINT}"
+            text = f"all but free to move ({in_hz(hz[k], 2)}); {HINT}"
         else:
             break
         doubts.append(Doubt("mechanism", _moving(own, pairs, k), text))
     if not proof.is_counted:
-        text = f"round-off hides how many modes lie below {proof.below_hz:.5g} Hz: {proof.count} at most"
+        text = f"round-off hides how many modes lie below {in_hz(proof.below_hz)}: {proof.count} at most"
         doubts.append(Doubt("proof", "mechanism", text))
     elif not proof.is_complete:
-        text = f"{proof.missing} of the {proof.count} modes below {proof.below_hz:.5g} Hz were not found"
+        text = f"{proof.missing} of the {proof.count} modes below {in_hz(proof.below_hz)} were not found"
         doubts.append(Doubt("proof", "mechanism", text))
     first = rigid if rigid < len(hz) and proof.is_indexed[rigid] and np.isfinite(upper[rigid]) else None
     return FreeMotions(rigid, None if first is None else (float(lower[first]), float(upper[first])), tuple(doubts))

@@ -42,7 +42,7 @@ from flexura.systems import (
     truncation_limits,
     unit_of_response,
 )
-from flexura.tables import Facts, Table, counted, ends, percent, quantity
+from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -163,7 +163,7 @@ class FrequencyResponse(Tabular):
         shown = [(i, j) for i, j in pairs if H[:, i, j].max() > NOTHING * scale[i, j]]
         units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in shown]
         own = [H[:, i, j] for i, j in shown]
-        first = f"at {quantity(float(hz[0]), 'Hz')}"
+        first = f"at {in_hz(float(hz[0]))}"
         return {
             "output": [self.outputs[i].name for i, _ in shown],
             "input": [self.inputs[j].name for _, j in shown],
@@ -423,7 +423,7 @@ def _refuse_infinite(H: Complex, hz: Array) -> None:
     bad = ~np.isfinite(H).all(axis=(1, 2))
     if bad.any():
         f = hz[bad][0]
-        raise SolverError(f"{f:.6g} Hz is an undamped resonance, where the response is infinite: give some damping")
+        raise SolverError(f"{in_hz(f, 6)} is an undamped resonance, where the response is infinite: give some damping")
 
 
 def _direct(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:

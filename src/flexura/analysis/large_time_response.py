@@ -33,6 +33,7 @@ from flexura.motion import (
 )
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel, OutputPort, System
+from flexura.tables import in_hz, quantity
 
 Array = NDArray[np.float64]
 
@@ -98,7 +99,7 @@ def large_time_response(built: System, asked: Asked, order: str) -> Answer:
         *damped,
         *([] if said is None else [said.note]),
     ]
-    warnings = list(command_limits(built.input_ports, asked.u, lambda k: f" at {k * asked.dt:.6g} s"))
+    warnings = list(command_limits(built.input_ports, asked.u, lambda k: f" at {quantity(k * asked.dt, 's', 6)}"))
     if own.per_period < COARSE:
         text = f"the motion has {own.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
         warnings.append(Exceeded("step", "", own.per_period, COARSE, "1", text))
@@ -259,7 +260,7 @@ def _damping(built: System, equations: Equations) -> tuple[Damping, list[str]]:
     hertz, ratio = w / (2 * np.pi), (found[0] / w + found[1] * w) / 2
     lowest = float(np.sqrt(found[0] * found[1])) if found.all() else float(ratio.min())
     note = (
-        f"damping ratios are taken as Rayleigh damping, {ratio[0]:.3g} at {hertz[0]:.4g} Hz and {ratio[1]:.3g} at"
-        f" {hertz[1]:.4g} Hz, {lowest:.3g} between at least and more beyond"
+        f"damping ratios are taken as Rayleigh damping, {ratio[0]:.3g} at {in_hz(hertz[0], 4)} and {ratio[1]:.3g} at"
+        f" {in_hz(hertz[1], 4)}, {lowest:.3g} between at least and more beyond"
     )
     return Damping(law.alpha + float(found[0]), law.beta + float(found[1])), [note]

@@ -16,7 +16,7 @@ from flexura.reduction import stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.systems import FAINT, WORTH, Channel, ModalSystem, input_loads, rounded_up
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Table, in_hz, percent
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ class LeftOut(Result):
     @property
     def text(self) -> str:
         """One sentence."""
-        head = f"modes above {self.above_hz:.5g} Hz are left out but for their static part"
+        head = f"modes above {in_hz(self.above_hz)} are left out but for their static part"
         listed = [
             f"{rounded_up(share, 2)} of {channel.name}"
             if np.isfinite(share)

@@ -9,6 +9,7 @@ from typing import Any
 
 from flexura.analysis.doubts import Doubt
 from flexura.mechanism import Layout, Material, Scalar, evaluated
+from flexura.tables import quantity
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ def _modulus(value: float) -> str:
     for factor, unit in MODULUS_UNITS.items():
         if value >= factor:
             return f"{value / factor:.4g} {unit}"
-    return f"{value:.4g} Pa"
+    return quantity(value, "Pa", 4)
 
 
 def _number(value: Scalar) -> float:

@@ -15,6 +15,7 @@ from flexura.errors import Exceeded
 from flexura.reduction import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import UNDAMPED, ModalSystem, Ports, SecondOrder, input_loads
+from flexura.tables import in_hz, quantity
 
 Array = NDArray[np.float64]
 
@@ -95,7 +96,7 @@ def driven_limits(modes: ModalSystem, time: Array, u: Array) -> tuple[Exceeded, 
         return ()
     name = modes.inputs[j].name
     text = (
-        f"{name} drives the resonance at {hz:.5g} Hz, which nothing damps, to {gain:.3g} times its static amplitude: it"
+        f"{name} drives the resonance at {in_hz(hz)}, which nothing damps, to {gain:.3g} times its static amplitude: it"
         " grows as long as it is driven; give some damping"
     )
     return (Exceeded("resonance", name, gain, DRIVEN, "1", text),)
@@ -144,4 +145,4 @@ def _merged(system: SecondOrder, columns: Array | None, blocks: object, time: Ar
 
 
 def _at(t: float) -> str:
-    return f" at {t:.4g} s"
+    return f" at {quantity(t, 's', 4)}"

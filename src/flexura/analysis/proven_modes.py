@@ -19,7 +19,7 @@ from flexura.records import Record
 from flexura.reduction import HERTZ, RESOLVED, TOLERANCE, Certificate, proven_text
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel
-from flexura.tables import Facts, Table, quantity
+from flexura.tables import Facts, Table, in_hz, quantity
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ class Mode(Record):
         if self.frequency_hz > 0 or self.is_rigid:
             return quantity(self.frequency_hz, "Hz")
         upper = self.interval_hz[1]
-        return "unknown" if upper is None else f"below {quantity(upper, 'Hz', 2)}"
+        return "unknown" if upper is None else f"below {in_hz(upper, 2)}"
 
     @property
     def frequency_cell(self) -> float | str:
@@ -240,10 +240,10 @@ def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) 
             found.append(Exceeded("proof", f"mode {mode.number}", mode.interval_hz[1] or np.inf, 0.0, "Hz", text))
     below, count = certified.below_hz, float(certified.count)
     if not certified.is_counted:
-        text = f"round-off hides how many modes lie below {below:.5g} Hz: {certified.count} at most"
+        text = f"round-off hides how many modes lie below {in_hz(below)}: {certified.count} at most"
         found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
     elif certified.missing > 0:
-        text = f"the model lacks {certified.missing} of the {certified.count} modes below {below:.5g} Hz"
+        text = f"the model lacks {certified.missing} of the {certified.count} modes below {in_hz(below)}"
         found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
     return tuple(found)
 

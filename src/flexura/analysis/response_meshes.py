@@ -9,6 +9,7 @@ from flexura.analysis.pose_limits import pose_limits
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, SecondOrder, input_loads
+from flexura.tables import in_hz
 
 
 def response_meshes(
@@ -32,5 +33,5 @@ def response_meshes(
     errors = frequency_errors(full, full.node_displacements(shapes), hz)
     assert errors is not None
     k = int(errors.share.argmax())
-    warning = mesh_warning("", f"the resonance at {hz[k]:.4g} Hz", float(errors.share[k] / 2), errors.part[k])
+    warning = mesh_warning("", f"the resonance at {in_hz(hz[k], 4)}", float(errors.share[k] / 2), errors.part[k])
     return said if warning is None else (*said, warning)

@@ -20,6 +20,7 @@ from flexura.reduction import lost_work
 from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_clusters
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.systems import DampingLaw, Ports, System, damping_law, load_of, system
+from flexura.tables import in_hz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -130,7 +131,7 @@ class SlopedResponse(Record):
         except RuntimeError:
             found = np.full((own.order, 2), np.nan)
         if not np.isfinite(found).all():
-            raise SolverError(f"nothing damps the resonance at {w / (2 * np.pi):.5g} Hz; describe `damping`")
+            raise SolverError(f"nothing damps the resonance at {in_hz(w / (2 * np.pi))}; describe `damping`")
         return np.asarray(d[:, None] * found, dtype=complex)
 
     def _read(self, w: float, x: Complex) -> tuple[complex, complex]:

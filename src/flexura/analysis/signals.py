@@ -195,7 +195,8 @@ def _spacing(file: Path, time: Array, lines: list[int]) -> float:
     if len(uneven):
         k = int(uneven[0])
         raise OptionError(
-            f"{file}:{lines[k + 1]}: a gap in time: the step is {steps[k]:.6g} s here and {dt:.6g} s elsewhere;"
+            f"{file}:{lines[k + 1]}: a gap in time: the step is {quantity(steps[k], 's', 6)} here and"
+            f" {quantity(dt, 's', 6)} elsewhere;"
             " resample the signal evenly"
         )
     return float(time[-1] - time[0]) / (len(time) - 1)

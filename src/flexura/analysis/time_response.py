@@ -27,7 +27,7 @@ from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, plan_of
 from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
-from flexura.tables import ROUND_OFF, Facts, Table, counted, quantity
+from flexura.tables import ROUND_OFF, Facts, Table, counted, in_hz, quantity
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]
@@ -107,7 +107,7 @@ class TimeResponse(Tabular):
         own = self.run.plain
         hz = own.frequency_hz[(own.frequency_hz > 0) & (PER_PERIOD * own.frequency_hz * self.time[1] < 1)][:NOTED]
         errors = model_errors_near(own.system.full_order, hz)
-        told = [f"{f:.5g} Hz {interval_text(error)}" for f, (error, _) in zip(hz.tolist(), errors, strict=True)]
+        told = [f"{in_hz(f)} {interval_text(error)}" for f, (error, _) in zip(hz.tolist(), errors, strict=True)]
         return (f"model error of modes: {', '.join(told)}",) if told else ()
 
     def displacements(self, at: int | Sequence[int]) -> Array:
@@ -448,8 +448,8 @@ def _notes(modes: ModalSystem, whole: ModalSystem, dt: float, hold: Hold) -> tup
     if dt * highest * PER_PERIOD > 1 + 1e-9:
         needed = 1 / (PER_PERIOD * highest)
         notes.append(
-            f"the step is coarse for the highest kept mode, {highest:.5g} Hz: what happens between samples is not seen;"
-            f" {needed:.2g} s would do, or keep fewer modes"
+            f"the step is coarse for the highest kept mode, {in_hz(highest)}: what happens between samples is not seen;"
+            f" {quantity(needed, 's', 2)} would do, or keep fewer modes"
         )
     later = [c.name for c, k in zip(modes.outputs, modes.derivative, strict=True) if k]
     lacking = np.abs(whole.residual) > LACKING * np.abs(modes.residual)

@@ -35,6 +35,7 @@ from flexura.cli.options import (
     seconds_of,
 )
 from flexura.errors import OptionError
+from flexura.tables import quantity
 
 
 class ResponseOrder(StrEnum):
@@ -263,7 +264,10 @@ def time_response_command(
     if signals is not None:
         found = read_signals(signals)
         if abs(found.dt - h) > 1e-6 * h:
-            raise OptionError(f"{signals} is in steps of {found.dt:.6g} s, not {h:.6g} s: give --dt {found.dt:.6g}s")
+            raise OptionError(
+                f"{signals} is in steps of {quantity(found.dt, 's', 6)}, not"
+                f" {quantity(h, 's', 6)}: give --dt {found.dt:.6g}s"
+            )
         for name, samples in found.signals.items():
             _add(inputs, name, samples)
         total = found.time[-1] if total is None else total

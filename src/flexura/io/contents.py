@@ -15,6 +15,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel, assemble
 from flexura.systems import Channel, StateSpace
+from flexura.tables import in_hz
 
 Array = NDArray[np.float64]
 
@@ -145,7 +146,7 @@ def model_error_notes(model: FullOrderModel | LowOrderModel, highest: float = np
         errors, hz = model_errors_of_modes(full, min(MODES, full.order))
     except SolverError as error:
         return [f"model error, how far the part may be from these frequencies: not known, {error}"]
-    told = [f"{f:.5g} Hz {text}" for f, text in zip(hz, errors.texts, strict=False) if 0 < f <= highest]
+    told = [f"{in_hz(f)} {text}" for f, text in zip(hz, errors.texts, strict=False) if 0 < f <= highest]
     told += ["of higher ones not worked out"] * (len(errors.texts) == MODES and bool(hz[MODES - 1] <= highest))
     return [f"model error, how far the part may be from these frequencies: {', '.join(told)}"] * bool(told)
 

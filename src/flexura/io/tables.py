@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import ExpressionError, OptionError
 from flexura.files import read_text
+from flexura.tables import quantity
 from flexura.testing.measurement import (
     FORCES,
     ChannelDescription,
@@ -145,8 +146,8 @@ def _record(
     ):
         at = int(np.argmax(np.abs(steps - np.median(steps))))
         raise OptionError(
-            f"{path}:{lines[at + 1]}: sampling is not even: a step of {steps[at]:.4g} s among steps of "
-            f"{np.median(steps):.4g} s: resample the record"
+            f"{path}:{lines[at + 1]}: sampling is not even: a step of {quantity(steps[at], 's', 4)} among steps of "
+            f"{quantity(np.median(steps), 's', 4)}: resample the record"
         )
     named = [split_heading(heading, str(path)) for heading in headings]
     missing = [name for name, described in descriptions.items() if described.is_input and name not in dict(named)]

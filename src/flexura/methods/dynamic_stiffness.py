@@ -25,6 +25,7 @@ from flexura.methods.exact_condensation import ExactCondensation
 from flexura.methods.solution import Solution
 from flexura.reduction import LowOrderAssembler, PartReducer, full_order_modes, low_order
 from flexura.structure import DiscreteElement, ElementSlice, FullOrderModel
+from flexura.tables import in_hz
 
 Array = NDArray[Any]
 Index = NDArray[np.intp]
@@ -294,4 +295,4 @@ def _confirm(condensed: ExactCondensation, first: int, values: Floats, clusters:
     wrong[-1, 1] = below[-1, 1] < number[-1, 1]  # of the last one there may be more copies than were asked for
     if wrong.any():
         hz = np.sqrt(values[own[int(np.argmax(wrong.any(axis=1)))][0]]) / HERTZ
-        raise SolverError(f"counts do not confirm the number of the natural frequency {hz:.9g} Hz")
+        raise SolverError(f"counts do not confirm the number of the natural frequency {in_hz(hz, 9)}")

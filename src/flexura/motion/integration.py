@@ -18,6 +18,7 @@ from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
 from flexura.motion.loads import Loads
 from flexura.motion.se3 import LARGEST
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 
@@ -85,7 +86,9 @@ class Integrator:
             try:
                 state, a = self._step(state, a, loads(number))
             except SolverError:
-                raise SolverError(f"the motion does not settle at {number * self.dt:.6g} s: shorten the step") from None
+                raise SolverError(
+                    f"the motion does not settle at {quantity(number * self.dt, 's', 6)}: shorten the step"
+                ) from None
             yield state
 
     @property

@@ -12,7 +12,7 @@ from flexura.errors import OptionError
 from flexura.linalg import bracket, lowest_modes
 from flexura.reduction.certificate import HERTZ, Certificate
 from flexura.reduction.chained import ChainedModel
-from flexura.tables import counted
+from flexura.tables import counted, in_hz
 
 Array = NDArray[np.float64]
 Coordinates = Literal["modal", "physical", "substructures"]
@@ -58,13 +58,13 @@ class Goal:
         """Raise OptionError where no frequency lies up to the limit."""
         if self.up_to is not None and bracket(full.pencil, self.limit).most == 0:
             first = np.sqrt(lowest_modes(full.pencil, 1, full.rigid_motions).values[0]) / HERTZ
-            raise OptionError(f"no natural frequency lies below {self.up_to:g} Hz: the lowest is {first:.5g} Hz")
+            raise OptionError(f"no natural frequency lies below {self.up_to:g} Hz: the lowest is {in_hz(first)}")
 
 
 def proven(found: Certificate) -> str:
     """How many frequencies a certificate has proven, and how closely, in words."""
     worst = float(found.error_bound[found.frequency_hz > 0].max(initial=0.0))
-    return f"{counted(found.count, 'frequency')} below {found.below_hz:.5g} Hz, proven within {worst:.1g}"
+    return f"{counted(found.count, 'frequency')} below {in_hz(found.below_hz)}, proven within {worst:.1g}"
 
 
 def smallest(n: int) -> str:

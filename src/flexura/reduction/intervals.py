@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.results import Tabular
-from flexura.tables import Facts, Table, counted
+from flexura.tables import Facts, Table, counted, in_hz
 
 Array = NDArray[np.float64]
 
@@ -63,10 +63,10 @@ class Certificate(Tabular):
     def text(self) -> str:
         """Whether anything is missing, in words."""
         if not self.is_counted:
-            return f"round-off hides whether a mode below {self.below_hz:.5g} Hz is missing"
+            return f"round-off hides whether a mode below {in_hz(self.below_hz)} is missing"
         if not self.missing:
-            return f"no mode is missing below {self.below_hz:.5g} Hz"
-        return f"{counted(self.missing, 'mode')} MISSING below {self.below_hz:.5g} Hz"
+            return f"no mode is missing below {in_hz(self.below_hz)}"
+        return f"{counted(self.missing, 'mode')} MISSING below {in_hz(self.below_hz)}"
 
     def _data(self) -> dict[str, Any]:
         return {**super()._data(), "missing": self.missing, "is_complete": self.is_complete}

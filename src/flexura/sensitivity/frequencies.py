@@ -18,7 +18,7 @@ from flexura.sensitivity.eigenpairs import Bends, branches, moved_clusters, whol
 from flexura.sensitivity.low_order import Family, LowOrderFamily, ModelOrder
 from flexura.sensitivity.variation import FullOrderFamily, Rows
 from flexura.structure import Plan, one_design, plan_of
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Table, in_hz, percent
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ class ModeSensitivities(Tabular):
 
     def _view(self) -> Iterator[Facts | Table]:
         modes = {
-            f"mode {k + 1}, {hz:.5g} Hz": [percent(x / 100, 4) for x in self.relative[k]]
+            f"mode {k + 1}, {in_hz(hz)}": [percent(x / 100, 4) for x in self.relative[k]]
             for k, hz in enumerate(self.frequency_hz)
         }
         yield Table({"per % of": self.free, "is [SI]": self.values, **modes}, "parameters")
@@ -116,7 +116,7 @@ def mode_sensitivities(
             found = branches(cluster, changes[p], p, _bends(family, at, name))
             if np.isnan(found.vectors).any():
                 notes.append(
-                    f"shapes at {pairs.values[cluster.at[0]] ** 0.5 / (2 * np.pi):.5g} Hz part with {name}; {FULL}"
+                    f"shapes at {in_hz(pairs.values[cluster.at[0]] ** 0.5 / (2 * np.pi))} part with {name}; {FULL}"
                 )
             slopes[cluster.at, p] = found.value
             slope_shapes[p][:, cluster.at] = changes[p].Y[:, cluster.at] @ found.Q

@@ -21,7 +21,7 @@ from flexura.sensitivity.low_order import Matrices, ModelOrder
 from flexura.sensitivity.points import Reading, displacement_rows
 from flexura.sensitivity.variation import Change
 from flexura.structure import FullOrderModel, Plan, one_design, plan_of
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Table, ends, percent
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -41,7 +41,7 @@ class ResponseSensitivities(Result):
     def _view(self) -> Iterator[Facts | Table]:
         hz = self.frequency_hz
         yield Facts(
-            {"band": f"{hz.min():.5g} to {hz.max():.5g} Hz", "responses": "{} x {}".format(*self.response.shape[1:])}
+            {"band": ends((hz.min(), hz.max()), "Hz", 5), "responses": "{} x {}".format(*self.response.shape[1:])}
         )
         size = np.abs(self.response).max()
         largest = np.abs(self.values[:, None, None, None] * self.derivative).max(axis=(1, 2, 3))

@@ -12,6 +12,7 @@ from flexura.systems.modal import ModalSystem
 from flexura.systems.neglected import WORTH, rounded_up
 from flexura.systems.second_order import SecondOrder
 from flexura.systems.state_space import StateSpace
+from flexura.tables import in_hz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -59,13 +60,13 @@ def proof_limits(system: SecondOrder, top: float) -> tuple[Exceeded, ...]:
         try:
             proof = certify(model, system.full_order, up_to=top)
         except FlexuraError as reason:
-            text = f"the model of order {model.order} is not proven up to {top:.5g} Hz: {reason}"
+            text = f"the model of order {model.order} is not proven up to {in_hz(top)}: {reason}"
             return (Exceeded("proof", "", top, 0.0, "Hz", text),)
     if proof.missing:
         known = proof.frequency_hz[proof.is_indexed & (proof.error_bound < PROVEN)]
         limit = float(known.max(initial=0.0))
         text = (
-            f"{proof.missing} of the {proof.count} modes below {proof.below_hz:.5g} Hz are missing from the model of"
+            f"{proof.missing} of the {proof.count} modes below {in_hz(proof.below_hz)} are missing from the model of"
             f" order {model.order}: {ADVICE}"
         )
         return (Exceeded("proof", "", top, limit, "Hz", text),)
@@ -75,7 +76,7 @@ def proof_limits(system: SecondOrder, top: float) -> tuple[Exceeded, ...]:
     first, worst = float(proof.frequency_hz[off[0]]), float(proof.error_bound[off].max())
     bound = f"{100 * worst:.2g} %" if np.isfinite(worst) else "nothing"
     text = (
-        f"resonances of the model of order {model.order} are proven to no better than {bound} from {first:.5g} Hz on:"
+        f"resonances of the model of order {model.order} are proven to no better than {bound} from {in_hz(first)} on:"
         f" {ADVICE}"
     )
     return (Exceeded("proof", "", top, first, "Hz", text),)
@@ -86,7 +87,7 @@ def truncation_limits(modes: ModalSystem, top: float) -> tuple[Exceeded, ...]:
     first = modes.next_omega / (2 * np.pi)
     if not first < top:
         return ()
-    text = f"modes from {first:.5g} Hz on are left out, and frequencies up to {top:.5g} Hz are asked for"
+    text = f"modes from {in_hz(first)} on are left out, and frequencies up to {in_hz(top)} are asked for"
     return (Exceeded("proof", "", top, first, "Hz", text),)
 
 
@@ -97,7 +98,7 @@ def band_limits(model: StateSpace, top: float) -> tuple[Exceeded, ...]:
         return model.warnings
     first = lost.band[1]
     text = (
-        f"what the state space leaves out is known up to {first:.5g} Hz, and frequencies up to {top:.5g} Hz are asked"
+        f"what the state space leaves out is known up to {in_hz(first)}, and frequencies up to {in_hz(top)} are asked"
         " for: state its band"
     )
     return (*model.warnings, Exceeded("proof", "", top, first, "Hz", text))
@@ -117,7 +118,7 @@ def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[li
     shares = (bound / scale).max(axis=(1, 2))
     share = float(shares.max())
     if np.isfinite(share):
-        text = f"modes left out add at most {rounded_up(share, 2)} of the largest responses up to {hz[-1]:.5g} Hz"
+        text = f"modes left out add at most {rounded_up(share, 2)} of the largest responses up to {in_hz(hz[-1])}"
     else:
         text = (
             f"what modes left out add has no bound at {np.count_nonzero(~np.isfinite(shares))} of {len(hz)} frequencies"

@@ -17,7 +17,7 @@ from flexura.systems.channel import Channel, ends_of, positions
 from flexura.systems.complex_modes import ComplexModes, complex_modes
 from flexura.systems.remainder import Remainder, remainder_of, stiffening
 from flexura.systems.second_order import SecondOrder
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Table, in_hz, percent
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -103,7 +103,7 @@ class ModalSystem(Tabular):
         rows = {"mode": range(1, self.order + 1), "frequency [Hz]": self.frequency_hz, "damping at resonance": damping}
         yield Table(rows, "modes")
         if np.isfinite(self.next_omega):
-            yield Facts({"left out, but for static gain": f"modes from {self.next_omega / (2 * np.pi):.5g} Hz on"})
+            yield Facts({"left out, but for static gain": f"modes from {in_hz(self.next_omega / (2 * np.pi))} on"})
 
     def _data(self) -> dict[str, Any]:
         """Everything but the shapes."""

@@ -13,7 +13,7 @@ from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.results import Result
 from flexura.systems.channel import Channel
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Table, ends, in_hz, percent
 
 if TYPE_CHECKING:
     pass
@@ -77,7 +77,7 @@ class Neglected(Result):
     @property
     def text(self) -> str:
         """One sentence."""
-        top = f"{self.band[1]:.5g} Hz"
+        top = in_hz(self.band[1])
         if not np.isfinite(self.share):
             said = f"what is left out of {self.worst} has no bound up to {top}"
         else:
@@ -85,7 +85,7 @@ class Neglected(Result):
         if self.share <= WORTH:
             return said
         said += f", most of {self.worst}" if np.isfinite(self.share) else ""
-        limit = f"up to {self.holds_up_to:.4g} Hz" if self.holds_up_to else "at no frequency"
+        limit = f"up to {in_hz(self.holds_up_to, 4)}" if self.holds_up_to else "at no frequency"
         return f"{said}; no more than {WORTH:g} {limit}"
 
     @property
@@ -106,10 +106,10 @@ class Neglected(Result):
         low, high = self.band
         yield Facts(
             {
-                "band": f"{low:.5g} to {high:.5g} Hz",
+                "band": ends((low, high), "Hz", 5),
                 "at most": percent(self.share),
                 "of": self.worst,
-                "holds up to": f"{self.holds_up_to:.5g} Hz",
+                "holds up to": in_hz(self.holds_up_to),
             }
         )
 

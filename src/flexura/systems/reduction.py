@@ -16,6 +16,7 @@ from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.residual_modes import with_residual_modes
 from flexura.systems.state_space import StateSpace
 from flexura.systems.system import System
+from flexura.tables import in_hz
 
 
 @verb
@@ -97,7 +98,7 @@ def _kind(modes: ModalSystem) -> str:
 def _range(modes: ModalSystem) -> list[str]:
     """Where a state space holds: below the first mode left out, and within the ranges of what drives it."""
     said = (
-        [f"modes from {modes.next_omega / (2 * np.pi):.5g} Hz on are left out"] if np.isfinite(modes.next_omega) else []
+        [f"modes from {in_hz(modes.next_omega / (2 * np.pi))} on are left out"] if np.isfinite(modes.next_omega) else []
     )
     ranges = [
         f"{channel.name} {low:.5g} to {high:.5g} {channel.unit}"
@@ -106,5 +107,5 @@ def _range(modes: ModalSystem) -> list[str]:
     ]
     bare = modes.frequency_hz[(modes.total_ratios < UNDAMPED) & (modes.omega > 0)]
     if len(bare):
-        said.append(f"nothing damps {len(bare)} of the modes, the lowest at {bare[0]:.5g} Hz: its poles do not decay")
+        said.append(f"nothing damps {len(bare)} of the modes, the lowest at {in_hz(bare[0])}: its poles do not decay")
     return said + ([f"inputs hold within {', '.join(ranges)}"] if ranges else [])

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import ranked
+from flexura.tables import in_hz
 from flexura.testing.correlation import Correlation, FRFOverlay
 from flexura.testing.virtual import SensorPlacement
 from flexura.view.annotations import Box, colour_bar, foot, heading, legend, pixel_axes, triad
@@ -67,13 +68,13 @@ def draw_correlation(result: Correlation) -> Figure:
     """
     figure = new_chart((11.0, 9.0))
     panels = figure.subplots(2, 2)
-    test = [f"{k + 1}  {hz:.4g} Hz" for k, hz in enumerate(result.test_hz)]
+    test = [f"{k + 1}  {in_hz(hz, 4)}" for k, hz in enumerate(result.test_hz)]
     model = [f"{k + 1}\n{hz:.4g}" for k, hz in enumerate(result.model_hz)]
     framed = [(p.test - 1, p.model - 1) for p in result.pairs]
     _matrix(panels[0, 0], result.mac, test, model, "MAC: test (rows), model (columns)", framed)
-    rows = [f"{k + 1}  {hz:.4g} Hz" for k, hz in enumerate(result.model_hz)]
+    rows = [f"{k + 1}  {in_hz(hz, 4)}" for k, hz in enumerate(result.model_hz)]
     _matrix(panels[0, 1], result.auto_mac_model, rows, model, "AutoMAC of the model at the sensors", [])
-    pairs = [f"{p.test}  {p.test_hz:.4g} Hz" for p in result.pairs]
+    pairs = [f"{p.test}  {in_hz(p.test_hz, 4)}" for p in result.pairs]
     partners = [f"{p.model}\n{p.model_hz:.4g}" for p in result.pairs]
     title = f"cross-orthogonality, reduced mass by {result.reduced_mass}"
     _matrix(panels[1, 0], result.cross_orthogonality, pairs, partners, title, [])
@@ -149,8 +150,11 @@ def draw_shape_pair(result: Correlation, test: int, *, camera: Camera | None = N
     space = "" if len(pair.model_space) == 1 else f", {pair.space_mac:.3f} within modes {_listed(pair.model_space)}"
     damping = f"damping {100 * pair.damping_ratio:.2g} %"
     text = f"MAC {pair.mac:.3f}{space}; the model is {100 * pair.error:+.2f} % off; {damping}"
-    heading(figure, f"test mode {test}: {pair.test_hz:.5g} Hz", text)
-    names = ("test, expanded to the mechanism; readings as arrows", f"model, mode {pair.model}: {pair.model_hz:.5g} Hz")
+    heading(figure, f"test mode {test}: {in_hz(pair.test_hz)}", text)
+    names = (
+        "test, expanded to the mechanism; readings as arrows",
+        f"model, mode {pair.model}: {in_hz(pair.model_hz)}",
+    )
     for (left, _, width, _), name in zip(AREAS, names, strict=True):
         figure.text(left + width / 2, 0.82, name, ha="center", size=10, weight="bold", color=INK, parse_math=False)
     triad(figure, camera, (0.915, 0.03, 0.065, 0.065 * 12.0 / 5.6))

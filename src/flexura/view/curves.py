@@ -23,6 +23,7 @@ from flexura.analysis import (
 )
 from flexura.arguments import verb
 from flexura.errors import OptionError
+from flexura.tables import in_hz
 from flexura.view.annotations import foot, remark_lines
 from flexura.view.charts import (
     COLOURS,
@@ -135,7 +136,7 @@ def _numbered(axes: Axes, result: FrequencyResponse) -> list[str]:
         at = float(np.exp(np.log(hz[own]).mean()))
         axes.text(at, 1.0, text, size=6.5, color="0.35", ha="center", va="bottom", transform=axes.get_xaxis_transform())
     told = [
-        f"{k + 1}  {f:.4g} Hz" + (f"  {shortened(words.partition(' (')[0], 64)}" if words else "")
+        f"{k + 1}  {in_hz(f, 4)}" + (f"  {shortened(words.partition(' (')[0], 64)}" if words else "")
         for k, (f, words) in enumerate(itertools.zip_longest(hz, result.resonance_motions))
     ]
     rest = len(told) - MOST_RESONANCES

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from flexura.analysis import CheckReport
 from flexura.arguments import verb
 from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
-from flexura.tables import counted
+from flexura.tables import counted, quantity
 from flexura.view.annotations import heading, legend
 from flexura.view.axes import frame
 from flexura.view.camera import View
@@ -76,10 +76,10 @@ def _marked(report: CheckReport, bars: Bars, bodies: Bodies) -> tuple[set[str], 
     for clash in report.clashes:
         names |= clash.parts
         words = {
-            "clash": f"overlap {1e9 * clash.volume:.3g} mm³",
-            "deep": f"inside {1e9 * clash.volume:.3g} mm³",
+            "clash": f"overlap {quantity(clash.volume, 'm^3', 3)}",
+            "deep": f"inside {quantity(clash.volume, 'm^3', 3)}",
             "touch": "touch",
-            "gap": f"gap {1e3 * clash.gap:.3g} mm",
+            "gap": f"gap {quantity(clash.gap, 'm', 3)}",
         }
         labels.append(_Label(words[clash.kind], np.array(clash.at)))
     middles = bars.origin + bars.axes[:, 0] * bars.length[:, None] / 2

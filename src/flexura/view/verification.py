@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.solid.verification import ShapePairs, Verification, VerificationRow
+from flexura.tables import in_hz
 from flexura.view.annotations import Box, colour_bar, heading, remark_lines, triad
 from flexura.view.figures import new_figure
 from flexura.view.files import save_figures
@@ -73,7 +74,9 @@ def draw_mode_pair(
         painted.append(mode_painting(parts, mode_view(figure, parts, camera, factor, area), factor))
     paint(figure, Painting.joined(painted))
     heading(
-        figure, f"mode {number} of the solid: {result.frequency_hz[k]:.5g} Hz{_known(result, k)}", _subtitle(row, k)
+        figure,
+        f"mode {number} of the solid: {in_hz(result.frequency_hz[k])}{_known(result, k)}",
+        _subtitle(row, k),
     )
     for (left, _, width, _), name in zip(AREAS, ("corrected beams", "solid"), strict=True):
         figure.text(left + width / 2, 0.82, name, ha="center", size=11, weight="bold", color=INK)
@@ -109,7 +112,7 @@ def draw_verification(result: Verification) -> Figure:
     errors = [100 * abs(e) for row in rows for e in row.error if e] + [u for _, u in known]
     axes.set_ylim(max(0.4 * min(errors, default=1.0), 1e-3), 2 * max(errors, default=1.0))
     axes.set_xlim(0.4, count + 0.6)
-    axes.set_xticks(range(1, count + 1), [f"{k + 1}\n{hz:.4g} Hz" for k, hz in enumerate(result.frequency_hz)])
+    axes.set_xticks(range(1, count + 1), [f"{k + 1}\n{in_hz(hz, 4)}" for k, hz in enumerate(result.frequency_hz)])
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylabel("error against the solid, %", size=9, color=INK)
     axes.tick_params(labelsize=8 if count <= 8 else 6, colors=INK)
@@ -146,7 +149,7 @@ def _subtitle(row: VerificationRow, k: int) -> str:
     )
     if hz is None or error is None or mac is None:
         return "the corrected beams have no mode of this shape"
-    return f"mode {number} of the corrected beams: {hz:.5g} Hz, {100 * error:+.2f} %, MAC {mac:.4f}"
+    return f"mode {number} of the corrected beams: {in_hz(hz)}, {100 * error:+.2f} %, MAC {mac:.4f}"
 
 
 def _known(result: Verification, k: int) -> str:

@@ -31,7 +31,7 @@ from flexura.pages.viewer import Buffer, Drawing, facts_of, quick, scene_and_dra
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.systems import Ports
-from flexura.tables import quantity
+from flexura.tables import ends, quantity
 
 Array = NDArray[np.float64]
 
@@ -244,13 +244,13 @@ def _proven(plan: Plan, parameters: dict[str, float], n: int) -> tuple[Array, Ar
 def _frequency(hz: float, lower: float, upper: float, indexed: bool, rigid: bool) -> dict[str, Any]:
     """A frequency in numbers and words, with what is wrong with it."""
     hz, lower, upper = float(hz), float(lower), float(upper)
-    ends = (lower if np.isfinite(lower) else None, upper if np.isfinite(upper) else None)
-    proof, flag = proven_text(hz, ends, indexed, rigid), ""
+    known = (lower if np.isfinite(lower) else None, upper if np.isfinite(upper) else None)
+    proof, flag = proven_text(hz, known, indexed, rigid), ""
     if not rigid and not (indexed and lower > 0 and max(upper - hz, hz - lower) <= WIDE * lower):
         flag = f"proven only {proof}" if proof.startswith("within") else "not proven"
         flag = flag if hz else "is indistinguishable from zero"
     own = {"hz": hz, "text": f"{hz:.5g}", "proof": proof, "flag": flag, "rigid": rigid}
-    return own | {"interval": f"{lower:.9g} to {upper:.9g} Hz" if indexed and not rigid else ""}
+    return own | {"interval": ends((lower, upper), "Hz", 9) if indexed and not rigid else ""}
 
 
 def _stresses(model: FullOrderModel, load: Load) -> dict[str, Any]:

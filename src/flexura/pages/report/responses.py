@@ -19,7 +19,7 @@ from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.chart import Chart, Curve, Mark, Panel
 from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Paragraph, Table
 from flexura.pages.report.subject import Subject
-from flexura.tables import counted, number
+from flexura.tables import counted, in_hz, number
 from flexura.units import format_number
 
 MOST_PAIRS = 12
@@ -107,7 +107,7 @@ def response_chart(name: str, found: FrequencyResponse, group: ResponseGroup, pl
     angle = [Curve(curve.label, phase_in_degrees(curve.H)) for curve in group.curves]
     marks = []
     for k, (hz, words) in enumerate(zip_longest(found.resonances_hz, found.resonance_motions, fillvalue="")):
-        label = f"{hz:.4g} Hz {_moves(words, platform)}".strip()
+        label = f"{in_hz(float(hz), 4)} {_moves(words, platform)}".strip()
         marks.append(Mark(float(hz), label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}…", str(k + 1)))
     hertz = ", ".join(f"{hz:.4g}" for hz in found.resonances_hz)
     said = f"{counted(len(size), 'curve')}, {counted(len(marks), 'resonance')}" + (f": {hertz} Hz" if marks else "")

@@ -22,7 +22,7 @@ from flexura.pages.viewer.fields import (
 from flexura.pages.viewer.geometry import Drawing, displaced, vibrating
 from flexura.pages.viewer.scene import Arrow, Axis, Fact, ShownMotion, Triple
 from flexura.systems import Ports
-from flexura.tables import number, quantity
+from flexura.tables import ends, in_hz, number, quantity
 from flexura.view import Solids, mode_scale, stresses_along
 
 Array = NDArray[np.float64]
@@ -69,10 +69,10 @@ def mode_facts(mode: Mode, model_error: str) -> list[Fact]:
     found: list[Fact] = [("frequency", frequency(mode) + (f" ({mode.flag})" if mode.flag else ""))]
     if lower is not None and upper is not None and not mode.is_rigid:
         width = (upper - lower) / upper if upper > 0 else 0.0
-        found.append(("proven to be", f"from {lower:.7g} to {upper:.7g} Hz, {width:.1g} of it wide"))
+        found.append(("proven to be", f"from {ends((lower, upper), 'Hz', 7)}, {width:.1g} of it wide"))
     found.append(("model error", model_error))
     if mode.full_frequency_hz is not None:
-        found.append(("full order", f"{mode.full_frequency_hz:.7g} Hz"))
+        found.append(("full order", in_hz(mode.full_frequency_hz, 7)))
     if mode.mac is not None:
         found.append(("MAC with it", f"{mode.mac:.6f}"))
     found += [(f"strain energy of {name}", percent(share)) for name, share in list(mode.motion.deformation.items())[:4]]

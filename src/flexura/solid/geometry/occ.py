@@ -18,6 +18,7 @@ from flexura.errors import ModelError, Problem, SolverError
 from flexura.extras import need
 from flexura.solid.geometry.contours import MODELLED, Outline
 from flexura.solid.geometry.members import MemberSolid
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 Entity = tuple[int, int]
@@ -159,7 +160,8 @@ def check_volumes(gmsh: ModuleType, members: Sequence[MemberSolid], tags: Sequen
         found = gmsh.model.occ.getMass(3, tag) * MILLIMETRE**3
         if not abs(found / member.volume - 1) <= tolerance:
             raise SolverError(
-                f"{member.name}: its solid has {found:.6g} m^3 where its sections give {member.volume:.6g} m^3"
+                f"{member.name}: its solid has {quantity(found, 'm^3', 6)}"
+                f" where its sections give {quantity(member.volume, 'm^3', 6)}"
             )
 
 

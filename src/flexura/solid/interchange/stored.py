@@ -159,7 +159,9 @@ class StoredMatrices(Result):
             return found
         if found.cross > CARRIED:
             rule = "the mass that rigid motions carry is not that of a rigid body"
-            raise OptionError(f"{rule}, by {found.cross:.1e} of {found.mass.max():.6g} kg: M has not the rows of K")
+            raise OptionError(
+                f"{rule}, by {found.cross:.1e} of {quantity(found.mass.max(), 'kg', 6)}: M has not the rows of K"
+            )
         slow, fast = WAVE_SPEEDS
         if not slow < found.wave_speed < fast:
             rule = f"pressure waves at {found.wave_speed:.3g} m/s, in solids {slow:g} to {fast:g}"
@@ -167,10 +169,16 @@ class StoredMatrices(Result):
         own = float(found.mass.mean())
         box = float(np.prod(np.ptp(self.places(self.node), axis=0)))
         if own > DENSEST * box > 0:
-            raise OptionError(f"{own:.3g} kg in a box of {box:.3g} m^3: mass is not in the unit given; {UNITS}")
+            raise OptionError(
+                f"{quantity(own, 'kg', 3)} in a box of {quantity(box, 'm^3', 3)}: mass is not in the unit"
+                f" given; {UNITS}"
+            )
         for other, source in ((mass, "given"), (self.density_mass, "density times volume")):
             if other is not None and abs(own / other - 1) > MASS_AGREES:
-                raise OptionError(f"the matrices have a mass of {own:.6g} kg, {source} is {other:.6g} kg; {UNITS}")
+                raise OptionError(
+                    f"the matrices have a mass of {quantity(own, 'kg', 6)},"
+                    f" {source} is {quantity(other, 'kg', 6)}; {UNITS}"
+                )
         return found
 
     def _held_or_mixed(self, strain: Array) -> str:

@@ -15,6 +15,7 @@ from flexura.solid.mesh.blocks import section_mesh, shape_cells, stations
 from flexura.solid.mesh.shape_functions import quadrature, shape_of
 from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
 from flexura.solid.mesh.sweep import EDGES, swept_cells, turned
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -111,8 +112,8 @@ def _check(piece: PieceMesh, name: str, wanted: float) -> None:
     least, volume = jacobians(piece.points, piece.cells)
     if least.min() <= 0 or abs(volume.sum() / wanted - 1) > VOLUME:
         raise SolverError(
-            f"the mesh of {name} has {int((least <= 0).sum())} folded cells and {volume.sum():.6g} m^3 "
-            f"where its solid has {wanted:.6g} m^3; try another size"
+            f"the mesh of {name} has {int((least <= 0).sum())} folded cells and {quantity(volume.sum(), 'm^3', 6)} "
+            f"where its solid has {quantity(wanted, 'm^3', 6)}; try another size"
         )
     strain = rigid_strain(piece.points, piece.cells)
     if not strain < STRAIN:

@@ -24,7 +24,7 @@ from flexura.solid.verification.beam_models import BeamModel, Described, beam_mo
 from flexura.solid.verification.whole import WholeVerification
 from flexura.solid.verification.whole import whole as whole_part
 from flexura.structure import FullOrderModel, one_design
-from flexura.tables import Facts, Table, percent, quantity
+from flexura.tables import Facts, Table, in_hz, percent, quantity
 
 Array = NDArray[np.float64]
 Solver = Literal["flexura", "calculix"]
@@ -366,7 +366,8 @@ def _left_out(n: int, finest: SolidModes) -> tuple[str, ...]:
         return ()
     return (
         f"{found} of {n} modes: of the solids {MOST_MODES} fixed-interface modes at most are kept, which reach to "
-        f"{finest.complete_hz:.3g} Hz; modes of the mechanism above {finest.complete_hz / SURE:.3g} Hz are not given",
+        f"{in_hz(finest.complete_hz, 3)}; modes of the mechanism above"
+        f" {in_hz(finest.complete_hz / SURE, 3)} are not given",
     )
 
 

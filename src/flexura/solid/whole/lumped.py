@@ -13,6 +13,7 @@ from flexura.solid.whole.elements import Elements, Patch
 from flexura.solid.whole.pieces import Block, Pieces, beyond, clamped_nodes, is_ground, thickness
 from flexura.solid.whole.shapes import Part
 from flexura.structure import FullOrderModel
+from flexura.tables import quantity
 
 Array = NDArray[np.float64]
 
@@ -126,7 +127,8 @@ class Lumped:
             gap = float(np.linalg.norm(at - point))
             if gap > 1e-3 * block.thin:
                 self._note(
-                    f"{model.plan.topology.node_names[node]}: a rigid arm of {1e3 * gap:.3g} mm leads to {block.name}"
+                    f"{model.plan.topology.node_names[node]}: a rigid arm of {quantity(gap, 'm', 3)} leads to"
+                    f" {block.name}"
                 )
             return self._patch(k, at)
         ends = [k for k in own if not isinstance(pieces.all[k], Block)]
@@ -139,7 +141,7 @@ class Lumped:
         if near and self._is_carried(node):
             gap, k = min(near)
             name = model.plan.topology.node_names[node]
-            self._note(f"{name}: a rigid arm of {1e3 * gap:.3g} mm leads to the end of {self._names(k)}")
+            self._note(f"{name}: a rigid arm of {quantity(gap, 'm', 3)} leads to the end of {self._names(k)}")
             return self._patch(k, _end_point(pieces, k, root))
         return None
 

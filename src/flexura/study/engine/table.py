@@ -18,7 +18,7 @@ from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.summary import Extremes, Summary
 from flexura.study.engine.work import PROVEN, Columns, bounds_of, jumps_of, type_of
 from flexura.study.questions import Margins, OfThePart, are_proven
-from flexura.tables import ROWS, Facts, Table, counted, quantity
+from flexura.tables import ROWS, Facts, Table, counted, ends, quantity
 from flexura.tables import number as digits
 
 if TYPE_CHECKING:
@@ -122,10 +122,10 @@ class StudyTable(OfThePart, Tabular):
         places = np.flatnonzero(leaps[:-1])
         if len(places):
             k, (name, _, unit) = places[0], over.rpartition(" [") if over.endswith("]") else (over, "", "")
-            ends = " and ".join(quantity(float(own), unit.removesuffix("]")) for own in x[k : k + 2])
+            between = " and ".join(quantity(float(own), unit.removesuffix("]")) for own in x[k : k + 2])
             more = f", the first of {len(places)} such places" if len(places) > 1 else ""
-            said = f"{text} goes over to another mode, from {hertz[k]:.5g} to {hertz[k + 1]:.5g} Hz, between"
-            yield Exceeded("mode", text, len(places), 0.0, "1", f"{said} {name} = {ends}{more}")
+            said = f"{text} goes over to another mode, from {ends((hertz[k], hertz[k + 1]), 'Hz', 5)}, between"
+            yield Exceeded("mode", text, len(places), 0.0, "1", f"{said} {name} = {between}{more}")
 
     @property
     def notes(self) -> tuple[str, ...]:

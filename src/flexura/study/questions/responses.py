@@ -13,6 +13,7 @@ from flexura.duals import Dual
 from flexura.errors import SolverError
 from flexura.structure import Plan
 from flexura.study.questions.reading import Hertz, Port
+from flexura.tables import in_hz
 
 POINTS = 200
 """Frequencies of a band, beside those around its resonances."""
@@ -72,7 +73,7 @@ def _scanned(plan: Plan, parameters: Mapping[str, float], out: Port, into: Port,
     )
     undamped = next((f for f, z in zip(found.resonances_hz, found.ratios, strict=True) if not z > 0), None)
     if undamped is not None:
-        raise SolverError(f"nothing damps the resonance at {undamped:.5g} Hz: its peak is infinite; describe `damping`")
+        raise SolverError(f"nothing damps the resonance at {in_hz(undamped)}: its peak is infinite; describe `damping`")
     size, hz = np.abs(found.response[:, 0, 0]), found.frequency_hz
     best = int(np.argmax(size))
     ends = float(hz[max(best - 1, 0)]), float(hz[min(best + 1, len(hz) - 1)])

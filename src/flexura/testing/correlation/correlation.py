@@ -16,6 +16,7 @@ from flexura.mechanism import Mechanism
 from flexura.modal import CLOSE, ModePairing, largest_motion, mac, orthogonality, space_mac
 from flexura.reduction import LowOrderModel, full_order_modes, low_order_modes
 from flexura.structure import FullOrderModel, Plan, assemble, full_order_model
+from flexura.tables import in_hz, quantity
 from flexura.testing.correlation.correlated import Correlation, ModePair
 from flexura.testing.correlation.expansion import Expansion, ReducedMass, sensor_mass, serep
 from flexura.testing.correlation.faulty_channels import checked_pairing
@@ -263,7 +264,7 @@ def _notes(
     """What to beware of."""
     notes = list(sensors.notes)
     if sensors.turns.any() and not sensors.turns.all():
-        notes.append(f"rotations are compared with displacements as those {1e3 * reach:.4g} mm away")
+        notes.append(f"rotations are compared with displacements as those {quantity(reach, 'm', 4)} away")
     if len(y) == 1:
         notes.append("a single channel has no shapes: modes are paired in order of frequency")
     if not pairs:
@@ -275,8 +276,8 @@ def _notes(
         together = any(i in g and j in g for g in pairing.model_spaces)
         if not together:
             notes.append(
-                f"the sensors hardly tell modes {i + 1} and {j + 1} of the model apart ({hz[i]:.4g} and {hz[j]:.4g} Hz,"
-                f" MAC {alike[i, j]:.2f}): place_sensors finds better places"
+                f"the sensors hardly tell modes {i + 1} and {j + 1} of the model apart ({in_hz(hz[i], 4)} and"
+                f" {in_hz(hz[j], 4)}, MAC {alike[i, j]:.2f}): place_sensors finds better places"
             )
     if not expansion.is_determined:
         notes.append(f"{len(y)} sensors do not determine the paired shapes: expanded shapes are the smallest that fit")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.tables import in_hz
 from flexura.testing.identification.residues import Fit
 from flexura.testing.measurement import ResponseMatrix, responses
 
@@ -93,10 +94,10 @@ def close_pairs(matrix: ResponseMatrix, fit: Fit, repeated: list[list[int]]) -> 
         if any(k in group and k + 1 in group for group in repeated):
             continue
         if apart < step:
-            why = f"closer than the lines, which are {step:.3g} Hz apart"
+            why = f"closer than the lines, which are {in_hz(step, 3)} apart"
         elif apart < width and alike > ALIKE:
             why = "alike and closer than their half-power width"
         else:
             continue
-        notes.append(f"modes at {hz[k]:.6g} and {hz[k + 1]:.6g} Hz are {why}: they may be one")
+        notes.append(f"modes at {in_hz(hz[k], 6)} and {in_hz(hz[k + 1], 6)} are {why}: they may be one")
     return notes

@@ -14,6 +14,7 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.systems import Channel
+from flexura.tables import in_hz
 from flexura.testing.identification.complexity import assembled, confidence_of
 from flexura.testing.identification.doubts import bias, close_pairs, is_carried
 from flexura.testing.identification.lone_peak import lone_peak
@@ -270,7 +271,7 @@ def _good(
     """Positions of the modes to return, those picked or else those sure enough; notes on the others in the fit."""
     own = np.array([e.confidence >= least for e in evidence] if asked is None else asked, dtype=bool)
     hz = np.abs(fit.poles) / (2 * np.pi)
-    others = [(f"{hz[k]:.5g}", f"{hz[k]:.5g} Hz ({evidence[k].confidence:.2g})") for k in np.flatnonzero(~own).tolist()]
+    others = [(f"{hz[k]:.5g}", f"{in_hz(hz[k])} ({evidence[k].confidence:.2g})") for k in np.flatnonzero(~own).tolist()]
     if not others:
         return np.flatnonzero(own), []
     note = f"poles at {', '.join(f for f, _ in others)} Hz took part in the fit and were not picked"

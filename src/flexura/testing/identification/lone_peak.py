@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.tables import in_hz
 from flexura.testing.identification.complexity import confidence_of
 from flexura.testing.measurement import ModeEvidence, ResponseMatrix
 
@@ -64,8 +65,8 @@ def lone_peak(matrix: ResponseMatrix) -> LonePeak | None:
         damping_bias=1.0,
     )
     note = (
-        f"no pole is stable over the orders: the mode at {centre:.5g} Hz is that of a peak alone,"
+        f"no pole is stable over the orders: the mode at {in_hz(centre)} is that of a peak alone,"
         f" {10 * np.log10(power[k] / middle):.0f} dB above the median of the lines; its damping is the most that a peak"
-        f" of {width:.3g} Hz allows: it has not decayed at the end of the record, or records differ; record longer"
+        f" of {in_hz(width, 3)} allows: it has not decayed at the end of the record, or records differ; record longer"
     )
     return LonePeak(complex(-decay, np.sqrt(size**2 - decay**2)), participation, evidence, note)

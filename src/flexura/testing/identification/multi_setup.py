@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.modal import best_pairs, mac
+from flexura.tables import in_hz
 from flexura.testing.identification.complexity import assembled
 from flexura.testing.identification.residues import fit_shapes
 from flexura.testing.measurement import (
@@ -311,7 +312,7 @@ def _stacked(
 def _absent(poles: Complex, members: Index) -> list[str]:
     count = (members >= 0).sum(axis=1)
     return [
-        f"the mode at {abs(pole) / (2 * np.pi):.5g} Hz is found in {n} of {members.shape[1]} setups"
+        f"the mode at {in_hz(abs(pole) / (2 * np.pi))} is found in {n} of {members.shape[1]} setups"
         for pole, n in zip(poles, count, strict=True)
         if n < members.shape[1]
     ]
@@ -319,7 +320,7 @@ def _absent(poles: Complex, members: Index) -> list[str]:
 
 def _moving(poles: Complex, evidence: Sequence[ModeEvidence]) -> list[str]:
     found = [
-        f"{abs(pole) / (2 * np.pi):.5g} Hz ({100 * e.setup_shift:.2g} %)"
+        f"{in_hz(abs(pole) / (2 * np.pi))} ({100 * e.setup_shift:.2g} %)"
         for pole, e in zip(poles, evidence, strict=True)
         if e.setup_shift > MOVING
     ]

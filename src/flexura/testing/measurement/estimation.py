@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
+from flexura.tables import in_hz
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
 from flexura.testing.measurement.quality import LEAKAGE, accepted, inspect, leakage, pulses, trigger
@@ -297,7 +298,7 @@ def _combined(setup: str, groups: list[_Group], how: _How, band: tuple[float, fl
         low = np.flatnonzero(P.max() * USEFUL > P)
         if len(low) and low[-1] > np.argmax(P):
             edge = hz[keep][low[low > np.argmax(P)][0]]
-            notes.append(f"{', '.join(c.name for c in g.inputs)}: the excitation is 20 dB down at {edge:.4g} Hz")
+            notes.append(f"{', '.join(c.name for c in g.inputs)}: the excitation is 20 dB down at {in_hz(edge, 4)}")
     known = None
     outputs = groups[0].outputs
     used = np.arange(len(outputs))
@@ -362,7 +363,7 @@ def _coherent(groups: list[_Group], powers: list[Array], gamma: Array, hz: Array
     if not len(used):
         raise OptionError(
             f"coherence of {', '.join(c.name for c in outputs)} with {', '.join(inputs)} is that of unrelated signals, "
-            f"median {np.median(gamma):.2g} up to {hz[-1]:.4g} Hz: look at cables, channels and units"
+            f"median {np.median(gamma):.2g} up to {in_hz(hz[-1], 4)}: look at cables, channels and units"
         )
     notes = [f"{outputs[i].name} left out: not coherent with any input" for i in np.flatnonzero(bad.all(axis=1))]
     for i in used:

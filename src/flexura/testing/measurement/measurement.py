@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.results import Result, Tabular
 from flexura.systems import response_columns, unit_of_response
-from flexura.tables import Facts, Table, counted, quantity
+from flexura.tables import Facts, Table, counted, ends, in_hz, quantity
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes
 
@@ -37,7 +37,11 @@ class Recording(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         length = self.samples.shape[1] / self.sample_rate
         yield Facts(
-            {"duration": quantity(length, "s"), "sample rate": f"{self.sample_rate:.5g} Hz", "setup": self.setup}
+            {
+                "duration": quantity(length, "s"),
+                "sample rate": in_hz(self.sample_rate),
+                "setup": self.setup,
+            }
         )
         columns = {
             "channel": [c.name for c in self.channels],
@@ -82,7 +86,7 @@ class MeasuredFRF(Tabular):
 
     def _title(self) -> str:
         lines = counted(len(self.frequency_hz), "line")
-        return f"{lines} from {self.frequency_hz[0]:.5g} to {self.frequency_hz[-1]:.5g} Hz"
+        return f"{lines} from {ends((self.frequency_hz[0], self.frequency_hz[-1]), 'Hz', 5)}"
 
     def _view(self) -> Iterator[Facts | Table]:
         facts = {"setup": self.setup, "estimator": self.estimator, "records": self.averages}
@@ -146,7 +150,7 @@ class Measurement(Result):
             "responses of": [s["setup"] or str(k + 1) for k, s in enumerate(own)],
             "inputs": [", ".join(s["inputs"]) for s in own],
             "outputs": [", ".join(s["outputs"]) for s in own],
-            "band": [f"{s['from_hz']:.5g} to {s['to_hz']:.5g} Hz" for s in own],
+            "band": [ends((s["from_hz"], s["to_hz"]), "Hz", 5) for s in own],
             "median coherence": ["" if s["median_coherence"] is None else f"{s['median_coherence']:.3f}" for s in own],
         }
         yield Table(columns, "sets of responses")

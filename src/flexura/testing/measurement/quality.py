@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import OptionError
+from flexura.tables import quantity
 from flexura.testing.measurement.measurement import Recording
 
 Array = NDArray[np.float64]
@@ -149,7 +150,7 @@ def _hit(recording: Recording) -> list[Defect]:
     found = []
     if len(hits) > 1:
         peaks = sorted(float(np.abs(force[a : b + 1]).max()) for a, b in hits)
-        times = ", ".join(f"{a / recording.sample_rate:.4g} s" for a, _ in hits[:4])
+        times = ", ".join(quantity(a / recording.sample_rate, "s", 4) for a, _ in hits[:4])
         text = f"{len(hits)} pulses, at {times}; the second largest has {peaks[-2] / peaks[-1]:.0%} of the peak"
         found.append(Defect("double hit", name, text))
     start, still = trigger(force)

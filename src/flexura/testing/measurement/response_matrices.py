@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.systems import UNITS
+from flexura.tables import ends, in_hz
 from flexura.testing.measurement.channel_descriptions import FORCES
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.integrated import grows_towards_zero, noisy_until
@@ -118,7 +119,7 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
         first = noisy_until(accelerance)
         said = f"{where}responses grow towards 0 Hz as accelerations divided by omega^2 do: they are fitted as these"
         if first:
-            said += f", from {hz[lines][first]:.4g} Hz on, below which they are mostly noise"
+            said += f", from {in_hz(hz[lines][first], 4)} on, below which they are mostly noise"
     H = H[first:] * s[first:, None, None] ** (largest - power)[:, None]
     hz, s, coherence = hz[lines][first:], s[first:], coherence[first:]
     kept = [_coherent(coherence, axis) for axis in (2, 1)]
@@ -154,7 +155,7 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
 
 
 def _grid(hz: Array) -> str:
-    return f"{len(hz)} from {hz[0]:.6g} to {hz[-1]:.6g} Hz" if len(hz) else "none"
+    return f"{len(hz)} from {ends((hz[0], hz[-1]), 'Hz', 6)}" if len(hz) else "none"
 
 
 def _lines(hz: Array, band: tuple[float, float] | None, where: str) -> NDArray[np.bool_]:
@@ -206,7 +207,7 @@ def _refuse_bad(H: Complex, inputs: dict, outputs: dict, hz: Array, where: str) 
     names = [[c.name for c in channels.values()] for channels in (outputs, inputs)]
     if bad.any():
         k, i, j = np.argwhere(bad)[0]
-        raise OptionError(f"{where}{names[0][i]} / {names[1][j]} is not finite at {hz[k]:.6g} Hz")
+        raise OptionError(f"{where}{names[0][i]} / {names[1][j]} is not finite at {in_hz(hz[k], 6)}")
     for axis, kind in ((1, 0), (0, 1)):
         silent = dead.all(axis=axis)
         if silent.any():

@@ -15,7 +15,7 @@ from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotati
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.systems import DERIVATIVE, Ports
-from flexura.tables import Facts, Table
+from flexura.tables import Facts, Table, quantity
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
@@ -160,7 +160,7 @@ def nothing_matched(name: str, sensors: ChannelPairing) -> str:
     """Why no channel is found in the model."""
     shown = "; ".join(
         f"{u.channel.name}: {u.reason}"
-        + (f" (nearest {u.nearest}, {1e3 * u.distance:.3g} mm away)" if u.distance is not None else "")
+        + (f" (nearest {u.nearest}, {quantity(u.distance, 'm', 3)} away)" if u.distance is not None else "")
         for u in sensors.unmatched[:3]
     )
     hint = "".join(f"; {note}" for note in sensors.notes)
@@ -253,7 +253,7 @@ class _ModelPoints:
             if (gap := body.distance(x)) < distance:
                 number, distance, how = body.number, gap, "body"
         if distance > self.within:
-            reason = f"nothing of the model is within {1e3 * self.within:.3g} mm of it"
+            reason = f"nothing of the model is within {quantity(self.within, 'm', 3)} of it"
             return UnmatchedChannel(channel, reason, self.names[number], distance)
         return _Found(ChannelMatch(channel, self.names[number], how, distance), number, x, d)
 

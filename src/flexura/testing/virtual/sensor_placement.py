@@ -19,7 +19,7 @@ from flexura.reduction import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems import Ports
-from flexura.tables import Facts, Table, counted, in_mm, percent
+from flexura.tables import Facts, Table, counted, in_mm, percent, quantity
 from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig import TURNS, pair_channels
@@ -170,7 +170,7 @@ def place_sensors(
         found.names,
         exchanges,
         full,
-        (f"rotations count as displacements {1e3 * reach:.4g} mm away",) if found.turns.any() else (),
+        (f"rotations count as displacements {quantity(reach, 'm', 4)} away",) if found.turns.any() else (),
     )
 
 

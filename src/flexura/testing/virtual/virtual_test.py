@@ -17,7 +17,7 @@ from flexura.modal import assignment, best_pairs, mac, pair_modes, space_mac
 from flexura.results import Tabular
 from flexura.structure import Plan
 from flexura.systems import ModalSystem
-from flexura.tables import Facts, Table, counted, percent
+from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 from flexura.testing.identification import identify
 from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
 from flexura.testing.rig import ModalTestRig, TrueModes
@@ -110,7 +110,7 @@ class VirtualTest(Tabular):
 
     def _title(self) -> str:
         records = counted(len(self.measurement.recordings), "record")
-        return f"{records}, {self.band[0]:.5g} to {self.band[1]:.5g} Hz, seed {self.seed}"
+        return f"{records}, {ends((self.band[0], self.band[1]), 'Hz', 5)}, seed {self.seed}"
 
     def _view(self) -> Iterator[Facts | Table]:
         own = self.modes
@@ -124,7 +124,7 @@ class VirtualTest(Tabular):
             "MAC": [None if m.mac is None else f"{m.mac:.3f}" for m in own],
         }
         yield Table(columns, "modes")
-        yield Facts({"found where there is no mode": ", ".join(f"{hz:.5g} Hz" for hz in self.false_hz)})
+        yield Facts({"found where there is no mode": ", ".join(in_hz(hz) for hz in self.false_hz)})
 
     def _columns(self) -> dict[str, Any]:
         """What was found of each mode, beside the truth."""
@@ -232,7 +232,9 @@ def _hits(
     time = np.arange(N) / rate
     start = 2 * length + QUIET_SAMPLES / rate
     if start > time[-1] / 4:
-        raise OptionError(f"test: before a pulse {start:.3g} s stay quiet; a record of {t.duration:g} s is too short")
+        raise OptionError(
+            f"test: before a pulse {quantity(start, 's', 3)} stay quiet; a record of {t.duration:g} s is too short"
+        )
     names = list(t.accelerometers)
     own = rig.placements[placement]
     at = [names.index(place.channel.name) for place in own]
